@@ -1,1 +1,133 @@
-//! Placeholder.
+//! Interchangeable solvers for symmetric block-sparse linear systems A x = b.
+//!
+//! A system is a [`BlockPattern`] (made once for a topology), a [`SymBlockMatrix`] (its values, new at every step) and
+//! a right-hand side. A backend implements [`LinearSolver`]: `analyze` the pattern, `factorize` the values, `solve` for
+//! a right-hand side. [`Backend`] names all of them, compiled in or not, and makes one:
+//!
+//! ```
+//! use std::sync::Arc;
+//! use taut_solver::{Backend, BlockPattern, SymBlockMatrix};
+//!
+//! let pattern = Arc::new(BlockPattern::new(&[1, 1], &[(1, 0)])?);
+//! let mut a = SymBlockMatrix::zeros(pattern.clone());
+//! a.values_mut().copy_from_slice(&[2.0, -1.0, 2.0]); // [2 −1; −1 2]
+//!
+//! let mut solver = Backend::preferred()?.create()?;
+//! solver.analyze(&pattern)?;
+//! solver.factorize(&a)?;
+//! let mut x = [0.0, 0.0];
+//! solver.solve(&a, &[1.0, 0.0], &mut x)?;
+//! assert!((x[0] - 2.0 / 3.0).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | `pattern`, `matrix` | what a system is |
+//! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
+//! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
+//! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
+//! | `double_double` | extended-precision numbers |
+//!
+//! # Features
+//! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `faer`, `nalgebra-sparse`, `umfpack`.
+//! The dense solver is always there. **UMFPACK is GPL-2.0-or-later**: a binary built with that feature is a combined
+//! work under the GPL; the source of this crate stays MIT OR Apache-2.0.
+
+mod accuracy;
+mod backend;
+mod backends;
+mod block_ldlt;
+mod double_double;
+mod error;
+mod matrix;
+mod pattern;
+mod reference;
+mod refine;
+
+pub use accuracy::{BackwardError, backward_error, forward_error, norm_inf, residual};
+pub use backend::{
+    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, ParseBackendError, Partition,
+    Precision, Preconditioner, Start, UmfpackOptions,
+};
+pub use double_double::DoubleDouble;
+pub use error::SolveError;
+pub use matrix::SymBlockMatrix;
+pub use pattern::BlockPattern;
+pub use reference::reference_solution;
+pub use refine::{RefineScratch, refine};
+
+use std::sync::Arc;
+
+/// A solver of symmetric block-sparse systems, used in phases: analyse once for a pattern, factorise for each matrix,
+/// solve for each right-hand side.
+pub trait LinearSolver: Send {
+    /// The backend's name, as on the command line.
+    fn name(&self) -> &'static str;
+
+    /// Prepares for matrices of `pattern`: ordering, fill, index maps, buffers. May allocate.
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`], [`SolveError::InvalidOption`] and what a library reports.
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError>;
+
+    /// Prepares for solves with the values of `a`. The project's own backends allocate nothing here.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`], [`SolveError::NotPositiveDefinite`], [`SolveError::NonFinite`],
+    /// [`SolveError::PatternChanged`], [`SolveError::OutOfOrder`] and what a library reports.
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError>;
+
+    /// Solves A x = b, with `a` as last factorised; `b` and `x` of length `a.dim()`. `x` holds the guess when called
+    /// (direct backends ignore it) and the solution on return.
+    ///
+    /// # Errors
+    /// As above, and [`SolveError::Dimension`]: there is then no solution in `x`. Running out of iterations is not an
+    /// error but [`Status::IterationLimit`].
+    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError>;
+}
+
+/// What an analysis found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct AnalyzeReport {
+    /// Scalar entries that the factor will hold, where the backend factorises and knows it beforehand.
+    pub factor_entries: Option<usize>,
+}
+
+/// What a factorisation found.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FactorReport {
+    /// Estimate of the reciprocal condition number, where the backend makes one.
+    pub reciprocal_condition: Option<f64>,
+}
+
+/// How a solve ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Status {
+    /// A direct backend solved the system.
+    Direct,
+    /// The iteration met its tolerance, by its own test.
+    Converged,
+    /// The iteration ran out of iterations; `x` is its last iterate.
+    IterationLimit,
+    /// The iteration makes no more progress above its tolerance (roundoff); `x` is its last iterate.
+    Stalled,
+}
+
+/// What a solve did.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SolveReport {
+    /// How it ended.
+    pub status: Status,
+    /// Iterations made; 0 for direct backends.
+    pub iterations: usize,
+    /// ‖b − A x‖₂ / ‖b‖₂ as the iteration itself estimates it; NaN for direct backends, which do not compute it.
+    pub residual: f64,
+}
+
+impl SolveReport {
+    /// The report of a direct solve.
+    pub(crate) const DIRECT: Self = Self { status: Status::Direct, iterations: 0, residual: f64::NAN };
+}

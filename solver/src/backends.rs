@@ -1,0 +1,74 @@
+//! The backends, one file each, and the checks that all of them make.
+
+#[cfg(feature = "banded")]
+pub(crate) mod banded;
+#[cfg(feature = "cg")]
+pub(crate) mod conjugate_gradient;
+#[cfg(any(feature = "faer", feature = "nalgebra-sparse", feature = "umfpack"))]
+mod csc;
+pub(crate) mod dense;
+#[cfg(feature = "faer")]
+pub(crate) mod faer;
+#[cfg(feature = "gauss-seidel")]
+pub(crate) mod gauss_seidel;
+#[cfg(feature = "nalgebra-sparse")]
+pub(crate) mod nalgebra_sparse;
+#[cfg(feature = "umfpack")]
+pub(crate) mod umfpack;
+
+use crate::error::expect_len;
+use crate::matrix::check_finite;
+use crate::{BlockPattern, SolveError, SymBlockMatrix};
+use std::sync::Arc;
+
+/// Which phases are behind a backend, and for which pattern.
+#[derive(Debug, Default)]
+pub(crate) struct Phases {
+    pattern: Option<Arc<BlockPattern>>,
+    factorized: bool,
+}
+
+impl Phases {
+    /// `analyze` succeeded.
+    pub(crate) fn analyzed(&mut self, pattern: &Arc<BlockPattern>) {
+        *self = Self { pattern: Some(pattern.clone()), factorized: false };
+    }
+
+    /// Checks what `factorize` is given; until [`factorized`](Self::factorized) no solve is allowed.
+    pub(crate) fn begin_factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        self.factorized = false;
+        self.check_pattern(a, "factorize")?;
+        a.check_finite()
+    }
+
+    /// `factorize` succeeded.
+    pub(crate) fn factorized(&mut self) {
+        self.factorized = true;
+    }
+
+    /// Checks what `solve` is given.
+    pub(crate) fn begin_solve(&self, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
+        self.check_pattern(a, "solve")?;
+        if !self.factorized {
+            return Err(SolveError::OutOfOrder { called: "solve", needs: "factorize" });
+        }
+        expect_len("right-hand side", a.dim(), b.len())?;
+        expect_len("solution", a.dim(), x.len())?;
+        check_finite(a.pattern(), "right-hand side", b)
+    }
+
+    fn check_pattern(&self, a: &SymBlockMatrix, called: &'static str) -> Result<(), SolveError> {
+        let needs = "analyze";
+        let pattern = self.pattern.as_ref().ok_or(SolveError::OutOfOrder { called, needs })?;
+        if Arc::ptr_eq(pattern, a.pattern()) || **pattern == **a.pattern() {
+            Ok(())
+        } else {
+            Err(SolveError::PatternChanged)
+        }
+    }
+}
+
+/// Fails where the solution is not finite: overflow in a nearly singular system.
+pub(crate) fn check_solution(a: &SymBlockMatrix, x: &[f64]) -> Result<(), SolveError> {
+    check_finite(a.pattern(), "solution", x)
+}

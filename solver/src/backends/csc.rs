@@ -1,0 +1,112 @@
+//! Scalar compressed-column copies of a block matrix, for the libraries that want them.
+
+use crate::{BlockPattern, SolveError, SymBlockMatrix};
+
+/// Which entries of the symmetric matrix are listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Triangle {
+    /// Row ≤ column.
+    Upper,
+    /// All of them.
+    Full,
+}
+
+/// A compressed-column pattern, rows ascending in each column, with the place where each value comes from.
+#[derive(Debug, Clone)]
+pub(crate) struct Csc<I> {
+    /// First entry of each column, and the number of entries at the end; length `dim + 1`.
+    pub(crate) column_start: Vec<I>,
+    /// Row of each entry.
+    pub(crate) row: Vec<I>,
+    /// Value of each entry, as of the last [`gather`](Self::gather).
+    pub(crate) values: Vec<f64>,
+    /// Index of each entry's value in [`SymBlockMatrix::values`].
+    source: Vec<usize>,
+}
+
+impl<I: TryFrom<usize> + Copy> Csc<I> {
+    /// Lists the entries of a pattern. Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`] where the index type is too small.
+    pub(crate) fn new(p: &BlockPattern, triangle: Triangle) -> Result<Self, SolveError> {
+        // Entries sorted by (column, row), made column by column from the block rows that meet it.
+        let n = p.dim();
+        let mut columns: Vec<Vec<(usize, usize)>> = vec![Vec::new(); n];
+        for bj in 0..p.blocks() {
+            for k in p.column(bj) {
+                let (rows, cols, at) = (p.rows(p.row(k)), p.rows(bj), p.values(k).start);
+                for c in cols.clone() {
+                    for r in rows.clone().filter(|&r| r >= c) {
+                        let source = at + (r - rows.start) + (c - cols.start) * rows.len();
+                        columns[r].push((c, source));
+                        if r != c && triangle == Triangle::Full {
+                            columns[c].push((r, source));
+                        }
+                    }
+                }
+            }
+        }
+        let entries: usize = columns.iter().map(Vec::len).sum();
+        let too_large = |_| SolveError::TooLarge { size: entries.max(n), limit: i32::MAX as usize, what: "entries" };
+        let index = |i: usize| I::try_from(i).map_err(|_| ()).map_err(too_large);
+        index(entries.max(n))?;
+        let mut csc = Self {
+            column_start: Vec::with_capacity(n + 1),
+            row: Vec::with_capacity(entries),
+            values: vec![0.0; entries],
+            source: Vec::with_capacity(entries),
+        };
+        csc.column_start.push(index(0)?);
+        for mut column in columns {
+            column.sort_unstable();
+            for (r, source) in column {
+                csc.row.push(index(r)?);
+                csc.source.push(source);
+            }
+            csc.column_start.push(index(csc.row.len())?);
+        }
+        Ok(csc)
+    }
+
+    /// Copies the matrix's values in. Allocates nothing.
+    pub(crate) fn gather(&mut self, a: &SymBlockMatrix) {
+        let from = a.values();
+        for (value, &source) in self.values.iter_mut().zip(&self.source) {
+            *value = from[source];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    #[test]
+    fn both_triangles_hold_the_matrix() {
+        let p = Arc::new(BlockPattern::new(&[2, 1, 3], &[(0, 1), (0, 2)]).unwrap());
+        let mut a = SymBlockMatrix::zeros(p.clone());
+        for (i, v) in a.values_mut().iter_mut().enumerate() {
+            *v = i as f64 + 1.0;
+        }
+        for (triangle, entries) in [(Triangle::Upper, 18), (Triangle::Full, 30)] {
+            let mut csc = Csc::<u32>::new(&p, triangle).unwrap();
+            csc.gather(&a);
+            assert_eq!(csc.row.len(), entries);
+            for c in 0..6 {
+                let range = csc.column_start[c] as usize..csc.column_start[c + 1] as usize;
+                assert!(csc.row[range.clone()].is_sorted());
+                for e in range {
+                    assert_eq!(csc.values[e], a.get(csc.row[e] as usize, c));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn small_index_types_overflow_to_an_error() {
+        let p = BlockPattern::new(&[20], &[]).unwrap();
+        assert!(matches!(Csc::<u8>::new(&p, Triangle::Full), Err(SolveError::TooLarge { size: 400, .. })));
+    }
+}

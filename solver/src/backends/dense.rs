@@ -1,0 +1,129 @@
+//! Dense LU with partial pivoting, in doubles or in extended precision: the oracle for small systems.
+//!
+//! It knows nothing of blocks or symmetry, so that it shares no mistake with the others. Cubic cost.
+
+use super::{Phases, check_solution};
+use crate::backend::{DenseOptions, Precision};
+use crate::block_ldlt::Scalar;
+use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, LinearSolver};
+use crate::{SolveError, SolveReport, SymBlockMatrix};
+use std::sync::Arc;
+
+/// Most rows: beyond this the matrix alone takes half a gigabyte.
+const LIMIT: usize = 8192;
+
+/// A dense solver in the wanted arithmetic.
+pub(crate) fn create(options: DenseOptions) -> Box<dyn LinearSolver> {
+    match options.precision {
+        Precision::Double => Box::new(Dense::<f64>::default()),
+        Precision::Extended => Box::new(Dense::<DoubleDouble>::default()),
+    }
+}
+
+/// The `dense` backend.
+#[derive(Debug, Default)]
+struct Dense<T> {
+    phases: Phases,
+    /// L (unit, below the diagonal) and U, row-major, rows in pivot order.
+    lu: Vec<T>,
+    /// Row of A that each row of `lu` came from.
+    pivot: Vec<usize>,
+    work: Vec<T>,
+}
+
+impl<T: Scalar> Dense<T> {
+    /// LU of the matrix in `lu`; the row at which it is singular to rounding as an error.
+    fn eliminate(&mut self, n: usize) -> Result<(), usize> {
+        // A pivot is noise if it is at roundoff of the largest number that its column ever held.
+        let mut scale: Vec<f64> = (0..n).map(|c| column_max(&self.lu, n, 0, c)).collect();
+        for k in 0..n {
+            let best = (k..n).max_by(|&p, &q| {
+                let size = |r: usize| self.lu[r * n + k].to_f64().abs();
+                size(p).total_cmp(&size(q))
+            });
+            let best = best.unwrap_or(k);
+            let pivot = self.lu[best * n + k].to_f64().abs();
+            if pivot.is_nan() || pivot <= 8.0 * T::ROUNDOFF * scale[k] {
+                return Err(self.pivot[k]);
+            }
+            if best != k {
+                self.pivot.swap(k, best);
+                let (upper, lower) = self.lu.split_at_mut(best * n);
+                upper[k * n..(k + 1) * n].swap_with_slice(&mut lower[..n]);
+            }
+            let (done, rest) = self.lu.split_at_mut((k + 1) * n);
+            let pivot_row = &done[k * n..];
+            for row in rest.chunks_exact_mut(n) {
+                if row[k].to_f64() == 0.0 {
+                    continue;
+                }
+                let factor = row[k] / pivot_row[k];
+                row[k] = factor;
+                for ((a, &u), scale) in row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]).zip(&mut scale[k + 1..]) {
+                    *a = *a - factor * u;
+                    *scale = scale.max(a.to_f64().abs());
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn column_max<T: Scalar>(a: &[T], n: usize, from: usize, c: usize) -> f64 {
+    (from..n).map(|r| a[r * n + c].to_f64().abs()).fold(0.0, f64::max)
+}
+
+impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
+    fn name(&self) -> &'static str {
+        "dense"
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        let n = pattern.dim();
+        if n > LIMIT {
+            return Err(SolveError::TooLarge { size: n, limit: LIMIT, what: "rows" });
+        }
+        self.lu = vec![T::default(); n * n];
+        self.pivot = (0..n).collect();
+        self.work = vec![T::default(); n];
+        self.phases.analyzed(pattern);
+        Ok(AnalyzeReport { factor_entries: Some(n * n) })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.phases.begin_factorize(a)?;
+        let n = a.dim();
+        self.lu.fill(T::default());
+        a.for_each_lower(|r, c, value| {
+            self.lu[r * n + c] = value.into();
+            self.lu[c * n + r] = value.into();
+        });
+        for (i, p) in self.pivot.iter_mut().enumerate() {
+            *p = i;
+        }
+        let singular = |row| SolveError::Singular { block: a.pattern().block_of_row(row) };
+        self.eliminate(n).map_err(singular)?;
+        self.phases.factorized();
+        Ok(FactorReport::default())
+    }
+
+    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
+        let n = a.dim();
+        let y = &mut self.work;
+        for k in 0..n {
+            let row = &self.lu[k * n..k * n + k];
+            y[k] = row.iter().zip(&*y).fold(b[self.pivot[k]].into(), |sum, (&l, &y)| sum - l * y);
+        }
+        for k in (0..n).rev() {
+            let row = &self.lu[k * n..(k + 1) * n];
+            let sum = row[k + 1..].iter().zip(&y[k + 1..]).fold(y[k], |sum, (&u, &y)| sum - u * y);
+            y[k] = sum / row[k];
+        }
+        for (x, y) in x.iter_mut().zip(y) {
+            *x = y.to_f64();
+        }
+        check_solution(a, x)?;
+        Ok(SolveReport::DIRECT)
+    }
+}

@@ -1,0 +1,563 @@
+//! Block LDLᵀ without pivoting, in the order of the pattern, with the fill of that order.
+//!
+//! A = L D Lᵀ, L unit lower triangular, D diagonal. For a chain the factor is a block band and the cost is linear in
+//! the number of blocks; block rows that close loops and come last fill their own row only (a border). It exists for
+//! symmetric positive definite and for quasi-definite matrices ([M Jᵀ; J −Σ] with M and Σ positive definite has it in
+//! any order, Vanderbei 1995); pivots may then be negative.
+//!
+//! One code serves doubles and [`DoubleDouble`] (the reference), and any block size: sizes that joints have (3, 5, 6)
+//! are compiled with constant bounds, which is 2 to 3 times faster than the loop over run-time bounds.
+
+use crate::{BlockPattern, DoubleDouble, SolveError, SymBlockMatrix};
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// Runs the expression with a constant bound for the sizes that joints and bodies have.
+macro_rules! by_size {
+    ($n:expr, |$v:ident| $body:expr) => {
+        match $n {
+            3 => {
+                let $v = Fixed::<3>;
+                $body
+            }
+            5 => {
+                let $v = Fixed::<5>;
+                $body
+            }
+            6 => {
+                let $v = Fixed::<6>;
+                $body
+            }
+            $v => $body,
+        }
+    };
+}
+
+/// The same for two sizes that are mostly equal.
+macro_rules! by_sizes {
+    ($m:expr, $n:expr, |$v:ident, $w:ident| $body:expr) => {
+        match ($m, $n) {
+            (3, 3) => {
+                let ($v, $w) = (Fixed::<3>, Fixed::<3>);
+                $body
+            }
+            (5, 5) => {
+                let ($v, $w) = (Fixed::<5>, Fixed::<5>);
+                $body
+            }
+            (6, 6) => {
+                let ($v, $w) = (Fixed::<6>, Fixed::<6>);
+                $body
+            }
+            ($v, $w) => $body,
+        }
+    };
+}
+
+/// What the factorisation needs of a number.
+pub(crate) trait Scalar:
+    Copy
+    + From<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + std::ops::Div<Output = Self>
+{
+    /// The nearest double: what pivots are judged by.
+    fn to_f64(self) -> f64;
+    /// Unit roundoff: a pivot below a few of these, relative to what was subtracted from it, is noise.
+    const ROUNDOFF: f64;
+}
+
+impl Scalar for f64 {
+    fn to_f64(self) -> f64 {
+        self
+    }
+    const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+}
+
+impl Scalar for DoubleDouble {
+    fn to_f64(self) -> f64 {
+        self.to_f64()
+    }
+    const ROUNDOFF: f64 = f64::EPSILON * f64::EPSILON;
+}
+
+/// Which pivots are accepted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Pivots {
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    /// Positive ones only.
+    Positive,
+    /// Any that is not noise.
+    Nonzero,
+}
+
+/// Factor of a block-sparse symmetric matrix.
+#[derive(Debug, Clone)]
+pub(crate) struct BlockLdlt<T> {
+    /// Pattern of L: the pattern of A and its fill.
+    factor: BlockPattern,
+    /// For each stored block of A the block of L that it is added into, `None` where A's block is to be ignored.
+    place: Vec<Option<usize>>,
+    /// Blocks of L, column-major; the diagonal blocks hold their unit lower triangle.
+    values: Vec<T>,
+    /// 1/D, length `dim`.
+    inverse_pivots: Vec<T>,
+    /// Largest magnitude that was added into or subtracted from each diagonal entry, length `dim`.
+    scale: Vec<f64>,
+    /// L·D of the column at work, at most the largest column.
+    panel: Vec<T>,
+}
+
+impl<T: Scalar> BlockLdlt<T> {
+    /// Symbolic factorisation of `wanted`, a pattern with the blocks of `of` or fewer. Allocates all that is needed.
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`] where the fill overflows.
+    pub(crate) fn new(of: &BlockPattern, wanted: &BlockPattern) -> Result<Self, SolveError> {
+        let factor = fill(wanted)?;
+        let mut place = Vec::with_capacity(of.stored_blocks());
+        for j in 0..of.blocks() {
+            for k in of.column(j) {
+                let i = of.row(k);
+                place.push(wanted.find(i, j).and_then(|_| factor.find(i, j)));
+            }
+        }
+        let panel = (0..factor.blocks()).map(|j| column_values(&factor, j)).max().unwrap_or(0);
+        Ok(Self {
+            values: vec![0.0.into(); factor.stored_values()],
+            inverse_pivots: vec![0.0.into(); factor.dim()],
+            scale: vec![0.0; factor.dim()],
+            panel: vec![0.0.into(); panel],
+            place,
+            factor,
+        })
+    }
+
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    /// Stored values of L.
+    pub(crate) fn factor_values(&self) -> usize {
+        self.factor.stored_values()
+    }
+
+    /// Factorises `a`, whose pattern is the `of` of [`new`](Self::new). Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`] or [`SolveError::NotPositiveDefinite`] with the block.
+    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, pivots: Pivots) -> Result<(), SolveError> {
+        self.values.fill(0.0.into());
+        for (k, place) in self.place.iter().enumerate() {
+            if let Some(l) = *place {
+                for (to, &from) in self.values[self.factor.values(l)].iter_mut().zip(a.block(k)) {
+                    *to = from.into();
+                }
+            }
+        }
+        for j in 0..self.factor.blocks() {
+            let n = self.factor.size(j);
+            let diagonal = &self.values[self.factor.values(self.factor.column(j).start)];
+            for (r, scale) in self.scale[self.factor.rows(j)].iter_mut().enumerate() {
+                *scale = diagonal[r * (n + 1)].to_f64().abs();
+            }
+        }
+        for k in 0..self.factor.blocks() {
+            self.eliminate(k, pivots)?;
+        }
+        Ok(())
+    }
+
+    /// Eliminates block column `k`: factor of its diagonal block, its part of L, update of the columns after it.
+    fn eliminate(&mut self, k: usize, pivots: Pivots) -> Result<(), SolveError> {
+        let p = &self.factor;
+        let (n, rows, column) = (p.size(k), p.rows(k), p.column(k));
+        let diagonal = p.values(column.start);
+        let (head, later) = self.values.split_at_mut(diagonal.end);
+        let (diagonal, scale) = (&mut head[diagonal], &mut self.scale[rows.clone()]);
+        let inverse = &mut self.inverse_pivots[rows];
+        let failed = |e: PivotError| e.at(k);
+        by_size!(n, |n| factor_diagonal(n, diagonal, inverse, scale, pivots)).map_err(failed)?;
+
+        let base = p.values(column.start).end;
+        for b in column.start + 1..column.end {
+            let m = p.size(p.row(b));
+            let range = p.values(b).start - base..p.values(b).end - base;
+            let panel = &mut self.panel[range.clone()];
+            let block = &mut later[range];
+            by_sizes!(m, n, |m, n| panel_solve(m, n, diagonal, inverse, block, panel));
+        }
+        // The blocks of L(:, k) end where the next column begins, so later columns can be written while they are read.
+        let later_base = p.values(column.end - 1).end;
+        let (column_values, later) = later.split_at_mut(later_base - base);
+        for bj in column.start + 1..column.end {
+            let j = p.row(bj);
+            let l_j = &column_values[p.values(bj).start - base..p.values(bj).end - base];
+            let nj = p.size(j);
+            let mut target = p.column(j).start;
+            for bi in bj..column.end {
+                let i = p.row(bi);
+                while p.row(target) < i {
+                    target += 1;
+                }
+                let x_i = &self.panel[p.values(bi).start - base..p.values(bi).end - base];
+                let range = p.values(target);
+                let block = &mut later[range.start - later_base..range.end - later_base];
+                if i == j {
+                    let scale = &mut self.scale[p.rows(i)];
+                    by_sizes!(nj, n, |m, k| update_diagonal(m, k, block, x_i, l_j, scale));
+                } else {
+                    let mi = p.size(i);
+                    if mi == nj {
+                        by_sizes!(nj, n, |m, k| update(m, m, k, block, x_i, l_j));
+                    } else {
+                        update(mi, nj, n, block, x_i, l_j);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Solves A x = b in place of b, of length `dim`. Allocates nothing.
+    pub(crate) fn solve(&self, x: &mut [T]) {
+        let blocks = self.factor.blocks();
+        self.solve_blocks(0..blocks, x);
+    }
+
+    /// The same for the rows of some block rows (ascending), which no stored block may couple to others.
+    pub(crate) fn solve_blocks<I>(&self, blocks: I, x: &mut [T])
+    where
+        I: DoubleEndedIterator<Item = usize> + Clone,
+    {
+        let p = &self.factor;
+        for k in blocks.clone() {
+            let n = p.size(k);
+            let column = p.column(k);
+            let (head, tail) = x.split_at_mut(p.rows(k).end);
+            let x_k = &mut head[p.rows(k)];
+            by_size!(n, |n| unit_lower_solve(n, &self.values[p.values(column.start)], x_k));
+            for b in column.start + 1..column.end {
+                let rows = p.rows(p.row(b));
+                let x_i = &mut tail[rows.start - p.rows(k).end..rows.end - p.rows(k).end];
+                by_sizes!(rows.len(), n, |m, n| subtract_product(m, n, &self.values[p.values(b)], x_k, x_i));
+            }
+        }
+        for k in blocks.rev() {
+            let n = p.size(k);
+            let column = p.column(k);
+            let (head, tail) = x.split_at_mut(p.rows(k).end);
+            let x_k = &mut head[p.rows(k)];
+            for (x, &d) in x_k.iter_mut().zip(&self.inverse_pivots[p.rows(k)]) {
+                *x = *x * d;
+            }
+            for b in column.start + 1..column.end {
+                let rows = p.rows(p.row(b));
+                let x_i = &tail[rows.start - p.rows(k).end..rows.end - p.rows(k).end];
+                by_sizes!(rows.len(), n, |m, n| subtract_transposed(m, n, &self.values[p.values(b)], x_i, x_k));
+            }
+            by_size!(n, |n| unit_upper_solve(n, &self.values[p.values(column.start)], x_k));
+        }
+    }
+}
+
+/// Number of values of block column `j`.
+fn column_values(p: &BlockPattern, j: usize) -> usize {
+    let column = p.column(j);
+    p.values(column.end - 1).end - p.values(column.start).start
+}
+
+/// The pattern with its fill: eliminating column k couples all rows of that column with each other.
+fn fill(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
+    let blocks = p.blocks();
+    let sizes: Vec<usize> = (0..blocks).map(|i| p.size(i)).collect();
+    let mut rows_of: Vec<Vec<usize>> =
+        (0..blocks).map(|j| p.column(j).skip(1).map(|k| p.row(k)).collect()).collect();
+    let mut couplings = Vec::new();
+    for j in 0..blocks {
+        // It is enough to hand the rows to the first of them: the parent in the elimination tree.
+        let rows = std::mem::take(&mut rows_of[j]);
+        couplings.extend(rows.iter().map(|&i| (i, j)));
+        if let Some((&parent, rest)) = rows.split_first() {
+            let merged = &mut rows_of[parent];
+            merged.extend_from_slice(rest);
+            merged.sort_unstable();
+            merged.dedup();
+        }
+    }
+    BlockPattern::new(&sizes, &couplings)
+}
+
+/// A pivot that cannot be divided by.
+enum PivotError {
+    Singular,
+    Negative,
+    NonFinite,
+}
+
+impl PivotError {
+    fn at(self, block: usize) -> SolveError {
+        match self {
+            Self::Singular => SolveError::Singular { block },
+            Self::Negative => SolveError::NotPositiveDefinite { block },
+            Self::NonFinite => SolveError::NonFinite { what: "factor", block },
+        }
+    }
+}
+
+/// A loop bound: known at compile time ([`Fixed`]) or not (`usize`).
+trait Bound: Copy {
+    fn get(self) -> usize;
+}
+
+#[derive(Clone, Copy)]
+struct Fixed<const N: usize>;
+
+impl<const N: usize> Bound for Fixed<N> {
+    #[inline(always)]
+    fn get(self) -> usize {
+        N
+    }
+}
+
+impl Bound for usize {
+    #[inline(always)]
+    fn get(self) -> usize {
+        self
+    }
+}
+
+/// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of
+/// what each diagonal entry was made from, so that cancellation to noise is seen.
+#[inline(always)]
+fn factor_diagonal<T: Scalar, N: Bound>(
+    n: N,
+    a: &mut [T],
+    inverse: &mut [T],
+    scale: &[f64],
+    pivots: Pivots,
+) -> Result<(), PivotError> {
+    let n = n.get();
+    let (a, inverse, scale) = (&mut a[..n * n], &mut inverse[..n], &scale[..n]);
+    for c in 0..n {
+        let d = a[c + n * c];
+        let size = d.to_f64();
+        if !size.is_finite() {
+            return Err(PivotError::NonFinite);
+        }
+        if size.abs() <= 8.0 * T::ROUNDOFF * scale[c] {
+            return Err(PivotError::Singular);
+        }
+        if size < 0.0 && pivots == Pivots::Positive {
+            return Err(PivotError::Negative);
+        }
+        let reciprocal = T::from(1.0) / d;
+        inverse[c] = reciprocal;
+        for s in c + 1..n {
+            let factor = a[s + n * c] * reciprocal;
+            for r in s..n {
+                a[r + n * s] = a[r + n * s] - a[r + n * c] * factor;
+            }
+        }
+        for r in c + 1..n {
+            a[r + n * c] = a[r + n * c] * reciprocal;
+        }
+    }
+    Ok(())
+}
+
+/// Solves X Lᵀ = A for the m×n block A (unit lower L): `x` receives X = L_ik D, `a` becomes L_ik.
+#[inline(always)]
+fn panel_solve<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], inverse: &[T], a: &mut [T], x: &mut [T]) {
+    let (m, n) = (m.get(), n.get());
+    let (l, inverse) = (&l[..n * n], &inverse[..n]);
+    let (a, x) = (&mut a[..m * n], &mut x[..m * n]);
+    for c in 0..n {
+        for r in 0..m {
+            let mut sum = a[r + m * c];
+            for s in 0..c {
+                sum = sum - x[r + m * s] * l[c + n * s];
+            }
+            x[r + m * c] = sum;
+        }
+    }
+    for c in 0..n {
+        for r in 0..m {
+            a[r + m * c] = x[r + m * c] * inverse[c];
+        }
+    }
+}
+
+/// A −= X Lᵀ for an m×n block A, X m×k, L n×k.
+#[inline(always)]
+fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(m: M, n: N, k: K, a: &mut [T], x: &[T], l: &[T]) {
+    let (m, n, k) = (m.get(), n.get(), k.get());
+    let (a, x, l) = (&mut a[..m * n], &x[..m * k], &l[..n * k]);
+    for c in 0..n {
+        for s in 0..k {
+            let factor = l[c + n * s];
+            for r in 0..m {
+                a[r + m * c] = a[r + m * c] - x[r + m * s] * factor;
+            }
+        }
+    }
+}
+
+/// The same for the lower triangle of a diagonal block, with the magnitude of what is subtracted from its diagonal.
+#[inline(always)]
+fn update_diagonal<T: Scalar, N: Bound, K: Bound>(n: N, k: K, a: &mut [T], x: &[T], l: &[T], scale: &mut [f64]) {
+    let (n, k) = (n.get(), k.get());
+    let (a, x, l, scale) = (&mut a[..n * n], &x[..n * k], &l[..n * k], &mut scale[..n]);
+    for c in 0..n {
+        let before = a[c + n * c];
+        for s in 0..k {
+            let factor = l[c + n * s];
+            for r in c..n {
+                a[r + n * c] = a[r + n * c] - x[r + n * s] * factor;
+            }
+        }
+        scale[c] = scale[c].max((before - a[c + n * c]).to_f64().abs());
+    }
+}
+
+/// x ← L⁻¹ x for the unit lower triangle of an n×n block.
+#[inline(always)]
+fn unit_lower_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) {
+    let n = n.get();
+    let (l, x) = (&l[..n * n], &mut x[..n]);
+    for c in 0..n {
+        for r in c + 1..n {
+            x[r] = x[r] - l[r + n * c] * x[c];
+        }
+    }
+}
+
+/// x ← L⁻ᵀ x.
+#[inline(always)]
+fn unit_upper_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) {
+    let n = n.get();
+    let (l, x) = (&l[..n * n], &mut x[..n]);
+    for c in (0..n).rev() {
+        for r in c + 1..n {
+            x[c] = x[c] - l[r + n * c] * x[r];
+        }
+    }
+}
+
+/// y −= L x for an m×n block L.
+#[inline(always)]
+fn subtract_product<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], x: &[T], y: &mut [T]) {
+    let (m, n) = (m.get(), n.get());
+    let (l, x, y) = (&l[..m * n], &x[..n], &mut y[..m]);
+    for c in 0..n {
+        for r in 0..m {
+            y[r] = y[r] - l[r + m * c] * x[c];
+        }
+    }
+}
+
+/// y −= Lᵀ x for an m×n block L.
+#[inline(always)]
+fn subtract_transposed<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], x: &[T], y: &mut [T]) {
+    let (m, n) = (m.get(), n.get());
+    let (l, x, y) = (&l[..m * n], &x[..m], &mut y[..n]);
+    for c in 0..n {
+        let mut sum = y[c];
+        for r in 0..m {
+            sum = sum - l[r + m * c] * x[r];
+        }
+        y[c] = sum;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    /// A positive definite matrix with pseudo-random blocks: strong diagonal, couplings in −1 … 1.
+    fn random(sizes: &[usize], couplings: &[(usize, usize)]) -> SymBlockMatrix {
+        let mut a = SymBlockMatrix::zeros(Arc::new(BlockPattern::new(sizes, couplings).unwrap()));
+        let mut state = 1_u32;
+        for v in a.values_mut() {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            *v = f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0;
+        }
+        let pattern = a.pattern().clone();
+        for j in 0..pattern.blocks() {
+            let n = pattern.size(j);
+            let block = a.block_mut(pattern.column(j).start);
+            for r in 0..n {
+                for c in 0..r {
+                    block[c + n * r] = block[r + n * c];
+                }
+                block[r * (n + 1)] = 40.0;
+            }
+        }
+        a
+    }
+
+    fn solve(a: &SymBlockMatrix, b: &[f64]) -> Vec<f64> {
+        let mut factor = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).unwrap();
+        factor.factorize(a, Pivots::Positive).unwrap();
+        let mut x = b.to_vec();
+        factor.solve(&mut x);
+        x
+    }
+
+    #[test]
+    fn chains_loops_and_borders_of_every_block_size() {
+        let chain = |n: usize| (1..n).map(|i| (i - 1, i)).collect::<Vec<_>>();
+        let with_border = |n: usize| [chain(n), vec![(0, n - 1), (2, n - 1), (n / 2, n - 2)]].concat();
+        let cases: Vec<(Vec<usize>, Vec<(usize, usize)>)> = vec![
+            (vec![1; 9], chain(9)),
+            (vec![3; 7], with_border(7)),
+            (vec![5; 8], with_border(8)),
+            (vec![6; 8], with_border(8)),
+            (vec![3, 6, 6, 6, 3], chain(5)),
+            (vec![2, 4, 1, 7, 3, 6, 6], vec![(0, 6), (1, 6), (2, 5), (3, 5), (4, 6), (5, 6), (0, 1)]),
+            (vec![0, 3, 0, 2], vec![(0, 1), (1, 2), (1, 3)]),
+        ];
+        for (sizes, couplings) in cases {
+            let a = random(&sizes, &couplings);
+            let b: Vec<f64> = (0..a.dim()).map(|i| (i as f64).sin() + 0.1).collect();
+            let x = solve(&a, &b);
+            let e = crate::backward_error(&a, &b, &x).unwrap();
+            assert!(e.componentwise < 1e-14, "{sizes:?}: {e:?}");
+        }
+    }
+
+    #[test]
+    fn a_chain_has_no_fill_and_a_closing_row_fills_its_own_row_only() {
+        let chain: Vec<_> = (1..10).map(|i| (i - 1, i)).collect();
+        let p = BlockPattern::new(&[2; 10], &chain).unwrap();
+        assert_eq!(fill(&p).unwrap(), p);
+        let p = BlockPattern::new(&[2; 11], &[chain, vec![(0, 10), (9, 10)]].concat()).unwrap();
+        let f = fill(&p).unwrap();
+        assert_eq!(f.stored_blocks(), 11 + 9 + 10);
+        assert!((0..10).all(|j| f.find(10, j).is_some()));
+    }
+
+    #[test]
+    fn quasi_definite_matrices_have_negative_pivots() {
+        let mut a = random(&[2, 2], &[(0, 1)]);
+        let diagonal = a.block_mut(2);
+        for v in diagonal {
+            *v = -*v;
+        }
+        let mut factor = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).unwrap();
+        assert_eq!(factor.factorize(&a, Pivots::Positive), Err(SolveError::NotPositiveDefinite { block: 1 }));
+        factor.factorize(&a, Pivots::Nonzero).unwrap();
+        let mut x = vec![1.0, 2.0, 3.0, 4.0];
+        factor.solve(&mut x);
+        assert!(crate::backward_error(&a, &[1.0, 2.0, 3.0, 4.0], &x).unwrap().normwise < 1e-15);
+    }
+
+    #[test]
+    fn duplicated_rows_are_named() {
+        // Rows 0 and 1 are equal, and so are their couplings to a third block.
+        let mut a = random(&[1, 1, 1], &[(0, 1), (0, 2), (1, 2)]);
+        a.values_mut().copy_from_slice(&[0.3, 0.3, 0.1, 0.3, 0.1, 5.0]);
+        let mut factor = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).unwrap();
+        assert_eq!(factor.factorize(&a, Pivots::Nonzero), Err(SolveError::Singular { block: 1 }));
+    }
+}

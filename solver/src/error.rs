@@ -1,0 +1,127 @@
+//! What can go wrong in a solve, as data: block and row numbers that the caller turns into names of its own.
+
+use std::fmt;
+
+/// Why there is no solution to use. Running out of iterations is not among these: see [`crate::Status`].
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum SolveError {
+    /// The backend exists but was not compiled in.
+    NotCompiled {
+        /// Name of the backend.
+        backend: &'static str,
+        /// Cargo feature that brings it.
+        feature: &'static str,
+    },
+    /// A phase was called before the one that it needs.
+    OutOfOrder {
+        /// The call that came too early.
+        called: &'static str,
+        /// The call that has to come first.
+        needs: &'static str,
+    },
+    /// The matrix has another block pattern than the one analysed.
+    PatternChanged,
+    /// A slice has the wrong length.
+    Dimension {
+        /// Which argument.
+        what: &'static str,
+        /// Length needed.
+        expected: usize,
+        /// Length given.
+        found: usize,
+    },
+    /// A NaN or an infinity.
+    NonFinite {
+        /// Where it stands: `"matrix"`, `"right-hand side"`, `"guess"` or `"solution"`.
+        what: &'static str,
+        /// Block row of the first one.
+        block: usize,
+    },
+    /// A pivot vanished to rounding: rows of this block depend on those eliminated before it.
+    Singular {
+        /// Block row.
+        block: usize,
+    },
+    /// A pivot or a curvature was negative where the backend needs a positive definite matrix.
+    NotPositiveDefinite {
+        /// Block row.
+        block: usize,
+    },
+    /// The system is larger than the backend can hold.
+    TooLarge {
+        /// Rows (or stored entries) of the system.
+        size: usize,
+        /// The backend's limit.
+        limit: usize,
+        /// What is limited: `"rows"`, `"entries"`.
+        what: &'static str,
+    },
+    /// An option's value is out of its range.
+    InvalidOption {
+        /// Name of the option.
+        option: &'static str,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A library reported a failure that none of the variants above describes.
+    Library {
+        /// Its name.
+        library: &'static str,
+        /// Its message.
+        message: String,
+    },
+}
+
+impl fmt::Display for SolveError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotCompiled { backend, feature } => {
+                write!(f, "backend `{backend}` is not compiled in: build with `--features {feature}`")
+            }
+            Self::OutOfOrder { called, needs } => {
+                write!(f, "`{called}` was called before `{needs}`: call `{needs}` first")
+            }
+            Self::PatternChanged => {
+                write!(f, "the matrix has another block pattern than the one analysed: call `analyze` again")
+            }
+            Self::Dimension { what, expected, found } => {
+                write!(f, "{what} has length {found}, {expected} needed")
+            }
+            Self::NonFinite { what, block } => {
+                write!(f, "{what} holds a NaN or an infinity in block {block}")
+            }
+            Self::Singular { block } => {
+                write!(
+                    f,
+                    "the matrix is singular to rounding at block {block}: its rows depend on earlier ones \
+                     (add compliance or remove the redundant rows)"
+                )
+            }
+            Self::NotPositiveDefinite { block } => {
+                write!(
+                    f,
+                    "the matrix is not positive definite at block {block}: choose a backend for indefinite systems"
+                )
+            }
+            Self::TooLarge { size, limit, what } => {
+                write!(f, "the system has {size} {what}, the backend holds {limit}: choose another backend")
+            }
+            Self::InvalidOption { option, allowed } => {
+                write!(f, "option `{option}` is out of range: {allowed}")
+            }
+            Self::Library { library, message } => write!(f, "{library}: {message}"),
+        }
+    }
+}
+
+impl std::error::Error for SolveError {}
+
+/// Fails with [`SolveError::Dimension`] unless `found == expected`.
+pub(crate) fn expect_len(what: &'static str, expected: usize, found: usize) -> Result<(), SolveError> {
+    if found == expected {
+        Ok(())
+    } else {
+        Err(SolveError::Dimension { what, expected, found })
+    }
+}

@@ -1,0 +1,173 @@
+//! Symmetric block-sparse matrices: a shared pattern and its values.
+
+use crate::error::expect_len;
+use crate::{BlockPattern, SolveError};
+use std::sync::Arc;
+
+/// A symmetric matrix whose lower triangle is stored by blocks (see [`BlockPattern`]).
+///
+/// Diagonal blocks are stored in full; backends read their lower triangle only.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SymBlockMatrix {
+    pattern: Arc<BlockPattern>,
+    values: Vec<f64>,
+}
+
+impl SymBlockMatrix {
+    /// The zero matrix of a pattern. Allocates.
+    #[must_use]
+    pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
+        let values = vec![0.0; pattern.stored_values()];
+        Self { pattern, values }
+    }
+
+    /// The pattern.
+    #[must_use]
+    pub fn pattern(&self) -> &Arc<BlockPattern> {
+        &self.pattern
+    }
+
+    /// Dimension of the matrix.
+    #[must_use]
+    pub fn dim(&self) -> usize {
+        self.pattern.dim()
+    }
+
+    /// All stored values, in the order of the pattern's stored blocks.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// All stored values, to be written.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Stored block `k`, column-major.
+    #[must_use]
+    pub fn block(&self, k: usize) -> &[f64] {
+        &self.values[self.pattern.values(k)]
+    }
+
+    /// Stored block `k`, column-major, to be written.
+    pub fn block_mut(&mut self, k: usize) -> &mut [f64] {
+        &mut self.values[self.pattern.values(k)]
+    }
+
+    /// Entry at scalar row `r` and column `c`; zero where nothing is stored. For tests and dumps: O(log n).
+    #[must_use]
+    pub fn get(&self, r: usize, c: usize) -> f64 {
+        let (r, c) = (r.max(c), r.min(c));
+        let (i, j) = (self.pattern.block_of_row(r), self.pattern.block_of_row(c));
+        self.pattern.find(i, j).map_or(0.0, |k| {
+            let (rows, columns) = (self.pattern.rows(i), self.pattern.rows(j));
+            self.block(k)[(r - rows.start) + (c - columns.start) * rows.len()]
+        })
+    }
+
+    /// Calls `f(r, c, a_rc)` for each stored entry of the lower triangle (`r ≥ c`), column blocks in order.
+    pub fn for_each_lower(&self, mut f: impl FnMut(usize, usize, f64)) {
+        let p = &self.pattern;
+        for j in 0..p.blocks() {
+            let columns = p.rows(j);
+            for k in p.column(j) {
+                let rows = p.rows(p.row(k));
+                let block = self.block(k);
+                for c in columns.clone() {
+                    for r in rows.clone().filter(|&r| r >= c) {
+                        f(r, c, block[(r - rows.start) + (c - columns.start) * rows.len()]);
+                    }
+                }
+            }
+        }
+    }
+
+    /// `y = A x`; both of length `dim`. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`].
+    pub fn mul(&self, x: &[f64], y: &mut [f64]) -> Result<(), SolveError> {
+        expect_len("x", self.dim(), x.len())?;
+        expect_len("y", self.dim(), y.len())?;
+        y.fill(0.0);
+        self.for_each_lower(|r, c, a| {
+            y[r] += a * x[c];
+            if r != c {
+                y[c] += a * x[r];
+            }
+        });
+        Ok(())
+    }
+
+    /// Infinity norm ‖A‖∞ = maxᵢ Σⱼ |aᵢⱼ|. Allocates.
+    #[must_use]
+    pub fn norm_inf(&self) -> f64 {
+        let mut sums = vec![0.0; self.dim()];
+        self.for_each_lower(|r, c, a| {
+            sums[r] += a.abs();
+            if r != c {
+                sums[c] += a.abs();
+            }
+        });
+        sums.into_iter().fold(0.0, f64::max)
+    }
+
+    /// Fails where a stored value is not finite, with its block row. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::NonFinite`].
+    pub fn check_finite(&self) -> Result<(), SolveError> {
+        // One pass without branches: the sum of x·0 is NaN exactly where some x is not finite.
+        if self.values.iter().map(|v| v * 0.0).sum::<f64>() == 0.0 {
+            return Ok(());
+        }
+        let p = &self.pattern;
+        let bad = (0..p.stored_blocks()).find(|&k| self.block(k).iter().any(|v| !v.is_finite()));
+        bad.map_or(Ok(()), |k| Err(SolveError::NonFinite { what: "matrix", block: p.row(k) }))
+    }
+}
+
+/// Fails where `v` (length `dim`) is not finite, with the block row.
+pub(crate) fn check_finite(pattern: &BlockPattern, what: &'static str, v: &[f64]) -> Result<(), SolveError> {
+    if v.iter().map(|x| x * 0.0).sum::<f64>() == 0.0 {
+        return Ok(());
+    }
+    let bad = v.iter().position(|x| !x.is_finite());
+    bad.map_or(Ok(()), |r| Err(SolveError::NonFinite { what, block: pattern.block_of_row(r) }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn small() -> SymBlockMatrix {
+        let pattern = BlockPattern::new(&[2, 1], &[(0, 1)]).unwrap();
+        let mut a = SymBlockMatrix::zeros(Arc::new(pattern));
+        a.block_mut(0).copy_from_slice(&[4.0, 1.0, 1.0, 3.0]);
+        a.block_mut(1).copy_from_slice(&[-1.0, 2.0]);
+        a.block_mut(2).copy_from_slice(&[5.0]);
+        a
+    }
+
+    #[test]
+    fn product_is_symmetric() {
+        let a = small();
+        let mut y = [0.0; 3];
+        a.mul(&[1.0, 2.0, 3.0], &mut y).unwrap();
+        assert_eq!(y, [3.0, 13.0, 18.0]);
+        assert_eq!((a.get(0, 2), a.get(2, 1), a.get(1, 1)), (-1.0, 2.0, 3.0));
+        assert_eq!(a.norm_inf(), 8.0);
+        assert!(a.mul(&[1.0], &mut y).is_err());
+    }
+
+    #[test]
+    fn names_the_block_of_a_nan() {
+        let mut a = small();
+        assert!(a.check_finite().is_ok());
+        a.block_mut(2)[0] = f64::NAN;
+        assert_eq!(a.check_finite(), Err(SolveError::NonFinite { what: "matrix", block: 1 }));
+        let e = check_finite(a.pattern(), "guess", &[0.0, f64::INFINITY, 0.0]);
+        assert_eq!(e, Err(SolveError::NonFinite { what: "guess", block: 0 }));
+    }
+}

@@ -1,0 +1,90 @@
+//! Reference solutions in extended precision, for sizes where a dense oracle is out of reach.
+
+use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::error::expect_len;
+use crate::matrix::check_finite;
+use crate::{DoubleDouble, SolveError, SymBlockMatrix};
+
+/// The solution of A x = b to the last digit of a double: block LDLᵀ in double-double arithmetic (A symmetric, with
+/// an LDLᵀ in its own order, such as positive definite or quasi-definite matrices), refined in double-double until
+/// the correction is below 10⁻²⁴ relative. Linear cost for a chain, 50 to 100 times a double solve. Allocates.
+///
+/// # Errors
+/// Bad dimensions, values that are not finite, singular pivots, and [`SolveError::Library`] where the refinement does
+/// not contract, so that the result would not be a reference.
+pub fn reference_solution(a: &SymBlockMatrix, b: &[f64]) -> Result<Vec<f64>, SolveError> {
+    const TARGET: f64 = 1e-24;
+    expect_len("right-hand side", a.dim(), b.len())?;
+    a.check_finite()?;
+    check_finite(a.pattern(), "right-hand side", b)?;
+    let mut factor = BlockLdlt::<DoubleDouble>::new(a.pattern(), a.pattern())?;
+    factor.factorize(a, Pivots::Nonzero)?;
+    let mut x = vec![DoubleDouble::default(); a.dim()];
+    let mut change = f64::INFINITY;
+    for _ in 0..6 {
+        let mut r: Vec<DoubleDouble> = b.iter().map(|&b| b.into()).collect();
+        a.for_each_lower(|i, j, a_ij| {
+            r[i] = r[i] - x[j] * a_ij.into();
+            if i != j {
+                r[j] = r[j] - x[i] * a_ij.into();
+            }
+        });
+        factor.solve(&mut r);
+        let largest = |v: &[DoubleDouble]| v.iter().fold(0.0_f64, |m, x| m.max(x.to_f64().abs()));
+        for (x, d) in x.iter_mut().zip(&r) {
+            *x = *x + *d;
+        }
+        let scale = largest(&x);
+        change = if scale == 0.0 { 0.0 } else { largest(&r) / scale };
+        if change <= TARGET {
+            return Ok(x.into_iter().map(DoubleDouble::to_f64).collect());
+        }
+    }
+    Err(SolveError::Library {
+        library: "reference",
+        message: format!("refinement in extended precision stalled at a relative correction of {change:.1e}"),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::BlockPattern;
+    use std::sync::Arc;
+
+    /// The chain of N unit masses under a load R: S is tridiagonal with 1/mᵢ + 1/mᵢ₊₁, and its inverse is known:
+    /// (S⁻¹)ᵢⱼ = Σ of the masses from max(i, j) on.
+    #[test]
+    fn hanging_chain_has_its_exact_multipliers() {
+        let n = 40;
+        let couplings: Vec<_> = (1..n).map(|i| (i, i - 1)).collect();
+        let p = Arc::new(BlockPattern::new(&vec![1; n], &couplings).unwrap());
+        for load in [1.0, 1024.0, 2.0_f64.powi(40)] {
+            let mass = |i: usize| if i + 1 == n { load } else { 1.0 };
+            let mut a = SymBlockMatrix::zeros(p.clone());
+            for i in 0..n {
+                let k = p.find(i, i).unwrap();
+                a.block_mut(k)[0] = 1.0 / mass(i) + if i > 0 { 1.0 / mass(i - 1) } else { 0.0 };
+                if i > 0 {
+                    let k = p.find(i, i - 1).unwrap();
+                    a.block_mut(k)[0] = -1.0 / mass(i - 1);
+                }
+            }
+            let mut b = vec![0.0; n];
+            b[0] = 1.0;
+            let x = reference_solution(&a, &b).unwrap();
+            for (i, x) in x.iter().enumerate() {
+                let exact = load + (n - 1 - i) as f64;
+                assert!((x - exact).abs() <= 2.0 * f64::EPSILON * exact, "{i}: {x} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn dependent_rows_are_an_error() {
+        let p = Arc::new(BlockPattern::new(&[2], &[]).unwrap());
+        let mut a = SymBlockMatrix::zeros(p);
+        a.values_mut().copy_from_slice(&[1.0, 2.0, 2.0, 4.0]);
+        assert_eq!(reference_solution(&a, &[1.0, 1.0]), Err(SolveError::Singular { block: 0 }));
+    }
+}
