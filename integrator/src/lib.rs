@@ -1,1 +1,49 @@
-//! Placeholder.
+//! Fixed-step time stepping of constrained rigid bodies: one linear solve a step.
+//!
+//! This crate joins a scene (`taut-model`) and a linear solver (`taut-solver`). It holds the time step Δt, the assembly
+//! of the linear system and the update of velocities and positions, [SL §II and Algorithm 1]:
+//!
+//! ```text
+//! [ M̃  −Jᵀ ] [ Δv ]   [ Δt f    ]        Schur form   S μ = c − J (v + M̃⁻¹ Δt f),  S = J M̃⁻¹ Jᵀ + Σ
+//! [ J    Σ  ] [ μ  ] = [ c − J v ]        KKT form     the symmetric [M̃ Jᵀ; J −Σ] with −μ as unknown
+//!
+//! v⁺ = v + Δv,   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e,   multipliers λ = μ/Δt
+//! ```
+//!
+//! ```
+//! use taut_integrator::{StepOptions, Stepper};
+//! use taut_model::HoistParams;
+//!
+//! let scene = HoistParams { segments: 12, mass_ratio: 50.0, ..HoistParams::default() }.build()?;
+//! let mut stepper = Stepper::new(scene, StepOptions::default())?;
+//! for _ in 0..60 {
+//!     stepper.step()?;
+//! }
+//! assert!((stepper.time() - 1.0).abs() < 1e-12);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | `stepper` | the step: phases in order, nothing allocated after the first |
+//! | `options` | scheme, Δt, form of the system, backend |
+//! | `inertia` | M̃ and Δt f, in one place |
+//! | `regularization` | Σ and c, in one place |
+//! | `plan` | block patterns and index maps of a topology; fills the matrix |
+//! | `products` | J v and Jᵀ μ |
+//! | `report` | what a step did, and the time of each phase |
+
+mod error;
+mod inertia;
+mod options;
+mod plan;
+mod products;
+mod regularization;
+mod report;
+mod stepper;
+
+pub use error::StepError;
+pub use options::{Form, Scheme, StepOptions, UnknownName};
+pub use report::{Phase, PhaseTimes, StepReport};
+pub use stepper::Stepper;

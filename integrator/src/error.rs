@@ -1,0 +1,90 @@
+//! What can go wrong in a step, in the scene's own names.
+
+use crate::Form;
+use std::fmt;
+use taut_model::SceneError;
+use taut_solver::SolveError;
+
+/// Why a stepper cannot be made or a step cannot be taken.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum StepError {
+    /// An option is out of its range.
+    InvalidOption {
+        /// Name of the option.
+        field: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The backend does not take matrices of this form.
+    FormNotAccepted {
+        /// The backend with its options.
+        backend: String,
+        /// The form.
+        form: Form,
+    },
+    /// The scene is not valid.
+    Scene(SceneError),
+    /// The linear system could not be solved.
+    Solve {
+        /// What the solver says.
+        source: SolveError,
+        /// The constraint or body that its block number stands for, where it gave one.
+        culprit: Option<String>,
+        /// Time at the beginning of the step \[s].
+        time: f64,
+    },
+    /// The state is no longer finite: the step has become unstable.
+    NonFinite {
+        /// Name of the first body concerned.
+        body: String,
+        /// Time at the end of the step \[s].
+        time: f64,
+    },
+}
+
+impl fmt::Display for StepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::InvalidOption { field, value, allowed } => {
+                write!(f, "option `{field}` is {value}: it must be {allowed}")
+            }
+            Self::FormNotAccepted { backend, form } => write!(
+                f,
+                "backend `{backend}` does not take the indefinite `{form}` form: use the `schur` form, or banded, \
+                 faer:ldlt, faer:lu, umfpack or dense"
+            ),
+            Self::Scene(e) => e.fmt(f),
+            Self::Solve { source, culprit, time } => {
+                write!(f, "at t = {time:.4} s: ")?;
+                if let Some(name) = culprit {
+                    write!(f, "`{name}`: ")?;
+                }
+                source.fmt(f)
+            }
+            Self::NonFinite { body, time } => write!(
+                f,
+                "the state of body `{body}` is not finite at t = {time:.4} s: the step is unstable (use a smaller Δt, \
+                 a smaller mass ratio or stiffer bending)"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for StepError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Scene(e) => Some(e),
+            Self::Solve { source, .. } => Some(source),
+            _ => None,
+        }
+    }
+}
+
+impl From<SceneError> for StepError {
+    fn from(e: SceneError) -> Self {
+        Self::Scene(e)
+    }
+}

@@ -1,0 +1,72 @@
+//! Effective inertia M̃ of all bodies at the beginning of a step, and products with it.
+//!
+//! M̃ = diag(m I₃, R I Rᵀ) block by block, [SL (3)]. This is the one place where it is computed; whatever a scheme adds
+//! to the inertia belongs here.
+
+use nalgebra::{Matrix3, Vector3};
+use taut_model::{Bodies, Scene};
+
+/// M̃ and its inverse for all bodies, and the impulses Δt f that do not come from constraints.
+#[derive(Debug, Clone)]
+pub(crate) struct Inertia {
+    /// Mass of each body \[kg].
+    pub(crate) mass: Vec<f64>,
+    /// 1/mass \[1/kg].
+    pub(crate) inverse_mass: Vec<f64>,
+    /// Angular part of M̃, world frame \[kg m²].
+    pub(crate) angular: Vec<Matrix3<f64>>,
+    /// Its inverse.
+    pub(crate) inverse_angular: Vec<Matrix3<f64>>,
+    /// Δt f: 6 numbers a body, [linear (N s), angular (N m s)]: gravity, external and gyroscopic.
+    pub(crate) impulse: Vec<f64>,
+}
+
+impl Inertia {
+    pub(crate) fn new(bodies: &Bodies) -> Self {
+        let n = bodies.len();
+        Self {
+            mass: bodies.mass.clone(),
+            inverse_mass: bodies.mass.iter().map(|m| 1.0 / m).collect(),
+            angular: vec![Matrix3::zeros(); n],
+            inverse_angular: vec![Matrix3::zeros(); n],
+            impulse: vec![0.0; 6 * n],
+        }
+    }
+
+    /// M̃ and Δt f of the scene's present state. `Err(body)` where the inertia has no inverse.
+    pub(crate) fn update(&mut self, scene: &Scene, dt: f64) -> Result<(), usize> {
+        let bodies = &scene.bodies;
+        for i in 0..bodies.len() {
+            let inertia = bodies.inertia_world(i);
+            let inverse = inertia.try_inverse().ok_or(i)?;
+            let omega = bodies.angular_velocity[i];
+            let force = bodies.mass[i] * scene.gravity + bodies.force[i];
+            let torque = bodies.torque[i] - omega.cross(&(inertia * omega));
+            self.impulse[6 * i..6 * i + 3].copy_from_slice((dt * force).as_slice());
+            self.impulse[6 * i + 3..6 * i + 6].copy_from_slice((dt * torque).as_slice());
+            self.angular[i] = inertia;
+            self.inverse_angular[i] = inverse;
+        }
+        Ok(())
+    }
+
+    /// y = M̃ v for body `i`; 6 numbers each.
+    #[inline]
+    pub(crate) fn apply(&self, i: usize, v: &[f64], y: &mut [f64]) {
+        let angular = self.angular[i] * Vector3::from_column_slice(&v[3..6]);
+        for (y, v) in y.iter_mut().zip(&v[..3]) {
+            *y = self.mass[i] * v;
+        }
+        y[3..6].copy_from_slice(angular.as_slice());
+    }
+
+    /// y = M̃⁻¹ p for body `i`; 6 numbers each.
+    #[inline]
+    pub(crate) fn apply_inverse(&self, i: usize, p: &[f64], y: &mut [f64]) {
+        let angular = self.inverse_angular[i] * Vector3::from_column_slice(&p[3..6]);
+        for (y, p) in y.iter_mut().zip(&p[..3]) {
+            *y = self.inverse_mass[i] * p;
+        }
+        y[3..6].copy_from_slice(angular.as_slice());
+    }
+}

@@ -1,0 +1,218 @@
+//! Where everything goes: block patterns and index maps of a topology, computed once.
+
+use crate::Form;
+use crate::inertia::Inertia;
+use crate::regularization::Regularization;
+use std::sync::Arc;
+use taut_model::{Linearized, Scene};
+use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
+
+/// What a block row of the linear system stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum BlockOf {
+    Body(usize),
+    Constraint(usize),
+}
+
+/// Pattern and maps of one form of the linear system.
+#[derive(Debug, Clone)]
+pub(crate) struct Plan {
+    pub(crate) pattern: Arc<BlockPattern>,
+    /// What each block row stands for.
+    pub(crate) block: Vec<BlockOf>,
+    maps: Maps,
+}
+
+#[derive(Debug, Clone)]
+enum Maps {
+    /// Contributions W_s J_tᵀ to stored blocks.
+    Schur(Vec<Product>),
+    /// Stored diagonal block of each body; stored block of each slot; first row of each constraint.
+    Kkt { body: Vec<usize>, slot: Vec<usize>, constraint: Vec<usize> },
+}
+
+/// Stored block `target` receives W of slot `left` times Jᵀ of slot `right`.
+#[derive(Debug, Clone, Copy)]
+struct Product {
+    target: usize,
+    left: usize,
+    right: usize,
+}
+
+impl Plan {
+    pub(crate) fn new(form: Form, scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
+        match form {
+            Form::Schur => Self::schur(scene, rows),
+            Form::Kkt => Self::kkt(scene, rows),
+        }
+    }
+
+    /// One block row a constraint, in the scene's order; two are coupled where they act on the same body.
+    fn schur(scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
+        let sizes: Vec<usize> = (0..rows.constraints()).map(|c| rows.row_range(c).len()).collect();
+        let mut slots_of_body = vec![Vec::new(); scene.bodies.len()];
+        for (s, slot) in rows.slots.iter().enumerate() {
+            slots_of_body[slot.body].push(s);
+        }
+        // All ordered pairs of slots at a body whose block lies in the lower triangle.
+        let mut pairs = Vec::new();
+        for slots in &slots_of_body {
+            for &left in slots {
+                let lower = slots.iter().filter(|&&r| rows.slots[r].constraint <= rows.slots[left].constraint);
+                pairs.extend(lower.map(|&right| (left, right)));
+            }
+        }
+        pairs.sort_unstable();
+        let constraint = |s: usize| rows.slots[s].constraint;
+        let couplings: Vec<_> = pairs.iter().map(|&(l, r)| (constraint(l), constraint(r))).collect();
+        let pattern = BlockPattern::new(&sizes, &couplings)?.with_groups(scene.groups.clone())?;
+        let products = pairs.iter().filter_map(|&(left, right)| {
+            let target = pattern.find(constraint(left), constraint(right))?;
+            Some(Product { target, left, right })
+        });
+        let maps = Maps::Schur(products.collect());
+        let block = (0..rows.constraints()).map(BlockOf::Constraint).collect();
+        Ok(Self { pattern: Arc::new(pattern), block, maps })
+    }
+
+    /// Bodies and constraints, each body just before the first constraint that acts on it: in this order no pivot
+    /// rests on Σ alone, so that rigid rows (Σ = 0) have one too.
+    fn kkt(scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
+        let mut block = Vec::new();
+        let mut body_block = vec![usize::MAX; scene.bodies.len()];
+        let mut constraint_block = Vec::new();
+        for c in 0..rows.constraints() {
+            for slot in &rows.slots[rows.slot_range(c)] {
+                if body_block[slot.body] == usize::MAX {
+                    body_block[slot.body] = block.len();
+                    block.push(BlockOf::Body(slot.body));
+                }
+            }
+            constraint_block.push(block.len());
+            block.push(BlockOf::Constraint(c));
+        }
+        for (i, b) in body_block.iter_mut().enumerate().filter(|(_, b)| **b == usize::MAX) {
+            *b = block.len();
+            block.push(BlockOf::Body(i));
+        }
+        let sizes: Vec<usize> = block
+            .iter()
+            .map(|b| match b {
+                BlockOf::Body(_) => 6,
+                BlockOf::Constraint(c) => rows.row_range(*c).len(),
+            })
+            .collect();
+        let place = |s: &taut_model::Slot| (constraint_block[s.constraint], body_block[s.body]);
+        let couplings: Vec<_> = rows.slots.iter().map(place).collect();
+        let pattern = BlockPattern::new(&sizes, &couplings)?;
+        let slot = rows.slots.iter().filter_map(|s| pattern.find(place(s).0, place(s).1)).collect();
+        let body = body_block.iter().map(|&b| pattern.column(b).start).collect();
+        let maps = Maps::Kkt { body, slot, constraint: constraint_block };
+        Ok(Self { pattern: Arc::new(pattern), block, maps })
+    }
+
+    /// Fills the matrix. `w` receives W = J M̃⁻¹ (laid out as the Jacobian) where the form needs it.
+    pub(crate) fn fill(
+        &self,
+        rows: &Linearized,
+        inertia: &Inertia,
+        regularization: &Regularization,
+        w: &mut [f64],
+        a: &mut SymBlockMatrix,
+    ) {
+        a.values_mut().fill(0.0);
+        match &self.maps {
+            Maps::Schur(products) => {
+                fill_w(rows, inertia, w);
+                for p in products {
+                    let (left, right) = (&rows.slots[p.left], &rows.slots[p.right]);
+                    let m = rows.row_range(left.constraint).len();
+                    let n = rows.row_range(right.constraint).len();
+                    let left = &w[left.offset..left.offset + 6 * m];
+                    let right = &rows.jacobian[right.offset..right.offset + 6 * n];
+                    add_product(left, right, a.block_mut(p.target));
+                }
+                for c in 0..rows.constraints() {
+                    let sigma = &regularization.sigma[rows.row_range(c)];
+                    let diagonal = a.block_mut(self.pattern.column(c).start);
+                    for (r, s) in sigma.iter().enumerate() {
+                        diagonal[r * (sigma.len() + 1)] += s;
+                    }
+                }
+            }
+            Maps::Kkt { body, slot, constraint } => {
+                for (i, &k) in body.iter().enumerate() {
+                    let block = a.block_mut(k);
+                    for r in 0..3 {
+                        block[7 * r] = inertia.mass[i];
+                        for c in 0..3 {
+                            block[(3 + r) + 6 * (3 + c)] = inertia.angular[i][(r, c)];
+                        }
+                    }
+                }
+                for (s, &k) in rows.slots.iter().zip(slot) {
+                    let n = rows.row_range(s.constraint).len();
+                    let jacobian = &rows.jacobian[s.offset..s.offset + 6 * n];
+                    let block = a.block_mut(k);
+                    // Two slots of a constraint on one body share a block.
+                    for (r, row) in jacobian.chunks_exact(6).enumerate() {
+                        for (c, j) in row.iter().enumerate() {
+                            block[r + n * c] += j;
+                        }
+                    }
+                }
+                for (c, &block) in constraint.iter().enumerate() {
+                    let sigma = &regularization.sigma[rows.row_range(c)];
+                    let diagonal = a.block_mut(self.pattern.column(block).start);
+                    for (r, s) in sigma.iter().enumerate() {
+                        diagonal[r * (sigma.len() + 1)] = -s;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Right-hand side from the bodies' part (6 numbers a body) and the rows' part.
+    pub(crate) fn gather(&self, rows: &Linearized, bodies: &[f64], multipliers: &[f64], b: &mut [f64]) {
+        for (k, block) in self.block.iter().enumerate() {
+            let to = &mut b[self.pattern.rows(k)];
+            match *block {
+                BlockOf::Body(i) => to.copy_from_slice(&bodies[6 * i..6 * i + 6]),
+                BlockOf::Constraint(c) => to.copy_from_slice(&multipliers[rows.row_range(c)]),
+            }
+        }
+    }
+
+    /// The multipliers' part of a solution times `sign`, and back in [`gather`](Self::gather)'s order.
+    pub(crate) fn scatter_multipliers(&self, rows: &Linearized, x: &[f64], sign: f64, multipliers: &mut [f64]) {
+        for (k, block) in self.block.iter().enumerate() {
+            if let BlockOf::Constraint(c) = *block {
+                for (to, from) in multipliers[rows.row_range(c)].iter_mut().zip(&x[self.pattern.rows(k)]) {
+                    *to = sign * from;
+                }
+            }
+        }
+    }
+}
+
+/// W = J M̃⁻¹, slot by slot.
+fn fill_w(rows: &Linearized, inertia: &Inertia, w: &mut [f64]) {
+    for slot in &rows.slots {
+        let len = 6 * rows.row_range(slot.constraint).len();
+        let range = slot.offset..slot.offset + len;
+        for (j, w) in rows.jacobian[range.clone()].chunks_exact(6).zip(w[range].chunks_exact_mut(6)) {
+            inertia.apply_inverse(slot.body, j, w);
+        }
+    }
+}
+
+/// A += W Jᵀ for row-major m×6 W and n×6 J, column-major m×n A.
+#[inline]
+fn add_product(w: &[f64], j: &[f64], a: &mut [f64]) {
+    let m = w.len() / 6;
+    for (column, j) in a.chunks_exact_mut(m).zip(j.chunks_exact(6)) {
+        for (a, w) in column.iter_mut().zip(w.chunks_exact(6)) {
+            *a += w.iter().zip(j).map(|(w, j)| w * j).sum::<f64>();
+        }
+    }
+}
