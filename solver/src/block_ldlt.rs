@@ -354,7 +354,7 @@ fn factor_diagonal<T: Scalar, N: Bound>(
         inverse[c] = reciprocal;
         for s in c + 1..n {
             let factor = a[s + n * c] * reciprocal;
-            for r in s..n {
+            for r in 0..n {
                 a[r + n * s] = a[r + n * s] - a[r + n * c] * factor;
             }
         }
@@ -372,18 +372,23 @@ fn panel_solve<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], inverse: &[T]
     let (l, inverse) = (&l[..n * n], &inverse[..n]);
     let (a, x) = (&mut a[..m * n], &mut x[..m * n]);
     for c in 0..n {
-        for r in 0..m {
-            let mut sum = a[r + m * c];
-            for s in 0..c {
-                sum = sum - x[r + m * s] * l[c + n * s];
-            }
-            x[r + m * c] = sum;
+        let (done, rest) = x.split_at_mut(m * c);
+        let (column, a) = (&mut rest[..m], &mut a[m * c..m * (c + 1)]);
+        column.copy_from_slice(a);
+        for s in 0..c {
+            subtract_scaled(m, l[c + n * s], &done[m * s..m * (s + 1)], column);
+        }
+        for (a, x) in a.iter_mut().zip(column) {
+            *a = *x * inverse[c];
         }
     }
-    for c in 0..n {
-        for r in 0..m {
-            a[r + m * c] = x[r + m * c] * inverse[c];
-        }
+}
+
+/// y −= f x, both of length m.
+#[inline(always)]
+fn subtract_scaled<T: Scalar>(m: usize, f: T, x: &[T], y: &mut [T]) {
+    for (y, x) in y[..m].iter_mut().zip(&x[..m]) {
+        *y = *y - *x * f;
     }
 }
 
@@ -393,11 +398,9 @@ fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(m: M, n: N, k: K, a: &mut [T]
     let (m, n, k) = (m.get(), n.get(), k.get());
     let (a, x, l) = (&mut a[..m * n], &x[..m * k], &l[..n * k]);
     for c in 0..n {
+        let column = &mut a[m * c..m * (c + 1)];
         for s in 0..k {
-            let factor = l[c + n * s];
-            for r in 0..m {
-                a[r + m * c] = a[r + m * c] - x[r + m * s] * factor;
-            }
+            subtract_scaled(m, l[c + n * s], &x[m * s..m * (s + 1)], column);
         }
     }
 }
@@ -408,14 +411,12 @@ fn update_diagonal<T: Scalar, N: Bound, K: Bound>(n: N, k: K, a: &mut [T], x: &[
     let (n, k) = (n.get(), k.get());
     let (a, x, l, scale) = (&mut a[..n * n], &x[..n * k], &l[..n * k], &mut scale[..n]);
     for c in 0..n {
-        let before = a[c + n * c];
+        let column = &mut a[n * c..n * (c + 1)];
+        let before = column[c];
         for s in 0..k {
-            let factor = l[c + n * s];
-            for r in c..n {
-                a[r + n * c] = a[r + n * c] - x[r + n * s] * factor;
-            }
+            subtract_scaled(n, l[c + n * s], &x[n * s..n * (s + 1)], column);
         }
-        scale[c] = scale[c].max((before - a[c + n * c]).to_f64().abs());
+        scale[c] = scale[c].max((before - column[c]).to_f64().abs());
     }
 }
 

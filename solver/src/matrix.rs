@@ -90,14 +90,34 @@ impl SymBlockMatrix {
     pub fn mul(&self, x: &[f64], y: &mut [f64]) -> Result<(), SolveError> {
         expect_len("x", self.dim(), x.len())?;
         expect_len("y", self.dim(), y.len())?;
-        y.fill(0.0);
-        self.for_each_lower(|r, c, a| {
-            y[r] += a * x[c];
-            if r != c {
-                y[c] += a * x[r];
-            }
-        });
+        self.product(x, y);
         Ok(())
+    }
+
+    /// `r = b − A x`, all of length `dim`. Allocates nothing.
+    ///
+    /// # Panics
+    /// Where a length differs.
+    pub fn subtract_product(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
+        assert_eq!((b.len(), x.len(), r.len()), (self.dim(), self.dim(), self.dim()));
+        self.product(x, r);
+        for (r, b) in r.iter_mut().zip(b) {
+            *r = b - *r;
+        }
+    }
+
+    fn product(&self, x: &[f64], y: &mut [f64]) {
+        y.fill(0.0);
+        let p = &self.pattern;
+        for j in 0..p.blocks() {
+            let (column, columns) = (p.column(j), p.rows(j));
+            add_symmetric(self.block(column.start), &x[columns.clone()], &mut y[columns.clone()]);
+            for k in column.skip(1) {
+                let (block, rows) = (self.block(k), p.rows(p.row(k)));
+                add_block(block, &x[columns.clone()], &mut y[rows.clone()]);
+                add_transposed(block, &x[rows], &mut y[columns.clone()]);
+            }
+        }
     }
 
     /// Infinity norm ‖A‖∞ = maxᵢ Σⱼ |aᵢⱼ|. Allocates.
@@ -118,8 +138,7 @@ impl SymBlockMatrix {
     /// # Errors
     /// [`SolveError::NonFinite`].
     pub fn check_finite(&self) -> Result<(), SolveError> {
-        // One pass without branches: the sum of x·0 is NaN exactly where some x is not finite.
-        if self.values.iter().map(|v| v * 0.0).sum::<f64>() == 0.0 {
+        if all_finite(&self.values) {
             return Ok(());
         }
         let p = &self.pattern;
@@ -128,9 +147,54 @@ impl SymBlockMatrix {
     }
 }
 
+/// y += A x for a column-major block.
+#[inline]
+pub(crate) fn add_block(a: &[f64], x: &[f64], y: &mut [f64]) {
+    for (&x, column) in x.iter().zip(a.chunks_exact(y.len().max(1))) {
+        for (y, a) in y.iter_mut().zip(column) {
+            *y += a * x;
+        }
+    }
+}
+
+/// y += Aᵀ x for a column-major block.
+#[inline]
+pub(crate) fn add_transposed(a: &[f64], x: &[f64], y: &mut [f64]) {
+    for (y, column) in y.iter_mut().zip(a.chunks_exact(x.len().max(1))) {
+        *y += column.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
+    }
+}
+
+/// y += A x for a diagonal block, of which the lower triangle is read.
+#[inline]
+pub(crate) fn add_symmetric(a: &[f64], x: &[f64], y: &mut [f64]) {
+    let n = x.len();
+    for (c, column) in a.chunks_exact(n.max(1)).enumerate() {
+        let mut sum = column[c] * x[c];
+        for r in c + 1..n {
+            y[r] += column[r] * x[c];
+            sum += column[r] * x[r];
+        }
+        y[c] += sum;
+    }
+}
+
+/// Whether all numbers are finite: x·0 is NaN exactly where x is not. Eight sums run side by side, so that the pass is
+/// not a chain of dependent additions.
+fn all_finite(v: &[f64]) -> bool {
+    let mut sums = [0.0; 8];
+    let (chunks, rest) = v.as_chunks::<8>();
+    for chunk in chunks {
+        for (sum, x) in sums.iter_mut().zip(chunk) {
+            *sum += x * 0.0;
+        }
+    }
+    rest.iter().all(|x| x.is_finite()) && sums.iter().sum::<f64>() == 0.0
+}
+
 /// Fails where `v` (length `dim`) is not finite, with the block row.
 pub(crate) fn check_finite(pattern: &BlockPattern, what: &'static str, v: &[f64]) -> Result<(), SolveError> {
-    if v.iter().map(|x| x * 0.0).sum::<f64>() == 0.0 {
+    if all_finite(v) {
         return Ok(());
     }
     let bad = v.iter().position(|x| !x.is_finite());
