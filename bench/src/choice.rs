@@ -1,0 +1,137 @@
+//! Which solver an experiment runs: a backend with its options and the form of the system that it solves.
+
+use std::fmt;
+use std::str::FromStr;
+use taut_integrator::{Form, StepOptions};
+use taut_solver::{Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions};
+use taut_solver::{Partition, Preconditioner, SolveError, UmfpackOptions};
+
+/// A backend and a form. The text form is the backend's, with `/kkt` after it for the KKT form.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// The backend with its options.
+    pub backend: Backend,
+    /// The form of the system.
+    pub form: Form,
+}
+
+impl Choice {
+    /// `backend` on the Schur complement.
+    #[must_use]
+    pub fn schur(backend: Backend) -> Self {
+        Self { backend, form: Form::Schur }
+    }
+
+    /// `backend` on the KKT matrix.
+    #[must_use]
+    pub fn kkt(backend: Backend) -> Self {
+        Self { backend, form: Form::Kkt }
+    }
+
+    /// Every solver that is worth a row of its own, whether compiled in or not.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        let faer = |factorization| Backend::Faer(FaerOptions { factorization });
+        let umfpack = Backend::Umfpack(UmfpackOptions::default());
+        let gauss_seidel =
+            |partition| Backend::GaussSeidel(GaussSeidelOptions { partition, ..GaussSeidelOptions::default() });
+        let cg =
+            |preconditioner| Backend::ConjugateGradient(CgOptions { preconditioner, ..CgOptions::default() });
+        vec![
+            Self::schur(Backend::Banded),
+            Self::kkt(Backend::Banded),
+            Self::schur(faer(FaerFactorization::Llt)),
+            Self::schur(faer(FaerFactorization::Ldlt)),
+            Self::kkt(faer(FaerFactorization::Ldlt)),
+            Self::schur(faer(FaerFactorization::Lu)),
+            Self::kkt(faer(FaerFactorization::Lu)),
+            Self::schur(Backend::NalgebraSparse),
+            Self::schur(umfpack.clone()),
+            Self::kkt(umfpack),
+            Self::schur(Backend::Dense(DenseOptions::default())),
+            Self::schur(gauss_seidel(Partition::Joints)),
+            Self::schur(gauss_seidel(Partition::Groups)),
+            Self::schur(cg(Preconditioner::None)),
+            Self::schur(cg(Preconditioner::BlockJacobi)),
+            Self::schur(cg(Preconditioner::Group)),
+        ]
+    }
+
+    /// Name without iterations and tolerance: one family of rows of a table.
+    #[must_use]
+    pub fn family(&self) -> String {
+        let backend = self.backend.to_string();
+        let kept: Vec<&str> =
+            backend.split(':').filter(|o| !o.starts_with("iterations=") && !o.starts_with("tolerance=")).collect();
+        let name = kept.join(":").replace(":refinement=2", "");
+        match self.form {
+            Form::Kkt => format!("{name}/kkt"),
+            _ => name,
+        }
+    }
+
+    /// Step options with this solver, and one refinement from the pieces where it is direct.
+    #[must_use]
+    pub fn options(&self, dt: f64) -> StepOptions {
+        StepOptions {
+            dt,
+            form: self.form,
+            refinements: usize::from(!self.backend.is_iterative()),
+            backend: self.backend.clone(),
+            ..StepOptions::default()
+        }
+    }
+
+    /// Fails where the backend is not compiled in or an option is out of its range.
+    ///
+    /// # Errors
+    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
+    pub fn check(&self) -> Result<(), SolveError> {
+        self.backend.create().map(|_| ())
+    }
+}
+
+impl fmt::Display for Choice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.backend.fmt(f)?;
+        match self.form {
+            Form::Kkt => f.write_str("/kkt"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl FromStr for Choice {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (backend, form) = text.split_once('/').unwrap_or((text, "schur"));
+        let backend: Backend = backend.parse().map_err(|e: taut_solver::ParseBackendError| e.to_string())?;
+        let form: Form = form.parse().map_err(|e: taut_integrator::UnknownName| e.to_string())?;
+        if form == Form::Kkt && !backend.accepts_indefinite() {
+            return Err(format!("backend `{}` needs a positive definite matrix: drop `/kkt`", backend.name()));
+        }
+        Ok(Self { backend, form })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_form_round_trips() {
+        for choice in Choice::all() {
+            assert_eq!(choice.to_string().parse(), Ok(choice.clone()));
+        }
+        assert_eq!("umfpack/kkt".parse::<Choice>().unwrap().family(), "umfpack/kkt");
+        assert_eq!("cg:jacobi:iterations=3".parse::<Choice>().unwrap().family(), "cg:jacobi");
+    }
+
+    #[test]
+    fn definite_backends_refuse_the_kkt_form() {
+        let e = "cg/kkt".parse::<Choice>().unwrap_err();
+        assert!(e.contains("positive definite"), "{e}");
+        assert!("banded/lu".parse::<Choice>().unwrap_err().contains("schur, kkt"));
+    }
+}

@@ -1,0 +1,24 @@
+//! Experiments on hoisting cables: speed against error of every solver, statics, runs. The binary `taut` prints them,
+//! the workspace's tests assert on them.
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | `ladder` | the main job: backends × mass ratios × iterations |
+//! | `statics` | the hanging cable: elongation, iterations needed |
+//! | `reference` | finely stepped motions to compare with |
+//! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `choice` | a backend and a form as one value, with its text form |
+//! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
+
+pub mod choice;
+pub mod ladder;
+pub mod machine;
+pub mod output;
+pub mod reference;
+pub mod run;
+pub mod statics;
+pub mod table;
+pub mod trajectory;
+
+pub use choice::Choice;

@@ -1,0 +1,349 @@
+//! The command line `taut`. Tables go to standard output, progress and errors to standard error; exit code 2 stands
+//! for bad input, 1 for a run that became unstable.
+
+use clap::{Args, Parser, Subcommand};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use taut_bench::ladder::{self, Config, Record};
+use taut_bench::machine::Machine;
+use taut_bench::statics;
+use taut_bench::{Choice, output, run, table};
+use taut_integrator::{Scheme, StepOptions};
+use taut_model::HoistParams;
+
+/// Sparse linear solvers on hoisting cables: speed against error.
+#[derive(Debug, Parser)]
+#[command(version, about, args_conflicts_with_subcommands = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    bench: BenchArgs,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
+    #[command(after_help = "Example: taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group")]
+    Bench(BenchArgs),
+    /// The cable hanging at rest: elongation of every direct solver, iterations that the others need
+    #[command(after_help = "Example: taut static --segments 24 --ratios 1,1e3,1e5 --json static.json")]
+    Static(StaticArgs),
+    /// Simulates a named scene or a TOML file
+    #[command(after_help = "Example: taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv")]
+    Run(RunArgs),
+    /// Lists the backends, which are compiled in, and their licences
+    Backends,
+}
+
+#[derive(Debug, Args)]
+struct BenchArgs {
+    /// Numbers of segments
+    #[arg(long, value_delimiter = ',', value_name = "N")]
+    segments: Vec<usize>,
+    /// Mass ratios load/segment
+    #[arg(long, value_delimiter = ',', value_name = "R")]
+    ratios: Vec<f64>,
+    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
+    #[arg(long, value_delimiter = ',', value_name = "B")]
+    backends: Vec<String>,
+    /// Limits of iterations for the iterative solvers
+    #[arg(long, value_delimiter = ',', value_name = "K")]
+    iterations: Vec<usize>,
+    /// Parameters of the hoist
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Simulated time of the stability and load columns \[s]
+    #[arg(long, value_name = "S")]
+    time: Option<f64>,
+    /// A tenth of the work, under 10 s
+    #[arg(long)]
+    quick: bool,
+    /// Writes all rows to a file as well (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct StaticArgs {
+    /// Numbers of segments
+    #[arg(long, value_delimiter = ',', default_value = "24,100", value_name = "N")]
+    segments: Vec<usize>,
+    /// Mass ratios load/segment
+    #[arg(long, value_delimiter = ',', default_value = "1,10,1e2,1e3,1e4,1e5", value_name = "R")]
+    ratios: Vec<f64>,
+    /// Solvers (default: all)
+    #[arg(long, value_delimiter = ',', value_name = "B")]
+    backends: Vec<String>,
+    /// Most iterations tried for the iterative solvers
+    #[arg(long, default_value_t = 4000, value_name = "K")]
+    limit: usize,
+    /// Writes the rows to a file as well (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+struct RunArgs {
+    /// Name of a scene, or a TOML file
+    scene: String,
+    /// Overrides a parameter of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Backend with options after colons, `/kkt` for the KKT form (default: the first one compiled in)
+    #[arg(long, value_name = "B")]
+    backend: Option<String>,
+    /// Integration scheme
+    #[arg(long, value_name = "NAME", default_value_t = Scheme::default())]
+    scheme: Scheme,
+    /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
+    #[arg(long, value_name = "K")]
+    refine: Option<usize>,
+    /// Time step \[s]
+    #[arg(long, value_name = "S", default_value_t = 1.0 / 60.0)]
+    dt: f64,
+    /// Simulated time \[s]
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    time: f64,
+    /// Writes one line a step to a CSV file
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// Writes the summary to a file (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+/// What ends the program with an exit code other than 0.
+enum Failure {
+    /// Bad input: code 2.
+    Input(String),
+    /// A run that became unstable: code 1.
+    Unstable(String),
+}
+
+impl<E: std::error::Error> From<E> for Failure {
+    fn from(e: E) -> Self {
+        Self::Input(e.to_string())
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let done = match cli.command {
+        None => bench(&cli.bench),
+        Some(Command::Bench(args)) => bench(&args),
+        Some(Command::Static(args)) => hang(&args),
+        Some(Command::Run(args)) => simulate(&args),
+        Some(Command::Backends) => {
+            print!("{}", table::backends());
+            Ok(())
+        }
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(Failure::Input(message)) => {
+            eprintln!("taut: {message}");
+            ExitCode::from(2)
+        }
+        Err(Failure::Unstable(message)) => {
+            eprintln!("taut: {message}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn progress(length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{msg:18} {wide_bar} {pos}/{len} {elapsed}");
+    let bar = ProgressBar::new(length);
+    style.map_or_else(|_| bar.clone(), |style| bar.clone().with_style(style))
+}
+
+fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Failure> {
+    let split = |t: &String| Failure::Input(format!("`--set {t}` is not of the form KEY=VALUE"));
+    texts.iter().map(|t| t.split_once('=').ok_or_else(|| split(t))).collect()
+}
+
+/// The choices named, each of which must be compiled in; all of them where none is named.
+fn choices(names: &[String]) -> Result<Vec<Choice>, Failure> {
+    if names.is_empty() {
+        return Ok(Choice::all());
+    }
+    names
+        .iter()
+        .map(|name| {
+            let choice: Choice = name.parse().map_err(Failure::Input)?;
+            choice.check()?;
+            Ok(choice)
+        })
+        .collect()
+}
+
+/// Fails unless every number is positive and finite.
+fn positive(what: &str, numbers: &[f64]) -> Result<(), Failure> {
+    match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
+        None => Ok(()),
+        Some(x) => Err(Failure::Input(format!("{what} is {x}: it must be a positive finite number"))),
+    }
+}
+
+fn config(args: &BenchArgs) -> Result<Config, Failure> {
+    let mut config = if args.quick { Config::quick() } else { Config::default() };
+    let replace = |list: &mut Vec<usize>, with: &[usize]| {
+        if !with.is_empty() {
+            *list = with.to_vec();
+        }
+    };
+    replace(&mut config.segments, &args.segments);
+    replace(&mut config.iterations, &args.iterations);
+    config.iterations.sort_unstable();
+    config.iterations.dedup();
+    if config.iterations.first() == Some(&0) {
+        return Err(Failure::Input("`--iterations` holds 0: each limit must be at least 1".to_owned()));
+    }
+    if !args.ratios.is_empty() {
+        config.ratios.clone_from(&args.ratios);
+    }
+    positive("a number of `--ratios`", &config.ratios)?;
+    if let Some(time) = args.time {
+        config.time = time;
+    }
+    positive("`--time`", &[config.time])?;
+    config.choices = choices(&args.backends)?;
+    config.scene = hoist(&config.scene, &overrides(&args.overrides)?)?;
+    Ok(config)
+}
+
+/// The hoist with parameters overridden.
+fn hoist(defaults: &HoistParams, overrides: &[(&str, &str)]) -> Result<HoistParams, Failure> {
+    let text = taut_model::SceneSource::Hoist(Box::new(defaults.clone())).to_toml()?;
+    match taut_model::SceneSource::parse(&text, overrides)? {
+        taut_model::SceneSource::Hoist(params) => Ok(*params),
+        _ => Err(Failure::Input("the main job runs the hoist only".to_owned())),
+    }
+}
+
+/// What `bench.json` holds besides the rows.
+#[derive(serde::Serialize)]
+struct BenchFile<'a> {
+    machine: Machine,
+    records: &'a [Record],
+    omissions: &'a [ladder::Omission],
+}
+
+fn bench(args: &BenchArgs) -> Result<(), Failure> {
+    let config = config(args)?;
+    let bar = progress(0);
+    let results = ladder::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let machine = Machine::current();
+    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    if !only_json {
+        println!("{machine}");
+        println!(
+            "hoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated",
+            config.scene.length,
+            config.scene.segment_mass.unwrap_or(1.0),
+            1.0 / config.dt,
+            config.scene.move_x,
+            config.time
+        );
+        println!(
+            "step, solve: median time; backw.: normwise backward error; forward: error of the multipliers against \
+             extended precision\n(unrefined: without refinement); elong.: hanging cable's length after 1 s; load m: \
+             distance from the reference motion;\nstable: or the time of the end; fastest: of this scene within that \
+             forward error"
+        );
+        print!("{}", table::ladder(&results));
+    }
+    let file = BenchFile { machine, records: &results.records, omissions: &results.omissions };
+    let default = PathBuf::from("target/taut/bench.json");
+    output::write_json(&default, &file.records)?;
+    if let Some(path) = &args.json {
+        output::write_json(path, &file.records)?;
+    }
+    if !only_json {
+        println!("\nrows written to {}", default.display());
+    }
+    Ok(())
+}
+
+/// What `taut static --json` writes.
+#[derive(serde::Serialize)]
+struct StaticFile {
+    settled: Vec<statics::Settled>,
+    needed: Vec<statics::Needed>,
+}
+
+fn hang(args: &StaticArgs) -> Result<(), Failure> {
+    const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-9];
+    let named = !args.backends.is_empty();
+    let choices: Vec<Choice> =
+        choices(&args.backends)?.into_iter().filter(|c| named || c.check().is_ok()).collect();
+    positive("a number of `--ratios`", &args.ratios)?;
+    let bar = progress((args.segments.len() * args.ratios.len() * choices.len()) as u64);
+    let mut file = StaticFile { settled: Vec::new(), needed: Vec::new() };
+    let dt = 1.0 / 60.0;
+    for &segments in &args.segments {
+        for &mass_ratio in &args.ratios {
+            let params = HoistParams { segments, mass_ratio, ..HoistParams::default() };
+            for choice in &choices {
+                bar.set_message(choice.family());
+                if choice.backend.is_iterative() {
+                    for warm_start in [true, false] {
+                        let options = StepOptions { warm_start, ..choice.options(dt) };
+                        let rows =
+                            statics::iterations_needed(&params, &options, &choice.family(), &LEVELS, args.limit)?;
+                        file.needed.extend(rows);
+                    }
+                } else if choice.backend.name() != "dense" || segments <= 24 || named {
+                    file.settled.push(statics::settle(&params, choice, dt, 6000)?);
+                }
+                bar.inc(1);
+            }
+        }
+    }
+    bar.finish_and_clear();
+    if args.json.as_deref() != Some(Path::new("-")) {
+        println!("Released unstretched and damped to rest, one refinement: elongation");
+        print!("{}", table::settled(&file.settled));
+        println!("\nIterations a step that hold the hanging cable for a second within a relative error of its elongation");
+        print!("{}", table::needed(&file.needed));
+    }
+    if let Some(path) = &args.json {
+        output::write_json(path, &file)?;
+    }
+    Ok(())
+}
+
+fn simulate(args: &RunArgs) -> Result<(), Failure> {
+    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    let mut options = StepOptions::default();
+    if let Some(name) = &args.backend {
+        let choice: Choice = name.parse().map_err(Failure::Input)?;
+        choice.check()?;
+        options = choice.options(args.dt);
+    }
+    options.dt = args.dt;
+    options.scheme = args.scheme;
+    options.refinements = args.refine.unwrap_or(options.refinements);
+    positive("`--time`", &[args.time])?;
+    positive("`--dt`", &[args.dt])?;
+    let bar = progress(taut_bench::trajectory::steps_in(args.time, args.dt) as u64);
+    let (summary, trajectory) = run::run(&prepared, &options, args.time, &bar)?;
+    bar.finish_and_clear();
+    if let Some(path) = &args.out {
+        output::write_text(path, &run::csv(&trajectory))?;
+    }
+    if args.json.as_deref() != Some(Path::new("-")) {
+        print!("{}", run::text(&summary));
+    }
+    if let Some(path) = &args.json {
+        output::write_json(path, &summary)?;
+    }
+    match summary.failure {
+        None => Ok(()),
+        Some(f) => Err(Failure::Unstable(format!("unstable at t = {:.4} s: {}", f.time, f.reason))),
+    }
+}

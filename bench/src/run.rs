@@ -1,0 +1,238 @@
+//! `taut run`: one scene, one solver, and everything that a run tells.
+
+use crate::trajectory::{Energy, Failure, Timing, Trajectory, energy, simulate};
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::fmt::Write;
+use std::path::Path;
+use taut_integrator::{Phase, StepError, StepOptions, Stepper};
+use taut_model::{Scene, SceneError, SceneSource};
+
+/// A scene to be run, with what only its parameters know.
+#[derive(Debug, Clone)]
+pub struct Prepared {
+    /// The scene.
+    pub scene: Scene,
+    /// Unstrained length of the cable and its exact elongation at rest, for hoists \[m].
+    pub cable: Option<(f64, f64)>,
+    /// Gap of a joint at which the run is given up \[m].
+    pub max_gap: f64,
+}
+
+/// Why a scene cannot be prepared.
+#[derive(Debug)]
+pub enum PrepareError {
+    /// The file of that name cannot be read.
+    File(crate::output::FileError),
+    /// The scene is not sound.
+    Scene(SceneError),
+}
+
+impl std::fmt::Display for PrepareError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::File(e) => e.fmt(f),
+            Self::Scene(e) => e.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for PrepareError {}
+
+/// Reads a scene by name or from a TOML file, with overrides.
+///
+/// # Errors
+/// [`PrepareError`].
+pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
+    let named = taut_model::named::NAMES.contains(&scene);
+    // What looks like a file is one; anything else is a name, and the error lists the names.
+    let is_file = !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
+    let source = if is_file {
+        let failed =
+            |source| PrepareError::File(crate::output::FileError { path: scene.into(), doing: "read", source });
+        SceneSource::parse(&std::fs::read_to_string(scene).map_err(failed)?, overrides)
+    } else {
+        SceneSource::load(scene, overrides)
+    };
+    let source = source.map_err(PrepareError::Scene)?;
+    let built = source.build().map_err(PrepareError::Scene)?;
+    let (cable, max_gap) = match &source {
+        SceneSource::Hoist(p) => (Some((p.length, p.exact_elongation())), p.length / p.segments as f64),
+        _ => (None, f64::INFINITY),
+    };
+    Ok(Prepared { scene: built, cable, max_gap })
+}
+
+/// Positions of the load over time.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct LoadPath {
+    /// Times \[s].
+    pub time: Vec<f64>,
+    /// Positions \[m].
+    pub position: Vec<[f64; 3]>,
+}
+
+/// Energies at both ends of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct EnergySpan {
+    /// After the first step.
+    pub start: Energy,
+    /// After the last.
+    pub end: Energy,
+}
+
+/// State of all bodies.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct FinalState {
+    /// Names.
+    pub name: Vec<String>,
+    /// Centres of mass \[m].
+    pub position: Vec<[f64; 3]>,
+    /// Unit quaternions, scalar first.
+    pub orientation: Vec<[f64; 4]>,
+    /// Velocities \[m/s].
+    pub velocity: Vec<[f64; 3]>,
+    /// Angular velocities \[rad/s].
+    pub angular_velocity: Vec<[f64; 3]>,
+}
+
+/// What `taut run --json` writes.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the scene.
+    pub scene: String,
+    /// Backend with its options.
+    pub backend: String,
+    /// Form of the linear system.
+    pub form: String,
+    /// Scheme.
+    pub scheme: String,
+    /// Refinement sweeps a step.
+    pub refinements: usize,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Steps made.
+    pub steps: usize,
+    /// Whether the run reached its end.
+    pub stable: bool,
+    /// How it ended early.
+    pub failure: Option<Failure>,
+    /// Load positions, one a step.
+    pub load: LoadPath,
+    /// Energies.
+    pub energy: EnergySpan,
+    /// Largest gap of a joint \[m].
+    pub max_violation_m: f64,
+    /// Largest |gap sum of the cable − its exact elongation at rest|/length over the run; hoists only.
+    pub max_elongation_error: Option<f64>,
+    /// Whole step \[ns].
+    pub step_ns: Timing,
+    /// Phases of a step, medians \[ns].
+    pub phases_ns: Vec<(String, f64)>,
+    /// Mean iterations a step; 0 for direct solvers.
+    pub iterations_mean: f64,
+    /// State at the end.
+    pub final_state: FinalState,
+}
+
+/// Runs a prepared scene for `time` seconds; the samples are those of each step.
+///
+/// # Errors
+/// Where no stepper can be made. A step that fails ends the run and is reported in the summary.
+pub fn run(
+    prepared: &Prepared,
+    options: &StepOptions,
+    time: f64,
+    progress: &ProgressBar,
+) -> Result<(Summary, Trajectory), StepError> {
+    let mut stepper = Stepper::new(prepared.scene.clone(), options.clone())?;
+    let initial = energy(&stepper);
+    let trajectory = simulate(&mut stepper, time, prepared.max_gap, |_| progress.inc(1));
+    // Elastic energy is known from the first step's multipliers on.
+    let start = trajectory.samples.first().map_or(initial, |s| s.energy);
+    let elongation_error = prepared.cable.map(|(length, exact)| {
+        let sums = trajectory.samples.iter().map(|s| ((s.gap_sum - exact) / length).abs());
+        sums.fold(0.0, f64::max)
+    });
+    let median = |phase| trajectory.nanoseconds(|p| p.of(phase)).median;
+    let iterations: usize = trajectory.samples.iter().map(|s| s.iterations).sum();
+    let summary = Summary {
+        scene: prepared.scene.name.clone(),
+        backend: options.backend.to_string(),
+        form: options.form.to_string(),
+        scheme: options.scheme.to_string(),
+        refinements: options.refinements,
+        dt: options.dt,
+        steps: trajectory.samples.len(),
+        stable: trajectory.failure.is_none(),
+        failure: trajectory.failure.clone(),
+        load: LoadPath {
+            time: trajectory.samples.iter().map(|s| s.time).collect(),
+            position: trajectory.samples.iter().map(|s| s.load.into()).collect(),
+        },
+        energy: EnergySpan { start, end: trajectory.samples.last().map_or(start, |s| s.energy) },
+        max_violation_m: trajectory.max_violation(),
+        max_elongation_error: elongation_error,
+        step_ns: trajectory.nanoseconds(taut_integrator::PhaseTimes::total),
+        phases_ns: Phase::ALL.map(|p| (format!("{p:?}").to_lowercase(), median(p))).to_vec(),
+        iterations_mean: iterations as f64 / trajectory.samples.len().max(1) as f64,
+        final_state: final_state(stepper.scene()),
+    };
+    Ok((summary, trajectory))
+}
+
+fn final_state(scene: &Scene) -> FinalState {
+    let bodies = &scene.bodies;
+    FinalState {
+        name: scene.body_names.clone(),
+        position: bodies.position.iter().map(|&v| v.into()).collect(),
+        orientation: bodies.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]).collect(),
+        velocity: bodies.velocity.iter().map(|&v| v.into()).collect(),
+        angular_velocity: bodies.angular_velocity.iter().map(|&v| v.into()).collect(),
+    }
+}
+
+/// One line a step, for spreadsheets and plots.
+#[must_use]
+pub fn csv(trajectory: &Trajectory) -> String {
+    let mut out = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns\n"
+        .to_owned();
+    for s in &trajectory.samples {
+        let (x, e) = (s.load, s.energy);
+        let ns = s.phases.total().as_nanos();
+        let _ = writeln!(
+            out,
+            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{ns}",
+            s.time, x.x, x.y, x.z, e.kinetic, e.gravity, e.elastic, s.violation, s.iterations
+        );
+    }
+    out
+}
+
+/// The summary for people.
+#[must_use]
+pub fn text(s: &Summary) -> String {
+    let mut out = String::new();
+    let ns = crate::table::nanoseconds;
+    let verdict = match &s.failure {
+        None => "stable".to_owned(),
+        Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
+    };
+    let last = s.load.position.last().copied().unwrap_or_default();
+    let phases: Vec<_> = s.phases_ns.iter().map(|(name, t)| format!("{name} {}", ns(*t))).collect();
+    let rows = [
+        ("scene", s.scene.clone()),
+        ("solver", format!("{} ({} form, {} refinements)", s.backend, s.form, s.refinements)),
+        ("steps", format!("{} of {:.6} s, {}", s.steps, s.dt, s.scheme)),
+        ("verdict", verdict),
+        ("load at the end", format!("({:.6}, {:.6}, {:.6}) m", last[0], last[1], last[2])),
+        ("energy", format!("{:.6e} J → {:.6e} J", s.energy.start.total(), s.energy.end.total())),
+        ("largest gap", format!("{:.3e} m", s.max_violation_m)),
+        ("step time", format!("median {}, min {}, max {}", ns(s.step_ns.median), ns(s.step_ns.min), ns(s.step_ns.max))),
+        ("phases", phases.join(", ")),
+    ];
+    for (name, value) in rows {
+        let _ = writeln!(out, "{name:>16}  {value}");
+    }
+    out
+}

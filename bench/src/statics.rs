@@ -1,0 +1,184 @@
+//! The hanging cable at rest: is it as long as it must be, and how many iterations does that take?
+//!
+//! The exact discrete elongation is Σⱼ εⱼ Tⱼ over the joints; the massless continuum is M g L/(YA). The cable hangs
+//! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
+//! ratios has nothing to grow from: what is measured here is the solver.
+
+use crate::choice::Choice;
+use crate::trajectory::load_position;
+use serde::Serialize;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Scene};
+use taut_solver::Status;
+
+/// Steps of [`hold`]: a second at 60 Hz.
+pub const HOLD_STEPS: usize = 60;
+
+/// How a solver holds a cable that hangs in equilibrium.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Held {
+    /// |elongation/exact − 1| at the end, against the exact discrete value.
+    pub error: f64,
+    /// The same against M g L/(YA).
+    pub error_continuum: f64,
+    /// Steps whose solve claimed convergence.
+    pub claimed: usize,
+}
+
+/// The hanging scene of the given hoist: no motion, no seeds, and the damping time 2/ω that damps the bounce of the
+/// load (ω² = YA/(L M)) critically.
+#[must_use]
+pub fn hanging(params: &HoistParams) -> HoistParams {
+    let stiffness = params.ea.unwrap_or(2e7) / params.length;
+    let load = params.mass_ratio * params.segment_mass.unwrap_or(1.0);
+    HoistParams {
+        seed: 0,
+        move_x: 0.0,
+        circle_radius: 0.0,
+        initial_angle: 0.0,
+        damping: 2.0 * (load / stiffness).sqrt(),
+        ..params.clone()
+    }
+}
+
+/// Elongation of the hanging cable: how far the load is below the end of the unstrained cable \[m].
+fn elongation(params: &HoistParams, scene: &Scene) -> f64 {
+    -load_position(scene).z - params.length - params.load_offset
+}
+
+/// Holds the cable for [`HOLD_STEPS`] steps from its exact equilibrium, multipliers started from zero.
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepError> {
+    let params = hanging(params);
+    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options.clone())?;
+    let mut claimed = 0;
+    for _ in 0..HOLD_STEPS {
+        let report = stepper.step()?;
+        claimed += usize::from(report.solve.status == Status::Converged);
+    }
+    let elongation = elongation(&params, stepper.scene());
+    let error = |exact: f64| (elongation / exact - 1.0).abs();
+    Ok(Held { error: error(params.exact_elongation()), error_continuum: error(params.continuum_elongation()), claimed })
+}
+
+/// A cable released unstretched and damped to rest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Settled {
+    /// Backend, options, form.
+    pub backend: String,
+    /// Segments of the cable.
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Steps until the length no longer changed by 10⁻¹³ of the elongation in 30 steps, or the limit.
+    pub steps: usize,
+    /// Elongation at the end \[m].
+    pub elongation_m: f64,
+    /// |elongation/exact − 1|, exact discrete value.
+    pub error: f64,
+    /// |elongation/(M g L/YA) − 1|.
+    pub error_continuum: f64,
+    /// Largest magnitude of a body's x and y \[m].
+    pub sideways_m: f64,
+}
+
+/// Releases the unstretched cable and waits for rest, at most `limit` steps.
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn settle(params: &HoistParams, choice: &Choice, dt: f64, limit: usize) -> Result<Settled, StepError> {
+    let params = hanging(params);
+    let mut stepper = Stepper::new(params.build()?, choice.options(dt))?;
+    let exact = params.exact_elongation();
+    let (mut steps, mut last, mut quiet) = (0, f64::INFINITY, 0);
+    while steps < limit && quiet < 30 {
+        stepper.step()?;
+        steps += 1;
+        let now = elongation(&params, stepper.scene());
+        quiet = if (now - last).abs() <= 1e-13 * exact { quiet + 1 } else { 0 };
+        last = now;
+    }
+    let sideways = stepper.scene().bodies.position.iter().map(|x| x.x.abs().max(x.y.abs()));
+    Ok(Settled {
+        backend: choice.to_string(),
+        segments: params.segments,
+        mass_ratio: params.mass_ratio,
+        steps,
+        elongation_m: last,
+        error: (last / exact - 1.0).abs(),
+        error_continuum: (last / params.continuum_elongation() - 1.0).abs(),
+        sideways_m: sideways.fold(0.0, f64::max),
+    })
+}
+
+/// Fewest iterations a step that hold the hanging cable's elongation within a level.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Needed {
+    /// Backend and form.
+    pub backend: String,
+    /// Segments of the cable.
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Whether each step starts from the last one's multipliers (else from zero).
+    pub warm_start: bool,
+    /// Relative error of the elongation asked for.
+    pub level: f64,
+    /// Iterations needed; `None` where the limit was not enough.
+    pub iterations: Option<usize>,
+    /// The limit.
+    pub limit: usize,
+}
+
+/// Finds the fewest iterations a step for each level by doubling and bisection (the error falls with the iterations,
+/// but not strictly: the count is the smallest that the bisection meets).
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn iterations_needed(
+    params: &HoistParams,
+    options: &StepOptions,
+    family: &str,
+    levels: &[f64],
+    limit: usize,
+) -> Result<Vec<Needed>, StepError> {
+    // The stopping test is off: the count is what is asked for.
+    let error_with = |iterations: usize| {
+        let backend = options.backend.with_iterations(iterations).with_tolerance(1e-15);
+        hold(params, &StepOptions { backend, ..options.clone() }).map(|held| held.error)
+    };
+    let mut needed = Vec::new();
+    let (mut low, mut high) = (0, 1);
+    for &level in levels {
+        let mut met = error_with(high)? <= level;
+        while !met && high < limit {
+            low = high;
+            high = (2 * high).min(limit);
+            met = error_with(high)? <= level;
+        }
+        let (mut below, mut enough) = (low, high);
+        while met && enough - below > 1 + below / 64 {
+            let middle = below.midpoint(enough);
+            if error_with(middle)? <= level {
+                enough = middle;
+            } else {
+                below = middle;
+            }
+        }
+        needed.push(Needed {
+            backend: family.to_owned(),
+            segments: params.segments,
+            mass_ratio: params.mass_ratio,
+            warm_start: options.warm_start,
+            level,
+            iterations: met.then_some(enough),
+            limit,
+        });
+        // A stricter level needs at least as many.
+        low = below;
+        high = enough;
+    }
+    Ok(needed)
+}

@@ -1,0 +1,226 @@
+//! Tables for people: aligned text, numbers short enough to read.
+
+use crate::ladder::{LEVELS, Omission, Record, Results};
+use crate::statics::{Needed, Settled};
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, Table};
+use std::fmt::Write;
+use taut_solver::Backend;
+
+/// An empty table with right-aligned columns but the first.
+fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(NOTHING).set_header(header);
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// The table's lines without the blanks at their ends.
+fn text(table: &Table) -> String {
+    let mut out = String::new();
+    for line in table.lines() {
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// A number of nanoseconds with a unit, three digits.
+#[must_use]
+pub fn nanoseconds(ns: f64) -> String {
+    let (value, unit) = match ns {
+        n if n.is_nan() => return "-".to_owned(),
+        n if n < 1e3 => (n, "ns"),
+        n if n < 1e6 => (n / 1e3, "µs"),
+        n if n < 1e9 => (n / 1e6, "ms"),
+        n => (n / 1e9, "s"),
+    };
+    let digits = if value < 10.0 { 2 } else { usize::from(value < 100.0) };
+    format!("{value:.digits$} {unit}")
+}
+
+/// An error in two digits, `-` where there is none.
+fn error(e: Option<f64>) -> String {
+    match e {
+        None => "-".to_owned(),
+        Some(e) if e.is_nan() => "nan".to_owned(),
+        Some(e) => format!("{e:.1e}"),
+    }
+}
+
+fn ratio(r: f64) -> String {
+    if r >= 1e4 { format!("{r:.0e}") } else { format!("{r}") }
+}
+
+/// Level as a mark: `≤1e-6`.
+fn marks(levels: &[f64]) -> String {
+    levels.iter().map(|l| format!("≤{l:.0e}")).collect::<Vec<_>>().join(" ")
+}
+
+/// All rows of the main job, a table for each scene, then the fastest of each, then what was left out.
+#[must_use]
+pub fn ladder(results: &Results) -> String {
+    let mut out = String::new();
+    for scene in results.records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio)) {
+        let r = &scene[0];
+        let dt = results
+            .references
+            .iter()
+            .find(|(n, ratio, _)| (*n, *ratio) == (r.segments, r.mass_ratio))
+            .map_or(f64::NAN, |(_, _, dt)| *dt);
+        let _ = writeln!(
+            out,
+            "\n{} segments, load/segment mass ratio {}  (reference motion at Δt = 1/{:.0} s)",
+            r.segments,
+            ratio(r.mass_ratio),
+            1.0 / dt
+        );
+        out.push_str(&scene_table(scene));
+    }
+    let _ = writeln!(out, "\nFastest step within each relative error of the multipliers");
+    out.push_str(&fastest(&results.records));
+    if !results.omissions.is_empty() {
+        let _ = writeln!(out, "\nLeft out");
+        for Omission { backend, reason } in &results.omissions {
+            let _ = writeln!(out, "  {backend}: {reason}");
+        }
+    }
+    out
+}
+
+fn scene_table(records: &[Record]) -> String {
+    let mut t = table(&[
+        "solver", "iter", "step", "solve", "ns/joint", "backw.", "forward", "unrefined", "elong.", "load m", "stable",
+        "fastest",
+    ]);
+    for r in records {
+        let iterations = match r.iterations {
+            0 => String::new(),
+            limit if r.iterations_used < limit as f64 => format!("{:.0} of {limit}", r.iterations_used),
+            limit => limit.to_string(),
+        };
+        let stable = match &r.failure {
+            None if r.stable => "yes".to_owned(),
+            None => "-".to_owned(),
+            Some(failure) => format!("{:.2} s", failure.time),
+        };
+        let forward = if r.error.is_some() { "failed".to_owned() } else { error(Some(r.forward_error)) };
+        t.add_row([
+            r.backend.clone(),
+            iterations,
+            nanoseconds(r.step_ns),
+            nanoseconds(r.solve_ns),
+            format!("{:.0}", r.solve_ns / (r.segments + 1) as f64),
+            error(Some(r.backward_error)),
+            forward,
+            error(Some(r.forward_error_unrefined)),
+            error(r.elongation_error),
+            error(r.load_error_m),
+            stable,
+            marks(&r.fastest_at),
+        ]);
+    }
+    text(&t)
+}
+
+fn fastest(records: &[Record]) -> String {
+    let headers: Vec<String> = LEVELS.iter().map(|l| format!("≤ {l:.0e}")).collect();
+    let mut header = vec!["segments", "ratio"];
+    header.extend(headers.iter().map(String::as_str));
+    let mut t = table(&header);
+    for scene in records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio)) {
+        let mut row = vec![scene[0].segments.to_string(), ratio(scene[0].mass_ratio)];
+        row.extend(LEVELS.iter().map(|level| {
+            scene.iter().find(|r| r.fastest_at.contains(level)).map_or("none".to_owned(), |r| {
+                let iterations = if r.iterations > 0 { format!(" {}×", r.iterations) } else { String::new() };
+                format!("{}{iterations} {}", r.backend, nanoseconds(r.step_ns))
+            })
+        }));
+        t.add_row(row);
+    }
+    text(&t)
+}
+
+/// Cables damped to rest.
+#[must_use]
+pub fn settled(rows: &[Settled]) -> String {
+    let mut t =
+        table(&["solver", "segments", "ratio", "steps", "elongation m", "vs discrete", "vs MgL/YA", "sideways m"]);
+    for r in rows {
+        t.add_row([
+            r.backend.clone(),
+            r.segments.to_string(),
+            ratio(r.mass_ratio),
+            r.steps.to_string(),
+            format!("{:.9}", r.elongation_m),
+            error(Some(r.error)),
+            error(Some(r.error_continuum)),
+            error(Some(r.sideways_m)),
+        ]);
+    }
+    text(&t)
+}
+
+/// Iterations needed, the levels side by side.
+#[must_use]
+pub fn needed(rows: &[Needed]) -> String {
+    let mut levels: Vec<f64> = Vec::new();
+    for r in rows {
+        if !levels.contains(&r.level) {
+            levels.push(r.level);
+        }
+    }
+    let headers: Vec<String> = levels.iter().map(|l| format!("{l:.0e}")).collect();
+    let mut header = vec!["solver", "segments", "ratio", "start"];
+    header.extend(headers.iter().map(String::as_str));
+    let mut t = table(&header);
+    for group in rows.chunk_by(|a, b| {
+        (&a.backend, a.segments, a.mass_ratio, a.warm_start) == (&b.backend, b.segments, b.mass_ratio, b.warm_start)
+    }) {
+        let r = &group[0];
+        let start = if r.warm_start { "warm" } else { "cold" };
+        let mut row = vec![r.backend.clone(), r.segments.to_string(), ratio(r.mass_ratio), start.to_owned()];
+        row.extend(group.iter().map(|r| r.iterations.map_or(format!("> {}", r.limit), |n| n.to_string())));
+        t.add_row(row);
+    }
+    text(&t)
+}
+
+/// What is compiled in, with licences.
+#[must_use]
+pub fn backends() -> String {
+    let mut t = table(&["backend", "compiled in", "feature", "systems", "licence"]);
+    for column in t.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    for backend in Backend::all() {
+        t.add_row([
+            backend.name(),
+            if backend.is_compiled() { "yes" } else { "no" },
+            backend.feature().unwrap_or("always"),
+            if backend.accepts_indefinite() { "definite, indefinite" } else { "definite" },
+            backend.licence(),
+        ]);
+    }
+    text(&t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_three_digits_and_a_unit() {
+        let shown: Vec<_> = [12.34, 1234.0, 98_765.0, 4.56e8, 2e9].map(nanoseconds).to_vec();
+        assert_eq!(shown, ["12.3 ns", "1.23 µs", "98.8 µs", "456 ms", "2.00 s"]);
+    }
+
+    #[test]
+    fn the_table_of_backends_names_every_one() {
+        let text = backends();
+        assert!(Backend::all().iter().all(|b| text.contains(b.name())), "{text}");
+        assert!(text.contains("GPL-2.0-or-later"));
+    }
+}

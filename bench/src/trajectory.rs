@@ -1,0 +1,213 @@
+//! Runs a stepper and records what a user of the simulation would see: the load, energies, gaps, times, stability.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::time::Duration;
+use taut_integrator::{PhaseTimes, Stepper};
+use taut_model::Scene;
+use taut_solver::Status;
+
+/// Energies at one instant \[J].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Energy {
+    /// ½ m v² + ½ ω·Iω.
+    pub kinetic: f64,
+    /// m g z, zero at z = 0.
+    pub gravity: f64,
+    /// ½ ε λ².
+    pub elastic: f64,
+}
+
+impl Energy {
+    /// Their sum.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.gravity + self.elastic
+    }
+}
+
+/// The state after a step, in the numbers that are compared.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// Time \[s].
+    pub time: f64,
+    /// Centre of the load, or of the last body where the scene names no load \[m].
+    pub load: Vector3<f64>,
+    /// Energies; the elastic one from the multipliers of the step that led here.
+    pub energy: Energy,
+    /// Largest gap of a joint at the beginning of the step \[m].
+    pub violation: f64,
+    /// Sum of all joints' gaps at the beginning of the step: the elongation of a cable \[m].
+    pub gap_sum: f64,
+    /// Iterations of the step's solves.
+    pub iterations: usize,
+    /// Wall-clock time of the step's phases.
+    pub phases: PhaseTimes,
+}
+
+/// A recorded run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trajectory {
+    /// One sample a step.
+    pub samples: Vec<Sample>,
+    /// Why and when it ended early.
+    pub failure: Option<Failure>,
+    /// Steps whose iteration claimed convergence.
+    pub claimed: usize,
+}
+
+/// The end of an unstable run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Failure {
+    /// When \[s].
+    pub time: f64,
+    /// What happened.
+    pub reason: String,
+}
+
+impl Trajectory {
+    /// Largest gap of a joint over the run \[m].
+    #[must_use]
+    pub fn max_violation(&self) -> f64 {
+        self.samples.iter().map(|s| s.violation).fold(0.0, f64::max)
+    }
+
+    /// Largest distance of the load from `reference` (one position a step; the shorter run counts) \[m].
+    #[must_use]
+    pub fn max_load_error(&self, reference: &[Vector3<f64>]) -> f64 {
+        self.samples.iter().zip(reference).map(|(s, r)| (s.load - r).norm()).fold(0.0, f64::max)
+    }
+
+    /// Change of the total energy from time `from` to the end, over the largest kinetic energy in between.
+    #[must_use]
+    pub fn energy_drift(&self, from: f64) -> Option<f64> {
+        let window: Vec<_> = self.samples.iter().filter(|s| s.time >= from).collect();
+        let (first, last) = (window.first()?, window.last()?);
+        let scale = window.iter().map(|s| s.energy.kinetic).fold(0.0, f64::max);
+        (scale > 0.0 && window.len() > 1).then(|| (last.energy.total() - first.energy.total()) / scale)
+    }
+
+    /// Median and minimum of a time over the steps \[ns]; the first step, which may allocate, is left out.
+    #[must_use]
+    pub fn nanoseconds(&self, of: impl Fn(&PhaseTimes) -> Duration) -> Timing {
+        Timing::of(self.samples.iter().skip(1).map(|s| of(&s.phases)))
+    }
+}
+
+/// Median and minimum of repeated measurements \[ns].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Timing {
+    /// Median.
+    pub median: f64,
+    /// Minimum.
+    pub min: f64,
+    /// Maximum.
+    pub max: f64,
+}
+
+impl Timing {
+    /// Of measured durations.
+    #[must_use]
+    pub fn of(durations: impl Iterator<Item = Duration>) -> Self {
+        let mut ns: Vec<u128> = durations.map(|d| d.as_nanos()).collect();
+        ns.sort_unstable();
+        let at = |i: usize| ns.get(i).map_or(f64::NAN, |&ns| ns as f64);
+        Self { median: at(ns.len() / 2), min: at(0), max: at(ns.len().wrapping_sub(1)) }
+    }
+}
+
+/// Gaps of all joints with stretch rows, as linearised last \[m].
+fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
+    let (scene, rows) = (stepper.scene(), stepper.linearized());
+    let with_gap = scene.constraints.iter().enumerate().filter(|(_, c)| c.has_stretch_rows());
+    with_gap.map(|(c, _)| rows.phi[rows.row_range(c)][..3].iter().map(|x| x * x).sum::<f64>().sqrt())
+}
+
+/// Position of the load (or of the last body).
+#[must_use]
+pub fn load_position(scene: &Scene) -> Vector3<f64> {
+    let load = scene.load.or_else(|| scene.bodies.len().checked_sub(1));
+    load.map_or_else(Vector3::zeros, |i| scene.bodies.position[i])
+}
+
+/// Energies of the present state.
+#[must_use]
+pub fn energy(stepper: &Stepper) -> Energy {
+    let scene = stepper.scene();
+    Energy {
+        kinetic: scene.kinetic_energy(),
+        gravity: scene.potential_energy(),
+        elastic: stepper.elastic_energy(),
+    }
+}
+
+/// Steps until `time` or until the run is unstable: a step fails, a joint's gap exceeds `max_gap` (a segment's
+/// length, say), or a body turns by more than half a turn in a step.
+pub fn simulate(stepper: &mut Stepper, time: f64, max_gap: f64, mut after_step: impl FnMut(&Sample)) -> Trajectory {
+    let dt = stepper.options().dt;
+    let steps = steps_in(time, dt);
+    let mut trajectory = Trajectory { samples: Vec::with_capacity(steps), ..Trajectory::default() };
+    for _ in 0..steps {
+        let report = match stepper.step() {
+            Ok(report) => report,
+            Err(e) => {
+                trajectory.failure = Some(Failure { time: stepper.time(), reason: e.to_string() });
+                return trajectory;
+            }
+        };
+        trajectory.claimed += usize::from(matches!(report.solve.status, Status::Converged | Status::Direct));
+        let sample = Sample {
+            time: report.time,
+            load: load_position(stepper.scene()),
+            energy: energy(stepper),
+            violation: gaps(stepper).fold(0.0, |m, g| if g > m || g.is_nan() { g } else { m }),
+            gap_sum: gaps(stepper).sum(),
+            iterations: report.iterations,
+            phases: report.phases,
+        };
+        after_step(&sample);
+        trajectory.samples.push(sample);
+        if let Some(reason) = instability(stepper, sample.violation, max_gap) {
+            trajectory.failure = Some(Failure { time: report.time, reason });
+            return trajectory;
+        }
+    }
+    trajectory
+}
+
+/// Number of steps of length `dt` in `time`, to rounding.
+#[must_use]
+pub fn steps_in(time: f64, dt: f64) -> usize {
+    let steps = (time / dt).round();
+    // A count beyond any run's length saturates.
+    if steps.is_finite() && steps > 0.0 { steps as usize } else { 0 }
+}
+
+fn instability(stepper: &Stepper, gap: f64, max_gap: f64) -> Option<String> {
+    if gap.is_nan() || gap > max_gap {
+        return Some(format!("a joint's gap of {gap:.2e} m exceeds {max_gap:.2e} m"));
+    }
+    let scene = stepper.scene();
+    let half_turn = std::f64::consts::PI / stepper.options().dt;
+    let fast = scene.bodies.angular_velocity.iter().position(|w| w.norm() > half_turn)?;
+    Some(format!("body `{}` turns by more than half a turn in a step", scene.body_names[fast]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn timings_are_order_statistics() {
+        let t = Timing::of([5, 1, 9, 3, 7].into_iter().map(Duration::from_nanos));
+        assert_eq!((t.median, t.min, t.max), (5.0, 1.0, 9.0));
+        assert!(Timing::of(std::iter::empty()).median.is_nan());
+    }
+
+    #[test]
+    fn step_counts_survive_odd_numbers() {
+        assert_eq!(steps_in(2.0, 1.0 / 60.0), 120);
+        assert_eq!(steps_in(-1.0, 0.1), 0);
+        assert_eq!(steps_in(f64::NAN, 0.1), 0);
+    }
+}
