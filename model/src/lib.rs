@@ -1,1 +1,106 @@
-//! Placeholder.
+//! Bodies, constraints, materials and scenes of hoisting cables.
+//!
+//! This crate is the physics of `taut`: what there is (bodies, joints, gravity), how far the joints are violated, how
+//! the violations change with the motion (Jacobians), and how stiff the joints are (compliances from material
+//! constants). It knows no time step and solves nothing: time stepping reads a [`Scene`] through [`Linearized`].
+//!
+//! Source: **\[SL]** M. Servin, C. Lacoursière, *Rigid Body Cable for Virtual Environments*; `[SL (21)]` is its
+//! equation 21.
+//!
+//! # Example
+//! A load of 5 t on 8 segments of steel cable, at rest:
+//! ```
+//! use taut_model::{HoistParams, Linearized};
+//!
+//! let params = HoistParams {
+//!     segments: 8,
+//!     load_mass: Some(5000.0),
+//!     ..HoistParams::default()
+//! };
+//! let scene = params.hanging_equilibrium()?;
+//! let mut lin = Linearized::new(&scene);
+//! lin.update(&scene, 0.0, 0.0);
+//! // Row 2 of the anchor is its gap along z: tension = gap / compliance, here (5000 + 8) kg · 9.81 m/s².
+//! let tension = lin.phi[2] / lin.compliance[2];
+//! assert!((tension - 5008.0 * 9.81).abs() < 1e-6);
+//! # Ok::<(), taut_model::SceneError>(())
+//! ```
+//!
+//! # Symbols
+//! SI units. Vectors are in the world frame unless said otherwise; angles are in radians.
+//!
+//! | symbol | name in the code | meaning | unit |
+//! |---|---|---|---|
+//! | x | `position` | centre of mass | m |
+//! | e | `orientation` | unit quaternion, body to world | – |
+//! | v, ω | `velocity`, `angular_velocity` | velocities; v = \[v; ω] together | m/s, rad/s |
+//! | m, I | `mass`, `inertia` | mass; inertia about the centre, body frame | kg, kg m² |
+//! | M | | diag(m I₃, R I Rᵀ) | kg, kg m² |
+//! | r | [`Resolved::lever`] | centre of mass to attachment point | m |
+//! | u, v, w | [`Frame::axes`] | along the cable, and two directions across | – |
+//! | φ | [`Linearized::phi`] | violation \[SL (7)] | m or rad |
+//! | ∂φ/∂t | [`Linearized::phi_t`] | its rate by prescribed motion | m/s or rad/s |
+//! | J | [`Linearized::jacobian`] | φ̇ = J v + ∂φ/∂t | 1, m |
+//! | ε | [`RowLaw::compliance`] | compliance: ε λ = −(φ + τ φ̇) | m/N or rad/(N m) |
+//! | τ | [`RowLaw::damping`] | damping time | s |
+//! | λ | | multiplier: force or torque of a row, force on the bodies Jᵀ λ | N or N m |
+//! | θ, β | | bend angle; its two components | rad |
+//! | Ω | `twist_reference` | twist angle with its winding, at the last step | rad |
+//! | s₀ | [`Paper::safeguard`] | keeps d/(s₀ + \|d\|) finite | – |
+//! | Y, ν, ρ | [`Material`] | Young's modulus, Poisson's ratio, density | Pa, –, kg/m³ |
+//! | A, I_a, J_t | [`CrossSection`] | area, second moment, torsion constant | m², m⁴, m⁴ |
+//! | YA, YI, GJ | [`Stiffness`] `ea`, `ei`, `gj` | axial, bending, torsional stiffness | N, N m², N m² |
+//! | l, L | `segment_length`, `length` | length of a segment, of the cable | m |
+//! | M/m | [`HoistParams::mass_ratio`] | mass of the load over that of a segment | – |
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | [`body`] | [`Bodies`] as a structure of arrays, shapes and their inertias |
+//! | [`frame`] | attachment frames, prescribed [`Motion`] of world sides |
+//! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test |
+//! | [`linearized`] | all constraints at one instant, in flat arrays |
+//! | [`material`] | materials, sections, stiffness, compliance of joints |
+//! | [`scene`] | [`Scene`]: everything together, energies, validation |
+//! | [`hoist`], [`mod@named`] | the main scene and its parameters; scenes by name |
+//! | `scene_file` (feature `toml`) | scenes from TOML text with overrides |
+//! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
+//!
+//! # Where this differs from the paper
+//! - Joint compliance \[SL (34)–(36)] holds with half segment lengths: here l is the distance between the centres of
+//!   neighbouring segments, and the torsion constant J_t is that of the section, not I_a ([`material`]).
+//! - The twist angle \[SL (22)] is signed, or its winding number would be lost where the unsigned angle folds
+//!   ([`Paper`]).
+//! - The bend angle \[SL (21)] resists one of two transverse directions: the ordinary joint is [`Cosserat`], with two.
+//! - A prescribed motion enters as ∂φ/∂t, absent in \[SL (11)] ([`Linearized::update`]).
+
+pub mod body;
+mod check;
+pub mod constraint;
+mod error;
+pub mod frame;
+pub mod hoist;
+pub mod linearized;
+pub mod material;
+mod motion;
+pub mod named;
+pub mod scene;
+#[cfg(feature = "toml")]
+pub mod scene_file;
+
+pub use body::{Bodies, Body};
+pub use check::{JacobianCheck, check_jacobian};
+pub use constraint::{
+    Constraint, Cosserat, JointLaw, Lock, MAX_ROWS, Paper, RowKind, RowLaw, Spherical,
+    TwistDefinition,
+};
+pub use error::SceneError;
+pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
+pub use hoist::{End, Hoist, HoistParams, JointKind};
+pub use linearized::{Linearized, Slot, update_windings};
+pub use material::{CrossSection, Material, Stiffness};
+pub use motion::Motion;
+pub use named::named;
+pub use scene::Scene;
+#[cfg(feature = "toml")]
+pub use scene_file::SceneSource;

@@ -5,83 +5,13 @@
 //! symmetric positive definite and for quasi-definite matrices ([M Jᵀ; J −Σ] with M and Σ positive definite has it in
 //! any order, Vanderbei 1995); pivots may then be negative.
 //!
-//! One code serves doubles and [`DoubleDouble`] (the reference), and any block size: sizes that joints have (3, 5, 6)
-//! are compiled with constant bounds, which is 2 to 3 times faster than the loop over run-time bounds.
+//! One code serves doubles and [`crate::DoubleDouble`] (the reference), and any block size.
 
-use crate::{BlockPattern, DoubleDouble, SolveError, SymBlockMatrix};
-use std::ops::{Add, Mul, Neg, Sub};
-
-/// Runs the expression with a constant bound for the sizes that joints and bodies have.
-macro_rules! by_size {
-    ($n:expr, |$v:ident| $body:expr) => {
-        match $n {
-            3 => {
-                let $v = Fixed::<3>;
-                $body
-            }
-            5 => {
-                let $v = Fixed::<5>;
-                $body
-            }
-            6 => {
-                let $v = Fixed::<6>;
-                $body
-            }
-            $v => $body,
-        }
-    };
-}
-
-/// The same for two sizes that are mostly equal.
-macro_rules! by_sizes {
-    ($m:expr, $n:expr, |$v:ident, $w:ident| $body:expr) => {
-        match ($m, $n) {
-            (3, 3) => {
-                let ($v, $w) = (Fixed::<3>, Fixed::<3>);
-                $body
-            }
-            (5, 5) => {
-                let ($v, $w) = (Fixed::<5>, Fixed::<5>);
-                $body
-            }
-            (6, 6) => {
-                let ($v, $w) = (Fixed::<6>, Fixed::<6>);
-                $body
-            }
-            ($v, $w) => $body,
-        }
-    };
-}
-
-/// What the factorisation needs of a number.
-pub(crate) trait Scalar:
-    Copy
-    + From<f64>
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Neg<Output = Self>
-    + std::ops::Div<Output = Self>
-{
-    /// The nearest double: what pivots are judged by.
-    fn to_f64(self) -> f64;
-    /// Unit roundoff: a pivot below a few of these, relative to what was subtracted from it, is noise.
-    const ROUNDOFF: f64;
-}
-
-impl Scalar for f64 {
-    fn to_f64(self) -> f64 {
-        self
-    }
-    const ROUNDOFF: f64 = f64::EPSILON / 2.0;
-}
-
-impl Scalar for DoubleDouble {
-    fn to_f64(self) -> f64 {
-        self.to_f64()
-    }
-    const ROUNDOFF: f64 = f64::EPSILON * f64::EPSILON;
-}
+use crate::kernels::{
+    Bound, Scalar, by_size, by_sizes, panel_solve, subtract_product, subtract_transposed, unit_lower_solve,
+    unit_upper_solve, update, update_diagonal,
+};
+use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// Which pivots are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -304,28 +234,6 @@ impl PivotError {
     }
 }
 
-/// A loop bound: known at compile time ([`Fixed`]) or not (`usize`).
-trait Bound: Copy {
-    fn get(self) -> usize;
-}
-
-#[derive(Clone, Copy)]
-struct Fixed<const N: usize>;
-
-impl<const N: usize> Bound for Fixed<N> {
-    #[inline(always)]
-    fn get(self) -> usize {
-        N
-    }
-}
-
-impl Bound for usize {
-    #[inline(always)]
-    fn get(self) -> usize {
-        self
-    }
-}
-
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of
 /// what each diagonal entry was made from, so that cancellation to noise is seen.
 #[inline(always)]
@@ -363,111 +271,6 @@ fn factor_diagonal<T: Scalar, N: Bound>(
         }
     }
     Ok(())
-}
-
-/// Solves X Lᵀ = A for the m×n block A (unit lower L): `x` receives X = L_ik D, `a` becomes L_ik.
-#[inline(always)]
-fn panel_solve<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], inverse: &[T], a: &mut [T], x: &mut [T]) {
-    let (m, n) = (m.get(), n.get());
-    let (l, inverse) = (&l[..n * n], &inverse[..n]);
-    let (a, x) = (&mut a[..m * n], &mut x[..m * n]);
-    for c in 0..n {
-        let (done, rest) = x.split_at_mut(m * c);
-        let (column, a) = (&mut rest[..m], &mut a[m * c..m * (c + 1)]);
-        column.copy_from_slice(a);
-        for s in 0..c {
-            subtract_scaled(m, l[c + n * s], &done[m * s..m * (s + 1)], column);
-        }
-        for (a, x) in a.iter_mut().zip(column) {
-            *a = *x * inverse[c];
-        }
-    }
-}
-
-/// y −= f x, both of length m.
-#[inline(always)]
-fn subtract_scaled<T: Scalar>(m: usize, f: T, x: &[T], y: &mut [T]) {
-    for (y, x) in y[..m].iter_mut().zip(&x[..m]) {
-        *y = *y - *x * f;
-    }
-}
-
-/// A −= X Lᵀ for an m×n block A, X m×k, L n×k.
-#[inline(always)]
-fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(m: M, n: N, k: K, a: &mut [T], x: &[T], l: &[T]) {
-    let (m, n, k) = (m.get(), n.get(), k.get());
-    let (a, x, l) = (&mut a[..m * n], &x[..m * k], &l[..n * k]);
-    for c in 0..n {
-        let column = &mut a[m * c..m * (c + 1)];
-        for s in 0..k {
-            subtract_scaled(m, l[c + n * s], &x[m * s..m * (s + 1)], column);
-        }
-    }
-}
-
-/// The same for the lower triangle of a diagonal block, with the magnitude of what is subtracted from its diagonal.
-#[inline(always)]
-fn update_diagonal<T: Scalar, N: Bound, K: Bound>(n: N, k: K, a: &mut [T], x: &[T], l: &[T], scale: &mut [f64]) {
-    let (n, k) = (n.get(), k.get());
-    let (a, x, l, scale) = (&mut a[..n * n], &x[..n * k], &l[..n * k], &mut scale[..n]);
-    for c in 0..n {
-        let column = &mut a[n * c..n * (c + 1)];
-        let before = column[c];
-        for s in 0..k {
-            subtract_scaled(n, l[c + n * s], &x[n * s..n * (s + 1)], column);
-        }
-        scale[c] = scale[c].max((before - column[c]).to_f64().abs());
-    }
-}
-
-/// x ← L⁻¹ x for the unit lower triangle of an n×n block.
-#[inline(always)]
-fn unit_lower_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) {
-    let n = n.get();
-    let (l, x) = (&l[..n * n], &mut x[..n]);
-    for c in 0..n {
-        for r in c + 1..n {
-            x[r] = x[r] - l[r + n * c] * x[c];
-        }
-    }
-}
-
-/// x ← L⁻ᵀ x.
-#[inline(always)]
-fn unit_upper_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) {
-    let n = n.get();
-    let (l, x) = (&l[..n * n], &mut x[..n]);
-    for c in (0..n).rev() {
-        for r in c + 1..n {
-            x[c] = x[c] - l[r + n * c] * x[r];
-        }
-    }
-}
-
-/// y −= L x for an m×n block L.
-#[inline(always)]
-fn subtract_product<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], x: &[T], y: &mut [T]) {
-    let (m, n) = (m.get(), n.get());
-    let (l, x, y) = (&l[..m * n], &x[..n], &mut y[..m]);
-    for c in 0..n {
-        for r in 0..m {
-            y[r] = y[r] - l[r + m * c] * x[c];
-        }
-    }
-}
-
-/// y −= Lᵀ x for an m×n block L.
-#[inline(always)]
-fn subtract_transposed<T: Scalar, M: Bound, N: Bound>(m: M, n: N, l: &[T], x: &[T], y: &mut [T]) {
-    let (m, n) = (m.get(), n.get());
-    let (l, x, y) = (&l[..m * n], &x[..m], &mut y[..n]);
-    for c in 0..n {
-        let mut sum = y[c];
-        for r in 0..m {
-            sum = sum - l[r + m * c] * x[r];
-        }
-        y[c] = sum;
-    }
 }
 
 #[cfg(test)]

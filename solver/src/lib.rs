@@ -28,7 +28,7 @@
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
-//! | `double_double` | extended-precision numbers |
+//! | `kernels`, `double_double` | small dense blocks; extended-precision numbers |
 //!
 //! # Features
 //! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `faer`, `nalgebra-sparse`, `umfpack`.
@@ -41,6 +41,7 @@ mod backends;
 mod block_ldlt;
 mod double_double;
 mod error;
+mod kernels;
 mod matrix;
 mod pattern;
 mod reference;

@@ -20,11 +20,12 @@ pub(crate) struct ConjugateGradient {
     options: CgOptions,
     phases: Phases,
     preconditioner: Option<BlockLdlt<f64>>,
-    /// Residual r, preconditioned residual z, direction p, product A p; each of length `dim`.
+    /// Residual r, preconditioned residual z, direction p, product −A p, zeros; each of length `dim`.
     r: Vec<f64>,
     z: Vec<f64>,
     p: Vec<f64>,
     ap: Vec<f64>,
+    zeros: Vec<f64>,
 }
 
 impl ConjugateGradient {
@@ -39,16 +40,8 @@ impl ConjugateGradient {
             z: empty(),
             p: empty(),
             ap: empty(),
+            zeros: empty(),
         })
-    }
-
-    /// r = b − A x.
-    fn true_residual(&mut self, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
-        a.mul(x, &mut self.r)?;
-        for (r, b) in self.r.iter_mut().zip(b) {
-            *r = b - *r;
-        }
-        Ok(())
     }
 
     /// z = preconditioner⁻¹ r.
@@ -74,14 +67,14 @@ impl ConjugateGradient {
         let mut norm = dot(&self.r, &self.r).sqrt();
         let mut iterations = 0;
         while norm > target && iterations < limit && rz > 0.0 {
-            a.mul(&self.p, &mut self.ap)?;
-            let curvature = dot(&self.p, &self.ap);
+            a.subtract_product(&self.zeros, &self.p, &mut self.ap);
+            let curvature = -dot(&self.p, &self.ap);
             if curvature <= 0.0 {
                 return Err(SolveError::NotPositiveDefinite { block: self.largest_block(a.pattern()) });
             }
             let step = rz / curvature;
             add_scaled(x, step, &self.p);
-            add_scaled(&mut self.r, -step, &self.ap);
+            add_scaled(&mut self.r, step, &self.ap);
             iterations += 1;
             self.precondition();
             let rz_next = dot(&self.r, &self.z);
@@ -129,7 +122,7 @@ impl LinearSolver for ConjugateGradient {
             Preconditioner::Group => Some(pattern.restricted(|i, j| groups[i] == groups[j])?),
         };
         self.preconditioner = kept.map(|kept| BlockLdlt::new(pattern, &kept)).transpose()?;
-        for v in [&mut self.r, &mut self.z, &mut self.p, &mut self.ap] {
+        for v in [&mut self.r, &mut self.z, &mut self.p, &mut self.ap, &mut self.zeros] {
             *v = vec![0.0; pattern.dim()];
         }
         self.phases.analyzed(pattern);
@@ -153,7 +146,7 @@ impl LinearSolver for ConjugateGradient {
         let mut report = SolveReport { status: Status::IterationLimit, iterations: 0, residual: f64::INFINITY };
         let mut previous = f64::INFINITY;
         for _ in 0..RESTARTS {
-            self.true_residual(a, b, x)?;
+            a.subtract_product(b, x, &mut self.r);
             let norm = dot(&self.r, &self.r).sqrt();
             report.residual = if norm == 0.0 { 0.0 } else { norm / scale };
             if norm <= target {

@@ -4,7 +4,7 @@
 
 use super::{Phases, check_solution};
 use crate::backend::{DenseOptions, Precision};
-use crate::block_ldlt::Scalar;
+use crate::kernels::Scalar;
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, LinearSolver};
 use crate::{SolveError, SolveReport, SymBlockMatrix};
 use std::sync::Arc;

@@ -7,6 +7,7 @@
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::kernels::{by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed};
 use crate::matrix::check_finite;
 use crate::{AnalyzeReport, BlockPattern, FactorReport, GaussSeidelOptions, LinearSolver, Partition};
 use crate::{SolveError, SolveReport, Start, Status, SymBlockMatrix};
@@ -92,7 +93,12 @@ impl Plan {
                 let r = &mut self.residual[p.rows(i)];
                 r.copy_from_slice(&b[p.rows(i)]);
                 for &(k, j, transposed) in entries {
-                    subtract(a.block(k), &x[p.rows(j)], r, transposed, i == j);
+                    let (block, x, m, n) = (a.block(k), &x[p.rows(j)], p.size(i), p.size(j));
+                    match (i == j, transposed) {
+                        (true, _) => by_size!(n, |n| subtract_symmetric(n, block, x, r)),
+                        (false, true) => by_sizes!(n, m, |m, n| subtract_transposed(m, n, block, x, r)),
+                        (false, false) => by_sizes!(m, n, |m, n| subtract_product(m, n, block, x, r)),
+                    }
                 }
                 sum += r.iter().map(|r| r * r).sum::<f64>();
             }
@@ -104,31 +110,6 @@ impl Plan {
             }
         }
         sum
-    }
-}
-
-/// r −= A x or Aᵀ x for a column-major block; of a diagonal block only the lower triangle is read.
-#[inline]
-fn subtract(a: &[f64], x: &[f64], r: &mut [f64], transposed: bool, diagonal: bool) {
-    if diagonal {
-        let n = r.len();
-        for (c, column) in a.chunks_exact(n).enumerate() {
-            r[c] -= column[c] * x[c];
-            for s in c + 1..n {
-                r[s] -= column[s] * x[c];
-                r[c] -= column[s] * x[s];
-            }
-        }
-    } else if transposed {
-        for (r, column) in r.iter_mut().zip(a.chunks_exact(x.len())) {
-            *r -= column.iter().zip(x).map(|(a, x)| a * x).sum::<f64>();
-        }
-    } else {
-        for (&x, column) in x.iter().zip(a.chunks_exact(r.len())) {
-            for (r, a) in r.iter_mut().zip(column) {
-                *r -= a * x;
-            }
-        }
     }
 }
 

@@ -1,1 +1,779 @@
-//! Placeholder.
+//! Sparse LU by the real SuiteSparse UMFPACK, as the yardstick for the solvers of this project.
+//!
+//! The wrapper covers square systems of `f64` with `i32` indices in compressed columns: analyse the
+//! pattern once ([`Symbolic`]), factorise as often as the values change ([`Numeric`]), solve. All
+//! input is checked before it reaches C, and nothing panics.
+//!
+//! ```
+//! use taut_umfpack::{Numeric, Options, Symbolic};
+//!
+//! // | 4 1 |
+//! // | 1 3 |
+//! let (col_ptr, row_idx, values) = ([0, 2, 4], [0, 1, 0, 1], [4.0, 1.0, 1.0, 3.0]);
+//! let options = Options::default();
+//! let symbolic = Symbolic::new(2, &col_ptr, &row_idx, Some(&values), &options)?;
+//! let mut numeric = Numeric::new(&symbolic, &col_ptr, &row_idx, &values, &options)?;
+//! let mut x = [0.0; 2];
+//! numeric.solve(&col_ptr, &row_idx, &values, &[6.0, 7.0], &mut x)?;
+//! assert!((x[0] - 1.0).abs() < 1e-15 && (x[1] - 2.0).abs() < 1e-15);
+//! # Ok::<(), taut_umfpack::Error>(())
+//! ```
+//!
+//! # Arrays
+//!
+//! A matrix of dimension `n` is three arrays: `col_ptr` of length `n + 1` starts at 0, does not
+//! decrease and ends at the number of entries; `row_idx` and `values` hold the entries of column
+//! `j` at `col_ptr[j]..col_ptr[j + 1]`, with the rows strictly increasing.
+//!
+//! # How the library is found
+//!
+//! 1. The installed library: through pkg-config (`UMFPACK` or `umfpack`, 5.7 or newer), or else in
+//!    the default folders of the C compiler.
+//! 2. Otherwise UMFPACK and AMD are compiled by the C compiler, without BLAS, from the sources in
+//!    the registry package `suitesparse_sys`. Cargo pins and downloads that package, but its own
+//!    code is never compiled. `SUITESPARSE_SRC` names (absolutely) another folder with the sources
+//!    of SuiteSparse 7.
+//!
+//! `TAUT_UMFPACK=system` or `TAUT_UMFPACK=source` in the environment of the build allows only the
+//! one way. [`build_info`] tells what was taken. The choice stands until `cargo clean`, or until
+//! one of these variables changes.
+//!
+//! # Licence
+//!
+//! UMFPACK is under the GPL, version 2 or later, and so is this package. A binary that links it,
+//! statically or not, is a combined work: whoever distributes it has to do so under the GPL, with
+//! the sources (under its version 3 where code under Apache-2.0 is in it). That is why nothing else
+//! in the project depends on this package by default.
+
+mod ffi;
+
+use std::fmt;
+
+/// Where the linked library comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BuildInfo {
+    /// The version of UMFPACK, such as `6.3.3`, as its header gave it to the build.
+    pub version: &'static str,
+    /// `system` or `source`.
+    pub origin: &'static str,
+}
+
+/// Which UMFPACK the build found.
+#[must_use]
+pub fn build_info() -> BuildInfo {
+    BuildInfo {
+        version: env!("TAUT_UMFPACK_VERSION"),
+        origin: env!("TAUT_UMFPACK_ORIGIN"),
+    }
+}
+
+/// How UMFPACK orders and pivots.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Strategy {
+    /// UMFPACK decides by the pattern and the diagonal.
+    #[default]
+    Auto,
+    /// COLAMD of the columns, pivots by size.
+    Unsymmetric,
+    /// AMD of the pattern of `A + Aᵀ`, pivots on the diagonal where they are large enough.
+    Symmetric,
+}
+
+/// What UMFPACK divides each row by before it factorises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scaling {
+    /// Nothing.
+    None,
+    /// The sum of its absolute values.
+    #[default]
+    Sum,
+    /// Its largest absolute value.
+    Max,
+}
+
+/// Settings; the default ones are UMFPACK's own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// The most steps of iterative refinement in a solve; it ends earlier where nothing improves.
+    pub refinement_steps: u32,
+    /// Ordering and pivoting.
+    pub strategy: Strategy,
+    /// Row scaling.
+    pub scaling: Scaling,
+    /// The least size of a pivot relative to the largest entry of its column, from 0 to 1; UMFPACK
+    /// takes 0.1. The diagonal pivots of [`Strategy::Symmetric`] keep their own, lower threshold.
+    pub pivot_tolerance: Option<f64>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            refinement_steps: 2,
+            strategy: Strategy::Auto,
+            scaling: Scaling::Sum,
+            pivot_tolerance: None,
+        }
+    }
+}
+
+/// The fill-reducing order and symbolic factorisation of a pattern.
+pub struct Symbolic(ffi::Analysis);
+
+impl Symbolic {
+    /// Analyses the pattern of an `n` by `n` matrix; see the [crate] for the shapes. The values, as
+    /// many as `row_idx` has rows, only help to choose the strategy.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::IndexOverflow`], [`Error::NonPositiveDimension`], [`Error::InvalidMatrix`],
+    /// [`Error::DimensionMismatch`], [`Error::NonFinite`] and [`Error::InvalidOption`] name what is
+    /// wrong with the arguments; [`Error::OutOfMemory`] and UMFPACK's other statuses may follow.
+    pub fn new(
+        n: usize,
+        col_ptr: &[i32],
+        row_idx: &[i32],
+        values: Option<&[f64]>,
+        options: &Options,
+    ) -> Result<Self, Error> {
+        let control = ffi::Control::new(options)?;
+        let pattern = ffi::Pattern::new(n, col_ptr, row_idx)?;
+        ffi::Analysis::new(pattern, values, &control).map(Self)
+    }
+
+    /// The dimension of the matrix.
+    #[must_use]
+    pub fn n(&self) -> usize {
+        self.0.pattern.n()
+    }
+}
+
+impl fmt::Debug for Symbolic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Symbolic")
+            .field("n", &self.n())
+            .finish_non_exhaustive()
+    }
+}
+
+/// What a factorisation cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FactorInfo {
+    /// The entries of L, with its diagonal.
+    pub lnz: u64,
+    /// The entries of U, with its diagonal.
+    pub unz: u64,
+    /// A rough estimate of the reciprocal condition: the smallest by the largest pivot.
+    pub rcond: f64,
+    /// Floating-point operations.
+    pub flops: f64,
+    /// The most memory in bytes that analysis and factorisation held at once.
+    pub peak_memory: u64,
+}
+
+/// What a solve did.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SolveInfo {
+    /// Steps of iterative refinement that were taken.
+    pub refinement_steps_taken: u32,
+    /// The componentwise backward error over the rows where it is well-defined, if refinement was
+    /// allowed.
+    pub omega1: Option<f64>,
+    /// The backward error over the remaining rows, whose right side and residual are nearly zero,
+    /// if refinement was allowed.
+    pub omega2: Option<f64>,
+    /// As in [`FactorInfo`].
+    pub rcond: f64,
+    /// Floating-point operations.
+    pub flops: f64,
+}
+
+/// The LU factors of a matrix, with the memory that solves need.
+pub struct Numeric {
+    factors: ffi::Factors,
+    control: ffi::Control,
+    info: FactorInfo,
+}
+
+impl Numeric {
+    /// Factorises a matrix of the analysed pattern; see the [crate] for the shapes.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::SingularMatrix`], [`Error::OutOfMemory`]; [`Error::DifferentPattern`] where
+    /// `col_ptr` or `row_idx` are not those of `symbolic`; [`Error::DimensionMismatch`],
+    /// [`Error::NonFinite`] for `values`, [`Error::InvalidOption`], and UMFPACK's other statuses.
+    pub fn new(
+        symbolic: &Symbolic,
+        col_ptr: &[i32],
+        row_idx: &[i32],
+        values: &[f64],
+        options: &Options,
+    ) -> Result<Self, Error> {
+        let mut numeric = Self {
+            factors: ffi::Factors::new(&symbolic.0.pattern)?,
+            control: ffi::Control::new(options)?,
+            info: FactorInfo::default(),
+        };
+        numeric.refactor(symbolic, col_ptr, row_idx, values)?;
+        Ok(numeric)
+    }
+
+    /// Replaces the factors by those of another matrix, with the options that they had. The memory
+    /// for solves is kept where the dimension is the same.
+    ///
+    /// # Errors
+    ///
+    /// As [`Numeric::new`]. Arguments that do not fit leave the old factors in place; where UMFPACK
+    /// fails, as with a singular matrix, none are left.
+    pub fn refactor(
+        &mut self,
+        symbolic: &Symbolic,
+        col_ptr: &[i32],
+        row_idx: &[i32],
+        values: &[f64],
+    ) -> Result<FactorInfo, Error> {
+        let matrix = (col_ptr, row_idx, values);
+        let info = self.factors.factorise(&symbolic.0, matrix, &self.control)?;
+        self.info = FactorInfo {
+            lnz: count(info[ffi::LNZ]),
+            unz: count(info[ffi::UNZ]),
+            rcond: info[ffi::RCOND],
+            flops: info[ffi::FLOPS],
+            peak_memory: count(info[ffi::PEAK_MEMORY] * info[ffi::SIZE_OF_UNIT]),
+        };
+        Ok(self.info)
+    }
+
+    /// Solves `A x = b` for `b` and `x` of length `n`, without allocating. The matrix is the one that
+    /// was factorised: the refinement takes its residuals from it.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::InvalidNumericObject`] where [`Numeric::refactor`] has left no factors;
+    /// [`Error::DifferentPattern`], [`Error::DimensionMismatch`], [`Error::NonFinite`] for the
+    /// arguments, the last one also for an `x` that overflows; UMFPACK's other statuses. `x` is
+    /// unspecified after an error.
+    pub fn solve(
+        &mut self,
+        col_ptr: &[i32],
+        row_idx: &[i32],
+        values: &[f64],
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveInfo, Error> {
+        let matrix = (col_ptr, row_idx, values);
+        let info = self.factors.solve(matrix, b, x, &self.control)?;
+        // UMFPACK writes -1 where it has computed nothing.
+        let omega = |index: usize| Some(info[index]).filter(|omega| *omega >= 0.0);
+        Ok(SolveInfo {
+            refinement_steps_taken: u32::try_from(count(info[ffi::IR_TAKEN])).unwrap_or(u32::MAX),
+            omega1: omega(ffi::OMEGA1),
+            omega2: omega(ffi::OMEGA2),
+            rcond: self.info.rcond,
+            flops: info[ffi::SOLVE_FLOPS],
+        })
+    }
+
+    /// What the last factorisation that succeeded cost.
+    #[must_use]
+    pub fn info(&self) -> FactorInfo {
+        self.info
+    }
+}
+
+impl fmt::Debug for Numeric {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Numeric")
+            .field("info", &self.info)
+            .finish_non_exhaustive()
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "UMFPACK counts in whole doubles"
+)]
+fn count(info: f64) -> u64 {
+    info as u64
+}
+
+/// Why a call failed: first the statuses of UMFPACK, then the findings of this wrapper.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Error {
+    /// Memory ran out, or the problem is too large for 32-bit indices.
+    OutOfMemory,
+    /// A pivot is zero, or not a number after an overflow.
+    SingularMatrix {
+        /// UMFPACK's estimate of the reciprocal condition: zero or not a number.
+        rcond: f64,
+    },
+    /// The determinant is too small for `f64`.
+    DeterminantUnderflow,
+    /// The determinant is too large for `f64`.
+    DeterminantOverflow,
+    /// There are no factors.
+    InvalidNumericObject,
+    /// There is no symbolic factorisation.
+    InvalidSymbolicObject,
+    /// UMFPACK misses an argument.
+    ArgumentMissing,
+    /// The dimension is not positive.
+    NonPositiveDimension,
+    /// The arrays are not a matrix in compressed columns.
+    InvalidMatrix {
+        /// The first column with a `col_ptr` that decreases or leads outside of `row_idx`, or with
+        /// rows out of range or not strictly increasing, if known.
+        column: Option<usize>,
+    },
+    /// The pattern is not the analysed one.
+    DifferentPattern,
+    /// The kind of system is unknown, or its matrix is not square.
+    InvalidSystem,
+    /// A permutation is invalid.
+    InvalidPermutation,
+    /// A file could not be read or written.
+    FileIo,
+    /// The ordering method failed.
+    OrderingFailed,
+    /// UMFPACK has found a fault of its own.
+    InternalError,
+    /// Serialised factors are invalid.
+    InvalidBlob,
+    /// A status that this wrapper does not know.
+    Unknown {
+        /// The status.
+        status: i32,
+    },
+    /// A number does not fit 32-bit indices.
+    IndexOverflow {
+        /// `n`, or the array whose length it is.
+        what: &'static str,
+        /// The number.
+        value: usize,
+    },
+    /// A slice has the wrong length.
+    DimensionMismatch {
+        /// The argument.
+        what: &'static str,
+        /// The length that fits.
+        expected: usize,
+        /// Its length.
+        found: usize,
+    },
+    /// A number is infinite or not a number.
+    NonFinite {
+        /// The argument.
+        what: &'static str,
+        /// The first such position.
+        index: usize,
+    },
+    /// A setting is out of its range.
+    InvalidOption {
+        /// The field of [`Options`].
+        name: &'static str,
+        /// Its value.
+        value: f64,
+    },
+}
+
+impl Error {
+    fn check(status: i32, rcond: f64) -> Result<(), Self> {
+        Err(match status {
+            ffi::OK => return Ok(()),
+            ffi::WARNING_SINGULAR_MATRIX => Self::SingularMatrix { rcond },
+            ffi::WARNING_DETERMINANT_UNDERFLOW => Self::DeterminantUnderflow,
+            ffi::WARNING_DETERMINANT_OVERFLOW => Self::DeterminantOverflow,
+            ffi::ERROR_OUT_OF_MEMORY => Self::OutOfMemory,
+            ffi::ERROR_INVALID_NUMERIC_OBJECT => Self::InvalidNumericObject,
+            ffi::ERROR_INVALID_SYMBOLIC_OBJECT => Self::InvalidSymbolicObject,
+            ffi::ERROR_ARGUMENT_MISSING => Self::ArgumentMissing,
+            ffi::ERROR_N_NONPOSITIVE => Self::NonPositiveDimension,
+            ffi::ERROR_INVALID_MATRIX => Self::InvalidMatrix { column: None },
+            ffi::ERROR_DIFFERENT_PATTERN => Self::DifferentPattern,
+            ffi::ERROR_INVALID_SYSTEM => Self::InvalidSystem,
+            ffi::ERROR_INVALID_PERMUTATION => Self::InvalidPermutation,
+            ffi::ERROR_FILE_IO => Self::FileIo,
+            ffi::ERROR_ORDERING_FAILED => Self::OrderingFailed,
+            ffi::ERROR_INTERNAL_ERROR => Self::InternalError,
+            ffi::ERROR_INVALID_BLOB => Self::InvalidBlob,
+            status => Self::Unknown { status },
+        })
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::OutOfMemory => "out of memory, or too large for 32-bit indices",
+            Self::SingularMatrix { rcond } => {
+                return write!(f, "the matrix is singular (reciprocal condition {rcond:e})");
+            }
+            Self::DeterminantUnderflow => "the determinant underflows",
+            Self::DeterminantOverflow => "the determinant overflows",
+            Self::InvalidNumericObject => "there are no numeric factors",
+            Self::InvalidSymbolicObject => "there is no symbolic factorisation",
+            Self::ArgumentMissing => "UMFPACK misses an argument",
+            Self::NonPositiveDimension => "the dimension is not positive",
+            Self::InvalidMatrix { column: None } => "the matrix is invalid",
+            Self::InvalidMatrix { column: Some(j) } => {
+                return write!(
+                    f,
+                    "column {j} of the matrix has an invalid range, or rows out of range or not \
+                     strictly increasing"
+                );
+            }
+            Self::DifferentPattern => "the pattern is not the analysed one",
+            Self::InvalidSystem => "the system is unknown or not square",
+            Self::InvalidPermutation => "a permutation is invalid",
+            Self::FileIo => "a file could not be read or written",
+            Self::OrderingFailed => "the ordering failed",
+            Self::InternalError => "internal error of UMFPACK",
+            Self::InvalidBlob => "the serialised factors are invalid",
+            Self::Unknown { status } => return write!(f, "unknown status {status} of UMFPACK"),
+            Self::IndexOverflow { what, value } => {
+                return write!(f, "{what}: {value} does not fit 32-bit indices");
+            }
+            Self::DimensionMismatch {
+                what,
+                expected,
+                found,
+            } => return write!(f, "{what} has length {found} instead of {expected}"),
+            Self::NonFinite { what, index } => return write!(f, "{what}[{index}] is not finite"),
+            Self::InvalidOption { name, value } => {
+                return write!(f, "option {name} is out of range: {value}");
+            }
+        })
+    }
+}
+
+impl std::error::Error for Error {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Csc {
+        n: usize,
+        col_ptr: Vec<i32>,
+        row_idx: Vec<i32>,
+        values: Vec<f64>,
+    }
+
+    impl Csc {
+        fn new(col_ptr: &[i32], row_idx: &[i32], values: &[f64]) -> Self {
+            Self {
+                n: col_ptr.len() - 1,
+                col_ptr: col_ptr.to_vec(),
+                row_idx: row_idx.to_vec(),
+                values: values.to_vec(),
+            }
+        }
+
+        /// The 5 by 5 matrix of UMFPACK's user guide.
+        fn demo() -> Self {
+            Self::new(
+                &[0, 2, 5, 9, 10, 12],
+                &[0, 1, 0, 2, 4, 1, 2, 3, 4, 2, 1, 4],
+                &[2.0, 3.0, 3.0, -1.0, 4.0, 4.0, -3.0, 1.0, 2.0, 2.0, 6.0, 1.0],
+            )
+        }
+
+        fn one(value: f64) -> Self {
+            Self::new(&[0, 1], &[0], &[value])
+        }
+
+        /// Numbers in -0.5..0.5 by a fixed congruential sequence, about five in a column.
+        fn random(n: u16, seed: u64, diagonal: f64) -> Self {
+            let mut state = seed;
+            let mut unit = move || {
+                state = state
+                    .wrapping_mul(6_364_136_223_846_793_005)
+                    .wrapping_add(1_442_695_040_888_963_407);
+                f64::from(u32::try_from(state >> 32).unwrap()) / f64::from(u32::MAX)
+            };
+            let mut matrix = Self::new(&vec![0; usize::from(n) + 1], &[], &[]);
+            for column in 0..n {
+                for row in 0..n {
+                    let shift = if row == column { diagonal } else { 0.0 };
+                    if row == column || unit() < 4.0 / f64::from(n) {
+                        matrix.row_idx.push(row.into());
+                        matrix.values.push(unit() - 0.5 + shift);
+                    }
+                }
+                let end = matrix.row_idx.len().try_into().unwrap();
+                matrix.col_ptr[usize::from(column) + 1] = end;
+            }
+            matrix
+        }
+
+        fn analyse(&self, options: &Options) -> Result<Symbolic, Error> {
+            let (p, r) = (&self.col_ptr, &self.row_idx);
+            Symbolic::new(self.n, p, r, Some(&self.values), options)
+        }
+
+        fn factor(&self, symbolic: &Symbolic, options: &Options) -> Result<Numeric, Error> {
+            let (p, r) = (&self.col_ptr, &self.row_idx);
+            Numeric::new(symbolic, p, r, &self.values, options)
+        }
+
+        fn factored(&self) -> (Symbolic, Numeric) {
+            let symbolic = self.analyse(&Options::default()).unwrap();
+            let numeric = self.factor(&symbolic, &Options::default()).unwrap();
+            (symbolic, numeric)
+        }
+
+        fn refactor(&self, old: &mut Numeric, symbolic: &Symbolic) -> Result<FactorInfo, Error> {
+            old.refactor(symbolic, &self.col_ptr, &self.row_idx, &self.values)
+        }
+
+        /// Also finds the largest residual relative to the sizes of its terms.
+        fn solve(&self, numeric: &mut Numeric, b: &[f64]) -> Result<(SolveInfo, f64), Error> {
+            let mut x = vec![0.0; self.n];
+            let info = numeric.solve(&self.col_ptr, &self.row_idx, &self.values, b, &mut x)?;
+            let mut sums: Vec<_> = b.iter().map(|b| (*b, b.abs())).collect();
+            let mut entries = self.row_idx.iter().zip(&self.values);
+            for (column, x) in self.col_ptr.windows(2).zip(x) {
+                for _ in column[0]..column[1] {
+                    let (row, value) = entries.next().unwrap();
+                    let (residual, size) = &mut sums[usize::try_from(*row).unwrap()];
+                    *residual -= value * x;
+                    *size += (value * x).abs();
+                }
+            }
+            let errors = sums
+                .iter()
+                .map(|(residual, size)| residual.abs() / size.max(1e-300));
+            Ok((info, errors.fold(0.0, f64::max)))
+        }
+    }
+
+    const B: [f64; 5] = [8.0, 45.0, -3.0, 3.0, 19.0];
+
+    fn mismatch(what: &'static str, expected: usize, found: usize) -> Error {
+        Error::DimensionMismatch {
+            what,
+            expected,
+            found,
+        }
+    }
+
+    #[test]
+    fn demo_system_is_solved() {
+        let demo = Csc::demo();
+        let (symbolic, mut numeric) = demo.factored();
+        let (info, error) = demo.solve(&mut numeric, &B).unwrap();
+        assert!(error < 1e-15 && info.omega1.unwrap() < 1e-15 && info.omega2.unwrap() < 1e-15);
+        assert!(info.refinement_steps_taken <= 2 && info.flops > 0.0);
+        let factors = numeric.info();
+        assert_eq!((symbolic.n(), info.rcond), (5, factors.rcond));
+        assert!(factors.lnz >= 5 && factors.unz >= 5 && factors.lnz + factors.unz >= 17);
+        assert!(factors.rcond > 1e-3 && factors.flops > 0.0 && factors.peak_memory > 1000);
+        assert!(format!("{symbolic:?} {numeric:?}").contains("n: 5"));
+    }
+
+    #[test]
+    fn default_options_are_those_of_the_library() {
+        let control = ffi::Control::new(&Options::default());
+        assert_eq!(control, Ok(ffi::Control::defaults()));
+        let BuildInfo { version, origin } = build_info();
+        assert!(["system", "source"].contains(&origin));
+        assert!(version.split('.').all(|part| part.parse::<u32>().is_ok()));
+    }
+
+    #[test]
+    fn symbolic_part_is_reused_and_may_go_first() {
+        let mut matrix = Csc::demo();
+        let (symbolic, mut numeric) = matrix.factored();
+        for scale in [2.0, -3.0, 1e8] {
+            matrix
+                .values
+                .iter_mut()
+                .for_each(|value| *value = scale * *value + 1.0);
+            let info = matrix.refactor(&mut numeric, &symbolic).unwrap();
+            assert_eq!(info, numeric.info());
+            assert!(matrix.solve(&mut numeric, &B).unwrap().1 < 1e-14);
+        }
+        drop(symbolic);
+        assert!(matrix.solve(&mut numeric, &B).unwrap().1 < 1e-14);
+        let in_another_thread_and_dimension = move || {
+            let one = Csc::one(4.0);
+            one.refactor(&mut numeric, &one.factored().0).unwrap();
+            one.solve(&mut numeric, &[2.0]).unwrap().1
+        };
+        let thread = std::thread::spawn(in_another_thread_and_dimension);
+        assert_eq!(thread.join().unwrap(), 0.0);
+    }
+
+    #[test]
+    fn random_systems_are_solved_by_every_option() {
+        for (seed, n) in (0..30).zip([1, 2, 7, 40, 150].into_iter().cycle()) {
+            let matrix = Csc::random(n, seed, if seed % 2 == 0 { 5.0 } else { 1.0 });
+            let b = Csc::random(n, seed + 1000, 3.0).values[..matrix.n].to_vec();
+            for case in 0..18 {
+                let options = Options {
+                    refinement_steps: [0, u32::MAX][case % 2],
+                    strategy: [Strategy::Auto, Strategy::Unsymmetric, Strategy::Symmetric]
+                        [case / 6],
+                    scaling: [Scaling::None, Scaling::Sum, Scaling::Max][case / 2 % 3],
+                    pivot_tolerance: [Some(1.0), None][case % 2],
+                };
+                let symbolic = matrix.analyse(&options).unwrap();
+                let mut numeric = matrix.factor(&symbolic, &options).unwrap();
+                let (info, error) = matrix.solve(&mut numeric, &b).unwrap();
+                assert_eq!(info.omega1.is_some(), case % 2 == 1);
+                let bound = [1e-9, 1e-14][case % 2];
+                assert!(error < bound, "{error:e} for {options:?}, seed {seed}");
+            }
+        }
+    }
+
+    #[test]
+    fn singular_matrices_are_errors_that_leave_no_factors() {
+        let options = Options::default();
+        let singular = Error::SingularMatrix { rcond: 0.0 };
+        for matrix in [
+            Csc::new(&[0; 4], &[], &[]),
+            Csc::new(&[0, 2, 4], &[0, 1, 0, 1], &[1.0; 4]),
+        ] {
+            let symbolic = matrix.analyse(&options).unwrap();
+            assert_eq!(matrix.factor(&symbolic, &options).unwrap_err(), singular);
+        }
+        let mut matrix = Csc::demo();
+        let (symbolic, mut numeric) = matrix.factored();
+        matrix.values.fill(0.0);
+        assert_eq!(matrix.refactor(&mut numeric, &symbolic), Err(singular));
+        assert_eq!(
+            matrix.solve(&mut numeric, &B),
+            Err(Error::InvalidNumericObject)
+        );
+        let demo = Csc::demo();
+        demo.refactor(&mut numeric, &symbolic).unwrap();
+        assert!(demo.solve(&mut numeric, &B).unwrap().1 < 1e-15);
+    }
+
+    #[test]
+    fn bad_patterns_are_errors() {
+        let invalid = |column| Error::InvalidMatrix {
+            column: Some(column),
+        };
+        let overflow = |value| Error::IndexOverflow { what: "n", value };
+        let cases: [(usize, &[i32], &[i32], Error); 17] = [
+            (0, &[0], &[], Error::NonPositiveDimension),
+            (usize::MAX, &[], &[], overflow(usize::MAX)),
+            (1 << 31, &[], &[], overflow(1 << 31)),
+            ((1 << 31) - 1, &[], &[], overflow((1 << 31) - 1)),
+            (2, &[], &[], mismatch("col_ptr", 3, 0)),
+            (2, &[0, 1], &[0], mismatch("col_ptr", 3, 2)),
+            (2, &[0, 1, 2, 3], &[0, 1], mismatch("col_ptr", 3, 4)),
+            (2, &[0, 1, 2], &[0, 1, 1], mismatch("row_idx", 2, 3)),
+            (2, &[0, 1, 2], &[0], invalid(1)),
+            (2, &[1, 1, 2], &[0, 1], invalid(0)),
+            (2, &[0, 2, 1], &[0, 1], invalid(1)),
+            (2, &[0, -1, 2], &[0, 1], invalid(0)),
+            (2, &[0, 1, i32::MAX], &[0, 1], invalid(1)),
+            (2, &[0, 1, 2], &[0, 2], invalid(1)),
+            (2, &[0, 1, 2], &[-1, 1], invalid(0)),
+            (2, &[0, 2, 4], &[0, 1, 1, 1], invalid(1)),
+            (2, &[0, 2, 2], &[1, 0], invalid(0)),
+        ];
+        for (n, col_ptr, row_idx, error) in cases {
+            let symbolic = Symbolic::new(n, col_ptr, row_idx, None, &Options::default());
+            assert_eq!(symbolic.unwrap_err(), error);
+        }
+    }
+
+    #[test]
+    fn bad_numbers_are_errors_that_keep_the_factors() {
+        let options = Options::default();
+        let not_finite = |what, index| Error::NonFinite { what, index };
+        let demo = Csc::demo();
+        let (symbolic, mut numeric) = demo.factored();
+        let [mut nan, mut short, mut moved] = [(); 3].map(|()| Csc::demo());
+        nan.values[7] = f64::NAN;
+        short.values.pop();
+        moved.row_idx[10] = 2;
+        for (matrix, error) in [
+            (nan, not_finite("values", 7)),
+            (short, mismatch("values", 12, 11)),
+            (moved, Error::DifferentPattern),
+        ] {
+            assert_eq!(matrix.refactor(&mut numeric, &symbolic).unwrap_err(), error);
+            assert_eq!(matrix.factor(&symbolic, &options).unwrap_err(), error);
+            assert_eq!(matrix.solve(&mut numeric, &B).unwrap_err(), error);
+            let analysed = matrix.analyse(&options).err();
+            assert_eq!(
+                analysed,
+                Some(error).filter(|error| *error != Error::DifferentPattern)
+            );
+        }
+        assert_eq!(demo.solve(&mut numeric, &B[1..]), Err(mismatch("b", 5, 4)));
+        let (p, r, v) = (&demo.col_ptr, &demo.row_idx, &demo.values);
+        assert_eq!(
+            numeric.solve(p, r, v, &B, &mut [0.0; 6]),
+            Err(mismatch("x", 5, 6))
+        );
+        let infinite = [0.0, 0.0, f64::INFINITY, 0.0, 0.0];
+        assert_eq!(demo.solve(&mut numeric, &infinite), Err(not_finite("b", 2)));
+        assert!(demo.solve(&mut numeric, &B).unwrap().1 < 1e-15);
+
+        let tiny = Csc::one(1e-300);
+        let overflow = tiny.solve(&mut tiny.factored().1, &[1e300]);
+        assert_eq!(overflow, Err(not_finite("x", 0)));
+    }
+
+    #[test]
+    fn bad_options_are_errors() {
+        let demo = Csc::demo();
+        let (symbolic, _) = demo.factored();
+        for value in [-0.1, 1.5, f64::INFINITY, f64::NAN] {
+            let pivot_tolerance = Some(value);
+            let options = Options {
+                pivot_tolerance,
+                ..Options::default()
+            };
+            for error in [
+                demo.analyse(&options).err(),
+                demo.factor(&symbolic, &options).err(),
+            ] {
+                assert!(matches!(
+                    error,
+                    Some(Error::InvalidOption {
+                        name: "pivot_tolerance",
+                        ..
+                    })
+                ));
+            }
+        }
+    }
+
+    #[test]
+    fn every_status_has_its_error() {
+        let statuses = [
+            (-1, Error::OutOfMemory),
+            (1, Error::SingularMatrix { rcond: 0.25 }),
+            (2, Error::DeterminantUnderflow),
+            (3, Error::DeterminantOverflow),
+            (-3, Error::InvalidNumericObject),
+            (-4, Error::InvalidSymbolicObject),
+            (-5, Error::ArgumentMissing),
+            (-6, Error::NonPositiveDimension),
+            (-8, Error::InvalidMatrix { column: None }),
+            (-11, Error::DifferentPattern),
+            (-13, Error::InvalidSystem),
+            (-15, Error::InvalidPermutation),
+            (-17, Error::FileIo),
+            (-18, Error::OrderingFailed),
+            (-19, Error::InvalidBlob),
+            (-911, Error::InternalError),
+            (-2, Error::Unknown { status: -2 }),
+        ];
+        let mut texts = std::collections::HashSet::new();
+        for (status, error) in statuses {
+            assert_eq!(Error::check(status, 0.25), Err(error.clone()));
+            assert!(texts.insert(error.to_string()), "{error}");
+        }
+        assert_eq!(Error::check(0, 0.25), Ok(()));
+        assert!(texts.contains("the matrix is singular (reciprocal condition 2.5e-1)"));
+    }
+}

@@ -1,0 +1,240 @@
+//! Rigid bodies as a structure of arrays.
+//!
+//! State of body i: centre of mass x (m), unit quaternion e (body to world), velocity v (m/s) and angular velocity
+//! ω (rad/s), all in the world frame. Mass m (kg) and inertia (kg m², body frame, about the centre of mass).
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+
+/// One body's worth of [`Bodies`]: what [`Bodies::push`] takes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Body {
+    /// Centre of mass, world \[m].
+    pub position: Vector3<f64>,
+    /// Rotation from the body frame to the world frame.
+    pub orientation: UnitQuaternion<f64>,
+    /// Velocity of the centre of mass, world \[m/s].
+    pub velocity: Vector3<f64>,
+    /// Angular velocity, world \[rad/s].
+    pub angular_velocity: Vector3<f64>,
+    /// Mass \[kg], > 0.
+    pub mass: f64,
+    /// Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite.
+    pub inertia: Matrix3<f64>,
+    /// External force at the centre of mass besides gravity, world \[N].
+    pub force: Vector3<f64>,
+    /// External torque, world \[N m].
+    pub torque: Vector3<f64>,
+}
+
+impl Body {
+    /// A body at rest at the origin, with the body frame along the world's.
+    #[must_use]
+    pub fn new(mass: f64, inertia: Matrix3<f64>) -> Self {
+        Self {
+            position: Vector3::zeros(),
+            orientation: UnitQuaternion::identity(),
+            velocity: Vector3::zeros(),
+            angular_velocity: Vector3::zeros(),
+            mass,
+            inertia,
+            force: Vector3::zeros(),
+            torque: Vector3::zeros(),
+        }
+    }
+
+    /// A cable segment: a solid cylinder with its axis along the body's z axis.
+    ///
+    /// `length` and `radius` in m, `mass` in kg. I_z = ½ m r², I_x = I_y = m (3 r² + l²)/12.
+    #[must_use]
+    pub fn rod(length: f64, radius: f64, mass: f64) -> Self {
+        let across = mass * (3.0 * radius * radius + length * length) / 12.0;
+        let along = 0.5 * mass * radius * radius;
+        Self::new(mass, diagonal(across, across, along))
+    }
+
+    /// A solid sphere, `radius` in m, `mass` in kg. I = ⅖ m r².
+    #[must_use]
+    pub fn sphere(radius: f64, mass: f64) -> Self {
+        let inertia = 0.4 * mass * radius * radius;
+        Self::new(mass, diagonal(inertia, inertia, inertia))
+    }
+
+    /// A solid box with edge lengths `size` (m) along the body axes, `mass` in kg. I_x = m (s_y² + s_z²)/12.
+    #[must_use]
+    pub fn cuboid(size: Vector3<f64>, mass: f64) -> Self {
+        let sq = size.component_mul(&size) * (mass / 12.0);
+        Self::new(mass, diagonal(sq.y + sq.z, sq.z + sq.x, sq.x + sq.y))
+    }
+
+    /// The same body with its centre of mass at `position` (world, m).
+    #[must_use]
+    pub fn at(mut self, position: Vector3<f64>) -> Self {
+        self.position = position;
+        self
+    }
+
+    /// The same body with the rotation `orientation` from body to world.
+    #[must_use]
+    pub fn turned(mut self, orientation: UnitQuaternion<f64>) -> Self {
+        self.orientation = orientation;
+        self
+    }
+}
+
+fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
+    Matrix3::from_diagonal(&Vector3::new(x, y, z))
+}
+
+/// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Bodies {
+    /// Centres of mass, world \[m].
+    pub position: Vec<Vector3<f64>>,
+    /// Rotations from the body frames to the world frame.
+    pub orientation: Vec<UnitQuaternion<f64>>,
+    /// Velocities of the centres of mass, world \[m/s].
+    pub velocity: Vec<Vector3<f64>>,
+    /// Angular velocities, world \[rad/s].
+    pub angular_velocity: Vec<Vector3<f64>>,
+    /// Masses \[kg], > 0.
+    pub mass: Vec<f64>,
+    /// Inertias about the centres of mass, body frames \[kg m²], symmetric positive definite.
+    pub inertia: Vec<Matrix3<f64>>,
+    /// External forces at the centres of mass besides gravity, world \[N].
+    pub force: Vec<Vector3<f64>>,
+    /// External torques, world \[N m].
+    pub torque: Vec<Vector3<f64>>,
+}
+
+impl Bodies {
+    /// No bodies.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Number of bodies.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there are no bodies.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Appends a body and returns its index.
+    pub fn push(&mut self, body: Body) -> usize {
+        self.position.push(body.position);
+        self.orientation.push(body.orientation);
+        self.velocity.push(body.velocity);
+        self.angular_velocity.push(body.angular_velocity);
+        self.mass.push(body.mass);
+        self.inertia.push(body.inertia);
+        self.force.push(body.force);
+        self.torque.push(body.torque);
+        self.len() - 1
+    }
+
+    /// A copy of body `i`.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn get(&self, i: usize) -> Body {
+        Body {
+            position: self.position[i],
+            orientation: self.orientation[i],
+            velocity: self.velocity[i],
+            angular_velocity: self.angular_velocity[i],
+            mass: self.mass[i],
+            inertia: self.inertia[i],
+            force: self.force[i],
+            torque: self.torque[i],
+        }
+    }
+
+    /// Rotation matrix R of body `i`, body to world.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn rotation(&self, i: usize) -> Matrix3<f64> {
+        self.orientation[i].to_rotation_matrix().into_inner()
+    }
+
+    /// Inertia of body `i` in the world frame, R I Rᵀ \[kg m²].
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn inertia_world(&self, i: usize) -> Matrix3<f64> {
+        let r = self.rotation(i);
+        r * self.inertia[i] * r.transpose()
+    }
+
+    /// Kinetic energy of body `i` \[J], ½ m v·v + ½ ω·Iω.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn kinetic_energy(&self, i: usize) -> f64 {
+        let omega = self.angular_velocity[i];
+        0.5 * self.mass[i] * self.velocity[i].norm_squared()
+            + 0.5 * omega.dot(&(self.inertia_world(i) * omega))
+    }
+
+    /// World position of the body-frame point `point` (m) of body `i` \[m].
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn point_world(&self, i: usize, point: &Vector3<f64>) -> Vector3<f64> {
+        self.position[i] + self.rotation(i) * point
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn inertias_of_shapes() {
+        let rod = Body::rod(2.0, 0.1, 3.0);
+        assert!((rod.inertia[(2, 2)] - 0.5 * 3.0 * 0.01).abs() < 1e-15);
+        assert!((rod.inertia[(0, 0)] - 3.0 * (0.03 + 4.0) / 12.0).abs() < 1e-15);
+        let cube = Body::cuboid(Vector3::new(2.0, 2.0, 2.0), 6.0);
+        assert!((cube.inertia - Matrix3::identity() * 4.0).norm() < 1e-14);
+        let ball = Body::sphere(0.5, 2.0);
+        assert!((ball.inertia[(1, 1)] - 0.2).abs() < 1e-15);
+    }
+
+    #[test]
+    fn push_and_get_round_trip() {
+        let mut bodies = Bodies::new();
+        assert!(bodies.is_empty());
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -0.2, 0.9));
+        let body = Body::rod(1.0, 0.01, 2.0)
+            .at(Vector3::new(1.0, 2.0, 3.0))
+            .turned(turn);
+        let i = bodies.push(body);
+        assert_eq!((i, bodies.len()), (0, 1));
+        assert_eq!(bodies.get(0), body);
+        // A turned inertia keeps trace and determinant.
+        let world = bodies.inertia_world(0);
+        assert!((world.trace() - body.inertia.trace()).abs() < 1e-14);
+        assert!((world.determinant() - body.inertia.determinant()).abs() < 1e-16);
+    }
+
+    #[test]
+    fn energy_of_a_spinning_sphere() {
+        let mut ball = Body::sphere(1.0, 5.0);
+        ball.velocity = Vector3::new(0.0, 2.0, 0.0);
+        ball.angular_velocity = Vector3::new(1.0, 0.0, 1.0);
+        let mut bodies = Bodies::new();
+        bodies.push(ball);
+        assert!((bodies.kinetic_energy(0) - (10.0 + 0.5 * 2.0 * 2.0)).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,279 @@
+//! Constraints: violations φ(q, t), Jacobians and the laws of their rows.
+//!
+//! Every row obeys ε λ = −(φ + τ φ̇) \[SL (7)] with compliance ε ≥ 0 and damping time τ ≥ 0. The Jacobian is that of
+//! φ̇ = J v + ∂φ/∂t with v = \[v; ω] of the two sides in the world frame. Side a comes first.
+//!
+//! All angular rows depend on the relative rotation of the two sides only: their Jacobian on ω_a is the negative of
+//! that on ω_b.
+
+mod cosserat;
+mod lock;
+mod paper;
+mod spherical;
+#[cfg(test)]
+mod testing;
+
+pub use cosserat::Cosserat;
+pub use lock::Lock;
+pub use paper::{Paper, TwistDefinition};
+pub use spherical::Spherical;
+
+use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+use crate::body::Bodies;
+use crate::frame::{Frame, Resolved};
+
+/// Most rows that one constraint can have.
+pub const MAX_ROWS: usize = 6;
+
+/// Law of a row: ε λ = −(φ + τ φ̇).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RowLaw {
+    /// Compliance ε ≥ 0: \[m/N] for lengths, \[rad/(N m)] for angles. Zero is rigid.
+    pub compliance: f64,
+    /// Damping time τ ≥ 0 \[s].
+    pub damping: f64,
+}
+
+impl RowLaw {
+    /// A rigid row without damping.
+    pub const RIGID: Self = Self {
+        compliance: 0.0,
+        damping: 0.0,
+    };
+
+    /// A row with compliance ε (m/N or rad/(N m)) and damping time τ (s).
+    #[must_use]
+    pub const fn new(compliance: f64, damping: f64) -> Self {
+        Self {
+            compliance,
+            damping,
+        }
+    }
+}
+
+/// Which rows a cable joint has, and their laws. At least one must be there.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct JointLaw {
+    /// The three stretch rows.
+    pub stretch: Option<RowLaw>,
+    /// The bend rows: one in [`Paper`], two in [`Cosserat`].
+    pub bend: Option<RowLaw>,
+    /// The twist row.
+    pub twist: Option<RowLaw>,
+}
+
+/// What a row measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum RowKind {
+    /// A gap between attachment points \[m].
+    Stretch,
+    /// An angle between the cable axes \[rad].
+    Bend,
+    /// An angle about the cable axis \[rad].
+    Twist,
+    /// A component of a rotation vector \[rad].
+    Rotation,
+}
+
+/// A constraint between two frames: a closed set of kinds, one file each.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Constraint {
+    /// Ball joint, 3 rows.
+    Spherical(Spherical),
+    /// The angular joint of the paper with scalar bend, up to 5 rows.
+    Paper(Paper),
+    /// Cable joint with two bend directions, up to 6 rows.
+    Cosserat(Cosserat),
+    /// All six relative coordinates, 6 rows.
+    Lock(Lock),
+}
+
+impl Constraint {
+    /// Number of rows, at most [`MAX_ROWS`]; fixed as long as the set of row laws is.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.parts().map(|(_, rows, _)| rows).sum()
+    }
+
+    /// The rows in their order, as (kind, number of rows, law).
+    pub fn parts(&self) -> impl Iterator<Item = (RowKind, usize, RowLaw)> {
+        use RowKind::{Bend, Rotation, Stretch, Twist};
+        let joint = |law: &JointLaw, bend_rows| {
+            [
+                (Stretch, 3, law.stretch),
+                (Bend, bend_rows, law.bend),
+                (Twist, 1, law.twist),
+            ]
+        };
+        let parts = match self {
+            Self::Spherical(c) => [
+                (Stretch, 3, Some(c.stretch)),
+                (Bend, 0, None),
+                (Twist, 0, None),
+            ],
+            Self::Paper(c) => joint(&c.law, 1),
+            Self::Cosserat(c) => joint(&c.law, 2),
+            Self::Lock(c) => [
+                (Stretch, 3, Some(c.linear)),
+                (Rotation, 3, Some(c.angular)),
+                (Twist, 0, None),
+            ],
+        };
+        let present = |(kind, rows, law): (_, _, Option<_>)| Some((kind, rows, law?));
+        parts.into_iter().filter_map(present)
+    }
+
+    /// The two frames: a, then b.
+    #[must_use]
+    pub fn frames(&self) -> &[Frame; 2] {
+        match self {
+            Self::Spherical(c) => &c.frames,
+            Self::Paper(c) => &c.frames,
+            Self::Cosserat(c) => &c.frames,
+            Self::Lock(c) => &c.frames,
+        }
+    }
+
+    /// The two frames, to be changed; the bodies that they name are part of the topology.
+    pub fn frames_mut(&mut self) -> &mut [Frame; 2] {
+        match self {
+            Self::Spherical(c) => &mut c.frames,
+            Self::Paper(c) => &mut c.frames,
+            Self::Cosserat(c) => &mut c.frames,
+            Self::Lock(c) => &mut c.frames,
+        }
+    }
+
+    /// Kind and law of row `row`.
+    ///
+    /// # Panics
+    /// When `row` is not below [`Constraint::rows`].
+    #[must_use]
+    pub fn row(&self, row: usize) -> (RowKind, RowLaw) {
+        let mut end = 0;
+        let found = self.parts().find(|(_, rows, _)| {
+            end += rows;
+            row < end
+        });
+        let (kind, _, law) =
+            found.unwrap_or_else(|| panic!("row {row} of a constraint with {end} rows"));
+        (kind, law)
+    }
+
+    /// Whether the first three rows are a gap between the attachment points (a minus b).
+    #[must_use]
+    pub fn has_stretch_rows(&self) -> bool {
+        let first = self.parts().next();
+        first.is_some_and(|(kind, ..)| kind == RowKind::Stretch)
+    }
+
+    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`.
+    #[must_use]
+    pub fn kind_name(&self) -> &'static str {
+        match self {
+            Self::Spherical(_) => "spherical",
+            Self::Paper(_) => "paper",
+            Self::Cosserat(_) => "cosserat",
+            Self::Lock(_) => "lock",
+        }
+    }
+
+    /// Writes φ at time `t` into `phi` (length [`Constraint::rows`]). Allocates: no.
+    ///
+    /// # Panics
+    /// When `phi` is too short or a frame names a body that is not there.
+    pub fn violation(&self, bodies: &Bodies, t: f64, phi: &mut [f64]) {
+        self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
+    }
+
+    /// Writes φ and the Jacobian blocks; an empty block slice stands for a side without one.
+    pub(crate) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let [a, b] = self.frames();
+        let (a, b) = (a.resolve(bodies, t), b.resolve(bodies, t));
+        match self {
+            Self::Spherical(_) => rows.stretch(&a, &b),
+            Self::Paper(c) => c.evaluate(&a, &b, rows),
+            Self::Cosserat(c) => c.evaluate(&a, &b, rows),
+            Self::Lock(_) => lock::evaluate(&a, &b, rows),
+        }
+    }
+
+    /// Writes ∂φ/∂t as the mean over \[t, t_next]: only the gap of a moved world side depends on time.
+    pub(crate) fn drive(&self, t: f64, t_next: f64, phi_t: &mut [f64]) {
+        phi_t.fill(0.0);
+        if t_next == t || !self.has_stretch_rows() {
+            return;
+        }
+        let [a, b] = self.frames();
+        let change = |f: &Frame| f.displacement(t_next) - f.displacement(t);
+        let rate = (change(a) - change(b)) / (t_next - t);
+        phi_t[..3].copy_from_slice(rate.as_slice());
+    }
+
+    /// Moves the unwrapping reference of a twist row to the twist at time `t`.
+    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
+        let [a, b] = self.frames();
+        let (a, b) = (a.resolve(bodies, t), b.resolve(bodies, t));
+        match self {
+            Self::Spherical(_) | Self::Lock(_) => {}
+            Self::Paper(c) => c.twist_reference = c.twist(&a, &b).0,
+            Self::Cosserat(c) => c.twist_reference = c.twist(&a, &b).0,
+        }
+    }
+}
+
+/// The value of `angle` + 2πk nearest to `reference` (rad): the winding number of \[SL (22)], tracked.
+fn unwrap_angle(angle: f64, reference: f64) -> f64 {
+    angle + TAU * ((reference - angle) / TAU).round()
+}
+
+/// Where a constraint writes: φ and the blocks of its two sides (rows × 6, row-major, columns \[linear, angular];
+/// empty for a side that does not move).
+pub(crate) struct Rows<'a> {
+    phi: &'a mut [f64],
+    a: &'a mut [f64],
+    b: &'a mut [f64],
+    next: usize,
+}
+
+impl<'a> Rows<'a> {
+    pub(crate) fn new(phi: &'a mut [f64], a: &'a mut [f64], b: &'a mut [f64]) -> Self {
+        Self { phi, a, b, next: 0 }
+    }
+
+    /// Three rows φ = x_a + r_a − x_b − r_b; J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].
+    fn stretch(&mut self, a: &Resolved, b: &Resolved) {
+        // Centres first: neighbours are near each other, so the difference is the better conditioned.
+        let gap = (a.centre - b.centre) + (a.lever - b.lever);
+        for (k, axis) in [Vector3::x(), Vector3::y(), Vector3::z()]
+            .into_iter()
+            .enumerate()
+        {
+            // Row k of −[r]× is (r × e_k)ᵀ.
+            let (arm_a, arm_b) = (a.lever.cross(&axis), b.lever.cross(&axis));
+            self.push(gap[k], [&axis, &arm_a], [&-axis, &-arm_b]);
+        }
+    }
+
+    /// One row with the gradient `g` on ω_b and −`g` on ω_a.
+    fn angular(&mut self, phi: f64, g: &Vector3<f64>) {
+        let zero = Vector3::zeros();
+        self.push(phi, [&zero, &-g], [&zero, g]);
+    }
+
+    fn push(&mut self, phi: f64, a: [&Vector3<f64>; 2], b: [&Vector3<f64>; 2]) {
+        let row = self.next;
+        self.phi[row] = phi;
+        for (block, parts) in [(&mut *self.a, a), (&mut *self.b, b)] {
+            if let Some(out) = block.get_mut(6 * row..6 * row + 6) {
+                out[..3].copy_from_slice(parts[0].as_slice());
+                out[3..].copy_from_slice(parts[1].as_slice());
+            }
+        }
+        self.next = row + 1;
+    }
+}

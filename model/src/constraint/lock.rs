@@ -1,0 +1,148 @@
+//! Locks all six relative coordinates: 3 rows of gap and 3 of the relative rotation.
+//!
+//! Rows 0–2 are those of the ball joint. Rows 3–5 are the components, on u_a, v_a, w_a, of the rotation vector ρ of
+//! the rotation exp(\[ρ]×) = A_aᵀ A_b that takes the axes of a to those of b. With the relative angular velocity in a's
+//! axes, ω' = A_aᵀ (ω_b − ω_a):
+//!
+//!   ρ̇ = J_l⁻¹(ρ) ω',  J_l⁻¹(ρ) = I − ½ \[ρ]× + k \[ρ]×²,  k = (1 − (θ/2) cot(θ/2))/θ²,  θ = |ρ|
+//!
+//! (J_l the left Jacobian of SO(3)). k = 1/12 at θ = 0. ρ changes sign where θ passes π: use it for joints that stay
+//! well below.
+
+use nalgebra::{Matrix3, Vector3};
+
+use super::{RowLaw, Rows};
+use crate::frame::{Frame, Resolved};
+
+/// Rigid or compliant lock of two frames, 6 rows: gap (world axes), rotation vector (axes of a).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lock {
+    /// The two attachment frames.
+    pub frames: [Frame; 2],
+    /// Law of the three gap rows, compliance in m/N.
+    pub linear: RowLaw,
+    /// Law of the three rotation rows, compliance in rad/(N m).
+    pub angular: RowLaw,
+}
+
+pub(super) fn evaluate(a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
+    rows.stretch(a, b);
+    let rho = rotation_vector(&(a.axes.transpose() * b.axes));
+    let jacobian = inverse_left_jacobian(&rho) * a.axes.transpose();
+    for k in 0..3 {
+        rows.angular(rho[k], &jacobian.row(k).transpose());
+    }
+}
+
+/// Rotation vector ρ \[rad], |ρ| ≤ π, of the rotation matrix `r`, by way of the quaternion with its largest component
+/// taken from the diagonal, so that no digits are lost near 0 or π.
+fn rotation_vector(r: &Matrix3<f64>) -> Vector3<f64> {
+    let axial = Vector3::new(
+        r[(2, 1)] - r[(1, 2)],
+        r[(0, 2)] - r[(2, 0)],
+        r[(1, 0)] - r[(0, 1)],
+    );
+    let trace = r.trace();
+    let largest = r.diagonal().imax();
+    // (q_0, q) up to a common positive factor.
+    let (q0, q) = if trace >= r[(largest, largest)] {
+        (1.0 + trace, axial)
+    } else {
+        let mut q = (r + r.transpose()).column(largest).into_owned();
+        q[largest] = 1.0 + 2.0 * r[(largest, largest)] - trace;
+        let q0 = axial[largest];
+        if q0 < 0.0 { (-q0, -q) } else { (q0, q) }
+    };
+    let sine = q.norm();
+    if sine < 1e-8 * q0 {
+        return q * (2.0 / q0);
+    }
+    q * (2.0 * sine.atan2(q0) / sine)
+}
+
+/// J_l⁻¹(ρ).
+fn inverse_left_jacobian(rho: &Vector3<f64>) -> Matrix3<f64> {
+    let q = rho.norm_squared();
+    let k = if q < 1e-2 {
+        // Next term: q⁴/47 900 160.
+        1.0 / 12.0 + q * (1.0 / 720.0 + q * (1.0 / 30240.0 + q / 1_209_600.0))
+    } else {
+        let half = 0.5 * q.sqrt();
+        (1.0 - half / half.tan()) / q
+    };
+    let cross = rho.cross_matrix();
+    Matrix3::identity() - cross * 0.5 + cross * cross * k
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::Constraint;
+    use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
+    use nalgebra::{Rotation3, UnitQuaternion};
+    use std::f64::consts::PI;
+
+    fn joint(frames: [Frame; 2]) -> Constraint {
+        Constraint::Lock(Lock {
+            frames,
+            linear: LAW,
+            angular: LAW,
+        })
+    }
+
+    fn turned(p: &mut Poses, angle: f64) -> UnitQuaternion<f64> {
+        UnitQuaternion::from_scaled_axis(p.vector().normalize() * angle)
+    }
+
+    #[test]
+    fn jacobian_at_random_poses() {
+        assert_rows("lock random", Poses::rotation, joint);
+    }
+
+    #[test]
+    fn jacobian_near_zero_and_near_the_fold() {
+        for k in 1..=12 {
+            let near = 10_f64.powi(-k);
+            assert_rows(&format!("lock θ = 1e-{k}"), |p| turned(p, near), joint);
+        }
+        assert_rows("lock θ = 0", |p| turned(p, 0.0), joint);
+        assert_rows("lock θ = 0.0999", |p| turned(p, 0.0999), joint);
+        assert_rows("lock θ = 0.1001", |p| turned(p, 0.1001), joint);
+        for k in 1..=7 {
+            let near = 10_f64.powi(-k);
+            assert_rows(
+                &format!("lock θ = π − 1e-{k}"),
+                |p| turned(p, PI - near),
+                joint,
+            );
+        }
+    }
+
+    #[test]
+    fn violation_is_the_rotation_vector() {
+        let mut poses = Poses::new(37);
+        for angle in [0.0, 1e-12, 1e-5, 0.1, 1.0, 2.0, 3.0, PI - 1e-6] {
+            let rho = poses.vector().normalize() * angle;
+            let scene = poses.pair(&UnitQuaternion::from_scaled_axis(rho), joint);
+            let found = Vector3::from_column_slice(&phi(&scene)[3..]);
+            assert!(
+                (found - rho).norm() < 2e-15 * (1.0 + angle),
+                "{found} {rho}"
+            );
+        }
+    }
+
+    #[test]
+    fn rotation_vector_of_half_turns() {
+        for axis in [
+            Vector3::x(),
+            Vector3::y(),
+            Vector3::z(),
+            Vector3::new(1.0, -2.0, 2.0) / 3.0,
+        ] {
+            let rho = rotation_vector(&Rotation3::from_scaled_axis(axis * PI).into_inner());
+            assert!((rho.norm() - PI).abs() < 1e-14);
+            assert!(rho.cross(&axis).norm() < 1e-14);
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Ball joint: the two attachment points coincide.
+//!
+//! φ = x_a + r_a − x_b − r_b (3 rows, m). With ṙ = ω × r = −\[r]× ω:
+//! J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].
+//!
+//! No singularities. Under tension T (φ along the cable) the joint's gap is ε T.
+
+use super::RowLaw;
+use crate::frame::Frame;
+
+/// Ball joint with isotropic compliance, 3 rows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spherical {
+    /// The two attachment frames; their axes are not used.
+    pub frames: [Frame; 2],
+    /// Law of the three rows, compliance in m/N.
+    pub stretch: RowLaw,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::testing::{LAW, Poses, assert_rows, phi};
+    use crate::constraint::{Constraint, RowKind};
+    use crate::scene::Scene;
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    fn joint(frames: [Frame; 2]) -> Constraint {
+        Constraint::Spherical(Spherical {
+            frames,
+            stretch: LAW,
+        })
+    }
+
+    #[test]
+    fn jacobian_at_random_poses() {
+        assert_rows("spherical random", Poses::rotation, joint);
+    }
+
+    #[test]
+    fn violation_is_the_gap() {
+        let mut poses = Poses::new(3);
+        let mut scene = poses.pair(&UnitQuaternion::identity(), joint);
+        let [a, b] = scene.constraints[0]
+            .frames()
+            .map(|f| f.resolve(&scene.bodies, 0.0).point());
+        assert!((Vector3::from_column_slice(&phi(&scene)) - (a - b)).norm() < 1e-14);
+        scene.bodies.position[1] += a - b;
+        assert!(phi(&scene).iter().all(|gap| gap.abs() < 1e-14));
+        assert_eq!(scene.constraints[0].row(2), (RowKind::Stretch, LAW));
+    }
+
+    #[test]
+    fn world_side_has_no_block() {
+        let mut scene = Scene::new("pendulum");
+        scene.add_body("bob", crate::Body::sphere(0.1, 1.0));
+        let frames = [
+            Frame::world(Vector3::zeros()),
+            Frame::body(0, Vector3::new(0.0, 0.3, 2.0)),
+        ];
+        scene.add_constraint("pivot", joint(frames), 0);
+        assert!(crate::check_jacobian(&scene, 0).max < 1e-9);
+        let mut lin = crate::Linearized::new(&scene);
+        lin.update(&scene, 0.0, 0.0);
+        assert_eq!((lin.slots.len(), lin.jacobian.len()), (1, 18));
+        assert_eq!(lin.block(0)[..6], [-1.0, 0.0, 0.0, 0.0, -2.0, 0.3]);
+    }
+}

@@ -1,0 +1,443 @@
+//! The main scene: one cable that hangs from the world, and a load at its lower end.
+//!
+//! The cable starts at the origin and hangs along −z. Its segments are solid rods; the load is a solid steel sphere.
+//! Inner joints stand for one segment length l of cable, the two end joints for l/2 each: a joint at the middle of
+//! every stretch of cable that it stands for, so that the whole is L/EA, and a clamped end bends with an error of
+//! second order in l.
+
+mod build;
+
+use std::f64::consts::PI;
+
+use crate::error::{SceneError, check};
+use crate::material::{CrossSection, Material, Stiffness};
+
+/// Most segments that a scene may have.
+pub const MAX_SEGMENTS: usize = 10_000_000;
+
+/// Kind of the cable's inner joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+pub enum JointKind {
+    /// Ball joints: stretch only.
+    Spherical,
+    /// Stretch, two bend rows, twist.
+    #[default]
+    Cosserat,
+    /// The paper's joint: stretch, one bend row, twist.
+    Paper,
+}
+
+/// How an end of the cable is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+pub enum End {
+    /// A ball joint.
+    #[default]
+    Spherical,
+    /// With the cable's own joint law over half a segment.
+    Clamped,
+}
+
+/// Parameters of the hoist. SI units; `None` stands for the default that the field names.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
+pub struct HoistParams {
+    /// Number of segments, 1 to 10 million.
+    pub segments: usize,
+    /// Length of the unstrained cable \[m].
+    pub length: f64,
+    /// Mass of a segment \[kg]. Default: from density and radius when `material` or `radius` is given, else 1 kg.
+    pub segment_mass: Option<f64>,
+    /// Mass of the load over that of a segment, without unit.
+    pub mass_ratio: f64,
+    /// Mass of the load \[kg]; replaces `mass_ratio` when given.
+    pub load_mass: Option<f64>,
+    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+    pub gravity: f64,
+    /// `steel`, `nylon` or `rubber`. Default: steel.
+    pub material: Option<String>,
+    /// Radius of the cable \[m]. Default: that of a solid cable of the material with stiffness `ea`.
+    pub radius: Option<f64>,
+    /// Axial stiffness YA \[N]. Default: from material and radius when `radius` is given, else 2·10⁷ N.
+    pub ea: Option<f64>,
+    /// Bending stiffness YI \[N m²]. Default: of a solid round cable, EA r²/4.
+    pub ei: Option<f64>,
+    /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable, EI/(1 + ν).
+    pub gj: Option<f64>,
+    /// Kind of the inner joints.
+    pub joint: JointKind,
+    /// Whether joints have stretch rows. A cable needs them: `false` is refused.
+    pub stretch: bool,
+    /// Whether joints have bend rows. Default: all kinds but `spherical`.
+    pub bend: Option<bool>,
+    /// Whether joints have a twist row. Default: all kinds but `spherical`.
+    pub twist: Option<bool>,
+    /// How the upper end is held by the world.
+    pub anchor: End,
+    /// How the load is held by the lower end.
+    pub attachment: End,
+    /// Distance of the hook point above the load's centre \[m].
+    pub load_offset: f64,
+    /// Rotation of the straight cable with its load about the y axis through the anchor, at the start \[rad].
+    pub initial_angle: f64,
+    /// Seed of the segments' random angular velocities; 0 is none.
+    pub seed: u64,
+    /// Bound of each component of the random angular velocities \[rad/s].
+    pub seed_rate: f64,
+    /// Damping time τ of all rows \[s].
+    pub damping: f64,
+    /// Displacement of the anchor along x \[m].
+    pub move_x: f64,
+    /// Time at which the anchor starts to move \[s].
+    pub move_start: f64,
+    /// How long the anchor moves \[s].
+    pub move_duration: f64,
+    /// Radius of a horizontal circle that the anchor moves on \[m]; excludes `move_x`. It starts at `move_start`.
+    pub circle_radius: f64,
+    /// Time of one turn on that circle \[s], and of the run-up to it.
+    pub circle_period: f64,
+}
+
+impl Default for HoistParams {
+    fn default() -> Self {
+        Self {
+            segments: 24,
+            length: 10.0,
+            segment_mass: None,
+            mass_ratio: 1000.0,
+            load_mass: None,
+            gravity: 9.81,
+            material: None,
+            radius: None,
+            ea: None,
+            ei: None,
+            gj: None,
+            joint: JointKind::Cosserat,
+            stretch: true,
+            bend: None,
+            twist: None,
+            anchor: End::Spherical,
+            attachment: End::Spherical,
+            load_offset: 0.0,
+            initial_angle: 0.0,
+            seed: 0,
+            seed_rate: 1e-3,
+            damping: 0.0,
+            move_x: 0.0,
+            move_start: 0.0,
+            move_duration: 1.0,
+            circle_radius: 0.0,
+            circle_period: 4.0,
+        }
+    }
+}
+
+/// A hoist with all defaults worked out: [`HoistParams::resolve`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hoist {
+    /// Number of segments.
+    pub segments: usize,
+    /// Length of a segment \[m].
+    pub segment_length: f64,
+    /// Mass of a segment \[kg].
+    pub segment_mass: f64,
+    /// Radius of the cable \[m].
+    pub radius: f64,
+    /// Mass of the load \[kg].
+    pub load_mass: f64,
+    /// Stiffness of the cable.
+    pub stiffness: Stiffness,
+}
+
+impl HoistParams {
+    /// Checks the parameters and works out their defaults.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, and what it has to be.
+    pub fn resolve(&self) -> Result<Hoist, SceneError> {
+        self.check_ranges()?;
+        let positive = |what: &str, value: Option<f64>, unit: &'static str| match value {
+            Some(value) => check(what, value, value > 0.0, unit).map(Some),
+            None => Ok(None),
+        };
+        let material = self.material()?;
+        let radius = positive("radius", self.radius, "> 0 m")?;
+        let ea = positive("ea", self.ea, "> 0 N")?;
+        let solid = |radius| CrossSection::Circle { radius };
+        let ea = match (ea, radius) {
+            (Some(ea), _) => ea,
+            (None, Some(radius)) => material.young * solid(radius).area(),
+            (None, None) => 2e7,
+        };
+        let radius = radius.unwrap_or_else(|| (ea / (PI * material.young)).sqrt());
+        let ei = positive("ei", self.ei, "> 0 N m²")?.unwrap_or(0.25 * ea * radius * radius);
+        let gj = positive("gj", self.gj, "> 0 N m²")?.unwrap_or(ei / (1.0 + material.poisson));
+        let segment_length = self.length / self.segments as f64;
+        let from_density = self.material.is_some() || self.radius.is_some();
+        let segment_mass = match positive("segment_mass", self.segment_mass, "> 0 kg")? {
+            Some(mass) => mass,
+            None if from_density => material.density * solid(radius).area() * segment_length,
+            None => 1.0,
+        };
+        let load_mass = positive("load_mass", self.load_mass, "> 0 kg")?
+            .unwrap_or(self.mass_ratio * segment_mass);
+        let hoist = Hoist {
+            segments: self.segments,
+            segment_length,
+            segment_mass,
+            radius,
+            load_mass,
+            stiffness: Stiffness { ea, ei, gj },
+        };
+        hoist.check_representable()
+    }
+
+    fn material(&self) -> Result<Material, SceneError> {
+        match &self.material {
+            None => Ok(Material::STEEL),
+            Some(name) => Material::named(name).ok_or_else(|| SceneError::UnknownName {
+                what: "material",
+                name: name.clone(),
+                known: Material::NAMES.map(str::to_owned).to_vec(),
+            }),
+        }
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        if self.segments > MAX_SEGMENTS {
+            return Err(SceneError::TooLarge {
+                what: "segments",
+                value: self.segments,
+                limit: MAX_SEGMENTS,
+            });
+        }
+        if self.segments == 0 {
+            return Err(SceneError::BadValue {
+                what: "segments".into(),
+                value: 0.0,
+                needs: "at least 1",
+            });
+        }
+        check("length", self.length, self.length > 0.0, "> 0 m")?;
+        check("mass_ratio", self.mass_ratio, self.mass_ratio > 0.0, "> 0")?;
+        check("gravity", self.gravity, self.gravity >= 0.0, "≥ 0 m/s²")?;
+        check(
+            "seed_rate",
+            self.seed_rate,
+            self.seed_rate >= 0.0,
+            "≥ 0 rad/s",
+        )?;
+        check("damping", self.damping, self.damping >= 0.0, "≥ 0 s")?;
+        check(
+            "circle_radius",
+            self.circle_radius,
+            self.circle_radius >= 0.0,
+            "≥ 0 m",
+        )?;
+        for (what, value) in [
+            ("move_duration", self.move_duration),
+            ("circle_period", self.circle_period),
+        ] {
+            check(what, value, value > 0.0, "> 0 s")?;
+        }
+        for (what, value) in [
+            ("load_offset", self.load_offset),
+            ("initial_angle", self.initial_angle),
+            ("move_x", self.move_x),
+            ("move_start", self.move_start),
+        ] {
+            check(what, value, true, "finite")?;
+        }
+        self.check_conflicts()
+    }
+
+    fn check_conflicts(&self) -> Result<(), SceneError> {
+        let conflict = |what: &str, reason| {
+            Err(SceneError::Conflict {
+                what: what.into(),
+                reason,
+            })
+        };
+        if self.move_x != 0.0 && self.circle_radius != 0.0 {
+            return conflict("circle_radius", "excludes move_x: set one of them to 0");
+        }
+        if !self.stretch {
+            return conflict(
+                "stretch",
+                "a cable without stretch rows is not connected: leave it true",
+            );
+        }
+        if self.joint == JointKind::Spherical {
+            let reason =
+                "spherical joints have stretch rows only: use joint = \"cosserat\" or \"paper\"";
+            if self.bend == Some(true) {
+                return conflict("bend", reason);
+            }
+            if self.twist == Some(true) {
+                return conflict("twist", reason);
+            }
+            for (what, end) in [("anchor", self.anchor), ("attachment", self.attachment)] {
+                if end == End::Clamped {
+                    return conflict(what, reason);
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Hoist {
+    /// Gaps ε_j T_j of the hanging cable at rest \[m], from the anchor to the load's joint, under `gravity` (m/s²).
+    pub fn gaps(&self, gravity: f64) -> impl Iterator<Item = f64> {
+        let hoist = *self;
+        (0..=hoist.segments).map(move |j| {
+            let below = (hoist.segments - j) as f64;
+            let tension = gravity * (hoist.load_mass + hoist.segment_mass * below);
+            let end = j == 0 || j == hoist.segments;
+            let length = hoist.segment_length * if end { 0.5 } else { 1.0 };
+            length / hoist.stiffness.ea * tension
+        })
+    }
+
+    /// Extreme inputs can under- or overflow on the way: catch it here, where the parameters are known.
+    fn check_representable(self) -> Result<Self, SceneError> {
+        for (what, value) in [
+            ("segment length", self.segment_length),
+            ("segment mass", self.segment_mass),
+            ("cable radius", self.radius),
+            ("load mass", self.load_mass),
+            ("ea", self.stiffness.ea),
+            ("ei", self.stiffness.ei),
+            ("gj", self.stiffness.gj),
+        ] {
+            let needs = "between 1e-300 and 1e300 when all is worked out";
+            check(what, value, (1e-300..=1e300).contains(&value), needs)?;
+        }
+        Ok(self)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn stiffness_defaults_are_those_of_a_steel_circle() {
+        let hoist = HoistParams::default().resolve().expect("sound");
+        let section = CrossSection::Circle {
+            radius: hoist.radius,
+        };
+        let steel = Stiffness::new(&Material::STEEL, &section);
+        assert!((steel.ea / hoist.stiffness.ea - 1.0).abs() < 1e-14);
+        assert!((steel.ei / hoist.stiffness.ei - 1.0).abs() < 1e-14);
+        assert!((steel.gj / hoist.stiffness.gj - 1.0).abs() < 1e-14);
+        assert!((hoist.stiffness.ei - 159.155).abs() < 1e-3);
+    }
+
+    #[test]
+    fn material_and_radius_give_mass_and_stiffness() {
+        let params = HoistParams {
+            material: Some("nylon".into()),
+            radius: Some(0.02),
+            mass_ratio: 7.0,
+            ..HoistParams::default()
+        };
+        let hoist = params.resolve().expect("sound");
+        let mass = 1150.0 * PI * 4e-4 * 10.0 / 24.0;
+        assert!((hoist.segment_mass - mass).abs() < 1e-12);
+        assert!((hoist.load_mass - 7.0 * mass).abs() < 1e-11);
+        assert!((hoist.stiffness.ea - 3e9 * PI * 4e-4).abs() < 1e-6);
+        let load = HoistParams {
+            load_mass: Some(3.0),
+            ..params
+        };
+        assert_eq!(load.resolve().expect("sound").load_mass, 3.0);
+    }
+
+    #[test]
+    fn faults_name_the_parameter() {
+        let says = |change: fn(&mut HoistParams), words: &str| {
+            let mut params = HoistParams::default();
+            change(&mut params);
+            let text = params.build().expect_err("a fault").to_string();
+            assert!(text.contains(words), "{text}");
+            assert!(params.exact_elongation().is_nan());
+        };
+        says(|p| p.segments = 0, "segments is 0: it has to be at least 1");
+        says(|p| p.segments = 20_000_000, "at most 10000000");
+        says(|p| p.length = 0.0, "length is 0: it has to be > 0 m");
+        says(|p| p.mass_ratio = -1.0, "mass_ratio is -1");
+        says(|p| p.segment_mass = Some(0.0), "segment_mass is 0");
+        says(|p| p.ea = Some(f64::NAN), "ea is NaN");
+        says(|p| p.initial_angle = f64::INFINITY, "initial_angle is inf");
+        says(
+            |p| p.material = Some("wood".into()),
+            "there are steel, nylon, rubber",
+        );
+        says(|p| p.stretch = false, "stretch");
+        says(
+            |p| (p.move_x, p.circle_radius) = (1.0, 1.0),
+            "excludes move_x",
+        );
+        says(
+            |p| (p.joint, p.anchor) = (JointKind::Spherical, End::Clamped),
+            "anchor: spherical joints have stretch rows only",
+        );
+        says(
+            |p| (p.joint, p.twist) = (JointKind::Spherical, Some(true)),
+            "twist: spherical joints",
+        );
+        says(|p| p.length = 1e-305, "when all is worked out");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the numbers: a valid scene or a one-line error, never a panic.
+        #[test]
+        fn any_numbers_build_or_are_refused(
+            segments in 0_usize..20,
+            v in proptest::collection::vec(proptest::num::f64::ANY, 14),
+            given in proptest::collection::vec(any::<bool>(), 14),
+            seed in any::<u64>(),
+            ends in any::<[bool; 2]>(),
+        ) {
+            let base = HoistParams::default();
+            let of = |i: usize, default: f64| if given[i] { v[i] } else { default };
+            let option = |i: usize| given[i].then_some(v[i].abs());
+            let end = |clamped| if clamped { End::Clamped } else { End::Spherical };
+            let params = HoistParams {
+                segments,
+                length: of(0, base.length).abs(),
+                mass_ratio: of(1, base.mass_ratio).abs(),
+                gravity: of(2, base.gravity).abs(),
+                segment_mass: option(3),
+                load_mass: option(4),
+                radius: option(5),
+                ea: option(6),
+                ei: option(7),
+                gj: option(8),
+                load_offset: of(9, 0.0),
+                initial_angle: of(10, 0.0),
+                seed_rate: of(11, 0.0),
+                move_x: of(12, 0.0),
+                damping: of(13, 0.0),
+                seed,
+                anchor: end(ends[0]),
+                attachment: end(ends[1]),
+                ..base
+            };
+            for scene in [params.build(), params.hanging_equilibrium()] {
+                match scene {
+                    Ok(scene) => prop_assert_eq!(scene.validate(), Ok(())),
+                    Err(error) => prop_assert!(!error.to_string().contains('\n')),
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,302 @@
+//! Builds the hoist from its parameters.
+
+use std::f64::consts::PI;
+
+use nalgebra::{UnitQuaternion, Vector3};
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+use super::{End, Hoist, HoistParams, JointKind};
+use crate::body::Body;
+use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
+use crate::error::SceneError;
+use crate::frame::Frame;
+use crate::material::Material;
+use crate::motion::Motion;
+use crate::scene::Scene;
+
+impl HoistParams {
+    /// Builds the scene with an unstrained cable. Bodies: the segments from the top, then the load. Constraints: the
+    /// anchor, the inner joints from the top, the load's joint. Groups: the cable with its anchor is 0, the load's
+    /// joint 1.
+    ///
+    /// # Errors
+    /// As [`HoistParams::resolve`].
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        let hoist = self.resolve()?;
+        let gaps = vec![0.0; hoist.segments + 1];
+        self.assemble(&hoist, &gaps, self.initial_angle)
+    }
+
+    /// The scene with its bodies at the static equilibrium of the hanging cable, straight down: each joint open by
+    /// ε_j T_j. `initial_angle` is ignored; the random angular velocities are not.
+    ///
+    /// # Errors
+    /// As [`HoistParams::resolve`].
+    pub fn hanging_equilibrium(&self) -> Result<Scene, SceneError> {
+        let hoist = self.resolve()?;
+        let gaps: Vec<_> = hoist.gaps(self.gravity).collect();
+        self.assemble(&hoist, &gaps, 0.0)
+    }
+
+    /// Static elongation of the discrete cable \[m]: Σ_j ε_j T_j, T_j = g (M + m · segments below joint j). NaN when
+    /// the parameters are refused by [`HoistParams::resolve`].
+    #[must_use]
+    pub fn exact_elongation(&self) -> f64 {
+        self.resolve()
+            .map_or(f64::NAN, |hoist| hoist.gaps(self.gravity).sum())
+    }
+
+    /// Elongation of a massless cable under the load \[m]: M g L/EA. NaN when the parameters are refused by
+    /// [`HoistParams::resolve`].
+    #[must_use]
+    pub fn continuum_elongation(&self) -> f64 {
+        self.resolve().map_or(f64::NAN, |hoist| {
+            hoist.load_mass * self.gravity * self.length / hoist.stiffness.ea
+        })
+    }
+
+    fn assemble(&self, hoist: &Hoist, gaps: &[f64], angle: f64) -> Result<Scene, SceneError> {
+        let l = hoist.segment_length;
+        // Exact identity for angle 0, so that a vertical cable keeps exact zeros in x and y.
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * angle);
+        let place = |depth: f64| turn * Vector3::new(0.0, 0.0, -depth);
+        let mut scene = Scene::new("hoist");
+        scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
+        let mut depth = 0.0;
+        for (i, gap) in gaps[..hoist.segments].iter().enumerate() {
+            let centre = depth + gap + 0.5 * l;
+            let rod = Body::rod(l, hoist.radius, hoist.segment_mass);
+            scene.add_body(
+                format!("segment-{}", i + 1),
+                rod.at(place(centre)).turned(turn),
+            );
+            depth = centre + 0.5 * l;
+        }
+        let centre = depth + gaps[hoist.segments] + self.load_offset;
+        let volume = hoist.load_mass / Material::STEEL.density;
+        let sphere = Body::sphere((0.75 * volume / PI).cbrt(), hoist.load_mass);
+        let load = scene.add_body("load", sphere.at(place(centre)).turned(turn));
+        scene.load = Some(load);
+        self.add_joints(&mut scene, hoist);
+        self.seed_velocities(&mut scene, hoist.segments);
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn add_joints(&self, scene: &mut Scene, hoist: &Hoist) {
+        let half = Vector3::new(0.0, 0.0, 0.5 * hoist.segment_length);
+        let inner = self.law(hoist, hoist.segment_length);
+        let end = self.law(hoist, 0.5 * hoist.segment_length);
+        let joint = |kind: JointKind, frames: [Frame; 2], law: JointLaw| match kind {
+            JointKind::Spherical => Constraint::Spherical(Spherical {
+                frames,
+                stretch: law.stretch.unwrap_or_default(),
+            }),
+            JointKind::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
+            JointKind::Paper => Constraint::Paper(Paper::new(frames, law)),
+        };
+        let held = |end: End| match end {
+            End::Spherical => JointKind::Spherical,
+            End::Clamped => self.joint,
+        };
+        let top = Frame::world(Vector3::zeros()).moving(self.motion());
+        let anchor = joint(held(self.anchor), [top, Frame::body(0, half)], end);
+        scene.add_constraint("anchor", anchor, 0);
+        for i in 1..hoist.segments {
+            let frames = [Frame::body(i - 1, -half), Frame::body(i, half)];
+            scene.add_constraint(format!("joint-{i}"), joint(self.joint, frames, inner), 0);
+        }
+        let hook = Vector3::new(0.0, 0.0, self.load_offset);
+        let frames = [
+            Frame::body(hoist.segments - 1, -half),
+            Frame::body(hoist.segments, hook),
+        ];
+        scene.add_constraint("load", joint(held(self.attachment), frames, end), 1);
+    }
+
+    fn law(&self, hoist: &Hoist, length: f64) -> JointLaw {
+        let all = hoist.stiffness.joint_law(length, self.damping);
+        let angular = self.joint != JointKind::Spherical;
+        JointLaw {
+            stretch: all.stretch,
+            bend: all.bend.filter(|_| self.bend.unwrap_or(angular)),
+            twist: all.twist.filter(|_| self.twist.unwrap_or(angular)),
+        }
+    }
+
+    fn motion(&self) -> Motion {
+        if self.circle_radius > 0.0 {
+            return Motion::Circle {
+                radius: self.circle_radius,
+                period: self.circle_period,
+                start: self.move_start,
+                ramp: self.circle_period,
+            };
+        }
+        if self.move_x == 0.0 {
+            return Motion::Fixed;
+        }
+        Motion::Smooth {
+            displacement: Vector3::new(self.move_x, 0.0, 0.0),
+            start: self.move_start,
+            duration: self.move_duration,
+        }
+    }
+
+    fn seed_velocities(&self, scene: &mut Scene, segments: usize) {
+        if self.seed == 0 {
+            return;
+        }
+        let mut random = Xoshiro256PlusPlus::seed_from_u64(self.seed);
+        let mut uniform = || (random.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0;
+        for omega in &mut scene.bodies.angular_velocity[..segments] {
+            *omega = Vector3::new(uniform(), uniform(), uniform()) * self.seed_rate;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linearized::Linearized;
+
+    fn phi(scene: &Scene) -> Linearized {
+        let mut lin = Linearized::new(scene);
+        lin.update(scene, 0.0, 0.0);
+        lin
+    }
+
+    #[test]
+    fn defaults() {
+        let params = HoistParams::default();
+        let scene = params.build().expect("builds");
+        assert_eq!(scene.bodies.len(), 25);
+        assert_eq!(scene.constraints.len(), 25);
+        assert_eq!(scene.load, Some(24));
+        assert_eq!(scene.bodies.mass[24], 1000.0);
+        assert_eq!(
+            (scene.groups[0], scene.groups[23], scene.groups[24]),
+            (0, 0, 1)
+        );
+        assert!((scene.bodies.position[24].z + 10.0).abs() < 1e-14);
+        // Unstrained: all rows at zero, whatever the angle.
+        for initial_angle in [0.0, 0.7, -1.5] {
+            let params = HoistParams {
+                initial_angle,
+                load_offset: 0.3,
+                ..params.clone()
+            };
+            let lin = phi(&params.build().expect("builds"));
+            assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-14));
+        }
+    }
+
+    #[test]
+    fn compliances_add_up_to_the_cable() {
+        let params = HoistParams {
+            anchor: End::Clamped,
+            attachment: End::Clamped,
+            ..HoistParams::default()
+        };
+        let scene = params.build().expect("builds");
+        let stiffness = params.resolve().expect("sound").stiffness;
+        let total = |row: usize| -> f64 {
+            scene
+                .constraints
+                .iter()
+                .map(|c| c.row(row).1.compliance)
+                .sum()
+        };
+        assert!((total(2) * stiffness.ea - 10.0).abs() < 1e-12);
+        assert!((total(3) * stiffness.ei - 10.0).abs() < 1e-12);
+        assert!((total(5) * stiffness.gj - 10.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn equilibrium_carries_the_weight() {
+        let params = HoistParams {
+            mass_ratio: 1e5,
+            segment_mass: Some(0.5),
+            load_offset: 0.2,
+            ..HoistParams::default()
+        };
+        let scene = params.hanging_equilibrium().expect("builds");
+        let lin = phi(&scene);
+        for j in 0..=24 {
+            let row = lin.row_range(j).start + 2;
+            // λ = −φ/ε acts upwards on the body below: it is the weight of what hangs there.
+            let below = 9.81 * (5e4 + 0.5 * (24 - j) as f64);
+            let tension = lin.phi[row] / lin.compliance[row];
+            assert!((tension / below - 1.0).abs() < 1e-12, "joint {j}");
+        }
+        let elongation = params.exact_elongation();
+        let hook = scene.bodies.position[24].z + 0.2;
+        assert!((hook + 10.0 + elongation).abs() < 1e-14 * 10.0);
+        let continuum = params.continuum_elongation();
+        let cable = 24.0 * 0.5 * 9.81 * 10.0 / 2e7 / 2.0;
+        assert!((elongation - continuum - cable).abs() < 1e-12);
+    }
+
+    #[test]
+    fn seeds_are_reproducible_and_bounded() {
+        let with = |seed| {
+            let params = HoistParams {
+                seed,
+                seed_rate: 0.01,
+                ..HoistParams::default()
+            };
+            params.build().expect("builds").bodies.angular_velocity
+        };
+        assert_eq!(with(5), with(5));
+        assert_ne!(with(5), with(6));
+        assert!(
+            with(5)[..24]
+                .iter()
+                .all(|w| w.amax() <= 0.01 && w.amin() > 0.0)
+        );
+        assert_eq!(with(5)[24], Vector3::zeros());
+        assert!(with(0).iter().all(|w| *w == Vector3::zeros()));
+    }
+
+    #[test]
+    fn joints_and_rows_can_be_chosen() {
+        let rows = |params: &HoistParams| {
+            let scene = params.build().expect("builds");
+            [0, 1, 24].map(|i| scene.constraints[i].rows())
+        };
+        let mut params = HoistParams::default();
+        assert_eq!(rows(&params), [3, 6, 3]);
+        params.twist = Some(false);
+        params.anchor = End::Clamped;
+        assert_eq!(rows(&params), [5, 5, 3]);
+        params.joint = JointKind::Paper;
+        params.attachment = End::Clamped;
+        assert_eq!(rows(&params), [4, 4, 4]);
+        params = HoistParams {
+            joint: JointKind::Spherical,
+            ..HoistParams::default()
+        };
+        assert_eq!(rows(&params), [3, 3, 3]);
+    }
+
+    #[test]
+    fn anchor_moves_as_told() {
+        let anchor = |params: HoistParams, t| {
+            let scene = params.build().expect("builds");
+            scene.constraints[0].frames()[0].displacement(t)
+        };
+        let slide = HoistParams {
+            move_x: 0.5,
+            move_start: 1.0,
+            ..HoistParams::default()
+        };
+        assert_eq!(anchor(slide.clone(), 1.0), Vector3::zeros());
+        assert_eq!(anchor(slide, 2.0), Vector3::new(0.5, 0.0, 0.0));
+        let circle = HoistParams {
+            circle_radius: 2.0,
+            ..HoistParams::default()
+        };
+        assert!(anchor(circle, 3.0).y > 0.5);
+    }
+}

@@ -1,0 +1,304 @@
+//! The constraints of a scene, linearised at one instant.
+//!
+//! [`Linearized`] is what the time stepper reads: φ, ∂φ/∂t, ε, τ and J, as flat arrays whose layout depends on the
+//! topology alone. Rows are numbered through all constraints, in the order of the scene.
+
+use std::ops::Range;
+
+use crate::constraint::Rows;
+use crate::frame::Frame;
+use crate::scene::Scene;
+
+/// One Jacobian block: how a constraint acts on a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slot {
+    /// Index of the constraint.
+    pub constraint: usize,
+    /// Index of the body.
+    pub body: usize,
+    /// Where in [`Linearized::jacobian`] the block starts: rows × 6, row-major, columns 0..3 on the velocity and
+    /// 3..6 on the angular velocity, both in the world frame.
+    pub offset: usize,
+}
+
+/// Violations, laws and Jacobian of all constraints of a scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Linearized {
+    /// First row of each constraint; length constraints + 1.
+    pub row_start: Vec<usize>,
+    /// First slot of each constraint; length constraints + 1.
+    pub slot_start: Vec<usize>,
+    /// Blocks of the Jacobian, constraint by constraint, side a before side b; world sides have none.
+    pub slots: Vec<Slot>,
+    /// Violations φ at t, one a row \[m or rad].
+    pub phi: Vec<f64>,
+    /// ∂φ/∂t of prescribed motions, as the mean over \[t, t_next], one a row \[m/s or rad/s].
+    pub phi_t: Vec<f64>,
+    /// Compliances ε, one a row \[m/N or rad/(N m)].
+    pub compliance: Vec<f64>,
+    /// Damping times τ, one a row \[s].
+    pub damping: Vec<f64>,
+    /// All blocks, see [`Slot::offset`].
+    pub jacobian: Vec<f64>,
+}
+
+impl Linearized {
+    /// Sizes and slots from the scene's topology; all values are zero until [`Linearized::update`]. Allocates: yes.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let mut lin = Self {
+            row_start: vec![0],
+            slot_start: vec![0],
+            ..Self::default()
+        };
+        let (mut rows, mut values) = (0, 0);
+        for (constraint, c) in scene.constraints.iter().enumerate() {
+            rows += c.rows();
+            for body in c.frames().iter().filter_map(Frame::body_index) {
+                lin.slots.push(Slot {
+                    constraint,
+                    body,
+                    offset: values,
+                });
+                values += 6 * c.rows();
+            }
+            lin.row_start.push(rows);
+            lin.slot_start.push(lin.slots.len());
+        }
+        lin.phi = vec![0.0; rows];
+        lin.phi_t = vec![0.0; rows];
+        lin.compliance = vec![0.0; rows];
+        lin.damping = vec![0.0; rows];
+        lin.jacobian = vec![0.0; values];
+        lin
+    }
+
+    /// Evaluates all constraints at time `t` (s), and ∂φ/∂t as the mean over \[`t`, `t_next`] with the bodies held;
+    /// it is zero when `t_next == t` or nothing is driven. Cost: O(rows). Allocates: no.
+    ///
+    /// # Panics
+    /// When the scene's constraints do not have the rows and bodies that [`Linearized::new`] saw.
+    pub fn update(&mut self, scene: &Scene, t: f64, t_next: f64) {
+        assert_eq!(
+            scene.constraints.len(),
+            self.constraints(),
+            "the scene has another number of constraints than at Linearized::new"
+        );
+        for (i, c) in scene.constraints.iter().enumerate() {
+            let (rows, slots) = (self.row_range(i), self.slot_range(i));
+            let block = 6 * rows.len();
+            let moving = c.frames().map(|f| usize::from(f.body_index().is_some()));
+            assert_eq!(
+                (rows.len(), slots.len()),
+                (c.rows(), moving[0] + moving[1]),
+                "constraint {i} has another topology than at Linearized::new"
+            );
+            let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
+            let blocks = &mut self.jacobian[start..start + block * slots.len()];
+            let (a, b) = blocks.split_at_mut(block * moving[0]);
+            let mut out = Rows::new(&mut self.phi[rows.clone()], a, b);
+            c.evaluate(&scene.bodies, t, &mut out);
+            c.drive(t, t_next, &mut self.phi_t[rows.clone()]);
+            let mut row = rows.start;
+            for (_, count, law) in c.parts() {
+                self.compliance[row..row + count].fill(law.compliance);
+                self.damping[row..row + count].fill(law.damping);
+                row += count;
+            }
+        }
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn rows(&self) -> usize {
+        self.phi.len()
+    }
+
+    /// Number of constraints.
+    #[must_use]
+    pub fn constraints(&self) -> usize {
+        self.row_start.len().saturating_sub(1)
+    }
+
+    /// Rows of constraint `i`.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Linearized::constraints`].
+    #[must_use]
+    pub fn row_range(&self, i: usize) -> Range<usize> {
+        self.row_start[i]..self.row_start[i + 1]
+    }
+
+    /// Indices into [`Linearized::slots`] of constraint `i`.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Linearized::constraints`].
+    #[must_use]
+    pub fn slot_range(&self, i: usize) -> Range<usize> {
+        self.slot_start[i]..self.slot_start[i + 1]
+    }
+
+    /// The Jacobian block of slot `slot`, rows × 6, row-major.
+    ///
+    /// # Panics
+    /// When `slot` is not below the number of slots.
+    #[must_use]
+    pub fn block(&self, slot: usize) -> &[f64] {
+        let Slot {
+            constraint, offset, ..
+        } = self.slots[slot];
+        &self.jacobian[offset..offset + 6 * self.row_range(constraint).len()]
+    }
+}
+
+/// Moves each twist row's unwrapping reference to its present value at time `t` (s): call it after each accepted step,
+/// so that twist is followed through any number of turns. Linearising itself changes nothing. Allocates: no.
+///
+/// # Panics
+/// When a constraint names a body that is not there.
+pub fn update_windings(scene: &mut Scene, t: f64) {
+    for c in &mut scene.constraints {
+        c.update_winding(&scene.bodies, t);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::MAX_ROWS;
+    use crate::hoist::{End, HoistParams, JointKind};
+    use crate::{Motion, Side};
+    use nalgebra::Vector3;
+
+    fn hoist() -> Scene {
+        let params = HoistParams {
+            segments: 3,
+            seed: 4,
+            initial_angle: 0.4,
+            anchor: End::Clamped,
+            damping: 0.02,
+            move_x: 0.5,
+            ..HoistParams::default()
+        };
+        params.build().expect("builds")
+    }
+
+    /// J v of one row.
+    fn rate(lin: &Linearized, scene: &Scene, constraint: usize, row: usize) -> f64 {
+        let slots = lin.slot_range(constraint);
+        slots
+            .map(|s| {
+                let block = &lin.block(s)[6 * row..6 * row + 6];
+                let body = lin.slots[s].body;
+                let v = Vector3::from_column_slice(&block[..3]).dot(&scene.bodies.velocity[body]);
+                let omega = &scene.bodies.angular_velocity[body];
+                v + Vector3::from_column_slice(&block[3..]).dot(omega)
+            })
+            .sum()
+    }
+
+    #[test]
+    fn layout_follows_the_topology() {
+        let lin = Linearized::new(&hoist());
+        assert_eq!(lin.row_start, [0, 6, 12, 18, 21]);
+        assert_eq!(lin.slot_start, [0, 1, 3, 5, 7]);
+        assert_eq!((lin.rows(), lin.constraints()), (21, 4));
+        assert_eq!(lin.slots[1].body, 0);
+        assert_eq!(lin.slots[2].offset, 36 * 2);
+        assert_eq!(lin.jacobian.len(), 36 * 5 + 18 * 2);
+        assert_eq!(lin.block(6).len(), 18);
+    }
+
+    #[test]
+    fn jacobian_and_drive_predict_the_change_of_phi() {
+        let mut scene = hoist();
+        for (i, v) in scene.bodies.velocity.iter_mut().enumerate() {
+            *v = Vector3::new(0.3, -0.1, 0.2) * (1.0 + i as f64);
+        }
+        let (t, dt) = (0.5, 1e-6);
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, t, t + dt);
+        let mut next = scene.clone();
+        for i in 0..next.bodies.len() {
+            next.bodies.position[i] += next.bodies.velocity[i] * dt;
+            let turn =
+                nalgebra::UnitQuaternion::from_scaled_axis(scene.bodies.angular_velocity[i] * dt);
+            next.bodies.orientation[i] = turn * next.bodies.orientation[i];
+        }
+        let mut after = lin.clone();
+        after.update(&next, t + dt, t + dt);
+        for c in 0..lin.constraints() {
+            for (row, k) in lin.row_range(c).enumerate() {
+                let change = (after.phi[k] - lin.phi[k]) / dt;
+                let predicted = rate(&lin, &scene, c, row) + lin.phi_t[k];
+                assert!(
+                    (change - predicted).abs() < 1e-6,
+                    "{c} {row}: {change} {predicted}"
+                );
+            }
+        }
+        assert!(lin.phi_t[0] > 0.9, "the anchor moves at 15/8 of 0.5 m/s");
+        assert!(after.phi_t.iter().all(|rate| *rate == 0.0));
+    }
+
+    #[test]
+    fn drive_on_side_b_has_the_other_sign() {
+        let mut scene = hoist();
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.2, 0.3);
+        let forward = lin.phi_t[0];
+        scene.constraints[0].frames_mut().reverse();
+        assert!(matches!(
+            scene.constraints[0].frames()[1].side,
+            Side::World(Motion::Smooth { .. })
+        ));
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.2, 0.3);
+        assert_eq!(lin.phi_t[0], -forward);
+    }
+
+    #[test]
+    fn laws_are_those_of_the_rows() {
+        let scene = hoist();
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0, 0.0);
+        for (i, c) in scene.constraints.iter().enumerate() {
+            for (k, row) in lin.row_range(i).enumerate() {
+                assert_eq!(lin.compliance[row], c.row(k).1.compliance);
+                assert_eq!(lin.damping[row], 0.02);
+            }
+            assert!(c.rows() <= MAX_ROWS);
+        }
+    }
+
+    #[test]
+    fn vertical_cable_has_exact_zeros_across() {
+        for joint in [JointKind::Cosserat, JointKind::Paper, JointKind::Spherical] {
+            let scene = HoistParams {
+                joint,
+                ..HoistParams::default()
+            };
+            let scene = scene.hanging_equilibrium().expect("builds");
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0, 0.0);
+            for i in 0..lin.constraints() {
+                for (k, row) in lin.row_range(i).enumerate() {
+                    if k != 2 {
+                        assert_eq!(lin.phi[row], 0.0, "{joint:?} row {k}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "another topology")]
+    fn changed_rows_are_refused() {
+        let mut scene = hoist();
+        let mut lin = Linearized::new(&scene);
+        if let crate::Constraint::Cosserat(c) = &mut scene.constraints[1] {
+            c.law.twist = None;
+        }
+        lin.update(&scene, 0.0, 0.0);
+    }
+}

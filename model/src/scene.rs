@@ -1,0 +1,152 @@
+//! A scene: bodies, constraints, gravity and names. Data only.
+
+pub(crate) mod validate;
+
+use nalgebra::Vector3;
+
+use crate::body::{Bodies, Body};
+use crate::constraint::Constraint;
+
+/// Everything that a simulation starts from. The vectors `body_names` and `constraint_names`, `groups` run parallel to
+/// `bodies` and `constraints`.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Scene {
+    /// Name of the scene.
+    pub name: String,
+    /// Acceleration of gravity, world \[m/s²].
+    pub gravity: Vector3<f64>,
+    /// The bodies.
+    pub bodies: Bodies,
+    /// Names of the bodies, all different.
+    pub body_names: Vec<String>,
+    /// The constraints.
+    pub constraints: Vec<Constraint>,
+    /// Names of the constraints, all different.
+    pub constraint_names: Vec<String>,
+    /// Group of each constraint, for block Gauss–Seidel over groups \[SL §VI-A].
+    pub groups: Vec<u32>,
+    /// The body whose position reports follow: the load.
+    pub load: Option<usize>,
+}
+
+impl Scene {
+    /// An empty scene without gravity.
+    #[must_use]
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            ..Self::default()
+        }
+    }
+
+    /// Appends a body and returns its index.
+    pub fn add_body(&mut self, name: impl Into<String>, body: Body) -> usize {
+        self.body_names.push(name.into());
+        self.bodies.push(body)
+    }
+
+    /// Appends a constraint of group `group` and returns its index.
+    pub fn add_constraint(
+        &mut self,
+        name: impl Into<String>,
+        constraint: Constraint,
+        group: u32,
+    ) -> usize {
+        self.constraint_names.push(name.into());
+        self.constraints.push(constraint);
+        self.groups.push(group);
+        self.constraints.len() - 1
+    }
+
+    /// Kinetic energy \[J].
+    #[must_use]
+    pub fn kinetic_energy(&self) -> f64 {
+        (0..self.bodies.len())
+            .map(|i| self.bodies.kinetic_energy(i))
+            .sum()
+    }
+
+    /// Potential energy of gravity \[J], −Σ m g·x: zero for a body at the origin.
+    #[must_use]
+    pub fn potential_energy(&self) -> f64 {
+        let weigh = |(m, x): (&f64, &Vector3<f64>)| -m * self.gravity.dot(x);
+        let bodies = &self.bodies;
+        bodies.mass.iter().zip(&bodies.position).map(weigh).sum()
+    }
+
+    /// Linear momentum, world \[kg m/s].
+    #[must_use]
+    pub fn momentum(&self) -> Vector3<f64> {
+        let bodies = &self.bodies;
+        let terms = bodies.mass.iter().zip(&bodies.velocity);
+        terms.map(|(m, v)| v * *m).sum()
+    }
+
+    /// Angular momentum about the world point `about` (m), world \[kg m²/s].
+    #[must_use]
+    pub fn angular_momentum(&self, about: &Vector3<f64>) -> Vector3<f64> {
+        let bodies = &self.bodies;
+        (0..bodies.len())
+            .map(|i| {
+                let orbital = (bodies.position[i] - about).cross(&bodies.velocity[i]);
+                orbital * bodies.mass[i] + bodies.inertia_world(i) * bodies.angular_velocity[i]
+            })
+            .sum()
+    }
+
+    /// Mass of all bodies \[kg].
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.bodies.mass.iter().sum()
+    }
+}
+
+/// At most eight names, and how many more there are.
+pub(crate) fn first_names(names: &[String]) -> Vec<String> {
+    let mut known: Vec<_> = names.iter().take(8).cloned().collect();
+    if names.len() > known.len() {
+        known.push(format!("and {} more", names.len() - known.len()));
+    }
+    known
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+
+    fn two() -> Scene {
+        let mut scene = Scene::new("two");
+        scene.gravity = Vector3::new(0.0, 0.0, -10.0);
+        let mut a = Body::new(2.0, Matrix3::identity()).at(Vector3::new(1.0, 0.0, 3.0));
+        a.velocity = Vector3::new(0.0, 2.0, 0.0);
+        scene.add_body("a", a);
+        let mut b = Body::new(1.0, Matrix3::identity() * 4.0);
+        b.angular_velocity = Vector3::new(0.0, 0.0, 3.0);
+        scene.add_body("b", b);
+        scene
+    }
+
+    #[test]
+    fn energies_and_momenta() {
+        let scene = two();
+        assert_eq!(scene.mass(), 3.0);
+        assert_eq!(scene.kinetic_energy(), 4.0 + 18.0);
+        assert_eq!(scene.potential_energy(), 60.0);
+        assert_eq!(scene.momentum(), Vector3::new(0.0, 4.0, 0.0));
+        let l = scene.angular_momentum(&Vector3::zeros());
+        assert_eq!(l, Vector3::new(-12.0, 0.0, 4.0 + 12.0));
+        // Moving the reference point by d changes L by −d × p.
+        let d = Vector3::new(0.0, 0.0, 3.0);
+        let moved = l - d.cross(&scene.momentum());
+        assert_eq!(scene.angular_momentum(&d), moved);
+    }
+
+    #[test]
+    fn names_are_cut_short() {
+        let names: Vec<_> = (0..20).map(|i| i.to_string()).collect();
+        let first = first_names(&names);
+        assert_eq!((first.len(), first[8].as_str()), (9, "and 12 more"));
+        assert_eq!(first_names(&names[..8]).len(), 8);
+    }
+}

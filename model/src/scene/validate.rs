@@ -1,0 +1,360 @@
+//! Checks a scene before it is simulated.
+
+use std::collections::HashSet;
+
+use nalgebra::Matrix3;
+
+use super::{Scene, first_names};
+use crate::constraint::Constraint;
+use crate::error::{SceneError, check};
+use crate::frame::{Frame, Side};
+use crate::motion::Motion;
+
+/// Largest deviation of AᵀA from the identity that a frame's axes may have.
+const AXES_TOLERANCE: f64 = 1e-9;
+
+impl Scene {
+    /// Checks that the scene can be simulated: finite numbers, positive masses, definite inertias, orthonormal axes,
+    /// joints with rows between two different sides, different names.
+    ///
+    /// # Errors
+    /// The first fault found, with the body or joint that has it.
+    pub fn validate(&self) -> Result<(), SceneError> {
+        if self.bodies.is_empty() {
+            return Err(SceneError::Empty);
+        }
+        self.validate_lengths()?;
+        unique("body", &self.body_names)?;
+        unique("joint", &self.constraint_names)?;
+        finite(|| "gravity".into(), self.gravity.iter())?;
+        for i in 0..self.bodies.len() {
+            self.validate_body(i)?;
+        }
+        for i in 0..self.constraints.len() {
+            self.validate_constraint(i)?;
+        }
+        match self.load {
+            Some(i) if i >= self.bodies.len() => Err(self.unknown_body("load", i)),
+            _ => Ok(()),
+        }
+    }
+
+    fn validate_lengths(&self) -> Result<(), SceneError> {
+        let b = &self.bodies;
+        let (n, m) = (b.len(), self.constraints.len());
+        for (what, got, expected) in [
+            ("bodies.orientation", b.orientation.len(), n),
+            ("bodies.velocity", b.velocity.len(), n),
+            ("bodies.angular_velocity", b.angular_velocity.len(), n),
+            ("bodies.mass", b.mass.len(), n),
+            ("bodies.inertia", b.inertia.len(), n),
+            ("bodies.force", b.force.len(), n),
+            ("bodies.torque", b.torque.len(), n),
+            ("body_names", self.body_names.len(), n),
+            ("constraint_names", self.constraint_names.len(), m),
+            ("groups", self.groups.len(), m),
+        ] {
+            if got != expected {
+                return Err(SceneError::Length {
+                    what,
+                    got,
+                    expected,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_body(&self, i: usize) -> Result<(), SceneError> {
+        let b = &self.bodies;
+        let of = |quantity: &str| format!("body `{}`: {quantity}", self.body_names[i]);
+        if !(b.mass[i] > 0.0 && b.mass[i].is_finite()) {
+            check(of("mass"), b.mass[i], false, "> 0 kg")?;
+        }
+        finite(|| of("position"), b.position[i].iter())?;
+        finite(|| of("velocity"), b.velocity[i].iter())?;
+        finite(|| of("angular velocity"), b.angular_velocity[i].iter())?;
+        finite(|| of("force"), b.force[i].iter())?;
+        finite(|| of("torque"), b.torque[i].iter())?;
+        finite(|| of("inertia"), b.inertia[i].iter())?;
+        let norm = b.orientation[i].as_vector().norm();
+        if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
+            let needs = "a unit quaternion (scalar first)";
+            check(of("norm of the orientation"), norm, false, needs)?;
+        }
+        if positive_definite(&b.inertia[i]) {
+            return Ok(());
+        }
+        Err(SceneError::Inertia {
+            body: self.body_names[i].clone(),
+        })
+    }
+
+    fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
+        let joint = &self.constraint_names[i];
+        let of = |quantity: &str| format!("joint `{joint}`: {quantity}");
+        let c = &self.constraints[i];
+        if c.rows() == 0 {
+            return Err(SceneError::NoRows {
+                joint: joint.clone(),
+            });
+        }
+        for (_, law) in (0..c.rows()).map(|row| c.row(row)) {
+            if !(law.compliance >= 0.0 && law.compliance.is_finite()) {
+                let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
+                check(of("compliance"), law.compliance, false, needs)?;
+            }
+            if !(law.damping >= 0.0 && law.damping.is_finite()) {
+                check(of("damping"), law.damping, false, "≥ 0 s")?;
+            }
+        }
+        match c {
+            Constraint::Paper(p) if !(p.safeguard > 0.0 && p.safeguard < 1.0) => {
+                check(of("safeguard"), p.safeguard, false, "between 0 and 1")?;
+            }
+            _ => {}
+        }
+        match c.frames().map(|f| f.body_index()) {
+            [None, None] => {
+                return Err(SceneError::BothWorld {
+                    joint: joint.clone(),
+                });
+            }
+            [Some(a), Some(b)] if a == b => {
+                return Err(SceneError::SameBody {
+                    joint: joint.clone(),
+                    body: self.body_names.get(a).cloned().unwrap_or_default(),
+                });
+            }
+            _ => {}
+        }
+        let [a, b] = c.frames();
+        self.validate_frame(joint, "a", a)?;
+        self.validate_frame(joint, "b", b)
+    }
+
+    fn validate_frame(
+        &self,
+        joint: &str,
+        side: &'static str,
+        frame: &Frame,
+    ) -> Result<(), SceneError> {
+        let of = |quantity: &str| format!("joint `{joint}`: {quantity} of side {side}");
+        finite(|| of("attachment point"), frame.point.iter())?;
+        match &frame.side {
+            Side::Body(i) if *i >= self.bodies.len() => {
+                return Err(self.unknown_body(&format!("joint `{joint}`"), *i));
+            }
+            Side::Body(_) => {}
+            Side::World(motion) => validate_motion(of, motion)?,
+        }
+        let axes = &frame.axes;
+        let skew = (axes.transpose() * axes - Matrix3::identity()).amax();
+        // amax ignores NaN: ask the entries themselves.
+        let error = if axes.iter().all(|e| e.is_finite()) {
+            skew.max((axes.determinant() - 1.0).abs())
+        } else {
+            f64::INFINITY
+        };
+        if error <= AXES_TOLERANCE {
+            return Ok(());
+        }
+        Err(SceneError::Axes {
+            joint: joint.into(),
+            side,
+            error,
+        })
+    }
+
+    fn unknown_body(&self, what: &str, index: usize) -> SceneError {
+        SceneError::UnknownBody {
+            what: what.into(),
+            name: format!("number {index}"),
+            known: first_names(&self.body_names),
+        }
+    }
+}
+
+fn validate_motion(of: impl Fn(&str) -> String, motion: &Motion) -> Result<(), SceneError> {
+    let (all, spans): (Vec<f64>, Vec<f64>) = match *motion {
+        Motion::Fixed => return Ok(()),
+        Motion::Smooth {
+            displacement: d,
+            start,
+            duration,
+        } => (vec![d.x, d.y, d.z, start], vec![duration]),
+        Motion::Circle {
+            radius,
+            period,
+            start,
+            ramp,
+        } => (vec![radius, start], vec![period, ramp]),
+    };
+    finite(|| of("motion"), all.iter())?;
+    for span in spans {
+        let needs = "> 0 s (duration, period, run-up)";
+        check(of("time span of the motion"), span, span > 0.0, needs)?;
+    }
+    Ok(())
+}
+
+/// Refuses two equal names.
+pub(crate) fn unique(kind: &'static str, names: &[String]) -> Result<(), SceneError> {
+    let mut seen = HashSet::with_capacity(names.len());
+    match names.iter().find(|name| !seen.insert(name.as_str())) {
+        Some(name) => Err(SceneError::Duplicate {
+            kind,
+            name: name.clone(),
+        }),
+        None => Ok(()),
+    }
+}
+
+fn finite<'a>(
+    what: impl Fn() -> String,
+    mut values: impl Iterator<Item = &'a f64>,
+) -> Result<(), SceneError> {
+    match values.find(|v| !v.is_finite()) {
+        Some(&value) => Err(SceneError::BadValue {
+            what: what(),
+            value,
+            needs: "finite",
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Symmetric to rounding, and with a Cholesky factor.
+fn positive_definite(inertia: &Matrix3<f64>) -> bool {
+    (inertia - inertia.transpose()).amax() <= 1e-12 * inertia.amax() && inertia.cholesky().is_some()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::{Cosserat, JointLaw};
+    use crate::hoist::{HoistParams, JointKind};
+    use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+
+    /// What validation says of a small hoist after a change.
+    fn after(change: impl FnOnce(&mut Scene)) -> String {
+        let params = HoistParams {
+            segments: 2,
+            joint: JointKind::Paper,
+            ..HoistParams::default()
+        };
+        let mut scene = params.build().expect("builds");
+        change(&mut scene);
+        let error = scene.validate().expect_err("the change is a fault");
+        let text = error.to_string();
+        assert!(!text.contains('\n'));
+        text
+    }
+
+    fn stretch(scene: &mut Scene) -> &mut crate::RowLaw {
+        match &mut scene.constraints[0] {
+            Constraint::Spherical(s) => &mut s.stretch,
+            _ => panic!("the anchor is spherical"),
+        }
+    }
+
+    #[test]
+    fn faults_of_bodies() {
+        let nan = f64::NAN;
+        let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
+        says(after(|s| s.bodies.mass[1] = 0.0), "`segment-2`: mass is 0");
+        says(after(|s| s.bodies.mass[1] = nan), "mass is NaN");
+        says(after(|s| s.bodies.mass[1] = f64::INFINITY), "mass is inf");
+        says(after(|s| s.bodies.position[0].y = nan), "position is NaN");
+        says(after(|s| s.bodies.torque[2].y = nan), "`load`: torque");
+        says(after(|s| s.gravity.x = nan), "gravity is NaN");
+        says(after(|s| s.bodies.inertia[0][(0, 0)] = -1.0), "inertia");
+        says(after(|s| s.bodies.inertia[0][(0, 1)] = 1e-3), "symmetric");
+        says(
+            after(|s| s.bodies.inertia[0] = Matrix3::zeros()),
+            "definite",
+        );
+        let long = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
+        says(after(|s| s.bodies.orientation[0] = long), "unit quaternion");
+        says(after(|s| s.body_names[1] = "load".into()), "called `load`");
+        says(
+            after(|s| s.load = Some(9)),
+            "load names the body `number 9`",
+        );
+        says(
+            after(|s| s.bodies.force.truncate(2)),
+            "bodies.force has length 2",
+        );
+        says(after(|s| s.bodies = crate::Bodies::new()), "no bodies");
+    }
+
+    #[test]
+    fn faults_of_joints() {
+        let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
+        says(after(|s| stretch(s).compliance = -1e-9), "compliance is -");
+        says(after(|s| stretch(s).damping = f64::NAN), "damping is NaN");
+        let world = Frame::world(Vector3::zeros());
+        says(
+            after(|s| s.constraints[0].frames_mut()[1] = world),
+            "the world to the world",
+        );
+        let body = |i| Frame::body(i, Vector3::zeros());
+        says(
+            after(|s| s.constraints[0].frames_mut()[1] = body(7)),
+            "number 7",
+        );
+        says(
+            after(|s| *s.constraints[1].frames_mut() = [body(1), body(1)]),
+            "to itself",
+        );
+        says(
+            after(|s| s.constraints[1].frames_mut()[0].axes *= 1.1),
+            "axes of side a",
+        );
+        says(
+            after(|s| s.constraints[1].frames_mut()[1].axes[(0, 0)] = f64::NAN),
+            "axes of side b",
+        );
+        says(
+            after(|s| s.constraints[1].frames_mut()[1].axes.swap_columns(0, 1)),
+            "right-handed",
+        );
+        says(
+            after(|s| s.constraints[1].frames_mut()[1].point.x = f64::INFINITY),
+            "attachment point of side b",
+        );
+    }
+
+    #[test]
+    fn faults_of_names_rows_and_motions() {
+        let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
+        says(
+            after(|s| s.constraint_names[1] = "load".into()),
+            "two joint",
+        );
+        says(after(|s| s.groups.truncate(2)), "groups has length 2");
+        says(
+            after(|s| {
+                let frames = *s.constraints[1].frames();
+                s.constraints[1] = Constraint::Cosserat(Cosserat::new(frames, JointLaw::default()));
+            }),
+            "no rows",
+        );
+        says(
+            after(|s| match &mut s.constraints[1] {
+                Constraint::Paper(p) => p.safeguard = 0.0,
+                _ => panic!("the joint is the paper's"),
+            }),
+            "safeguard is 0",
+        );
+        let motion = Motion::Smooth {
+            displacement: Vector3::x(),
+            start: 0.0,
+            duration: 0.0,
+        };
+        says(
+            after(|s| s.constraints[0].frames_mut()[0].side = Side::World(motion)),
+            "time span",
+        );
+    }
+}

@@ -1,0 +1,313 @@
+//! Scenes from TOML text, with overrides `KEY=VALUE`.
+//!
+//! Two kinds of text: a table `[hoist]` with the fields of [`HoistParams`], or a list of `[[body]]` and `[[joint]]`
+//! entries, see [`SceneText`]. Unknown keys are errors that list the valid ones.
+
+mod entries;
+mod joint;
+#[cfg(test)]
+mod tests_explicit;
+
+pub use entries::{BodyEntry, SceneText, Shape};
+pub use joint::{JointEntry, Kind, MotionEntry};
+
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use toml::{Table, Value};
+
+use crate::error::SceneError;
+use crate::hoist::HoistParams;
+use crate::named::unknown;
+use crate::scene::Scene;
+
+/// Where a scene comes from: its parameters, before it is built.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum SceneSource {
+    /// The hoist and its parameters.
+    Hoist(Box<HoistParams>),
+    /// Bodies and joints one by one.
+    Explicit(Box<SceneText>),
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HoistText {
+    hoist: HoistParams,
+}
+
+impl SceneSource {
+    /// The scene of that name, with `overrides` of (key, value) as in [`SceneSource::parse`].
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownScene`], [`SceneError::Override`] with the key.
+    pub fn load(name: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
+        match name {
+            "hoist" => Self::parse("[hoist]", overrides),
+            _ => Err(unknown(name)),
+        }
+    }
+
+    /// Reads TOML text, with `overrides` of (key, value) merged in before the keys are checked.
+    ///
+    /// A key is a path: `mass_ratio` in a hoist; `gravity`, `body.hook.mass` or `joint.anchor.ei` (by name or number
+    /// from 0) in an explicit scene. A value is TOML, or else taken as a string: `joint=paper` needs no quotes.
+    ///
+    /// # Errors
+    /// [`SceneError::Toml`] with line and column, [`SceneError::Override`] with the key.
+    pub fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
+        let mut table: Table = toml::from_str(text).map_err(|e| located(&e, text))?;
+        if table.contains_key("hoist") {
+            let read = |HoistText { hoist }| Self::Hoist(Box::new(hoist));
+            merge::<HoistText>(text, &mut table, overrides).map(read)
+        } else {
+            let read = |scene| Self::Explicit(Box::new(scene));
+            merge::<SceneText>(text, &mut table, overrides).map(read)
+        }
+    }
+
+    /// Builds the scene.
+    ///
+    /// # Errors
+    /// The first parameter, body or joint that is wrong.
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        match self {
+            Self::Hoist(hoist) => hoist.build(),
+            Self::Explicit(text) => text.build(),
+        }
+    }
+
+    /// The source as TOML text that [`SceneSource::parse`] reads back to an equal source.
+    ///
+    /// # Errors
+    /// [`SceneError::Toml`] for numbers that TOML cannot hold (seeds above 2⁶³ − 1).
+    pub fn to_toml(&self) -> Result<String, SceneError> {
+        let text = match self {
+            Self::Hoist(hoist) => toml::to_string(&HoistText {
+                hoist: (**hoist).clone(),
+            }),
+            Self::Explicit(scene) => toml::to_string(&**scene),
+        };
+        text.map_err(|e| SceneError::Toml {
+            line: None,
+            column: None,
+            message: one_line(&e.to_string()),
+        })
+    }
+}
+
+/// Merges the overrides into `table` and deserialises it. When the text alone is sound, the overrides are tried one
+/// after the other, so that the one at fault can be named.
+fn merge<T: DeserializeOwned>(
+    text: &str,
+    table: &mut Table,
+    overrides: &[(&str, &str)],
+) -> Result<T, SceneError> {
+    let mut scene = toml::from_str::<T>(text).map_err(|e| located(&e, text));
+    let sound = scene.is_ok();
+    for (key, value) in overrides {
+        let at_fault = |message: String| SceneError::Override {
+            key: (*key).to_owned(),
+            message,
+        };
+        let value = value
+            .parse::<Value>()
+            .unwrap_or_else(|_| Value::String((*value).to_owned()));
+        insert(table, key, value).map_err(at_fault)?;
+        if sound {
+            let read = table.clone().try_into::<T>();
+            scene = Ok(read.map_err(|e| at_fault(one_line(e.message())))?);
+        }
+    }
+    if !sound && !overrides.is_empty() {
+        // The overrides may have mended the text; if not, the text's own error knows the line.
+        return table.clone().try_into::<T>().or(scene);
+    }
+    scene
+}
+
+/// Puts `value` at the path `key`. Entries of lists are found by their `name` or their number.
+fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
+    let mut parts: Vec<&str> = key.trim().split('.').map(str::trim).collect();
+    if table.contains_key("hoist") && parts[0] != "hoist" {
+        parts.insert(0, "hoist");
+    }
+    let Some((last, path)) = parts.split_last() else {
+        return Err("the key is empty".into());
+    };
+    let mut parts = path.iter();
+    let mut here = table;
+    while let Some(part) = parts.next() {
+        here = match here.get_mut(*part) {
+            Some(Value::Table(inner)) => inner,
+            Some(Value::Array(list)) => {
+                let Some(name) = parts.next() else {
+                    return Err(format!("say which entry: {part}.NAME.{last}"));
+                };
+                let index = position(list, name)
+                    .ok_or_else(|| format!("`{part}` has no entry called `{name}`"))?;
+                match &mut list[index] {
+                    Value::Table(inner) => inner,
+                    _ => return Err(format!("`{part}.{name}` has no keys")),
+                }
+            }
+            Some(_) => return Err(format!("`{part}` has no keys")),
+            None => return Err(format!("there is no `{part}` to hold `{last}`")),
+        };
+    }
+    here.insert((*last).to_owned(), value);
+    Ok(())
+}
+
+fn position(list: &[Value], name: &str) -> Option<usize> {
+    let named = |entry: &Value| entry.get("name").and_then(Value::as_str) == Some(name);
+    let by_number = || name.parse().ok().filter(|i| *i < list.len());
+    list.iter().position(named).or_else(by_number)
+}
+
+/// A reader's error with line and column from 1, columns in characters.
+fn located(error: &toml::de::Error, text: &str) -> SceneError {
+    let before = error.span().and_then(|span| text.get(..span.start));
+    SceneError::Toml {
+        line: before.map(|t| t.matches('\n').count() + 1),
+        column: before.map(|t| t.chars().rev().take_while(|c| *c != '\n').count() + 1),
+        message: one_line(error.message()),
+    }
+}
+
+fn one_line(message: &str) -> String {
+    message.trim().replace('\n', ", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::hoist::JointKind;
+    use proptest::prelude::*;
+
+    fn hoist(source: &SceneSource) -> &HoistParams {
+        match source {
+            SceneSource::Hoist(params) => params,
+            SceneSource::Explicit(_) => panic!("not a hoist"),
+        }
+    }
+
+    fn fault(text: &str, overrides: &[(&str, &str)]) -> String {
+        let error = SceneSource::parse(text, overrides)
+            .and_then(|s| s.build())
+            .expect_err("a fault");
+        let text = error.to_string();
+        assert!(!text.contains('\n'), "{text}");
+        text
+    }
+
+    #[test]
+    fn names_and_overrides() {
+        let overrides = [
+            ("segments", "6"),
+            ("mass_ratio", "1e5"),
+            ("hoist.joint", "paper"),
+            ("load_offset", "1"),
+        ];
+        let source = SceneSource::load("hoist", &overrides).expect("loads");
+        let params = hoist(&source);
+        assert_eq!((params.segments, params.mass_ratio), (6, 1e5));
+        assert_eq!((params.joint, params.load_offset), (JointKind::Paper, 1.0));
+        assert_eq!(source.build().expect("builds").bodies.len(), 7);
+        let text = "[hoist]\nsegments = 3\nanchor = \"clamped\"\n";
+        let source = SceneSource::parse(text, &[("segments", "4")]).expect("loads");
+        assert_eq!(hoist(&source).segments, 4);
+    }
+
+    #[test]
+    fn written_text_reads_back_to_the_identical_scene() {
+        let overrides = [
+            ("ea", "1.2345678901234567e7"),
+            ("initial_angle", "0.1"),
+            ("seed", "77"),
+            ("damping", "1e-300"),
+        ];
+        let source = SceneSource::load("hoist", &overrides).expect("loads");
+        let text = source.to_toml().expect("writes");
+        let again = SceneSource::parse(&text, &[]).expect("reads");
+        assert_eq!(again, source);
+        assert_eq!(again.build(), source.build());
+    }
+
+    #[test]
+    fn faults_say_where() {
+        let unknown = SceneSource::load("hoits", &[]).expect_err("no such scene");
+        assert!(unknown.to_string().contains("there are hoist"));
+        assert!(fault("", &[]).contains("no bodies"));
+        let text = fault("[hoist]\nsegments = 3\nlenght = 2.0\n", &[]);
+        assert!(
+            text.starts_with("line 3, column 1: unknown field `lenght`"),
+            "{text}"
+        );
+        assert!(text.contains("`length`"), "{text}");
+        let text = fault("[hoist]\nsegments = \"many\"\n", &[]);
+        assert!(
+            text.starts_with("line 2, column 12: invalid type"),
+            "{text}"
+        );
+        let text = fault("[hoist]\nsegments = = 3\n", &[]);
+        assert!(text.starts_with("line 2, column"), "{text}");
+        let text = fault("[hoist]\nsegments = 3\n[extra]\n", &[]);
+        assert!(text.contains("unknown field `extra`"), "{text}");
+        assert!(fault("# nothing\n", &[]).contains("no bodies"));
+    }
+
+    #[test]
+    fn faults_of_overrides_name_the_key() {
+        let text = fault("[hoist]", &[("segments", "4"), ("mass", "3")]);
+        assert!(
+            text.starts_with("override `mass`: unknown field `mass`"),
+            "{text}"
+        );
+        assert!(text.contains("`mass_ratio`"), "{text}");
+        let text = fault("[hoist]", &[("segments", "2.5")]);
+        assert!(
+            text.starts_with("override `segments`: invalid type"),
+            "{text}"
+        );
+        let text = fault("[hoist]", &[("segments", "-2")]);
+        assert!(text.starts_with("override `segments`:"), "{text}");
+        assert!(fault("[hoist]", &[("joint", "welded")]).contains("`cosserat`"));
+        assert!(fault("[hoist]", &[("a.b", "1")]).contains("there is no `a`"));
+        assert!(fault("[hoist]", &[("", "1")]).contains("override ``"));
+        assert!(fault("[hoist]", &[("segments.x", "1")]).contains("there is no `segments`"));
+        assert!(fault("[hoist]", &[("ea", "nan")]).contains("ea is NaN"));
+        // The text is at fault, not the override: its own line is told.
+        let text = fault("[hoist]\nsegmnts = 3\n", &[("length", "2")]);
+        assert!(text.starts_with("line 2, column 1"), "{text}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        #[test]
+        fn any_text_is_read_or_refused(
+            text in "(\\[hoist\\]\n|\\[\\[body\\]\\]\n|\\[\\[joint\\]\\]\n)?(.|\n|=|\\[|\"){0,60}",
+            key in "(segments|length|joint|[a-z_.]{0,12})",
+            value in "([-+0-9.e]{0,6}|.{0,8})",
+        ) {
+            for overrides in [&[][..], &[(key.as_str(), value.as_str())][..]] {
+                if let Err(error) = SceneSource::parse(&text, overrides) {
+                    prop_assert!(!error.to_string().contains('\n'), "{error}");
+                }
+            }
+        }
+
+        #[test]
+        fn any_override_builds_or_is_refused(
+            key in "(segments|length|mass_ratio|ea|ei|gj|joint|anchor|seed|damping|gravity|bend|material)",
+            value in "(-?[0-9]{1,2}(\\.[0-9]|e-?[0-9]{1,3})?|nan|inf|true|false|paper|clamped|steel|\\[1\\])",
+        ) {
+            let source = SceneSource::load("hoist", &[(&key, &value)]);
+            match source.and_then(|s| s.build()) {
+                Ok(scene) => prop_assert_eq!(scene.validate(), Ok(())),
+                Err(error) => prop_assert!(!error.to_string().contains('\n'), "{error}"),
+            }
+        }
+    }
+}

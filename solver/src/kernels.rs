@@ -1,0 +1,241 @@
+//! Products and solves with small dense blocks, column-major.
+//!
+//! Each kernel is written once, over loop bounds that are constants for the sizes that joints and bodies have and
+//! run-time numbers for all others. A column is kept in a local array while it is worked on, a strip of at most
+//! [`STRIP`] rows at a time, so that the compiler holds it in registers: 1.5 to 3 times faster than in place.
+
+use crate::DoubleDouble;
+use std::ops::{Add, Mul, Neg, Sub};
+
+/// What the factorisation needs of a number.
+pub(crate) trait Scalar:
+    Copy
+    + From<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Neg<Output = Self>
+    + std::ops::Div<Output = Self>
+{
+    /// The nearest double: what pivots are judged by.
+    fn to_f64(self) -> f64;
+    /// Unit roundoff: a pivot below a few of these, relative to what was subtracted from it, is noise.
+    const ROUNDOFF: f64;
+}
+
+impl Scalar for f64 {
+    fn to_f64(self) -> f64 {
+        self
+    }
+    const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+}
+
+impl Scalar for DoubleDouble {
+    fn to_f64(self) -> f64 {
+        self.to_f64()
+    }
+    const ROUNDOFF: f64 = f64::EPSILON * f64::EPSILON;
+}
+
+/// Runs the expression with a constant bound for the sizes that joints and bodies have.
+macro_rules! by_size {
+    ($n:expr, |$v:ident| $body:expr) => {
+        match $n {
+            3 => {
+                let $v = $crate::kernels::Fixed::<3>;
+                $body
+            }
+            5 => {
+                let $v = $crate::kernels::Fixed::<5>;
+                $body
+            }
+            6 => {
+                let $v = $crate::kernels::Fixed::<6>;
+                $body
+            }
+            $v => $body,
+        }
+    };
+}
+
+/// The same for two sizes that are mostly equal.
+macro_rules! by_sizes {
+    ($m:expr, $n:expr, |$v:ident, $w:ident| $body:expr) => {
+        match ($m, $n) {
+            (3, 3) => {
+                let ($v, $w) = ($crate::kernels::Fixed::<3>, $crate::kernels::Fixed::<3>);
+                $body
+            }
+            (5, 5) => {
+                let ($v, $w) = ($crate::kernels::Fixed::<5>, $crate::kernels::Fixed::<5>);
+                $body
+            }
+            (6, 6) => {
+                let ($v, $w) = ($crate::kernels::Fixed::<6>, $crate::kernels::Fixed::<6>);
+                $body
+            }
+            ($v, $w) => $body,
+        }
+    };
+}
+pub(crate) use {by_size, by_sizes};
+
+/// A loop bound: known at compile time ([`Fixed`]) or not (`usize`).
+pub(crate) trait Bound: Copy {
+    fn get(self) -> usize;
+}
+
+#[derive(Clone, Copy)]
+pub(crate) struct Fixed<const N: usize>;
+
+impl<const N: usize> Bound for Fixed<N> {
+    #[inline(always)]
+    fn get(self) -> usize {
+        N
+    }
+}
+
+impl Bound for usize {
+    #[inline(always)]
+    fn get(self) -> usize {
+        self
+    }
+}
+
+/// Most rows that are worked on at a time.
+const STRIP: usize = 6;
+
+/// y −= A x for an m×n block, with y in registers.
+#[inline(always)]
+fn subtract<T: Scalar>(m: usize, n: usize, a: &[T], x: impl Fn(usize) -> T, y: &mut [T]) {
+    let (a, y) = (&a[..m * n], &mut y[..m]);
+    let mut first = 0;
+    while first < m {
+        let rows = STRIP.min(m - first);
+        let mut sum = [T::from(0.0); STRIP];
+        sum[..rows].copy_from_slice(&y[first..first + rows]);
+        for c in 0..n {
+            let (x, column) = (x(c), &a[first + m * c..first + m * c + rows]);
+            for r in 0..rows {
+                sum[r] = sum[r] - column[r] * x;
+            }
+        }
+        y[first..first + rows].copy_from_slice(&sum[..rows]);
+        first += rows;
+    }
+}
+
+/// Solves X Lᵀ = A for the m×n block A (unit lower L): `x` receives X = L_ik D, `a` becomes L_ik.
+#[inline(always)]
+pub(crate) fn panel_solve<T: Scalar, M: Bound, N: Bound>(
+    m: M,
+    n: N,
+    l: &[T],
+    inverse: &[T],
+    a: &mut [T],
+    x: &mut [T],
+) {
+    let (m, n) = (m.get(), n.get());
+    let (l, inverse) = (&l[..n * n], &inverse[..n]);
+    let (a, x) = (&mut a[..m * n], &mut x[..m * n]);
+    for c in 0..n {
+        let (done, rest) = x.split_at_mut(m * c);
+        let (column, a) = (&mut rest[..m], &mut a[m * c..m * (c + 1)]);
+        column.copy_from_slice(a);
+        subtract(m, c, done, |s| l[c + n * s], column);
+        for (a, x) in a.iter_mut().zip(column) {
+            *a = *x * inverse[c];
+        }
+    }
+}
+
+/// A −= X Lᵀ for an m×n block A, X m×k, L n×k.
+#[inline(always)]
+pub(crate) fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(m: M, n: N, k: K, a: &mut [T], x: &[T], l: &[T]) {
+    let (m, n, k) = (m.get(), n.get(), k.get());
+    let (a, l) = (&mut a[..m * n], &l[..n * k]);
+    for c in 0..n {
+        subtract(m, k, x, |s| l[c + n * s], &mut a[m * c..m * (c + 1)]);
+    }
+}
+
+/// The same for a diagonal block, with the magnitude of what is subtracted from its diagonal.
+#[inline(always)]
+pub(crate) fn update_diagonal<T: Scalar, N: Bound, K: Bound>(
+    n: N,
+    k: K,
+    a: &mut [T],
+    x: &[T],
+    l: &[T],
+    scale: &mut [f64],
+) {
+    let (n, k) = (n.get(), k.get());
+    let (a, l, scale) = (&mut a[..n * n], &l[..n * k], &mut scale[..n]);
+    for c in 0..n {
+        let column = &mut a[n * c..n * (c + 1)];
+        let before = column[c];
+        subtract(n, k, x, |s| l[c + n * s], column);
+        scale[c] = scale[c].max((before - column[c]).to_f64().abs());
+    }
+}
+
+/// x ← L⁻¹ x for the unit lower triangle of an n×n block.
+#[inline(always)]
+pub(crate) fn unit_lower_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) {
+    let n = n.get();
+    let (l, x) = (&l[..n * n], &mut x[..n]);
+    for c in 0..n {
+        for r in c + 1..n {
+            x[r] = x[r] - l[r + n * c] * x[c];
+        }
+    }
+}
+
+/// x ← L⁻ᵀ x.
+#[inline(always)]
+pub(crate) fn unit_upper_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) {
+    let n = n.get();
+    let (l, x) = (&l[..n * n], &mut x[..n]);
+    for c in (0..n).rev() {
+        for r in c + 1..n {
+            x[c] = x[c] - l[r + n * c] * x[r];
+        }
+    }
+}
+
+/// y −= A x for an m×n block.
+#[inline(always)]
+pub(crate) fn subtract_product<T: Scalar, M: Bound, N: Bound>(m: M, n: N, a: &[T], x: &[T], y: &mut [T]) {
+    let (m, n) = (m.get(), n.get());
+    let x = &x[..n];
+    subtract(m, n, a, |c| x[c], y);
+}
+
+/// y −= Aᵀ x for an m×n block.
+#[inline(always)]
+pub(crate) fn subtract_transposed<T: Scalar, M: Bound, N: Bound>(m: M, n: N, a: &[T], x: &[T], y: &mut [T]) {
+    let (m, n) = (m.get(), n.get());
+    let (a, x, y) = (&a[..m * n], &x[..m], &mut y[..n]);
+    for c in 0..n {
+        let mut sum = y[c];
+        for r in 0..m {
+            sum = sum - a[r + m * c] * x[r];
+        }
+        y[c] = sum;
+    }
+}
+
+/// y −= A x for a symmetric n×n block, of which the lower triangle is read.
+#[inline(always)]
+pub(crate) fn subtract_symmetric<T: Scalar, N: Bound>(n: N, a: &[T], x: &[T], y: &mut [T]) {
+    let n = n.get();
+    let (a, x, y) = (&a[..n * n], &x[..n], &mut y[..n]);
+    for c in 0..n {
+        let mut sum = y[c] - a[c + n * c] * x[c];
+        for r in c + 1..n {
+            y[r] = y[r] - a[r + n * c] * x[c];
+            sum = sum - a[r + n * c] * x[r];
+        }
+        y[c] = sum;
+    }
+}
