@@ -3,7 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 use taut_integrator::{Form, StepOptions};
-use taut_solver::{Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions};
+use taut_solver::{
+    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
+};
 use taut_solver::{Partition, Preconditioner, SolveError, UmfpackOptions};
 
 /// A backend and a form. The text form is the backend's, with `/kkt` after it for the KKT form.
@@ -19,13 +21,19 @@ impl Choice {
     /// `backend` on the Schur complement.
     #[must_use]
     pub fn schur(backend: Backend) -> Self {
-        Self { backend, form: Form::Schur }
+        Self {
+            backend,
+            form: Form::Schur,
+        }
     }
 
     /// `backend` on the KKT matrix.
     #[must_use]
     pub fn kkt(backend: Backend) -> Self {
-        Self { backend, form: Form::Kkt }
+        Self {
+            backend,
+            form: Form::Kkt,
+        }
     }
 
     /// Every solver that is worth a row of its own, whether compiled in or not.
@@ -33,10 +41,18 @@ impl Choice {
     pub fn all() -> Vec<Self> {
         let faer = |factorization| Backend::Faer(FaerOptions { factorization });
         let umfpack = Backend::Umfpack(UmfpackOptions::default());
-        let gauss_seidel =
-            |partition| Backend::GaussSeidel(GaussSeidelOptions { partition, ..GaussSeidelOptions::default() });
-        let cg =
-            |preconditioner| Backend::ConjugateGradient(CgOptions { preconditioner, ..CgOptions::default() });
+        let gauss_seidel = |partition| {
+            Backend::GaussSeidel(GaussSeidelOptions {
+                partition,
+                ..GaussSeidelOptions::default()
+            })
+        };
+        let cg = |preconditioner| {
+            Backend::ConjugateGradient(CgOptions {
+                preconditioner,
+                ..CgOptions::default()
+            })
+        };
         vec![
             Self::schur(Backend::Banded),
             Self::kkt(Backend::Banded),
@@ -61,8 +77,10 @@ impl Choice {
     #[must_use]
     pub fn family(&self) -> String {
         let backend = self.backend.to_string();
-        let kept: Vec<&str> =
-            backend.split(':').filter(|o| !o.starts_with("iterations=") && !o.starts_with("tolerance=")).collect();
+        let kept: Vec<&str> = backend
+            .split(':')
+            .filter(|o| !o.starts_with("iterations=") && !o.starts_with("tolerance="))
+            .collect();
         let name = kept.join(":").replace(":refinement=2", "");
         match self.form {
             Form::Kkt => format!("{name}/kkt"),
@@ -106,10 +124,17 @@ impl FromStr for Choice {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (backend, form) = text.split_once('/').unwrap_or((text, "schur"));
-        let backend: Backend = backend.parse().map_err(|e: taut_solver::ParseBackendError| e.to_string())?;
-        let form: Form = form.parse().map_err(|e: taut_integrator::UnknownName| e.to_string())?;
+        let backend: Backend = backend
+            .parse()
+            .map_err(|e: taut_solver::ParseBackendError| e.to_string())?;
+        let form: Form = form
+            .parse()
+            .map_err(|e: taut_integrator::UnknownName| e.to_string())?;
         if form == Form::Kkt && !backend.accepts_indefinite() {
-            return Err(format!("backend `{}` needs a positive definite matrix: drop `/kkt`", backend.name()));
+            return Err(format!(
+                "backend `{}` needs a positive definite matrix: drop `/kkt`",
+                backend.name()
+            ));
         }
         Ok(Self { backend, form })
     }
@@ -124,14 +149,25 @@ mod tests {
         for choice in Choice::all() {
             assert_eq!(choice.to_string().parse(), Ok(choice.clone()));
         }
-        assert_eq!("umfpack/kkt".parse::<Choice>().unwrap().family(), "umfpack/kkt");
-        assert_eq!("cg:jacobi:iterations=3".parse::<Choice>().unwrap().family(), "cg:jacobi");
+        assert_eq!(
+            "umfpack/kkt".parse::<Choice>().unwrap().family(),
+            "umfpack/kkt"
+        );
+        assert_eq!(
+            "cg:jacobi:iterations=3".parse::<Choice>().unwrap().family(),
+            "cg:jacobi"
+        );
     }
 
     #[test]
     fn definite_backends_refuse_the_kkt_form() {
         let e = "cg/kkt".parse::<Choice>().unwrap_err();
         assert!(e.contains("positive definite"), "{e}");
-        assert!("banded/lu".parse::<Choice>().unwrap_err().contains("schur, kkt"));
+        assert!(
+            "banded/lu"
+                .parse::<Choice>()
+                .unwrap_err()
+                .contains("schur, kkt")
+        );
     }
 }

@@ -50,7 +50,12 @@ impl Default for Config {
     /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 3 s of an anchor moved by 0.5 m.
     fn default() -> Self {
         Self {
-            scene: HoistParams { seed: 1, move_x: 0.5, move_duration: 2.0, ..HoistParams::default() },
+            scene: HoistParams {
+                seed: 1,
+                move_x: 0.5,
+                move_duration: 2.0,
+                ..HoistParams::default()
+            },
             segments: vec![24, 100],
             ratios: vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5],
             choices: Choice::all(),
@@ -77,7 +82,12 @@ impl Config {
     }
 
     fn params(&self, segments: usize, mass_ratio: f64) -> HoistParams {
-        HoistParams { segments, mass_ratio, load_mass: None, ..self.scene.clone() }
+        HoistParams {
+            segments,
+            mass_ratio,
+            load_mass: None,
+            ..self.scene.clone()
+        }
     }
 }
 
@@ -219,8 +229,10 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     for (task, rows) in tasks.iter().zip(&mut rows) {
         time_rows(config, &cases[task.case], task, rows, progress);
     }
-    results.references =
-        cases.iter().map(|c| (c.params.segments, c.params.mass_ratio, c.reference.dt)).collect();
+    results.references = cases
+        .iter()
+        .map(|c| (c.params.segments, c.params.mass_ratio, c.reference.dt))
+        .collect();
     results.records = rows.into_iter().flatten().collect();
     mark_fastest(&mut results.records);
     Ok(results)
@@ -231,7 +243,10 @@ fn compiled_choices(config: &Config, omissions: &mut Vec<Omission>) -> Vec<Choic
     for choice in &config.choices {
         match choice.check() {
             Ok(()) => compiled.push(choice.clone()),
-            Err(e) => omissions.push(Omission { backend: choice.family(), reason: e.to_string() }),
+            Err(e) => omissions.push(Omission {
+                backend: choice.family(),
+                reason: e.to_string(),
+            }),
         }
     }
     compiled
@@ -240,18 +255,34 @@ fn compiled_choices(config: &Config, omissions: &mut Vec<Omission>) -> Vec<Choic
 /// Rows beyond which the dense solver, whose cost is cubic, would outlast all others together.
 const DENSE_ROWS: usize = 200;
 
-fn tasks(config: &Config, cases: &[Case], choices: &[Choice], omissions: &mut Vec<Omission>) -> Vec<Task> {
+fn tasks(
+    config: &Config,
+    cases: &[Case],
+    choices: &[Choice],
+    omissions: &mut Vec<Omission>,
+) -> Vec<Task> {
     let mut tasks = Vec::new();
     for (case, Case { params, guess, .. }) in cases.iter().enumerate() {
         for choice in choices {
             if choice.backend.name() == "dense" && guess.len() > DENSE_ROWS && choices.len() > 1 {
-                let reason = format!("cubic cost at {} rows; ask for it alone with --backends", guess.len());
+                let reason = format!(
+                    "cubic cost at {} rows; ask for it alone with --backends",
+                    guess.len()
+                );
                 let backend = format!("{}, {} segments", choice.family(), params.segments);
                 omissions.push(Omission { backend, reason });
                 continue;
             }
-            let rungs = if choice.backend.is_iterative() { config.iterations.clone() } else { vec![0] };
-            tasks.push(Task { case, choice: choice.clone(), rungs });
+            let rungs = if choice.backend.is_iterative() {
+                config.iterations.clone()
+            } else {
+                vec![0]
+            };
+            tasks.push(Task {
+                case,
+                choice: choice.clone(),
+                rungs,
+            });
         }
     }
     omissions.dedup();
@@ -264,9 +295,17 @@ impl Case {
         let substeps = reference::stable_substeps(&params, config.dt);
         // From the middle of the run on, where the cable is in motion.
         let first = (frames / 2).min(frames - FRAMES - 1);
-        let mut reference = reference::compute(&params, config.dt, substeps, frames, first..first + FRAMES + 1)?;
+        let mut reference = reference::compute(
+            &params,
+            config.dt,
+            substeps,
+            frames,
+            first..first + FRAMES + 1,
+        )?;
         // The exact multipliers belong to the step at Δt, whatever solver steps it.
-        let choice = Choice::schur(taut_solver::Backend::Dense(taut_solver::DenseOptions::default()));
+        let choice = Choice::schur(taut_solver::Backend::Dense(
+            taut_solver::DenseOptions::default(),
+        ));
         let choice = if taut_solver::Backend::Banded.is_compiled() {
             Choice::schur(taut_solver::Backend::Banded)
         } else {
@@ -280,13 +319,21 @@ impl Case {
         }
         reference.states.remove(0);
         let guess = exact.remove(0);
-        Ok(Self { params, reference, exact, guess })
+        Ok(Self {
+            params,
+            reference,
+            exact,
+            guess,
+        })
     }
 }
 
 impl Task {
     fn choice_at(&self, rung: usize) -> Choice {
-        Choice { backend: self.choice.backend.with_iterations(rung), form: self.choice.form }
+        Choice {
+            backend: self.choice.backend.with_iterations(rung),
+            form: self.choice.form,
+        }
     }
 }
 
@@ -298,7 +345,11 @@ fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Record> {
         // Where no solve needed all the iterations allowed, more of them change nothing.
         let unchanged = rows.last().filter(|last| last.settled).cloned();
         let row = match unchanged {
-            Some(last) => Record { iterations: rung, options: choice.to_string(), ..last },
+            Some(last) => Record {
+                iterations: rung,
+                options: choice.to_string(),
+                ..last
+            },
             None => measure_row(config, case, &choice, rung),
         };
         rows.push(row);
@@ -359,7 +410,10 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Re
             row.load_error_m = Some(run.max_load_error(&case.reference.load));
             row.max_violation_m = Some(run.max_violation());
             let rest = config.scene.move_start + config.scene.move_duration;
-            row.energy_drift = row.stable.then(|| run.energy_drift(rest.min(config.time / 2.0))).flatten();
+            row.energy_drift = row
+                .stable
+                .then(|| run.energy_drift(rest.min(config.time / 2.0)))
+                .flatten();
             row.failure = run.failure;
         }
         Err(e) => row.error = Some(e.to_string()),
@@ -378,9 +432,17 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Re
 }
 
 /// Errors of the multipliers on the common states.
-fn measure_algebra(config: &Config, case: &Case, choice: &Choice, row: &mut Record) -> Result<(), StepError> {
+fn measure_algebra(
+    config: &Config,
+    case: &Case,
+    choice: &Choice,
+    row: &mut Record,
+) -> Result<(), StepError> {
     let options = choice.options(config.dt);
-    let unrefined = taut_integrator::StepOptions { refinements: 0, ..options.clone() };
+    let unrefined = taut_integrator::StepOptions {
+        refinements: 0,
+        ..options.clone()
+    };
     let tolerance = tolerance_of(choice);
     let mut stepper = Stepper::new(case.params.build()?, unrefined)?;
     stepper.set_multipliers(&case.guess)?;
@@ -390,12 +452,18 @@ fn measure_algebra(config: &Config, case: &Case, choice: &Choice, row: &mut Reco
         let report = stepper.solve()?;
         iterations += report.iterations;
         let (a, b, x) = stepper.system();
-        let solve_error = |source| StepError::Solve { source, culprit: None, time: *time };
+        let solve_error = |source| StepError::Solve {
+            source,
+            culprit: None,
+            time: *time,
+        };
         let errors = backward_error(a, b, x).map_err(solve_error)?;
         row.backward_error = row.backward_error.max(errors.normwise);
-        row.backward_error_componentwise = row.backward_error_componentwise.max(errors.componentwise);
-        row.forward_error_unrefined =
-            row.forward_error_unrefined.max(forward_error(stepper.multipliers(), exact));
+        row.backward_error_componentwise =
+            row.backward_error_componentwise.max(errors.componentwise);
+        row.forward_error_unrefined = row
+            .forward_error_unrefined
+            .max(forward_error(stepper.multipliers(), exact));
         row.claimed_converged += usize::from(report.solve.status == Status::Converged);
         let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
         row.verified_converged += usize::from(norm(&r) <= tolerance * norm(b) * (1.0 + 1e-6));
@@ -408,7 +476,9 @@ fn measure_algebra(config: &Config, case: &Case, choice: &Choice, row: &mut Reco
         for ((time, bodies), exact) in case.reference.states.iter().zip(&case.exact) {
             stepper.set_state(bodies, *time)?;
             stepper.solve()?;
-            row.forward_error = row.forward_error.max(forward_error(stepper.multipliers(), exact));
+            row.forward_error = row
+                .forward_error
+                .max(forward_error(stepper.multipliers(), exact));
         }
     }
     Ok(())
@@ -434,12 +504,21 @@ fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajecto
 }
 
 /// Times the rows of a task one after the other.
-fn time_rows(config: &Config, case: &Case, task: &Task, rows: &mut [Record], progress: &ProgressBar) {
+fn time_rows(
+    config: &Config,
+    case: &Case,
+    task: &Task,
+    rows: &mut [Record],
+    progress: &ProgressBar,
+) {
     let mut settled: Option<[f64; 4]> = None;
     for row in rows {
         progress.inc(1);
         // Rows that converged below their limit do the same work as the row before.
-        let times = settled.map_or_else(|| time_row(config, case, &task.choice_at(row.iterations)), Ok);
+        let times = settled.map_or_else(
+            || time_row(config, case, &task.choice_at(row.iterations)),
+            Ok,
+        );
         match times {
             Ok(times) => {
                 [row.step_ns, row.step_ns_min, row.solve_ns, row.refine_ns] = times;
@@ -458,7 +537,8 @@ fn time_row(config: &Config, case: &Case, choice: &Choice) -> Result<[f64; 4], S
     let mut reports: Vec<StepReport> = Vec::new();
     let start = Instant::now();
     let mut warmed_up = false;
-    while reports.len() < 2 * case.reference.states.len() || start.elapsed() < config.timing_budget {
+    while reports.len() < 2 * case.reference.states.len() || start.elapsed() < config.timing_budget
+    {
         stepper.set_multipliers(&case.guess)?;
         for (time, bodies) in &case.reference.states {
             stepper.set_state(bodies, *time)?;
@@ -494,7 +574,10 @@ fn mark_fastest(records: &mut [Record]) {
                     && r.forward_error <= level
                     && r.step_ns.is_finite()
             };
-            let fastest = records.iter_mut().filter(within).min_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
+            let fastest = records
+                .iter_mut()
+                .filter(within)
+                .min_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
             if let Some(row) = fastest {
                 row.fastest_at.push(level);
             }
@@ -521,19 +604,33 @@ mod tests {
     #[test]
     fn every_solver_has_its_rows_and_direct_ones_are_exact() {
         let results = run(&tiny(), &ProgressBar::hidden()).unwrap();
-        let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok()).count();
-        let families: std::collections::BTreeSet<_> = results.records.iter().map(|r| &r.backend).collect();
+        let compiled = Choice::all()
+            .into_iter()
+            .filter(|c| c.check().is_ok())
+            .count();
+        let families: std::collections::BTreeSet<_> =
+            results.records.iter().map(|r| &r.backend).collect();
         assert_eq!(families.len(), compiled);
         assert_eq!(results.omissions.len(), Choice::all().len() - compiled);
         for r in &results.records {
             assert_eq!(r.error, None, "{}", r.options);
             assert!(r.step_ns > 0.0 && r.solve_ns > 0.0 && r.stable, "{r:?}");
             if r.iterations == 0 {
-                assert!(r.forward_error < 1e-12 && r.elongation_error.unwrap() < 1e-9, "{r:?}");
+                assert!(
+                    r.forward_error < 1e-12 && r.elongation_error.unwrap() < 1e-9,
+                    "{r:?}"
+                );
             }
         }
         for level in LEVELS {
-            assert_eq!(results.records.iter().filter(|r| r.fastest_at.contains(&level)).count(), 1);
+            assert_eq!(
+                results
+                    .records
+                    .iter()
+                    .filter(|r| r.fastest_at.contains(&level))
+                    .count(),
+                1
+            );
         }
     }
 }

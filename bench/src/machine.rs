@@ -20,18 +20,30 @@ impl Machine {
     #[must_use]
     pub fn current() -> Self {
         let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        let model = info.lines().find_map(|l| l.strip_prefix("model name")?.split_once(':'));
+        let model = info
+            .lines()
+            .find_map(|l| l.strip_prefix("model name")?.split_once(':'));
         Self {
-            cpu: model.map_or("unknown processor", |(_, name)| name.trim()).to_owned(),
+            cpu: model
+                .map_or("unknown processor", |(_, name)| name.trim())
+                .to_owned(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
-            profile: if cfg!(debug_assertions) { "debug" } else { "release" },
+            profile: if cfg!(debug_assertions) {
+                "debug"
+            } else {
+                "release"
+            },
         }
     }
 }
 
 impl std::fmt::Display for Machine {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}, {} threads, {}, {} build", self.cpu, self.threads, self.target, self.profile)
+        write!(
+            f,
+            "{}, {} threads, {}, {} build",
+            self.cpu, self.threads, self.target, self.profile
+        )
     }
 }

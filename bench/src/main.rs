@@ -25,13 +25,19 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
-    #[command(after_help = "Example: taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group")]
+    #[command(
+        after_help = "Example: taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group"
+    )]
     Bench(BenchArgs),
     /// The cable hanging at rest: elongation of every direct solver, iterations that the others need
-    #[command(after_help = "Example: taut static --segments 24 --ratios 1,1e3,1e5 --json static.json")]
+    #[command(
+        after_help = "Example: taut static --segments 24 --ratios 1,1e3,1e5 --json static.json"
+    )]
     Static(StaticArgs),
     /// Simulates a named scene or a TOML file
-    #[command(after_help = "Example: taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv")]
+    #[command(
+        after_help = "Example: taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv"
+    )]
     Run(RunArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
@@ -68,16 +74,26 @@ struct BenchArgs {
 #[derive(Debug, Args)]
 struct StaticArgs {
     /// Numbers of segments
-    #[arg(long, value_delimiter = ',', default_value = "24,100", value_name = "N")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "24,100",
+        value_name = "N"
+    )]
     segments: Vec<usize>,
     /// Mass ratios load/segment
-    #[arg(long, value_delimiter = ',', default_value = "1,10,1e2,1e3,1e4,1e5", value_name = "R")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1,10,1e2,1e3,1e4,1e5",
+        value_name = "R"
+    )]
     ratios: Vec<f64>,
-    /// Solvers (default: all)
+    /// Solvers (default: all but the dense one, whose cost is cubic)
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
     /// Most iterations tried for the iterative solvers
-    #[arg(long, default_value_t = 4000, value_name = "K")]
+    #[arg(long, default_value_t = 4096, value_name = "K")]
     limit: usize,
     /// Writes the rows to a file as well (`-` for standard output, which then holds nothing else)
     #[arg(long, value_name = "PATH")]
@@ -162,7 +178,10 @@ fn progress(length: u64) -> ProgressBar {
 
 fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Failure> {
     let split = |t: &String| Failure::Input(format!("`--set {t}` is not of the form KEY=VALUE"));
-    texts.iter().map(|t| t.split_once('=').ok_or_else(|| split(t))).collect()
+    texts
+        .iter()
+        .map(|t| t.split_once('=').ok_or_else(|| split(t)))
+        .collect()
 }
 
 /// The choices named, each of which must be compiled in; all of them where none is named.
@@ -184,12 +203,18 @@ fn choices(names: &[String]) -> Result<Vec<Choice>, Failure> {
 fn positive(what: &str, numbers: &[f64]) -> Result<(), Failure> {
     match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
         None => Ok(()),
-        Some(x) => Err(Failure::Input(format!("{what} is {x}: it must be a positive finite number"))),
+        Some(x) => Err(Failure::Input(format!(
+            "{what} is {x}: it must be a positive finite number"
+        ))),
     }
 }
 
 fn config(args: &BenchArgs) -> Result<Config, Failure> {
-    let mut config = if args.quick { Config::quick() } else { Config::default() };
+    let mut config = if args.quick {
+        Config::quick()
+    } else {
+        Config::default()
+    };
     let replace = |list: &mut Vec<usize>, with: &[usize]| {
         if !with.is_empty() {
             *list = with.to_vec();
@@ -200,7 +225,9 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
     config.iterations.sort_unstable();
     config.iterations.dedup();
     if config.iterations.first() == Some(&0) {
-        return Err(Failure::Input("`--iterations` holds 0: each limit must be at least 1".to_owned()));
+        return Err(Failure::Input(
+            "`--iterations` holds 0: each limit must be at least 1".to_owned(),
+        ));
     }
     if !args.ratios.is_empty() {
         config.ratios.clone_from(&args.ratios);
@@ -220,7 +247,9 @@ fn hoist(defaults: &HoistParams, overrides: &[(&str, &str)]) -> Result<HoistPara
     let text = taut_model::SceneSource::Hoist(Box::new(defaults.clone())).to_toml()?;
     match taut_model::SceneSource::parse(&text, overrides)? {
         taut_model::SceneSource::Hoist(params) => Ok(*params),
-        _ => Err(Failure::Input("the main job runs the hoist only".to_owned())),
+        _ => Err(Failure::Input(
+            "the main job runs the hoist only".to_owned(),
+        )),
     }
 }
 
@@ -250,14 +279,18 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
             config.time
         );
         println!(
-            "step, solve: median time; backw.: normwise backward error; forward: error of the multipliers against \
-             extended precision\n(unrefined: without refinement); elong.: hanging cable's length after 1 s; load m: \
-             distance from the reference motion;\nstable: or the time of the end; fastest: of this scene within that \
-             forward error"
+            "step, solve: median time; backw.: componentwise backward error; forward: error of the multipliers \
+             against extended\nprecision (unrefined: without refinement); elong.: of the hanging cable after 1 s; \
+             load m: distance from the reference\nmotion; stable: or the time of the end; fastest: of this scene \
+             within that forward error"
         );
         print!("{}", table::ladder(&results));
     }
-    let file = BenchFile { machine, records: &results.records, omissions: &results.omissions };
+    let file = BenchFile {
+        machine,
+        records: &results.records,
+        omissions: &results.omissions,
+    };
     let default = PathBuf::from("target/taut/bench.json");
     output::write_json(&default, &file.records)?;
     if let Some(path) = &args.json {
@@ -269,50 +302,31 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What `taut static --json` writes.
-#[derive(serde::Serialize)]
-struct StaticFile {
-    settled: Vec<statics::Settled>,
-    needed: Vec<statics::Needed>,
-}
-
 fn hang(args: &StaticArgs) -> Result<(), Failure> {
-    const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-9];
     let named = !args.backends.is_empty();
-    let choices: Vec<Choice> =
-        choices(&args.backends)?.into_iter().filter(|c| named || c.check().is_ok()).collect();
-    positive("a number of `--ratios`", &args.ratios)?;
-    let bar = progress((args.segments.len() * args.ratios.len() * choices.len()) as u64);
-    let mut file = StaticFile { settled: Vec::new(), needed: Vec::new() };
-    let dt = 1.0 / 60.0;
-    for &segments in &args.segments {
-        for &mass_ratio in &args.ratios {
-            let params = HoistParams { segments, mass_ratio, ..HoistParams::default() };
-            for choice in &choices {
-                bar.set_message(choice.family());
-                if choice.backend.is_iterative() {
-                    for warm_start in [true, false] {
-                        let options = StepOptions { warm_start, ..choice.options(dt) };
-                        let rows =
-                            statics::iterations_needed(&params, &options, &choice.family(), &LEVELS, args.limit)?;
-                        file.needed.extend(rows);
-                    }
-                } else if choice.backend.name() != "dense" || segments <= 24 || named {
-                    file.settled.push(statics::settle(&params, choice, dt, 6000)?);
-                }
-                bar.inc(1);
-            }
-        }
-    }
+    let fits = |c: &Choice| named || (c.check().is_ok() && c.backend.name() != "dense");
+    let config = statics::Config {
+        segments: args.segments.clone(),
+        ratios: args.ratios.clone(),
+        choices: choices(&args.backends)?.into_iter().filter(fits).collect(),
+        levels: vec![1e-3, 1e-6, 1e-9],
+        limit: args.limit,
+        dt: 1.0 / 60.0,
+    };
+    positive("a number of `--ratios`", &config.ratios)?;
+    let bar = progress(0).with_message("static");
+    let results = statics::sweep(&config, &bar)?;
     bar.finish_and_clear();
     if args.json.as_deref() != Some(Path::new("-")) {
         println!("Released unstretched and damped to rest, one refinement: elongation");
-        print!("{}", table::settled(&file.settled));
-        println!("\nIterations a step that hold the hanging cable for a second within a relative error of its elongation");
-        print!("{}", table::needed(&file.needed));
+        print!("{}", table::settled(&results.settled));
+        println!(
+            "\nIterations a step that hold the hanging cable for a second within a relative error of its elongation"
+        );
+        print!("{}", table::needed(&results.needed));
     }
     if let Some(path) = &args.json {
-        output::write_json(path, &file)?;
+        output::write_json(path, &results)?;
     }
     Ok(())
 }
@@ -344,6 +358,9 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
     }
     match summary.failure {
         None => Ok(()),
-        Some(f) => Err(Failure::Unstable(format!("unstable at t = {:.4} s: {}", f.time, f.reason))),
+        Some(f) => Err(Failure::Unstable(format!(
+            "unstable at t = {:.4} s: {}",
+            f.time, f.reason
+        ))),
     }
 }

@@ -18,7 +18,13 @@ pub struct FileError {
 
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "cannot {} `{}`: {}", self.doing, self.path.display(), self.source)
+        write!(
+            f,
+            "cannot {} `{}`: {}",
+            self.doing,
+            self.path.display(),
+            self.source
+        )
     }
 }
 
@@ -33,7 +39,11 @@ impl std::error::Error for FileError {
 /// # Errors
 /// [`FileError`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
-    let failed = |source| FileError { path: path.to_owned(), doing: "write", source };
+    let failed = |source| FileError {
+        path: path.to_owned(),
+        doing: "write",
+        source,
+    };
     if path == Path::new("-") {
         return std::io::stdout().write_all(text.as_bytes()).map_err(failed);
     }
@@ -48,7 +58,11 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError`].
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
-    let failed = |e: serde_json::Error| FileError { path: path.to_owned(), doing: "write", source: e.into() };
+    let failed = |e: serde_json::Error| FileError {
+        path: path.to_owned(),
+        doing: "write",
+        source: e.into(),
+    };
     let text = serde_json::to_string_pretty(value).map_err(failed)?;
     write_text(path, &(text + "\n"))
 }

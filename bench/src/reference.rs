@@ -43,13 +43,28 @@ pub fn compute(
 ) -> Result<Reference, StepError> {
     let dt = frame / substeps as f64;
     // Any direct solver serves; the banded one is the fastest where it is compiled in.
-    let backend = if Backend::Banded.is_compiled() { Backend::Banded } else { StepOptions::default().backend };
-    let options = StepOptions { dt, backend, refinements: 0, ..StepOptions::default() };
+    let backend = if Backend::Banded.is_compiled() {
+        Backend::Banded
+    } else {
+        StepOptions::default().backend
+    };
+    let options = StepOptions {
+        dt,
+        backend,
+        refinements: 0,
+        ..StepOptions::default()
+    };
     let mut stepper = Stepper::new(params.build()?, options)?;
-    let mut reference = Reference { dt, load: Vec::with_capacity(frames), states: Vec::new() };
+    let mut reference = Reference {
+        dt,
+        load: Vec::with_capacity(frames),
+        states: Vec::new(),
+    };
     for i in 0..frames {
         if keep.contains(&i) {
-            reference.states.push((i as f64 * frame, stepper.scene().bodies.clone()));
+            reference
+                .states
+                .push((i as f64 * frame, stepper.scene().bodies.clone()));
         }
         for _ in 0..substeps {
             stepper.step()?;

@@ -46,10 +46,16 @@ impl std::error::Error for PrepareError {}
 pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
     let named = taut_model::named::NAMES.contains(&scene);
     // What looks like a file is one; anything else is a name, and the error lists the names.
-    let is_file = !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
+    let is_file =
+        !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
     let source = if is_file {
-        let failed =
-            |source| PrepareError::File(crate::output::FileError { path: scene.into(), doing: "read", source });
+        let failed = |source| {
+            PrepareError::File(crate::output::FileError {
+                path: scene.into(),
+                doing: "read",
+                source,
+            })
+        };
         SceneSource::parse(&std::fs::read_to_string(scene).map_err(failed)?, overrides)
     } else {
         SceneSource::load(scene, overrides)
@@ -57,10 +63,17 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
     let source = source.map_err(PrepareError::Scene)?;
     let built = source.build().map_err(PrepareError::Scene)?;
     let (cable, max_gap) = match &source {
-        SceneSource::Hoist(p) => (Some((p.length, p.exact_elongation())), p.length / p.segments as f64),
+        SceneSource::Hoist(p) => (
+            Some((p.length, p.exact_elongation())),
+            p.length / p.segments as f64,
+        ),
         _ => (None, f64::INFINITY),
     };
-    Ok(Prepared { scene: built, cable, max_gap })
+    Ok(Prepared {
+        scene: built,
+        cable,
+        max_gap,
+    })
 }
 
 /// Positions of the load over time.
@@ -151,7 +164,10 @@ pub fn run(
     // Elastic energy is known from the first step's multipliers on.
     let start = trajectory.samples.first().map_or(initial, |s| s.energy);
     let elongation_error = prepared.cable.map(|(length, exact)| {
-        let sums = trajectory.samples.iter().map(|s| ((s.gap_sum - exact) / length).abs());
+        let sums = trajectory
+            .samples
+            .iter()
+            .map(|s| ((s.gap_sum - exact) / length).abs());
         sums.fold(0.0, f64::max)
     });
     let median = |phase| trajectory.nanoseconds(|p| p.of(phase)).median;
@@ -170,11 +186,16 @@ pub fn run(
             time: trajectory.samples.iter().map(|s| s.time).collect(),
             position: trajectory.samples.iter().map(|s| s.load.into()).collect(),
         },
-        energy: EnergySpan { start, end: trajectory.samples.last().map_or(start, |s| s.energy) },
+        energy: EnergySpan {
+            start,
+            end: trajectory.samples.last().map_or(start, |s| s.energy),
+        },
         max_violation_m: trajectory.max_violation(),
         max_elongation_error: elongation_error,
         step_ns: trajectory.nanoseconds(taut_integrator::PhaseTimes::total),
-        phases_ns: Phase::ALL.map(|p| (format!("{p:?}").to_lowercase(), median(p))).to_vec(),
+        phases_ns: Phase::ALL
+            .map(|p| (format!("{p:?}").to_lowercase(), median(p)))
+            .to_vec(),
         iterations_mean: iterations as f64 / trajectory.samples.len().max(1) as f64,
         final_state: final_state(stepper.scene()),
     };
@@ -186,7 +207,11 @@ fn final_state(scene: &Scene) -> FinalState {
     FinalState {
         name: scene.body_names.clone(),
         position: bodies.position.iter().map(|&v| v.into()).collect(),
-        orientation: bodies.orientation.iter().map(|q| [q.w, q.i, q.j, q.k]).collect(),
+        orientation: bodies
+            .orientation
+            .iter()
+            .map(|q| [q.w, q.i, q.j, q.k])
+            .collect(),
         velocity: bodies.velocity.iter().map(|&v| v.into()).collect(),
         angular_velocity: bodies.angular_velocity.iter().map(|&v| v.into()).collect(),
     }
@@ -219,16 +244,47 @@ pub fn text(s: &Summary) -> String {
         Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
     };
     let last = s.load.position.last().copied().unwrap_or_default();
-    let phases: Vec<_> = s.phases_ns.iter().map(|(name, t)| format!("{name} {}", ns(*t))).collect();
+    let phases: Vec<_> = s
+        .phases_ns
+        .iter()
+        .map(|(name, t)| format!("{name} {}", ns(*t)))
+        .collect();
     let rows = [
         ("scene", s.scene.clone()),
-        ("solver", format!("{} ({} form, {} refinements)", s.backend, s.form, s.refinements)),
-        ("steps", format!("{} of {:.6} s, {}", s.steps, s.dt, s.scheme)),
+        (
+            "solver",
+            format!(
+                "{} ({} form, {} refinements)",
+                s.backend, s.form, s.refinements
+            ),
+        ),
+        (
+            "steps",
+            format!("{} of {:.6} s, {}", s.steps, s.dt, s.scheme),
+        ),
         ("verdict", verdict),
-        ("load at the end", format!("({:.6}, {:.6}, {:.6}) m", last[0], last[1], last[2])),
-        ("energy", format!("{:.6e} J → {:.6e} J", s.energy.start.total(), s.energy.end.total())),
+        (
+            "load at the end",
+            format!("({:.6}, {:.6}, {:.6}) m", last[0], last[1], last[2]),
+        ),
+        (
+            "energy",
+            format!(
+                "{:.6e} J → {:.6e} J",
+                s.energy.start.total(),
+                s.energy.end.total()
+            ),
+        ),
         ("largest gap", format!("{:.3e} m", s.max_violation_m)),
-        ("step time", format!("median {}, min {}, max {}", ns(s.step_ns.median), ns(s.step_ns.min), ns(s.step_ns.max))),
+        (
+            "step time",
+            format!(
+                "median {}, min {}, max {}",
+                ns(s.step_ns.median),
+                ns(s.step_ns.min),
+                ns(s.step_ns.max)
+            ),
+        ),
         ("phases", phases.join(", ")),
     ];
     for (name, value) in rows {

@@ -6,6 +6,8 @@
 
 use crate::choice::Choice;
 use crate::trajectory::load_position;
+use indicatif::ProgressBar;
+use rayon::prelude::*;
 use serde::Serialize;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene};
@@ -60,7 +62,11 @@ pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepErr
     }
     let elongation = elongation(&params, stepper.scene());
     let error = |exact: f64| (elongation / exact - 1.0).abs();
-    Ok(Held { error: error(params.exact_elongation()), error_continuum: error(params.continuum_elongation()), claimed })
+    Ok(Held {
+        error: error(params.exact_elongation()),
+        error_continuum: error(params.continuum_elongation()),
+        claimed,
+    })
 }
 
 /// A cable released unstretched and damped to rest.
@@ -88,7 +94,12 @@ pub struct Settled {
 ///
 /// # Errors
 /// As [`Stepper::step`].
-pub fn settle(params: &HoistParams, choice: &Choice, dt: f64, limit: usize) -> Result<Settled, StepError> {
+pub fn settle(
+    params: &HoistParams,
+    choice: &Choice,
+    dt: f64,
+    limit: usize,
+) -> Result<Settled, StepError> {
     let params = hanging(params);
     let mut stepper = Stepper::new(params.build()?, choice.options(dt))?;
     let exact = params.exact_elongation();
@@ -97,10 +108,19 @@ pub fn settle(params: &HoistParams, choice: &Choice, dt: f64, limit: usize) -> R
         stepper.step()?;
         steps += 1;
         let now = elongation(&params, stepper.scene());
-        quiet = if (now - last).abs() <= 1e-13 * exact { quiet + 1 } else { 0 };
+        quiet = if (now - last).abs() <= 1e-13 * exact {
+            quiet + 1
+        } else {
+            0
+        };
         last = now;
     }
-    let sideways = stepper.scene().bodies.position.iter().map(|x| x.x.abs().max(x.y.abs()));
+    let sideways = stepper
+        .scene()
+        .bodies
+        .position
+        .iter()
+        .map(|x| x.x.abs().max(x.y.abs()));
     Ok(Settled {
         backend: choice.to_string(),
         segments: params.segments,
@@ -146,18 +166,30 @@ pub fn iterations_needed(
 ) -> Result<Vec<Needed>, StepError> {
     // The stopping test is off: the count is what is asked for.
     let error_with = |iterations: usize| {
-        let backend = options.backend.with_iterations(iterations).with_tolerance(1e-15);
-        hold(params, &StepOptions { backend, ..options.clone() }).map(|held| held.error)
+        let backend = options
+            .backend
+            .with_iterations(iterations)
+            .with_tolerance(1e-15);
+        hold(
+            params,
+            &StepOptions {
+                backend,
+                ..options.clone()
+            },
+        )
+        .map(|held| held.error)
     };
     let mut needed = Vec::new();
-    let (mut low, mut high) = (0, 1);
+    let (mut low, mut high, mut reachable) = (0, 1, true);
     for &level in levels {
-        let mut met = error_with(high)? <= level;
-        while !met && high < limit {
+        // Below a level that the limit does not reach there is none that it does.
+        let mut met = reachable && error_with(high)? <= level;
+        while reachable && !met && high < limit {
             low = high;
             high = (2 * high).min(limit);
             met = error_with(high)? <= level;
         }
+        reachable = met;
         let (mut below, mut enough) = (low, high);
         while met && enough - below > 1 + below / 64 {
             let middle = below.midpoint(enough);
@@ -181,4 +213,93 @@ pub fn iterations_needed(
         high = enough;
     }
     Ok(needed)
+}
+
+/// What [`sweep`] runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Numbers of segments.
+    pub segments: Vec<usize>,
+    /// Mass ratios load/segment.
+    pub ratios: Vec<f64>,
+    /// Solvers.
+    pub choices: Vec<Choice>,
+    /// Relative errors of the elongation that iterations are counted for, strictest last.
+    pub levels: Vec<f64>,
+    /// Most iterations tried.
+    pub limit: usize,
+    /// Δt \[s].
+    pub dt: f64,
+}
+
+/// Rows of a sweep.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Results {
+    /// Direct solvers: the cable damped to rest.
+    pub settled: Vec<Settled>,
+    /// Iterative solvers: iterations needed, warm and cold.
+    pub needed: Vec<Needed>,
+}
+
+/// Most steps of [`settle`] in a sweep: the load's bounce at the largest ratios takes a few hundred.
+const SETTLE_STEPS: usize = 6000;
+
+/// Settles the cable with every direct solver and counts the iterations of the others, in parallel. `progress`
+/// advances once for each solver on each scene.
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn sweep(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+    let mut tasks = Vec::new();
+    for &segments in &config.segments {
+        for &mass_ratio in &config.ratios {
+            tasks.extend(config.choices.iter().map(|choice| {
+                let params = HoistParams {
+                    segments,
+                    mass_ratio,
+                    ..HoistParams::default()
+                };
+                (params, choice)
+            }));
+        }
+    }
+    progress.set_length(tasks.len() as u64);
+    let parts: Vec<Results> = tasks
+        .par_iter()
+        .map(|(params, choice)| {
+            let part = sweep_one(config, params, choice);
+            progress.inc(1);
+            part
+        })
+        .collect::<Result<_, _>>()?;
+    let mut all = Results::default();
+    for mut part in parts {
+        all.settled.append(&mut part.settled);
+        all.needed.append(&mut part.needed);
+    }
+    Ok(all)
+}
+
+fn sweep_one(config: &Config, params: &HoistParams, choice: &Choice) -> Result<Results, StepError> {
+    let mut part = Results::default();
+    if !choice.backend.is_iterative() {
+        part.settled
+            .push(settle(params, choice, config.dt, SETTLE_STEPS)?);
+        return Ok(part);
+    }
+    for warm_start in [true, false] {
+        let options = StepOptions {
+            warm_start,
+            ..choice.options(config.dt)
+        };
+        let rows = iterations_needed(
+            params,
+            &options,
+            &choice.family(),
+            &config.levels,
+            config.limit,
+        )?;
+        part.needed.extend(rows);
+    }
+    Ok(part)
 }

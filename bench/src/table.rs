@@ -37,7 +37,11 @@ pub fn nanoseconds(ns: f64) -> String {
         n if n < 1e9 => (n / 1e6, "ms"),
         n => (n / 1e9, "s"),
     };
-    let digits = if value < 10.0 { 2 } else { usize::from(value < 100.0) };
+    let digits = if value < 10.0 {
+        2
+    } else {
+        usize::from(value < 100.0)
+    };
     format!("{value:.digits$} {unit}")
 }
 
@@ -51,19 +55,30 @@ fn error(e: Option<f64>) -> String {
 }
 
 fn ratio(r: f64) -> String {
-    if r >= 1e4 { format!("{r:.0e}") } else { format!("{r}") }
+    if r >= 1e4 {
+        format!("{r:.0e}")
+    } else {
+        format!("{r}")
+    }
 }
 
 /// Level as a mark: `≤1e-6`.
 fn marks(levels: &[f64]) -> String {
-    levels.iter().map(|l| format!("≤{l:.0e}")).collect::<Vec<_>>().join(" ")
+    levels
+        .iter()
+        .map(|l| format!("≤{l:.0e}"))
+        .collect::<Vec<_>>()
+        .join(" ")
 }
 
 /// All rows of the main job, a table for each scene, then the fastest of each, then what was left out.
 #[must_use]
 pub fn ladder(results: &Results) -> String {
     let mut out = String::new();
-    for scene in results.records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio)) {
+    for scene in results
+        .records
+        .chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio))
+    {
         let r = &scene[0];
         let dt = results
             .references
@@ -79,7 +94,10 @@ pub fn ladder(results: &Results) -> String {
         );
         out.push_str(&scene_table(scene));
     }
-    let _ = writeln!(out, "\nFastest step within each relative error of the multipliers");
+    let _ = writeln!(
+        out,
+        "\nFastest step within each relative error of the multipliers"
+    );
     out.push_str(&fastest(&results.records));
     if !results.omissions.is_empty() {
         let _ = writeln!(out, "\nLeft out");
@@ -92,13 +110,25 @@ pub fn ladder(results: &Results) -> String {
 
 fn scene_table(records: &[Record]) -> String {
     let mut t = table(&[
-        "solver", "iter", "step", "solve", "ns/joint", "backw.", "forward", "unrefined", "elong.", "load m", "stable",
+        "solver",
+        "iter",
+        "step",
+        "solve",
+        "ns/joint",
+        "backw.",
+        "forward",
+        "unrefined",
+        "elong.",
+        "load m",
+        "stable",
         "fastest",
     ]);
     for r in records {
         let iterations = match r.iterations {
             0 => String::new(),
-            limit if r.iterations_used < limit as f64 => format!("{:.0} of {limit}", r.iterations_used),
+            limit if r.iterations_used < limit as f64 => {
+                format!("{:.0} of {limit}", r.iterations_used)
+            }
             limit => limit.to_string(),
         };
         let stable = match &r.failure {
@@ -106,14 +136,18 @@ fn scene_table(records: &[Record]) -> String {
             None => "-".to_owned(),
             Some(failure) => format!("{:.2} s", failure.time),
         };
-        let forward = if r.error.is_some() { "failed".to_owned() } else { error(Some(r.forward_error)) };
+        let forward = if r.error.is_some() {
+            "failed".to_owned()
+        } else {
+            error(Some(r.forward_error))
+        };
         t.add_row([
             r.backend.clone(),
             iterations,
             nanoseconds(r.step_ns),
             nanoseconds(r.solve_ns),
             format!("{:.0}", r.solve_ns / (r.segments + 1) as f64),
-            error(Some(r.backward_error)),
+            error(Some(r.backward_error_componentwise)),
             forward,
             error(Some(r.forward_error_unrefined)),
             error(r.elongation_error),
@@ -133,10 +167,17 @@ fn fastest(records: &[Record]) -> String {
     for scene in records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio)) {
         let mut row = vec![scene[0].segments.to_string(), ratio(scene[0].mass_ratio)];
         row.extend(LEVELS.iter().map(|level| {
-            scene.iter().find(|r| r.fastest_at.contains(level)).map_or("none".to_owned(), |r| {
-                let iterations = if r.iterations > 0 { format!(" {}×", r.iterations) } else { String::new() };
-                format!("{}{iterations} {}", r.backend, nanoseconds(r.step_ns))
-            })
+            scene
+                .iter()
+                .find(|r| r.fastest_at.contains(level))
+                .map_or("none".to_owned(), |r| {
+                    let iterations = if r.iterations > 0 {
+                        format!(" {}×", r.iterations)
+                    } else {
+                        String::new()
+                    };
+                    format!("{}{iterations} {}", r.backend, nanoseconds(r.step_ns))
+                })
         }));
         t.add_row(row);
     }
@@ -146,8 +187,16 @@ fn fastest(records: &[Record]) -> String {
 /// Cables damped to rest.
 #[must_use]
 pub fn settled(rows: &[Settled]) -> String {
-    let mut t =
-        table(&["solver", "segments", "ratio", "steps", "elongation m", "vs discrete", "vs MgL/YA", "sideways m"]);
+    let mut t = table(&[
+        "solver",
+        "segments",
+        "ratio",
+        "steps",
+        "elongation m",
+        "vs discrete",
+        "vs MgL/YA",
+        "sideways m",
+    ]);
     for r in rows {
         t.add_row([
             r.backend.clone(),
@@ -177,12 +226,21 @@ pub fn needed(rows: &[Needed]) -> String {
     header.extend(headers.iter().map(String::as_str));
     let mut t = table(&header);
     for group in rows.chunk_by(|a, b| {
-        (&a.backend, a.segments, a.mass_ratio, a.warm_start) == (&b.backend, b.segments, b.mass_ratio, b.warm_start)
+        (&a.backend, a.segments, a.mass_ratio, a.warm_start)
+            == (&b.backend, b.segments, b.mass_ratio, b.warm_start)
     }) {
         let r = &group[0];
         let start = if r.warm_start { "warm" } else { "cold" };
-        let mut row = vec![r.backend.clone(), r.segments.to_string(), ratio(r.mass_ratio), start.to_owned()];
-        row.extend(group.iter().map(|r| r.iterations.map_or(format!("> {}", r.limit), |n| n.to_string())));
+        let mut row = vec![
+            r.backend.clone(),
+            r.segments.to_string(),
+            ratio(r.mass_ratio),
+            start.to_owned(),
+        ];
+        row.extend(group.iter().map(|r| {
+            r.iterations
+                .map_or(format!("> {}", r.limit), |n| n.to_string())
+        }));
         t.add_row(row);
     }
     text(&t)
@@ -200,7 +258,11 @@ pub fn backends() -> String {
             backend.name(),
             if backend.is_compiled() { "yes" } else { "no" },
             backend.feature().unwrap_or("always"),
-            if backend.accepts_indefinite() { "definite, indefinite" } else { "definite" },
+            if backend.accepts_indefinite() {
+                "definite, indefinite"
+            } else {
+                "definite"
+            },
             backend.licence(),
         ]);
     }
@@ -213,14 +275,19 @@ mod tests {
 
     #[test]
     fn times_have_three_digits_and_a_unit() {
-        let shown: Vec<_> = [12.34, 1234.0, 98_765.0, 4.56e8, 2e9].map(nanoseconds).to_vec();
+        let shown: Vec<_> = [12.34, 1234.0, 98_765.0, 4.56e8, 2e9]
+            .map(nanoseconds)
+            .to_vec();
         assert_eq!(shown, ["12.3 ns", "1.23 µs", "98.8 µs", "456 ms", "2.00 s"]);
     }
 
     #[test]
     fn the_table_of_backends_names_every_one() {
         let text = backends();
-        assert!(Backend::all().iter().all(|b| text.contains(b.name())), "{text}");
+        assert!(
+            Backend::all().iter().all(|b| text.contains(b.name())),
+            "{text}"
+        );
         assert!(text.contains("GPL-2.0-or-later"));
     }
 }

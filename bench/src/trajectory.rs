@@ -75,7 +75,11 @@ impl Trajectory {
     /// Largest distance of the load from `reference` (one position a step; the shorter run counts) \[m].
     #[must_use]
     pub fn max_load_error(&self, reference: &[Vector3<f64>]) -> f64 {
-        self.samples.iter().zip(reference).map(|(s, r)| (s.load - r).norm()).fold(0.0, f64::max)
+        self.samples
+            .iter()
+            .zip(reference)
+            .map(|(s, r)| (s.load - r).norm())
+            .fold(0.0, f64::max)
     }
 
     /// Change of the total energy from time `from` to the end, over the largest kinetic energy in between.
@@ -84,7 +88,8 @@ impl Trajectory {
         let window: Vec<_> = self.samples.iter().filter(|s| s.time >= from).collect();
         let (first, last) = (window.first()?, window.last()?);
         let scale = window.iter().map(|s| s.energy.kinetic).fold(0.0, f64::max);
-        (scale > 0.0 && window.len() > 1).then(|| (last.energy.total() - first.energy.total()) / scale)
+        (scale > 0.0 && window.len() > 1)
+            .then(|| (last.energy.total() - first.energy.total()) / scale)
     }
 
     /// Median and minimum of a time over the steps \[ns]; the first step, which may allocate, is left out.
@@ -112,15 +117,29 @@ impl Timing {
         let mut ns: Vec<u128> = durations.map(|d| d.as_nanos()).collect();
         ns.sort_unstable();
         let at = |i: usize| ns.get(i).map_or(f64::NAN, |&ns| ns as f64);
-        Self { median: at(ns.len() / 2), min: at(0), max: at(ns.len().wrapping_sub(1)) }
+        Self {
+            median: at(ns.len() / 2),
+            min: at(0),
+            max: at(ns.len().wrapping_sub(1)),
+        }
     }
 }
 
 /// Gaps of all joints with stretch rows, as linearised last \[m].
 fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
-    let with_gap = scene.constraints.iter().enumerate().filter(|(_, c)| c.has_stretch_rows());
-    with_gap.map(|(c, _)| rows.phi[rows.row_range(c)][..3].iter().map(|x| x * x).sum::<f64>().sqrt())
+    let with_gap = scene
+        .constraints
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| c.has_stretch_rows());
+    with_gap.map(|(c, _)| {
+        rows.phi[rows.row_range(c)][..3]
+            .iter()
+            .map(|x| x * x)
+            .sum::<f64>()
+            .sqrt()
+    })
 }
 
 /// Position of the load (or of the last body).
@@ -143,19 +162,33 @@ pub fn energy(stepper: &Stepper) -> Energy {
 
 /// Steps until `time` or until the run is unstable: a step fails, a joint's gap exceeds `max_gap` (a segment's
 /// length, say), or a body turns by more than half a turn in a step.
-pub fn simulate(stepper: &mut Stepper, time: f64, max_gap: f64, mut after_step: impl FnMut(&Sample)) -> Trajectory {
+pub fn simulate(
+    stepper: &mut Stepper,
+    time: f64,
+    max_gap: f64,
+    mut after_step: impl FnMut(&Sample),
+) -> Trajectory {
     let dt = stepper.options().dt;
     let steps = steps_in(time, dt);
-    let mut trajectory = Trajectory { samples: Vec::with_capacity(steps), ..Trajectory::default() };
+    let mut trajectory = Trajectory {
+        samples: Vec::with_capacity(steps),
+        ..Trajectory::default()
+    };
     for _ in 0..steps {
         let report = match stepper.step() {
             Ok(report) => report,
             Err(e) => {
-                trajectory.failure = Some(Failure { time: stepper.time(), reason: e.to_string() });
+                trajectory.failure = Some(Failure {
+                    time: stepper.time(),
+                    reason: e.to_string(),
+                });
                 return trajectory;
             }
         };
-        trajectory.claimed += usize::from(matches!(report.solve.status, Status::Converged | Status::Direct));
+        trajectory.claimed += usize::from(matches!(
+            report.solve.status,
+            Status::Converged | Status::Direct
+        ));
         let sample = Sample {
             time: report.time,
             load: load_position(stepper.scene()),
@@ -168,7 +201,10 @@ pub fn simulate(stepper: &mut Stepper, time: f64, max_gap: f64, mut after_step: 
         after_step(&sample);
         trajectory.samples.push(sample);
         if let Some(reason) = instability(stepper, sample.violation, max_gap) {
-            trajectory.failure = Some(Failure { time: report.time, reason });
+            trajectory.failure = Some(Failure {
+                time: report.time,
+                reason,
+            });
             return trajectory;
         }
     }
@@ -180,17 +216,30 @@ pub fn simulate(stepper: &mut Stepper, time: f64, max_gap: f64, mut after_step: 
 pub fn steps_in(time: f64, dt: f64) -> usize {
     let steps = (time / dt).round();
     // A count beyond any run's length saturates.
-    if steps.is_finite() && steps > 0.0 { steps as usize } else { 0 }
+    if steps.is_finite() && steps > 0.0 {
+        steps as usize
+    } else {
+        0
+    }
 }
 
 fn instability(stepper: &Stepper, gap: f64, max_gap: f64) -> Option<String> {
     if gap.is_nan() || gap > max_gap {
-        return Some(format!("a joint's gap of {gap:.2e} m exceeds {max_gap:.2e} m"));
+        return Some(format!(
+            "a joint's gap of {gap:.2e} m exceeds {max_gap:.2e} m"
+        ));
     }
     let scene = stepper.scene();
     let half_turn = std::f64::consts::PI / stepper.options().dt;
-    let fast = scene.bodies.angular_velocity.iter().position(|w| w.norm() > half_turn)?;
-    Some(format!("body `{}` turns by more than half a turn in a step", scene.body_names[fast]))
+    let fast = scene
+        .bodies
+        .angular_velocity
+        .iter()
+        .position(|w| w.norm() > half_turn)?;
+    Some(format!(
+        "body `{}` turns by more than half a turn in a step",
+        scene.body_names[fast]
+    ))
 }
 
 #[cfg(test)]

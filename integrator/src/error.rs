@@ -48,7 +48,11 @@ pub enum StepError {
 impl fmt::Display for StepError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::InvalidOption { field, value, allowed } => {
+            Self::InvalidOption {
+                field,
+                value,
+                allowed,
+            } => {
                 write!(f, "option `{field}` is {value}: it must be {allowed}")
             }
             Self::FormNotAccepted { backend, form } => write!(
@@ -57,7 +61,11 @@ impl fmt::Display for StepError {
                  faer:ldlt, faer:lu, umfpack or dense"
             ),
             Self::Scene(e) => e.fmt(f),
-            Self::Solve { source, culprit, time } => {
+            Self::Solve {
+                source,
+                culprit,
+                time,
+            } => {
                 write!(f, "at t = {time:.4} s: ")?;
                 if let Some(name) = culprit {
                     write!(f, "`{name}`: ")?;

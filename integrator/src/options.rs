@@ -61,17 +61,32 @@ pub struct UnknownName {
 
 impl fmt::Display for UnknownName {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "unknown {} `{}`: choose one of {}", self.what, self.name, self.known)
+        write!(
+            f,
+            "unknown {} `{}`: choose one of {}",
+            self.what, self.name, self.known
+        )
     }
 }
 
 impl std::error::Error for UnknownName {}
 
-fn named<T: Copy + fmt::Display>(what: &'static str, all: &[T], name: &str) -> Result<T, UnknownName> {
-    all.iter().copied().find(|v| v.to_string() == name).ok_or_else(|| {
-        let known = all.iter().map(T::to_string).collect::<Vec<_>>().join(", ");
-        UnknownName { what, name: name.to_owned(), known }
-    })
+fn named<T: Copy + fmt::Display>(
+    what: &'static str,
+    all: &[T],
+    name: &str,
+) -> Result<T, UnknownName> {
+    all.iter()
+        .copied()
+        .find(|v| v.to_string() == name)
+        .ok_or_else(|| {
+            let known = all.iter().map(T::to_string).collect::<Vec<_>>().join(", ");
+            UnknownName {
+                what,
+                name: name.to_owned(),
+                known,
+            }
+        })
 }
 
 impl FromStr for Scheme {
@@ -131,7 +146,10 @@ impl StepOptions {
             });
         }
         if self.form == Form::Kkt && !self.backend.accepts_indefinite() {
-            return Err(StepError::FormNotAccepted { backend: self.backend.to_string(), form: self.form });
+            return Err(StepError::FormNotAccepted {
+                backend: self.backend.to_string(),
+                form: self.form,
+            });
         }
         Ok(())
     }

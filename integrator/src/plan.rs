@@ -28,7 +28,11 @@ enum Maps {
     /// Contributions W_s J_tᵀ to stored blocks.
     Schur(Vec<Product>),
     /// Stored diagonal block of each body; stored block of each slot; first row of each constraint.
-    Kkt { body: Vec<usize>, slot: Vec<usize>, constraint: Vec<usize> },
+    Kkt {
+        body: Vec<usize>,
+        slot: Vec<usize>,
+        constraint: Vec<usize>,
+    },
 }
 
 /// Stored block `target` receives W of slot `left` times Jᵀ of slot `right`.
@@ -49,7 +53,9 @@ impl Plan {
 
     /// One block row a constraint, in the scene's order; two are coupled where they act on the same body.
     fn schur(scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
-        let sizes: Vec<usize> = (0..rows.constraints()).map(|c| rows.row_range(c).len()).collect();
+        let sizes: Vec<usize> = (0..rows.constraints())
+            .map(|c| rows.row_range(c).len())
+            .collect();
         let mut slots_of_body = vec![Vec::new(); scene.bodies.len()];
         for (s, slot) in rows.slots.iter().enumerate() {
             slots_of_body[slot.body].push(s);
@@ -58,21 +64,34 @@ impl Plan {
         let mut pairs = Vec::new();
         for slots in &slots_of_body {
             for &left in slots {
-                let lower = slots.iter().filter(|&&r| rows.slots[r].constraint <= rows.slots[left].constraint);
+                let lower = slots
+                    .iter()
+                    .filter(|&&r| rows.slots[r].constraint <= rows.slots[left].constraint);
                 pairs.extend(lower.map(|&right| (left, right)));
             }
         }
         pairs.sort_unstable();
         let constraint = |s: usize| rows.slots[s].constraint;
-        let couplings: Vec<_> = pairs.iter().map(|&(l, r)| (constraint(l), constraint(r))).collect();
+        let couplings: Vec<_> = pairs
+            .iter()
+            .map(|&(l, r)| (constraint(l), constraint(r)))
+            .collect();
         let pattern = BlockPattern::new(&sizes, &couplings)?.with_groups(scene.groups.clone())?;
         let products = pairs.iter().filter_map(|&(left, right)| {
             let target = pattern.find(constraint(left), constraint(right))?;
-            Some(Product { target, left, right })
+            Some(Product {
+                target,
+                left,
+                right,
+            })
         });
         let maps = Maps::Schur(products.collect());
         let block = (0..rows.constraints()).map(BlockOf::Constraint).collect();
-        Ok(Self { pattern: Arc::new(pattern), block, maps })
+        Ok(Self {
+            pattern: Arc::new(pattern),
+            block,
+            maps,
+        })
     }
 
     /// Bodies and constraints, each body just before the first constraint that acts on it: in this order no pivot
@@ -91,7 +110,11 @@ impl Plan {
             constraint_block.push(block.len());
             block.push(BlockOf::Constraint(c));
         }
-        for (i, b) in body_block.iter_mut().enumerate().filter(|(_, b)| **b == usize::MAX) {
+        for (i, b) in body_block
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, b)| **b == usize::MAX)
+        {
             *b = block.len();
             block.push(BlockOf::Body(i));
         }
@@ -105,10 +128,25 @@ impl Plan {
         let place = |s: &taut_model::Slot| (constraint_block[s.constraint], body_block[s.body]);
         let couplings: Vec<_> = rows.slots.iter().map(place).collect();
         let pattern = BlockPattern::new(&sizes, &couplings)?;
-        let slot = rows.slots.iter().filter_map(|s| pattern.find(place(s).0, place(s).1)).collect();
-        let body = body_block.iter().map(|&b| pattern.column(b).start).collect();
-        let maps = Maps::Kkt { body, slot, constraint: constraint_block };
-        Ok(Self { pattern: Arc::new(pattern), block, maps })
+        let slot = rows
+            .slots
+            .iter()
+            .filter_map(|s| pattern.find(place(s).0, place(s).1))
+            .collect();
+        let body = body_block
+            .iter()
+            .map(|&b| pattern.column(b).start)
+            .collect();
+        let maps = Maps::Kkt {
+            body,
+            slot,
+            constraint: constraint_block,
+        };
+        Ok(Self {
+            pattern: Arc::new(pattern),
+            block,
+            maps,
+        })
     }
 
     /// Fills the matrix. `w` receives W = J M̃⁻¹ (laid out as the Jacobian) where the form needs it.
@@ -140,7 +178,11 @@ impl Plan {
                     }
                 }
             }
-            Maps::Kkt { body, slot, constraint } => {
+            Maps::Kkt {
+                body,
+                slot,
+                constraint,
+            } => {
                 for (i, &k) in body.iter().enumerate() {
                     let block = a.block_mut(k);
                     for r in 0..3 {
@@ -173,7 +215,13 @@ impl Plan {
     }
 
     /// Right-hand side from the bodies' part (6 numbers a body) and the rows' part.
-    pub(crate) fn gather(&self, rows: &Linearized, bodies: &[f64], multipliers: &[f64], b: &mut [f64]) {
+    pub(crate) fn gather(
+        &self,
+        rows: &Linearized,
+        bodies: &[f64],
+        multipliers: &[f64],
+        b: &mut [f64],
+    ) {
         for (k, block) in self.block.iter().enumerate() {
             let to = &mut b[self.pattern.rows(k)];
             match *block {
@@ -184,10 +232,19 @@ impl Plan {
     }
 
     /// The multipliers' part of a solution times `sign`, and back in [`gather`](Self::gather)'s order.
-    pub(crate) fn scatter_multipliers(&self, rows: &Linearized, x: &[f64], sign: f64, multipliers: &mut [f64]) {
+    pub(crate) fn scatter_multipliers(
+        &self,
+        rows: &Linearized,
+        x: &[f64],
+        sign: f64,
+        multipliers: &mut [f64],
+    ) {
         for (k, block) in self.block.iter().enumerate() {
             if let BlockOf::Constraint(c) = *block {
-                for (to, from) in multipliers[rows.row_range(c)].iter_mut().zip(&x[self.pattern.rows(k)]) {
+                for (to, from) in multipliers[rows.row_range(c)]
+                    .iter_mut()
+                    .zip(&x[self.pattern.rows(k)])
+                {
                     *to = sign * from;
                 }
             }
@@ -200,7 +257,10 @@ fn fill_w(rows: &Linearized, inertia: &Inertia, w: &mut [f64]) {
     for slot in &rows.slots {
         let len = 6 * rows.row_range(slot.constraint).len();
         let range = slot.offset..slot.offset + len;
-        for (j, w) in rows.jacobian[range.clone()].chunks_exact(6).zip(w[range].chunks_exact_mut(6)) {
+        for (j, w) in rows.jacobian[range.clone()]
+            .chunks_exact(6)
+            .zip(w[range].chunks_exact_mut(6))
+        {
             inertia.apply_inverse(slot.body, j, w);
         }
     }

@@ -17,7 +17,10 @@ pub(crate) struct Regularization {
 
 impl Regularization {
     pub(crate) fn new(rows: usize) -> Self {
-        Self { sigma: vec![0.0; rows], c: vec![0.0; rows] }
+        Self {
+            sigma: vec![0.0; rows],
+            c: vec![0.0; rows],
+        }
     }
 
     /// Σ = Υ ε/Δt² and c = −Υ φ/Δt − ∂φ/∂t with Υ = 1/(1 + τ/Δt), [SL (8)–(11)] with damping.

@@ -23,8 +23,14 @@ pub enum Phase {
 
 impl Phase {
     /// All phases, in order.
-    pub const ALL: [Self; 6] =
-        [Self::Linearize, Self::Assemble, Self::Factorize, Self::Solve, Self::Refine, Self::Update];
+    pub const ALL: [Self; 6] = [
+        Self::Linearize,
+        Self::Assemble,
+        Self::Factorize,
+        Self::Solve,
+        Self::Refine,
+        Self::Update,
+    ];
 }
 
 /// Wall-clock time of each phase of one step.
@@ -47,7 +53,10 @@ impl PhaseTimes {
     /// Time of the linear solver: factorisation, solve and refinement.
     #[must_use]
     pub fn linear(&self) -> Duration {
-        [Phase::Factorize, Phase::Solve, Phase::Refine].into_iter().map(|p| self.of(p)).sum()
+        [Phase::Factorize, Phase::Solve, Phase::Refine]
+            .into_iter()
+            .map(|p| self.of(p))
+            .sum()
     }
 }
 
@@ -59,7 +68,10 @@ pub(crate) struct PhaseClock {
 
 impl PhaseClock {
     pub(crate) fn start() -> Self {
-        Self { times: PhaseTimes::default(), last: Instant::now() }
+        Self {
+            times: PhaseTimes::default(),
+            last: Instant::now(),
+        }
     }
 
     /// `phase` ends now.

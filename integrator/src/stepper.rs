@@ -58,7 +58,12 @@ impl Pieces {
         let inertia = &self.inertia;
         self.impulse.copy_from_slice(&inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
-        for (i, (p, dv)) in self.impulse.chunks_exact_mut(6).zip(self.dv.chunks_exact_mut(6)).enumerate() {
+        for (i, (p, dv)) in self
+            .impulse
+            .chunks_exact_mut(6)
+            .zip(self.dv.chunks_exact_mut(6))
+            .enumerate()
+        {
             let mut buffer = [0.0; 6];
             inertia.apply(i, dv, &mut buffer);
             for (p, momentum) in p.iter_mut().zip(&buffer) {
@@ -74,7 +79,10 @@ impl Pieces {
     /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
     fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
         self.update_velocity_change(mu);
-        for (r, ((rate, sigma), mu)) in r.iter_mut().zip(self.rate.iter().zip(&self.regularization.sigma).zip(mu)) {
+        for (r, ((rate, sigma), mu)) in r
+            .iter_mut()
+            .zip(self.rate.iter().zip(&self.regularization.sigma).zip(mu))
+        {
             *r = rate - sigma * mu;
         }
         subtract_jacobian(&self.rows, &self.dv, r);
@@ -89,7 +97,11 @@ impl Stepper {
     pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         scene.validate()?;
         options.validate()?;
-        let at_start = |source| StepError::Solve { source, culprit: None, time: 0.0 };
+        let at_start = |source| StepError::Solve {
+            source,
+            culprit: None,
+            time: 0.0,
+        };
         let rows = Linearized::new(&scene);
         let plan = Plan::new(options.form, &scene, &rows).map_err(at_start)?;
         let mut solver = options.backend.create().map_err(at_start)?;
@@ -145,7 +157,13 @@ impl Stepper {
         let mut clock = PhaseClock::start();
         let (solve, iterations) = self.solve_timed(&mut clock)?;
         let refinements = self.options.refinements;
-        Ok(StepReport { time: self.time, solve, iterations, refinements, phases: clock.times() })
+        Ok(StepReport {
+            time: self.time,
+            solve,
+            iterations,
+            refinements,
+            phases: clock.times(),
+        })
     }
 
     fn solve_timed(&mut self, clock: &mut PhaseClock) -> Result<(SolveReport, usize), StepError> {
@@ -153,14 +171,20 @@ impl Stepper {
         clock.end(Phase::Linearize);
         self.assemble();
         clock.end(Phase::Assemble);
-        self.solver.factorize(&self.matrix).map_err(|e| self.culprit(e))?;
+        self.solver
+            .factorize(&self.matrix)
+            .map_err(|e| self.culprit(e))?;
         clock.end(Phase::Factorize);
-        let report = self.solver.solve(&self.matrix, &self.rhs, &mut self.x).map_err(|e| self.culprit(e))?;
+        let report = self
+            .solver
+            .solve(&self.matrix, &self.rhs, &mut self.x)
+            .map_err(|e| self.culprit(e))?;
         clock.end(Phase::Solve);
         let refined = self.refine().map_err(|e| self.culprit(e))?;
         clock.end(Phase::Refine);
         let sign = self.multiplier_sign();
-        self.plan.scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+        self.plan
+            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
         Ok((report, report.iterations + refined))
     }
 
@@ -168,8 +192,13 @@ impl Stepper {
     fn linearize(&mut self) -> Result<(), StepError> {
         let (pieces, dt) = (&mut self.pieces, self.options.dt);
         pieces.rows.update(&self.scene, self.time, self.time + dt);
-        pieces.regularization.update(self.options.scheme, dt, &pieces.rows);
-        let no_inverse = |i: usize| StepError::NonFinite { body: self.scene.body_names[i].clone(), time: self.time };
+        pieces
+            .regularization
+            .update(self.options.scheme, dt, &pieces.rows);
+        let no_inverse = |i: usize| StepError::NonFinite {
+            body: self.scene.body_names[i].clone(),
+            time: self.time,
+        };
         pieces.inertia.update(&self.scene, dt).map_err(no_inverse)?;
         let bodies = &self.scene.bodies;
         for (i, v) in pieces.dv.chunks_exact_mut(6).enumerate() {
@@ -184,8 +213,15 @@ impl Stepper {
 
     /// The matrix, the right-hand side, and the guess in `x`.
     fn assemble(&mut self) {
-        let Pieces { rows, inertia, regularization, w, .. } = &mut self.pieces;
-        self.plan.fill(rows, inertia, regularization, w, &mut self.matrix);
+        let Pieces {
+            rows,
+            inertia,
+            regularization,
+            w,
+            ..
+        } = &mut self.pieces;
+        self.plan
+            .fill(rows, inertia, regularization, w, &mut self.matrix);
         let sign = self.multiplier_sign();
         if !self.options.warm_start {
             self.mu.fill(0.0);
@@ -197,8 +233,15 @@ impl Stepper {
                 self.x.copy_from_slice(&self.mu);
             }
             Form::Kkt => {
-                let Pieces { rows, inertia, rate, dv, .. } = &self.pieces;
-                self.plan.gather(rows, &inertia.impulse, rate, &mut self.rhs);
+                let Pieces {
+                    rows,
+                    inertia,
+                    rate,
+                    dv,
+                    ..
+                } = &self.pieces;
+                self.plan
+                    .gather(rows, &inertia.impulse, rate, &mut self.rhs);
                 for mu in &mut self.mu {
                     *mu *= sign;
                 }
@@ -208,11 +251,21 @@ impl Stepper {
     }
 
     fn refine(&mut self) -> Result<usize, SolveError> {
-        let Self { solver, matrix, rhs, x, scratch, pieces, .. } = self;
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            scratch,
+            pieces,
+            ..
+        } = self;
         let sweeps = self.options.refinements;
         let report = match self.options.form {
             Form::Schur => {
-                taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |mu, r| pieces.residual(mu, r))
+                taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |mu, r| {
+                    pieces.residual(mu, r)
+                })
             }
             Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
                 matrix.subtract_product(rhs, x, r);
@@ -238,7 +291,10 @@ impl Stepper {
             bodies.orientation[i].renormalize_fast();
             let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
             if !(moved + bodies.velocity[i].sum() + bodies.angular_velocity[i].sum()).is_finite() {
-                return Err(StepError::NonFinite { body: self.scene.body_names[i].clone(), time: self.time });
+                return Err(StepError::NonFinite {
+                    body: self.scene.body_names[i].clone(),
+                    time: self.time,
+                });
             }
         }
         update_windings(&mut self.scene, self.time);
@@ -265,7 +321,11 @@ impl Stepper {
             BlockOf::Body(i) => self.scene.body_names.get(*i),
             BlockOf::Constraint(c) => self.scene.constraint_names.get(*c),
         };
-        StepError::Solve { culprit: block.and_then(name).cloned(), source, time: self.time }
+        StepError::Solve {
+            culprit: block.and_then(name).cloned(),
+            source,
+            time: self.time,
+        }
     }
 
     /// The scene in its present state.
@@ -298,8 +358,16 @@ impl Stepper {
     /// [`SolveError::Dimension`] in [`StepError::Solve`].
     pub fn set_multipliers(&mut self, mu: &[f64]) -> Result<(), StepError> {
         if mu.len() != self.mu.len() {
-            let source = SolveError::Dimension { what: "multipliers", expected: self.mu.len(), found: mu.len() };
-            return Err(StepError::Solve { source, culprit: None, time: self.time });
+            let source = SolveError::Dimension {
+                what: "multipliers",
+                expected: self.mu.len(),
+                found: mu.len(),
+            };
+            return Err(StepError::Solve {
+                source,
+                culprit: None,
+                time: self.time,
+            });
         }
         self.mu.copy_from_slice(mu);
         Ok(())
@@ -312,14 +380,23 @@ impl Stepper {
     pub fn set_state(&mut self, bodies: &Bodies, time: f64) -> Result<(), StepError> {
         let (expected, found) = (self.scene.bodies.len(), bodies.len());
         if expected != found {
-            let source = SolveError::Dimension { what: "bodies", expected, found };
-            return Err(StepError::Solve { source, culprit: None, time });
+            let source = SolveError::Dimension {
+                what: "bodies",
+                expected,
+                found,
+            };
+            return Err(StepError::Solve {
+                source,
+                culprit: None,
+                time,
+            });
         }
         let own = &mut self.scene.bodies;
         own.position.copy_from_slice(&bodies.position);
         own.orientation.copy_from_slice(&bodies.orientation);
         own.velocity.copy_from_slice(&bodies.velocity);
-        own.angular_velocity.copy_from_slice(&bodies.angular_velocity);
+        own.angular_velocity
+            .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
         update_windings(&mut self.scene, time);
         Ok(())
@@ -342,7 +419,14 @@ impl Stepper {
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let lambda = self.mu.iter().map(|mu| mu / self.options.dt);
-        0.5 * self.pieces.rows.compliance.iter().zip(lambda).map(|(e, l)| e * l * l).sum::<f64>()
+        0.5 * self
+            .pieces
+            .rows
+            .compliance
+            .iter()
+            .zip(lambda)
+            .map(|(e, l)| e * l * l)
+            .sum::<f64>()
     }
 
     /// The exact impulses of the present state, to the last digit: the KKT system of the pieces M̃, J, Σ, c (as rounded
@@ -352,8 +436,19 @@ impl Stepper {
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
         self.linearize()?;
-        let Pieces { rows, inertia, regularization, w, rate, .. } = &mut self.pieces;
-        let at_state = |source| StepError::Solve { source, culprit: None, time: self.time };
+        let Pieces {
+            rows,
+            inertia,
+            regularization,
+            w,
+            rate,
+            ..
+        } = &mut self.pieces;
+        let at_state = |source| StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        };
         let plan = Plan::new(Form::Kkt, &self.scene, rows).map_err(at_state)?;
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
         plan.fill(rows, inertia, regularization, w, &mut a);

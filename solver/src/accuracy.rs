@@ -20,7 +20,13 @@ pub struct BackwardError {
 /// Largest magnitude; NaN where an entry is NaN.
 #[must_use]
 pub fn norm_inf(v: &[f64]) -> f64 {
-    v.iter().fold(0.0, |m, x| if x.abs() > m || x.is_nan() { x.abs() } else { m })
+    v.iter().fold(0.0, |m, x| {
+        if x.abs() > m || x.is_nan() {
+            x.abs()
+        } else {
+            m
+        }
+    })
 }
 
 /// b − A x with the sums in extended precision, rounded at the end. Allocates.
@@ -44,7 +50,11 @@ pub fn residual(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<Vec<f64>, So
 ///
 /// # Errors
 /// [`SolveError::Dimension`].
-pub fn backward_error(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<BackwardError, SolveError> {
+pub fn backward_error(
+    a: &SymBlockMatrix,
+    b: &[f64],
+    x: &[f64],
+) -> Result<BackwardError, SolveError> {
     let r = residual(a, b, x)?;
     let mut magnitude: Vec<f64> = b.iter().map(|b| b.abs()).collect();
     a.for_each_lower(|i, j, a_ij| {
@@ -56,11 +66,18 @@ pub fn backward_error(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<Backwa
     let ratios = r.iter().zip(&magnitude).map(|(r, m)| ratio(r.abs(), *m));
     let componentwise = norm_inf(&ratios.collect::<Vec<_>>());
     let normwise = ratio(norm_inf(&r), a.norm_inf() * norm_inf(x) + norm_inf(b));
-    Ok(BackwardError { normwise, componentwise })
+    Ok(BackwardError {
+        normwise,
+        componentwise,
+    })
 }
 
 fn ratio(numerator: f64, denominator: f64) -> f64 {
-    if numerator == 0.0 { 0.0 } else { numerator / denominator }
+    if numerator == 0.0 {
+        0.0
+    } else {
+        numerator / denominator
+    }
 }
 
 /// ‖x − x*‖∞ / ‖x*‖∞ (the absolute error where x* = 0).
@@ -68,7 +85,11 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
 pub fn forward_error(x: &[f64], exact: &[f64]) -> f64 {
     let difference: Vec<f64> = x.iter().zip(exact).map(|(x, e)| x - e).collect();
     let scale = norm_inf(exact);
-    if scale == 0.0 { norm_inf(&difference) } else { norm_inf(&difference) / scale }
+    if scale == 0.0 {
+        norm_inf(&difference)
+    } else {
+        norm_inf(&difference) / scale
+    }
 }
 
 #[cfg(test)]
@@ -85,7 +106,12 @@ mod tests {
         let e = backward_error(&a, &[3.0, 4.0], &[1.0, 1.5]).unwrap();
         assert!((e.normwise - 1.5 / (4.0 * 1.5 + 4.0)).abs() < 1e-15);
         assert!((e.componentwise - 1.5 / 9.5).abs() < 1e-15);
-        assert_eq!(backward_error(&a, &[3.0, 4.0], &[1.0, 1.0]).unwrap().componentwise, 0.0);
+        assert_eq!(
+            backward_error(&a, &[3.0, 4.0], &[1.0, 1.0])
+                .unwrap()
+                .componentwise,
+            0.0
+        );
         assert_eq!(forward_error(&[1.0, 1.5], &[1.0, 1.0]), 0.5);
         assert!(backward_error(&a, &[3.0], &[1.0, 1.0]).is_err());
     }

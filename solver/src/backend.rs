@@ -42,7 +42,12 @@ pub struct GaussSeidelOptions {
 
 impl Default for GaussSeidelOptions {
     fn default() -> Self {
-        Self { partition: Partition::default(), start: Start::default(), iterations: 100, tolerance: 1e-12 }
+        Self {
+            partition: Partition::default(),
+            start: Start::default(),
+            iterations: 100,
+            tolerance: 1e-12,
+        }
     }
 }
 
@@ -72,7 +77,11 @@ pub struct CgOptions {
 
 impl Default for CgOptions {
     fn default() -> Self {
-        Self { preconditioner: Preconditioner::default(), iterations: 1000, tolerance: 1e-12 }
+        Self {
+            preconditioner: Preconditioner::default(),
+            iterations: 1000,
+            tolerance: 1e-12,
+        }
     }
 }
 
@@ -85,7 +94,9 @@ pub struct UmfpackOptions {
 
 impl Default for UmfpackOptions {
     fn default() -> Self {
-        Self { refinement_steps: 2 }
+        Self {
+            refinement_steps: 2,
+        }
     }
 }
 
@@ -171,7 +182,10 @@ impl Backend {
     /// # Errors
     /// [`SolveError::NotCompiled`] were there none.
     pub fn preferred() -> Result<Self, SolveError> {
-        let none = SolveError::NotCompiled { backend: "any", feature: "banded" };
+        let none = SolveError::NotCompiled {
+            backend: "any",
+            feature: "banded",
+        };
         Self::all().into_iter().find(Self::is_compiled).ok_or(none)
     }
 
@@ -262,16 +276,23 @@ impl Backend {
             #[cfg(feature = "gauss-seidel")]
             Self::GaussSeidel(o) => Ok(Box::new(backends::gauss_seidel::GaussSeidel::new(*o)?)),
             #[cfg(feature = "cg")]
-            Self::ConjugateGradient(o) => Ok(Box::new(backends::conjugate_gradient::ConjugateGradient::new(*o)?)),
+            Self::ConjugateGradient(o) => Ok(Box::new(
+                backends::conjugate_gradient::ConjugateGradient::new(*o)?,
+            )),
             #[cfg(feature = "umfpack")]
             Self::Umfpack(o) => Ok(Box::new(backends::umfpack::Umfpack::new(*o))),
             #[cfg(feature = "faer")]
             Self::Faer(o) => Ok(Box::new(backends::faer::Faer::new(*o))),
             #[cfg(feature = "nalgebra-sparse")]
-            Self::NalgebraSparse => Ok(Box::new(backends::nalgebra_sparse::NalgebraSparse::default())),
+            Self::NalgebraSparse => Ok(Box::new(
+                backends::nalgebra_sparse::NalgebraSparse::default(),
+            )),
             Self::Dense(o) => Ok(dense::create(*o)),
             #[allow(unreachable_patterns)] // with every feature on
-            other => Err(SolveError::NotCompiled { backend: other.name(), feature: other.name() }),
+            other => Err(SolveError::NotCompiled {
+                backend: other.name(),
+                feature: other.name(),
+            }),
         }
     }
 }
@@ -290,7 +311,11 @@ impl fmt::Display for Backend {
                     Start::Guess => "",
                     Start::Trial => ":trial",
                 };
-                write!(f, ":{partition}{start}:iterations={}:tolerance={:e}", o.iterations, o.tolerance)
+                write!(
+                    f,
+                    ":{partition}{start}:iterations={}:tolerance={:e}",
+                    o.iterations, o.tolerance
+                )
             }
             Self::ConjugateGradient(o) => {
                 let preconditioner = match o.preconditioner {
@@ -298,7 +323,11 @@ impl fmt::Display for Backend {
                     Preconditioner::BlockJacobi => "jacobi",
                     Preconditioner::Group => "group",
                 };
-                write!(f, ":{preconditioner}:iterations={}:tolerance={:e}", o.iterations, o.tolerance)
+                write!(
+                    f,
+                    ":{preconditioner}:iterations={}:tolerance={:e}",
+                    o.iterations, o.tolerance
+                )
             }
             Self::Umfpack(o) => write!(f, ":refinement={}", o.refinement_steps),
             Self::Faer(o) => f.write_str(match o.factorization {
@@ -341,8 +370,15 @@ impl fmt::Display for ParseBackendError {
                 let names = Backend::all().map(|b| b.name()).join(", ");
                 write!(f, "unknown backend `{name}`: choose one of {names}")
             }
-            Self::UnknownOption { backend, option, known } => {
-                write!(f, "backend `{backend}` has no option `{option}`: it knows {known}")
+            Self::UnknownOption {
+                backend,
+                option,
+                known,
+            } => {
+                write!(
+                    f,
+                    "backend `{backend}` has no option `{option}`: it knows {known}"
+                )
             }
         }
     }
@@ -356,12 +392,21 @@ impl FromStr for Backend {
     fn from_str(text: &str) -> Result<Self, ParseBackendError> {
         let mut parts = text.split(':');
         let name = parts.next().unwrap_or_default();
-        let unknown = || ParseBackendError::UnknownName { name: name.to_owned() };
-        let mut backend = Self::all().into_iter().find(|b| b.name() == name).ok_or_else(unknown)?;
+        let unknown = || ParseBackendError::UnknownName {
+            name: name.to_owned(),
+        };
+        let mut backend = Self::all()
+            .into_iter()
+            .find(|b| b.name() == name)
+            .ok_or_else(unknown)?;
         for option in parts {
             if !backend.set(option) {
                 let (backend, known) = (backend.name(), backend.known_options());
-                return Err(ParseBackendError::UnknownOption { backend, option: option.to_owned(), known });
+                return Err(ParseBackendError::UnknownOption {
+                    backend,
+                    option: option.to_owned(),
+                    known,
+                });
             }
         }
         Ok(backend)
@@ -380,7 +425,9 @@ impl Backend {
             (Self::GaussSeidel(o), "iterations") => return assign(&mut o.iterations, value),
             (Self::GaussSeidel(o), "tolerance") => return assign(&mut o.tolerance, value),
             (Self::ConjugateGradient(o), "none") => o.preconditioner = Preconditioner::None,
-            (Self::ConjugateGradient(o), "jacobi") => o.preconditioner = Preconditioner::BlockJacobi,
+            (Self::ConjugateGradient(o), "jacobi") => {
+                o.preconditioner = Preconditioner::BlockJacobi
+            }
             (Self::ConjugateGradient(o), "group") => o.preconditioner = Preconditioner::Group,
             (Self::ConjugateGradient(o), "iterations") => return assign(&mut o.iterations, value),
             (Self::ConjugateGradient(o), "tolerance") => return assign(&mut o.tolerance, value),
@@ -415,10 +462,16 @@ fn assign<V: FromStr>(to: &mut V, text: &str) -> bool {
 #[allow(dead_code)] // where neither is compiled in
 pub(crate) fn check_iteration(iterations: usize, tolerance: f64) -> Result<(), SolveError> {
     if iterations == 0 {
-        return Err(SolveError::InvalidOption { option: "iterations", allowed: "at least 1" });
+        return Err(SolveError::InvalidOption {
+            option: "iterations",
+            allowed: "at least 1",
+        });
     }
     if !(0.0..1.0).contains(&tolerance) {
-        return Err(SolveError::InvalidOption { option: "tolerance", allowed: "from 0 to below 1" });
+        return Err(SolveError::InvalidOption {
+            option: "tolerance",
+            allowed: "from 0 to below 1",
+        });
     }
     Ok(())
 }
@@ -449,8 +502,17 @@ mod tests {
     #[test]
     fn unknown_names_and_options_list_what_is_known() {
         let e = "superlu".parse::<Backend>().unwrap_err().to_string();
-        assert!(e.contains("superlu") && e.contains("banded") && e.contains("umfpack"), "{e}");
-        for text in ["banded:fast", "cg:iterations=x", "cg:group=1", "faer:qr", ""] {
+        assert!(
+            e.contains("superlu") && e.contains("banded") && e.contains("umfpack"),
+            "{e}"
+        );
+        for text in [
+            "banded:fast",
+            "cg:iterations=x",
+            "cg:group=1",
+            "faer:qr",
+            "",
+        ] {
             assert!(text.parse::<Backend>().is_err(), "{text}");
         }
     }
@@ -462,7 +524,13 @@ mod tests {
                 Ok(solver) => assert_eq!(solver.name(), backend.name()),
                 Err(e) => {
                     let feature = backend.feature().unwrap();
-                    assert_eq!(e, SolveError::NotCompiled { backend: backend.name(), feature });
+                    assert_eq!(
+                        e,
+                        SolveError::NotCompiled {
+                            backend: backend.name(),
+                            feature
+                        }
+                    );
                 }
             }
         }

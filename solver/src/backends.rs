@@ -13,6 +13,11 @@ pub(crate) mod faer;
 pub(crate) mod gauss_seidel;
 #[cfg(feature = "nalgebra-sparse")]
 pub(crate) mod nalgebra_sparse;
+#[cfg(all(
+    test,
+    any(feature = "faer", feature = "nalgebra-sparse", feature = "umfpack")
+))]
+pub(crate) mod testing;
 #[cfg(feature = "umfpack")]
 pub(crate) mod umfpack;
 
@@ -31,7 +36,10 @@ pub(crate) struct Phases {
 impl Phases {
     /// `analyze` succeeded.
     pub(crate) fn analyzed(&mut self, pattern: &Arc<BlockPattern>) {
-        *self = Self { pattern: Some(pattern.clone()), factorized: false };
+        *self = Self {
+            pattern: Some(pattern.clone()),
+            factorized: false,
+        };
     }
 
     /// Checks what `factorize` is given; until [`factorized`](Self::factorized) no solve is allowed.
@@ -47,10 +55,18 @@ impl Phases {
     }
 
     /// Checks what `solve` is given.
-    pub(crate) fn begin_solve(&self, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
+    pub(crate) fn begin_solve(
+        &self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &[f64],
+    ) -> Result<(), SolveError> {
         self.check_pattern(a, "solve")?;
         if !self.factorized {
-            return Err(SolveError::OutOfOrder { called: "solve", needs: "factorize" });
+            return Err(SolveError::OutOfOrder {
+                called: "solve",
+                needs: "factorize",
+            });
         }
         expect_len("right-hand side", a.dim(), b.len())?;
         expect_len("solution", a.dim(), x.len())?;
@@ -59,7 +75,10 @@ impl Phases {
 
     fn check_pattern(&self, a: &SymBlockMatrix, called: &'static str) -> Result<(), SolveError> {
         let needs = "analyze";
-        let pattern = self.pattern.as_ref().ok_or(SolveError::OutOfOrder { called, needs })?;
+        let pattern = self
+            .pattern
+            .as_ref()
+            .ok_or(SolveError::OutOfOrder { called, needs })?;
         if Arc::ptr_eq(pattern, a.pattern()) || **pattern == **a.pattern() {
             Ok(())
         } else {

@@ -8,8 +8,8 @@
 //! One code serves doubles and [`crate::DoubleDouble`] (the reference), and any block size.
 
 use crate::kernels::{
-    Bound, Scalar, by_size, by_sizes, panel_solve, subtract_product, subtract_transposed, unit_lower_solve,
-    unit_upper_solve, update, update_diagonal,
+    Bound, Scalar, by_size, by_sizes, panel_solve, subtract, subtract_product, subtract_transposed,
+    unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
@@ -54,7 +54,10 @@ impl<T: Scalar> BlockLdlt<T> {
                 place.push(wanted.find(i, j).and_then(|_| factor.find(i, j)));
             }
         }
-        let panel = (0..factor.blocks()).map(|j| column_values(&factor, j)).max().unwrap_or(0);
+        let panel = (0..factor.blocks())
+            .map(|j| column_values(&factor, j))
+            .max()
+            .unwrap_or(0);
         Ok(Self {
             values: vec![0.0.into(); factor.stored_values()],
             inverse_pivots: vec![0.0.into(); factor.dim()],
@@ -75,11 +78,18 @@ impl<T: Scalar> BlockLdlt<T> {
     ///
     /// # Errors
     /// [`SolveError::Singular`] or [`SolveError::NotPositiveDefinite`] with the block.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, pivots: Pivots) -> Result<(), SolveError> {
+    pub(crate) fn factorize(
+        &mut self,
+        a: &SymBlockMatrix,
+        pivots: Pivots,
+    ) -> Result<(), SolveError> {
         self.values.fill(0.0.into());
         for (k, place) in self.place.iter().enumerate() {
             if let Some(l) = *place {
-                for (to, &from) in self.values[self.factor.values(l)].iter_mut().zip(a.block(k)) {
+                for (to, &from) in self.values[self.factor.values(l)]
+                    .iter_mut()
+                    .zip(a.block(k))
+                {
                     *to = from.into();
                 }
             }
@@ -114,7 +124,9 @@ impl<T: Scalar> BlockLdlt<T> {
             let range = p.values(b).start - base..p.values(b).end - base;
             let panel = &mut self.panel[range.clone()];
             let block = &mut later[range];
-            by_sizes!(m, n, |m, n| panel_solve(m, n, diagonal, inverse, block, panel));
+            by_sizes!(m, n, |m, n| panel_solve(
+                m, n, diagonal, inverse, block, panel
+            ));
         }
         // The blocks of L(:, k) end where the next column begins, so later columns can be written while they are read.
         let later_base = p.values(column.end - 1).end;
@@ -165,11 +177,21 @@ impl<T: Scalar> BlockLdlt<T> {
             let column = p.column(k);
             let (head, tail) = x.split_at_mut(p.rows(k).end);
             let x_k = &mut head[p.rows(k)];
-            by_size!(n, |n| unit_lower_solve(n, &self.values[p.values(column.start)], x_k));
+            by_size!(n, |n| unit_lower_solve(
+                n,
+                &self.values[p.values(column.start)],
+                x_k
+            ));
             for b in column.start + 1..column.end {
                 let rows = p.rows(p.row(b));
                 let x_i = &mut tail[rows.start - p.rows(k).end..rows.end - p.rows(k).end];
-                by_sizes!(rows.len(), n, |m, n| subtract_product(m, n, &self.values[p.values(b)], x_k, x_i));
+                by_sizes!(rows.len(), n, |m, n| subtract_product(
+                    m,
+                    n,
+                    &self.values[p.values(b)],
+                    x_k,
+                    x_i
+                ));
             }
         }
         for k in blocks.rev() {
@@ -183,9 +205,19 @@ impl<T: Scalar> BlockLdlt<T> {
             for b in column.start + 1..column.end {
                 let rows = p.rows(p.row(b));
                 let x_i = &tail[rows.start - p.rows(k).end..rows.end - p.rows(k).end];
-                by_sizes!(rows.len(), n, |m, n| subtract_transposed(m, n, &self.values[p.values(b)], x_i, x_k));
+                by_sizes!(rows.len(), n, |m, n| subtract_transposed(
+                    m,
+                    n,
+                    &self.values[p.values(b)],
+                    x_i,
+                    x_k
+                ));
             }
-            by_size!(n, |n| unit_upper_solve(n, &self.values[p.values(column.start)], x_k));
+            by_size!(n, |n| unit_upper_solve(
+                n,
+                &self.values[p.values(column.start)],
+                x_k
+            ));
         }
     }
 }
@@ -200,8 +232,9 @@ fn column_values(p: &BlockPattern, j: usize) -> usize {
 fn fill(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
     let blocks = p.blocks();
     let sizes: Vec<usize> = (0..blocks).map(|i| p.size(i)).collect();
-    let mut rows_of: Vec<Vec<usize>> =
-        (0..blocks).map(|j| p.column(j).skip(1).map(|k| p.row(k)).collect()).collect();
+    let mut rows_of: Vec<Vec<usize>> = (0..blocks)
+        .map(|j| p.column(j).skip(1).map(|k| p.row(k)).collect())
+        .collect();
     let mut couplings = Vec::new();
     for j in 0..blocks {
         // It is enough to hand the rows to the first of them: the parent in the elimination tree.
@@ -229,7 +262,10 @@ impl PivotError {
         match self {
             Self::Singular => SolveError::Singular { block },
             Self::Negative => SolveError::NotPositiveDefinite { block },
-            Self::NonFinite => SolveError::NonFinite { what: "factor", block },
+            Self::NonFinite => SolveError::NonFinite {
+                what: "factor",
+                block,
+            },
         }
     }
 }
@@ -247,7 +283,12 @@ fn factor_diagonal<T: Scalar, N: Bound>(
     let n = n.get();
     let (a, inverse, scale) = (&mut a[..n * n], &mut inverse[..n], &scale[..n]);
     for c in 0..n {
-        let d = a[c + n * c];
+        // Left-looking: column c of L D is column c of A less what the columns before it take away. The rows above
+        // the diagonal are computed along and never read.
+        let (done, rest) = a.split_at_mut(n * c);
+        let column = &mut rest[..n];
+        subtract(n, c, done, |s| done[s + n * s] * done[c + n * s], column);
+        let d = column[c];
         let size = d.to_f64();
         if !size.is_finite() {
             return Err(PivotError::NonFinite);
@@ -260,14 +301,8 @@ fn factor_diagonal<T: Scalar, N: Bound>(
         }
         let reciprocal = T::from(1.0) / d;
         inverse[c] = reciprocal;
-        for s in c + 1..n {
-            let factor = a[s + n * c] * reciprocal;
-            for r in 0..n {
-                a[r + n * s] = a[r + n * s] - a[r + n * c] * factor;
-            }
-        }
-        for r in c + 1..n {
-            a[r + n * c] = a[r + n * c] * reciprocal;
+        for entry in &mut column[c + 1..] {
+            *entry = *entry * reciprocal;
         }
     }
     Ok(())
@@ -311,14 +346,18 @@ mod tests {
     #[test]
     fn chains_loops_and_borders_of_every_block_size() {
         let chain = |n: usize| (1..n).map(|i| (i - 1, i)).collect::<Vec<_>>();
-        let with_border = |n: usize| [chain(n), vec![(0, n - 1), (2, n - 1), (n / 2, n - 2)]].concat();
+        let with_border =
+            |n: usize| [chain(n), vec![(0, n - 1), (2, n - 1), (n / 2, n - 2)]].concat();
         let cases: Vec<(Vec<usize>, Vec<(usize, usize)>)> = vec![
             (vec![1; 9], chain(9)),
             (vec![3; 7], with_border(7)),
             (vec![5; 8], with_border(8)),
             (vec![6; 8], with_border(8)),
             (vec![3, 6, 6, 6, 3], chain(5)),
-            (vec![2, 4, 1, 7, 3, 6, 6], vec![(0, 6), (1, 6), (2, 5), (3, 5), (4, 6), (5, 6), (0, 1)]),
+            (
+                vec![2, 4, 1, 7, 3, 6, 6],
+                vec![(0, 6), (1, 6), (2, 5), (3, 5), (4, 6), (5, 6), (0, 1)],
+            ),
             (vec![0, 3, 0, 2], vec![(0, 1), (1, 2), (1, 3)]),
         ];
         for (sizes, couplings) in cases {
@@ -349,19 +388,31 @@ mod tests {
             *v = -*v;
         }
         let mut factor = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).unwrap();
-        assert_eq!(factor.factorize(&a, Pivots::Positive), Err(SolveError::NotPositiveDefinite { block: 1 }));
+        assert_eq!(
+            factor.factorize(&a, Pivots::Positive),
+            Err(SolveError::NotPositiveDefinite { block: 1 })
+        );
         factor.factorize(&a, Pivots::Nonzero).unwrap();
         let mut x = vec![1.0, 2.0, 3.0, 4.0];
         factor.solve(&mut x);
-        assert!(crate::backward_error(&a, &[1.0, 2.0, 3.0, 4.0], &x).unwrap().normwise < 1e-15);
+        assert!(
+            crate::backward_error(&a, &[1.0, 2.0, 3.0, 4.0], &x)
+                .unwrap()
+                .normwise
+                < 1e-15
+        );
     }
 
     #[test]
     fn duplicated_rows_are_named() {
         // Rows 0 and 1 are equal, and so are their couplings to a third block.
         let mut a = random(&[1, 1, 1], &[(0, 1), (0, 2), (1, 2)]);
-        a.values_mut().copy_from_slice(&[0.3, 0.3, 0.1, 0.3, 0.1, 5.0]);
+        a.values_mut()
+            .copy_from_slice(&[0.3, 0.3, 0.1, 0.3, 0.1, 5.0]);
         let mut factor = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).unwrap();
-        assert_eq!(factor.factorize(&a, Pivots::Nonzero), Err(SolveError::Singular { block: 1 }));
+        assert_eq!(
+            factor.factorize(&a, Pivots::Nonzero),
+            Err(SolveError::Singular { block: 1 })
+        );
     }
 }

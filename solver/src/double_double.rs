@@ -37,7 +37,10 @@ impl DoubleDouble {
     #[must_use]
     pub fn product(a: f64, b: f64) -> Self {
         let hi = a * b;
-        Self { hi, lo: a.mul_add(b, -hi) }
+        Self {
+            hi,
+            lo: a.mul_add(b, -hi),
+        }
     }
 
     /// Absolute value.
@@ -67,7 +70,10 @@ impl Add for DoubleDouble {
 impl Neg for DoubleDouble {
     type Output = Self;
     fn neg(self) -> Self {
-        Self { hi: -self.hi, lo: -self.lo }
+        Self {
+            hi: -self.hi,
+            lo: -self.lo,
+        }
     }
 }
 
@@ -113,7 +119,10 @@ mod tests {
     fn keeps_what_doubles_lose() {
         let tiny = dd(1.0) + dd(1e-25) - dd(1.0);
         assert!((tiny.to_f64() - 1e-25).abs() < 1e-40, "{tiny:?}");
-        assert_eq!(DoubleDouble::product(1.0 + f64::EPSILON, 1.0 - f64::EPSILON).lo, -f64::EPSILON * f64::EPSILON);
+        assert_eq!(
+            DoubleDouble::product(1.0 + f64::EPSILON, 1.0 - f64::EPSILON).lo,
+            -f64::EPSILON * f64::EPSILON
+        );
     }
 
     #[test]
@@ -125,7 +134,10 @@ mod tests {
             let back = a / b * b - a;
             worst = worst.max((back.to_f64() / a.to_f64()).abs());
         }
-        assert!(worst > 0.0 && worst < 1e-30, "worst relative error {worst:e}");
+        assert!(
+            worst > 0.0 && worst < 1e-30,
+            "worst relative error {worst:e}"
+        );
     }
 
     #[test]

@@ -77,15 +77,28 @@ impl fmt::Display for SolveError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NotCompiled { backend, feature } => {
-                write!(f, "backend `{backend}` is not compiled in: build with `--features {feature}`")
+                write!(
+                    f,
+                    "backend `{backend}` is not compiled in: build with `--features {feature}`"
+                )
             }
             Self::OutOfOrder { called, needs } => {
-                write!(f, "`{called}` was called before `{needs}`: call `{needs}` first")
+                write!(
+                    f,
+                    "`{called}` was called before `{needs}`: call `{needs}` first"
+                )
             }
             Self::PatternChanged => {
-                write!(f, "the matrix has another block pattern than the one analysed: call `analyze` again")
+                write!(
+                    f,
+                    "the matrix has another block pattern than the one analysed: call `analyze` again"
+                )
             }
-            Self::Dimension { what, expected, found } => {
+            Self::Dimension {
+                what,
+                expected,
+                found,
+            } => {
                 write!(f, "{what} has length {found}, {expected} needed")
             }
             Self::NonFinite { what, block } => {
@@ -105,7 +118,10 @@ impl fmt::Display for SolveError {
                 )
             }
             Self::TooLarge { size, limit, what } => {
-                write!(f, "the system has {size} {what}, the backend holds {limit}: choose another backend")
+                write!(
+                    f,
+                    "the system has {size} {what}, the backend holds {limit}: choose another backend"
+                )
             }
             Self::InvalidOption { option, allowed } => {
                 write!(f, "option `{option}` is out of range: {allowed}")
@@ -118,10 +134,18 @@ impl fmt::Display for SolveError {
 impl std::error::Error for SolveError {}
 
 /// Fails with [`SolveError::Dimension`] unless `found == expected`.
-pub(crate) fn expect_len(what: &'static str, expected: usize, found: usize) -> Result<(), SolveError> {
+pub(crate) fn expect_len(
+    what: &'static str,
+    expected: usize,
+    found: usize,
+) -> Result<(), SolveError> {
     if found == expected {
         Ok(())
     } else {
-        Err(SolveError::Dimension { what, expected, found })
+        Err(SolveError::Dimension {
+            what,
+            expected,
+            found,
+        })
     }
 }

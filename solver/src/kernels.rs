@@ -105,24 +105,46 @@ impl Bound for usize {
 /// Most rows that are worked on at a time.
 const STRIP: usize = 6;
 
-/// y −= A x for an m×n block, with y in registers.
+/// y −= A x for an m×n block and entries x(c), with y in registers.
 #[inline(always)]
-fn subtract<T: Scalar>(m: usize, n: usize, a: &[T], x: impl Fn(usize) -> T, y: &mut [T]) {
-    let (a, y) = (&a[..m * n], &mut y[..m]);
-    let mut first = 0;
-    while first < m {
-        let rows = STRIP.min(m - first);
-        let mut sum = [T::from(0.0); STRIP];
-        sum[..rows].copy_from_slice(&y[first..first + rows]);
-        for c in 0..n {
-            let (x, column) = (x(c), &a[first + m * c..first + m * c + rows]);
-            for r in 0..rows {
-                sum[r] = sum[r] - column[r] * x;
-            }
-        }
-        y[first..first + rows].copy_from_slice(&sum[..rows]);
-        first += rows;
+pub(crate) fn subtract<T: Scalar>(
+    m: usize,
+    n: usize,
+    a: &[T],
+    x: impl Fn(usize) -> T,
+    y: &mut [T],
+) {
+    if m <= STRIP {
+        return subtract_strip(0, m, m, n, a, &x, y);
     }
+    for first in (0..m).step_by(STRIP) {
+        subtract_strip(first, STRIP.min(m - first), m, n, a, &x, y);
+    }
+}
+
+/// The same for `rows` rows from `first` on.
+#[inline(always)]
+fn subtract_strip<T: Scalar>(
+    first: usize,
+    rows: usize,
+    m: usize,
+    n: usize,
+    a: &[T],
+    x: &impl Fn(usize) -> T,
+    y: &mut [T],
+) {
+    let (a, y) = (&a[..m * n], &mut y[first..first + rows]);
+    let mut sum = [T::from(0.0); STRIP];
+    for r in 0..rows {
+        sum[r] = y[r];
+    }
+    for c in 0..n {
+        let (x, column) = (x(c), &a[first + m * c..first + m * c + rows]);
+        for r in 0..rows {
+            sum[r] = sum[r] - column[r] * x;
+        }
+    }
+    y.copy_from_slice(&sum[..rows]);
 }
 
 /// Solves X Lᵀ = A for the m×n block A (unit lower L): `x` receives X = L_ik D, `a` becomes L_ik.
@@ -151,7 +173,14 @@ pub(crate) fn panel_solve<T: Scalar, M: Bound, N: Bound>(
 
 /// A −= X Lᵀ for an m×n block A, X m×k, L n×k.
 #[inline(always)]
-pub(crate) fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(m: M, n: N, k: K, a: &mut [T], x: &[T], l: &[T]) {
+pub(crate) fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(
+    m: M,
+    n: N,
+    k: K,
+    a: &mut [T],
+    x: &[T],
+    l: &[T],
+) {
     let (m, n, k) = (m.get(), n.get(), k.get());
     let (a, l) = (&mut a[..m * n], &l[..n * k]);
     for c in 0..n {
@@ -205,7 +234,13 @@ pub(crate) fn unit_upper_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) 
 
 /// y −= A x for an m×n block.
 #[inline(always)]
-pub(crate) fn subtract_product<T: Scalar, M: Bound, N: Bound>(m: M, n: N, a: &[T], x: &[T], y: &mut [T]) {
+pub(crate) fn subtract_product<T: Scalar, M: Bound, N: Bound>(
+    m: M,
+    n: N,
+    a: &[T],
+    x: &[T],
+    y: &mut [T],
+) {
     let (m, n) = (m.get(), n.get());
     let x = &x[..n];
     subtract(m, n, a, |c| x[c], y);
@@ -213,7 +248,13 @@ pub(crate) fn subtract_product<T: Scalar, M: Bound, N: Bound>(m: M, n: N, a: &[T
 
 /// y −= Aᵀ x for an m×n block.
 #[inline(always)]
-pub(crate) fn subtract_transposed<T: Scalar, M: Bound, N: Bound>(m: M, n: N, a: &[T], x: &[T], y: &mut [T]) {
+pub(crate) fn subtract_transposed<T: Scalar, M: Bound, N: Bound>(
+    m: M,
+    n: N,
+    a: &[T],
+    x: &[T],
+    y: &mut [T],
+) {
     let (m, n) = (m.get(), n.get());
     let (a, x, y) = (&a[..m * n], &x[..m], &mut y[..n]);
     for c in 0..n {

@@ -49,8 +49,8 @@ mod refine;
 
 pub use accuracy::{BackwardError, backward_error, forward_error, norm_inf, residual};
 pub use backend::{
-    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, ParseBackendError, Partition,
-    Precision, Preconditioner, Start, UmfpackOptions,
+    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
+    ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
@@ -86,7 +86,12 @@ pub trait LinearSolver: Send {
     /// # Errors
     /// As above, and [`SolveError::Dimension`]: there is then no solution in `x`. Running out of iterations is not an
     /// error but [`Status::IterationLimit`].
-    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError>;
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError>;
 }
 
 /// What an analysis found.
@@ -130,5 +135,9 @@ pub struct SolveReport {
 
 impl SolveReport {
     /// The report of a direct solve.
-    pub(crate) const DIRECT: Self = Self { status: Status::Direct, iterations: 0, residual: f64::NAN };
+    pub(crate) const DIRECT: Self = Self {
+        status: Status::Direct,
+        iterations: 0,
+        residual: f64::NAN,
+    };
 }

@@ -1,6 +1,8 @@
 //! Symmetric block-sparse matrices: a shared pattern and its values.
 
-use crate::kernels::{by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed};
+use crate::kernels::{
+    by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
+};
 use crate::{BlockPattern, SolveError};
 use std::sync::Arc;
 
@@ -76,7 +78,11 @@ impl SymBlockMatrix {
                 let block = self.block(k);
                 for c in columns.clone() {
                     for r in rows.clone().filter(|&r| r >= c) {
-                        f(r, c, block[(r - rows.start) + (c - columns.start) * rows.len()]);
+                        f(
+                            r,
+                            c,
+                            block[(r - rows.start) + (c - columns.start) * rows.len()],
+                        );
                     }
                 }
             }
@@ -88,14 +94,22 @@ impl SymBlockMatrix {
     /// # Panics
     /// Where a length differs.
     pub fn subtract_product(&self, b: &[f64], x: &[f64], r: &mut [f64]) {
-        assert_eq!((b.len(), x.len(), r.len()), (self.dim(), self.dim(), self.dim()));
+        assert_eq!(
+            (b.len(), x.len(), r.len()),
+            (self.dim(), self.dim(), self.dim())
+        );
         r.copy_from_slice(b);
         let p = &self.pattern;
         for j in 0..p.blocks() {
             let (column, columns) = (p.column(j), p.rows(j));
             let n = columns.len();
             let x_j = &x[columns.clone()];
-            by_size!(n, |n| subtract_symmetric(n, self.block(column.start), x_j, &mut r[columns.clone()]));
+            by_size!(n, |n| subtract_symmetric(
+                n,
+                self.block(column.start),
+                x_j,
+                &mut r[columns.clone()]
+            ));
             for k in column.skip(1) {
                 let (block, rows) = (self.block(k), p.rows(p.row(k)));
                 let x_i = &x[rows.clone()];
@@ -130,7 +144,12 @@ impl SymBlockMatrix {
         }
         let p = &self.pattern;
         let bad = (0..p.stored_blocks()).find(|&k| self.block(k).iter().any(|v| !v.is_finite()));
-        bad.map_or(Ok(()), |k| Err(SolveError::NonFinite { what: "matrix", block: p.row(k) }))
+        bad.map_or(Ok(()), |k| {
+            Err(SolveError::NonFinite {
+                what: "matrix",
+                block: p.row(k),
+            })
+        })
     }
 }
 
@@ -148,12 +167,21 @@ fn all_finite(v: &[f64]) -> bool {
 }
 
 /// Fails where `v` (length `dim`) is not finite, with the block row.
-pub(crate) fn check_finite(pattern: &BlockPattern, what: &'static str, v: &[f64]) -> Result<(), SolveError> {
+pub(crate) fn check_finite(
+    pattern: &BlockPattern,
+    what: &'static str,
+    v: &[f64],
+) -> Result<(), SolveError> {
     if all_finite(v) {
         return Ok(());
     }
     let bad = v.iter().position(|x| !x.is_finite());
-    bad.map_or(Ok(()), |r| Err(SolveError::NonFinite { what, block: pattern.block_of_row(r) }))
+    bad.map_or(Ok(()), |r| {
+        Err(SolveError::NonFinite {
+            what,
+            block: pattern.block_of_row(r),
+        })
+    })
 }
 
 #[cfg(test)]
@@ -184,8 +212,20 @@ mod tests {
         let mut a = small();
         assert!(a.check_finite().is_ok());
         a.block_mut(2)[0] = f64::NAN;
-        assert_eq!(a.check_finite(), Err(SolveError::NonFinite { what: "matrix", block: 1 }));
+        assert_eq!(
+            a.check_finite(),
+            Err(SolveError::NonFinite {
+                what: "matrix",
+                block: 1
+            })
+        );
         let e = check_finite(a.pattern(), "guess", &[0.0, f64::INFINITY, 0.0]);
-        assert_eq!(e, Err(SolveError::NonFinite { what: "guess", block: 0 }));
+        assert_eq!(
+            e,
+            Err(SolveError::NonFinite {
+                what: "guess",
+                block: 0
+            })
+        );
     }
 }

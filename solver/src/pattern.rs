@@ -31,7 +31,11 @@ impl BlockPattern {
     /// [`SolveError::TooLarge`] where the number of values overflows.
     pub fn new(sizes: &[usize], couplings: &[(usize, usize)]) -> Result<Self, SolveError> {
         let blocks = sizes.len();
-        let overflow = || SolveError::TooLarge { size: usize::MAX, limit: isize::MAX as usize, what: "entries" };
+        let overflow = || SolveError::TooLarge {
+            size: usize::MAX,
+            limit: isize::MAX as usize,
+            what: "entries",
+        };
         let mut start = Vec::with_capacity(blocks + 1);
         start.push(0);
         for &size in sizes {
@@ -43,7 +47,11 @@ impl BlockPattern {
         for &(i, j) in couplings {
             let largest = i.max(j);
             if largest >= blocks {
-                return Err(SolveError::Dimension { what: "block index", expected: blocks, found: largest });
+                return Err(SolveError::Dimension {
+                    what: "block index",
+                    expected: blocks,
+                    found: largest,
+                });
             }
             entries.push((i.min(j), largest));
         }
@@ -57,14 +65,23 @@ impl BlockPattern {
         for &(column, row) in &entries {
             column_start[column + 1] += 1;
             let len = sizes[column].checked_mul(sizes[row]).ok_or_else(overflow)?;
-            values = values.checked_add(len).filter(|&v| v <= isize::MAX as usize / 8).ok_or_else(overflow)?;
+            values = values
+                .checked_add(len)
+                .filter(|&v| v <= isize::MAX as usize / 8)
+                .ok_or_else(overflow)?;
             offset.push(values);
         }
         for j in 0..blocks {
             column_start[j + 1] += column_start[j];
         }
         let row = entries.into_iter().map(|(_, row)| row).collect();
-        Ok(Self { start, column_start, row, offset, groups: vec![0; blocks] })
+        Ok(Self {
+            start,
+            column_start,
+            row,
+            offset,
+            groups: vec![0; blocks],
+        })
     }
 
     /// The same pattern with a group for each block row: what block Gauss–Seidel and the group preconditioner solve
@@ -80,11 +97,18 @@ impl BlockPattern {
 
     #[allow(dead_code)] // where no backend that uses it is compiled in
     /// The pattern with only those blocks that `keep(row, column)` accepts; the diagonal always stays.
-    pub(crate) fn restricted(&self, keep: impl Fn(usize, usize) -> bool) -> Result<Self, SolveError> {
+    pub(crate) fn restricted(
+        &self,
+        keep: impl Fn(usize, usize) -> bool,
+    ) -> Result<Self, SolveError> {
         let sizes: Vec<usize> = (0..self.blocks()).map(|i| self.size(i)).collect();
         let mut couplings = Vec::new();
         for j in 0..self.blocks() {
-            couplings.extend(self.column(j).map(|k| (self.row(k), j)).filter(|&(i, j)| keep(i, j)));
+            couplings.extend(
+                self.column(j)
+                    .map(|k| (self.row(k), j))
+                    .filter(|&(i, j)| keep(i, j)),
+            );
         }
         Self::new(&sizes, &couplings)?.with_groups(self.groups.clone())
     }
@@ -153,7 +177,10 @@ impl BlockPattern {
     #[must_use]
     pub fn find(&self, i: usize, j: usize) -> Option<usize> {
         let column = self.column(j);
-        self.row[column.clone()].binary_search(&i).ok().map(|p| column.start + p)
+        self.row[column.clone()]
+            .binary_search(&i)
+            .ok()
+            .map(|p| column.start + p)
     }
 
     /// Group of each block row.
@@ -174,16 +201,31 @@ mod tests {
         assert_eq!(p.find(1, 0).map(|k| p.values(k).len()), Some(6));
         assert_eq!(p.find(2, 0), None);
         assert_eq!(p.row(p.column(1).start), 1);
-        assert_eq!((p.block_of_row(0), p.block_of_row(4), p.block_of_row(5)), (0, 1, 2));
+        assert_eq!(
+            (p.block_of_row(0), p.block_of_row(4), p.block_of_row(5)),
+            (0, 1, 2)
+        );
     }
 
     #[test]
     fn refuses_what_is_not_there() {
         let e = BlockPattern::new(&[2], &[(0, 1)]).unwrap_err();
-        assert_eq!(e, SolveError::Dimension { what: "block index", expected: 1, found: 1 });
+        assert_eq!(
+            e,
+            SolveError::Dimension {
+                what: "block index",
+                expected: 1,
+                found: 1
+            }
+        );
         assert!(BlockPattern::new(&[usize::MAX, 2], &[]).is_err());
         assert!(BlockPattern::new(&[usize::MAX / 2], &[]).is_err());
-        assert!(BlockPattern::new(&[1, 1], &[]).unwrap().with_groups(vec![0]).is_err());
+        assert!(
+            BlockPattern::new(&[1, 1], &[])
+                .unwrap()
+                .with_groups(vec![0])
+                .is_err()
+        );
     }
 
     #[test]

@@ -35,14 +35,20 @@ pub fn reference_solution(a: &SymBlockMatrix, b: &[f64]) -> Result<Vec<f64>, Sol
             *x = *x + *d;
         }
         let scale = largest(&x);
-        change = if scale == 0.0 { 0.0 } else { largest(&r) / scale };
+        change = if scale == 0.0 {
+            0.0
+        } else {
+            largest(&r) / scale
+        };
         if change <= TARGET {
             return Ok(x.into_iter().map(DoubleDouble::to_f64).collect());
         }
     }
     Err(SolveError::Library {
         library: "reference",
-        message: format!("refinement in extended precision stalled at a relative correction of {change:.1e}"),
+        message: format!(
+            "refinement in extended precision stalled at a relative correction of {change:.1e}"
+        ),
     })
 }
 
@@ -75,7 +81,10 @@ mod tests {
             let x = reference_solution(&a, &b).unwrap();
             for (i, x) in x.iter().enumerate() {
                 let exact = load + (n - 1 - i) as f64;
-                assert!((x - exact).abs() <= 2.0 * f64::EPSILON * exact, "{i}: {x} {exact}");
+                assert!(
+                    (x - exact).abs() <= 2.0 * f64::EPSILON * exact,
+                    "{i}: {x} {exact}"
+                );
             }
         }
     }
@@ -85,6 +94,9 @@ mod tests {
         let p = Arc::new(BlockPattern::new(&[2], &[]).unwrap());
         let mut a = SymBlockMatrix::zeros(p);
         a.values_mut().copy_from_slice(&[1.0, 2.0, 2.0, 4.0]);
-        assert_eq!(reference_solution(&a, &[1.0, 1.0]), Err(SolveError::Singular { block: 0 }));
+        assert_eq!(
+            reference_solution(&a, &[1.0, 1.0]),
+            Err(SolveError::Singular { block: 0 })
+        );
     }
 }

@@ -17,7 +17,10 @@ impl RefineScratch {
     /// Buffers for a system of dimension `dim`. Allocates.
     #[must_use]
     pub fn new(dim: usize) -> Self {
-        Self { residual: vec![0.0; dim], correction: vec![0.0; dim] }
+        Self {
+            residual: vec![0.0; dim],
+            correction: vec![0.0; dim],
+        }
     }
 }
 

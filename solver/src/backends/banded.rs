@@ -5,7 +5,10 @@
 
 use super::{Phases, check_solution};
 use crate::block_ldlt::{BlockLdlt, Pivots};
-use crate::{AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport, SymBlockMatrix};
+use crate::{
+    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
+    SymBlockMatrix,
+};
 use std::sync::Arc;
 
 /// The `banded` backend.
@@ -37,7 +40,12 @@ impl LinearSolver for Banded {
         Ok(FactorReport::default())
     }
 
-    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         x.copy_from_slice(b);
         if let Some(factor) = &self.factor {

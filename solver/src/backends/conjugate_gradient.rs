@@ -70,7 +70,9 @@ impl ConjugateGradient {
             a.subtract_product(&self.zeros, &self.p, &mut self.ap);
             let curvature = -dot(&self.p, &self.ap);
             if curvature <= 0.0 {
-                return Err(SolveError::NotPositiveDefinite { block: self.largest_block(a.pattern()) });
+                return Err(SolveError::NotPositiveDefinite {
+                    block: self.largest_block(a.pattern()),
+                });
             }
             let step = rz / curvature;
             add_scaled(x, step, &self.p);
@@ -93,7 +95,8 @@ impl ConjugateGradient {
 
     /// Block with the largest component of the direction: where a negative curvature was met.
     fn largest_block(&self, pattern: &BlockPattern) -> usize {
-        let largest = (0..self.p.len()).max_by(|&i, &j| self.p[i].abs().total_cmp(&self.p[j].abs()));
+        let largest =
+            (0..self.p.len()).max_by(|&i, &j| self.p[i].abs().total_cmp(&self.p[j].abs()));
         pattern.block_of_row(largest.unwrap_or(0))
     }
 }
@@ -121,12 +124,22 @@ impl LinearSolver for ConjugateGradient {
             Preconditioner::BlockJacobi => Some(pattern.restricted(|i, j| i == j)?),
             Preconditioner::Group => Some(pattern.restricted(|i, j| groups[i] == groups[j])?),
         };
-        self.preconditioner = kept.map(|kept| BlockLdlt::new(pattern, &kept)).transpose()?;
-        for v in [&mut self.r, &mut self.z, &mut self.p, &mut self.ap, &mut self.zeros] {
+        self.preconditioner = kept
+            .map(|kept| BlockLdlt::new(pattern, &kept))
+            .transpose()?;
+        for v in [
+            &mut self.r,
+            &mut self.z,
+            &mut self.p,
+            &mut self.ap,
+            &mut self.zeros,
+        ] {
             *v = vec![0.0; pattern.dim()];
         }
         self.phases.analyzed(pattern);
-        Ok(AnalyzeReport { factor_entries: self.preconditioner.as_ref().map(BlockLdlt::factor_values) })
+        Ok(AnalyzeReport {
+            factor_entries: self.preconditioner.as_ref().map(BlockLdlt::factor_values),
+        })
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
@@ -138,12 +151,21 @@ impl LinearSolver for ConjugateGradient {
         Ok(FactorReport::default())
     }
 
-    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         check_finite(a.pattern(), "guess", x)?;
         let scale = dot(b, b).sqrt();
         let target = self.options.tolerance * scale;
-        let mut report = SolveReport { status: Status::IterationLimit, iterations: 0, residual: f64::INFINITY };
+        let mut report = SolveReport {
+            status: Status::IterationLimit,
+            iterations: 0,
+            residual: f64::INFINITY,
+        };
         let mut previous = f64::INFINITY;
         for _ in 0..RESTARTS {
             a.subtract_product(b, x, &mut self.r);

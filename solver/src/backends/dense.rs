@@ -59,7 +59,11 @@ impl<T: Scalar> Dense<T> {
                 }
                 let factor = row[k] / pivot_row[k];
                 row[k] = factor;
-                for ((a, &u), scale) in row[k + 1..].iter_mut().zip(&pivot_row[k + 1..]).zip(&mut scale[k + 1..]) {
+                for ((a, &u), scale) in row[k + 1..]
+                    .iter_mut()
+                    .zip(&pivot_row[k + 1..])
+                    .zip(&mut scale[k + 1..])
+                {
                     *a = *a - factor * u;
                     *scale = scale.max(a.to_f64().abs());
                 }
@@ -70,7 +74,9 @@ impl<T: Scalar> Dense<T> {
 }
 
 fn column_max<T: Scalar>(a: &[T], n: usize, from: usize, c: usize) -> f64 {
-    (from..n).map(|r| a[r * n + c].to_f64().abs()).fold(0.0, f64::max)
+    (from..n)
+        .map(|r| a[r * n + c].to_f64().abs())
+        .fold(0.0, f64::max)
 }
 
 impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
@@ -81,13 +87,19 @@ impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         let n = pattern.dim();
         if n > LIMIT {
-            return Err(SolveError::TooLarge { size: n, limit: LIMIT, what: "rows" });
+            return Err(SolveError::TooLarge {
+                size: n,
+                limit: LIMIT,
+                what: "rows",
+            });
         }
         self.lu = vec![T::default(); n * n];
         self.pivot = (0..n).collect();
         self.work = vec![T::default(); n];
         self.phases.analyzed(pattern);
-        Ok(AnalyzeReport { factor_entries: Some(n * n) })
+        Ok(AnalyzeReport {
+            factor_entries: Some(n * n),
+        })
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
@@ -101,23 +113,36 @@ impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
         for (i, p) in self.pivot.iter_mut().enumerate() {
             *p = i;
         }
-        let singular = |row| SolveError::Singular { block: a.pattern().block_of_row(row) };
+        let singular = |row| SolveError::Singular {
+            block: a.pattern().block_of_row(row),
+        };
         self.eliminate(n).map_err(singular)?;
         self.phases.factorized();
         Ok(FactorReport::default())
     }
 
-    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         let n = a.dim();
         let y = &mut self.work;
         for k in 0..n {
             let row = &self.lu[k * n..k * n + k];
-            y[k] = row.iter().zip(&*y).fold(b[self.pivot[k]].into(), |sum, (&l, &y)| sum - l * y);
+            y[k] = row
+                .iter()
+                .zip(&*y)
+                .fold(b[self.pivot[k]].into(), |sum, (&l, &y)| sum - l * y);
         }
         for k in (0..n).rev() {
             let row = &self.lu[k * n..(k + 1) * n];
-            let sum = row[k + 1..].iter().zip(&y[k + 1..]).fold(y[k], |sum, (&u, &y)| sum - u * y);
+            let sum = row[k + 1..]
+                .iter()
+                .zip(&y[k + 1..])
+                .fold(y[k], |sum, (&u, &y)| sum - u * y);
             y[k] = sum / row[k];
         }
         for (x, y) in x.iter_mut().zip(y) {

@@ -7,9 +7,13 @@
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
-use crate::kernels::{by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed};
+use crate::kernels::{
+    by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
+};
 use crate::matrix::check_finite;
-use crate::{AnalyzeReport, BlockPattern, FactorReport, GaussSeidelOptions, LinearSolver, Partition};
+use crate::{
+    AnalyzeReport, BlockPattern, FactorReport, GaussSeidelOptions, LinearSolver, Partition,
+};
 use crate::{SolveError, SolveReport, Start, Status, SymBlockMatrix};
 use std::sync::Arc;
 
@@ -39,7 +43,11 @@ struct Plan {
 impl GaussSeidel {
     pub(crate) fn new(options: GaussSeidelOptions) -> Result<Self, SolveError> {
         check_iteration(options.iterations, options.tolerance)?;
-        Ok(Self { options, phases: Phases::default(), plan: None })
+        Ok(Self {
+            options,
+            phases: Phases::default(),
+            plan: None,
+        })
     }
 }
 
@@ -53,8 +61,9 @@ impl Plan {
         let inside = pattern.restricted(|i, j| part_of(i) == part_of(j))?;
         let mut members: Vec<usize> = (0..blocks).collect();
         members.sort_by_key(|&i| (part_of(i), i));
-        let mut part_start: Vec<usize> =
-            (0..blocks).filter(|&m| m == 0 || part_of(members[m]) != part_of(members[m - 1])).collect();
+        let mut part_start: Vec<usize> = (0..blocks)
+            .filter(|&m| m == 0 || part_of(members[m]) != part_of(members[m - 1]))
+            .collect();
         part_start.push(blocks);
 
         let mut rows: Vec<Vec<(usize, usize, bool)>> = vec![Vec::new(); blocks];
@@ -96,13 +105,18 @@ impl Plan {
                     let (block, x, m, n) = (a.block(k), &x[p.rows(j)], p.size(i), p.size(j));
                     match (i == j, transposed) {
                         (true, _) => by_size!(n, |n| subtract_symmetric(n, block, x, r)),
-                        (false, true) => by_sizes!(n, m, |m, n| subtract_transposed(m, n, block, x, r)),
-                        (false, false) => by_sizes!(m, n, |m, n| subtract_product(m, n, block, x, r)),
+                        (false, true) => {
+                            by_sizes!(n, m, |m, n| subtract_transposed(m, n, block, x, r))
+                        }
+                        (false, false) => {
+                            by_sizes!(m, n, |m, n| subtract_product(m, n, block, x, r))
+                        }
                     }
                 }
                 sum += r.iter().map(|r| r * r).sum::<f64>();
             }
-            self.inner.solve_blocks(members.iter().copied(), &mut self.residual);
+            self.inner
+                .solve_blocks(members.iter().copied(), &mut self.residual);
             for &i in members {
                 for (x, d) in x[p.rows(i)].iter_mut().zip(&self.residual[p.rows(i)]) {
                     *x += d;
@@ -135,10 +149,18 @@ impl LinearSolver for GaussSeidel {
         Ok(FactorReport::default())
     }
 
-    fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         let Some(plan) = &mut self.plan else {
-            return Err(SolveError::OutOfOrder { called: "solve", needs: "analyze" });
+            return Err(SolveError::OutOfOrder {
+                called: "solve",
+                needs: "analyze",
+            });
         };
         if self.options.start == Start::Trial {
             x.copy_from_slice(b);
@@ -146,7 +168,11 @@ impl LinearSolver for GaussSeidel {
         }
         check_finite(a.pattern(), "guess", x)?;
         let norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
-        let mut report = SolveReport { status: Status::IterationLimit, iterations: 0, residual: f64::INFINITY };
+        let mut report = SolveReport {
+            status: Status::IterationLimit,
+            iterations: 0,
+            residual: f64::INFINITY,
+        };
         while report.iterations < self.options.iterations {
             let met = plan.sweep(a, b, x).sqrt();
             report.iterations += 1;
