@@ -50,23 +50,29 @@ impl Inertia {
         Ok(())
     }
 
-    /// y = M̃ v for body `i`; 6 numbers each.
+    /// y = M̃ v for body `i`.
     #[inline]
-    pub(crate) fn apply(&self, i: usize, v: &[f64], y: &mut [f64]) {
-        let angular = self.angular[i] * Vector3::from_column_slice(&v[3..6]);
-        for (y, v) in y.iter_mut().zip(&v[..3]) {
-            *y = self.mass[i] * v;
-        }
-        y[3..6].copy_from_slice(angular.as_slice());
+    pub(crate) fn apply(&self, i: usize, v: &[f64; 6], y: &mut [f64; 6]) {
+        product(self.mass[i], &self.angular[i], v, y);
     }
 
-    /// y = M̃⁻¹ p for body `i`; 6 numbers each.
+    /// y = M̃⁻¹ p for body `i`.
     #[inline]
-    pub(crate) fn apply_inverse(&self, i: usize, p: &[f64], y: &mut [f64]) {
-        let angular = self.inverse_angular[i] * Vector3::from_column_slice(&p[3..6]);
-        for (y, p) in y.iter_mut().zip(&p[..3]) {
-            *y = self.inverse_mass[i] * p;
-        }
-        y[3..6].copy_from_slice(angular.as_slice());
+    pub(crate) fn apply_inverse(&self, i: usize, p: &[f64; 6], y: &mut [f64; 6]) {
+        product(self.inverse_mass[i], &self.inverse_angular[i], p, y);
     }
+}
+
+/// y = diag(linear I₃, angular) v.
+#[inline(always)]
+fn product(linear: f64, angular: &Matrix3<f64>, v: &[f64; 6], y: &mut [f64; 6]) {
+    let turned = angular * Vector3::new(v[3], v[4], v[5]);
+    *y = [
+        linear * v[0],
+        linear * v[1],
+        linear * v[2],
+        turned.x,
+        turned.y,
+        turned.z,
+    ];
 }

@@ -2,6 +2,7 @@
 
 use crate::Form;
 use crate::inertia::Inertia;
+use crate::products::dot;
 use crate::regularization::Regularization;
 use std::sync::Arc;
 use taut_model::{Linearized, Scene};
@@ -257,10 +258,9 @@ fn fill_w(rows: &Linearized, inertia: &Inertia, w: &mut [f64]) {
     for slot in &rows.slots {
         let len = 6 * rows.row_range(slot.constraint).len();
         let range = slot.offset..slot.offset + len;
-        for (j, w) in rows.jacobian[range.clone()]
-            .chunks_exact(6)
-            .zip(w[range].chunks_exact_mut(6))
-        {
+        let (jacobian, _) = rows.jacobian[range.clone()].as_chunks::<6>();
+        let (w, _) = w[range].as_chunks_mut::<6>();
+        for (j, w) in jacobian.iter().zip(w) {
             inertia.apply_inverse(slot.body, j, w);
         }
     }
@@ -269,10 +269,10 @@ fn fill_w(rows: &Linearized, inertia: &Inertia, w: &mut [f64]) {
 /// A += W Jᵀ for row-major m×6 W and n×6 J, column-major m×n A.
 #[inline]
 fn add_product(w: &[f64], j: &[f64], a: &mut [f64]) {
-    let m = w.len() / 6;
-    for (column, j) in a.chunks_exact_mut(m).zip(j.chunks_exact(6)) {
-        for (a, w) in column.iter_mut().zip(w.chunks_exact(6)) {
-            *a += w.iter().zip(j).map(|(w, j)| w * j).sum::<f64>();
+    let ((w, _), (j, _)) = (w.as_chunks::<6>(), j.as_chunks::<6>());
+    for (column, j) in a.chunks_exact_mut(w.len().max(1)).zip(j) {
+        for (a, w) in column.iter_mut().zip(w) {
+            *a += dot(w, j);
         }
     }
 }

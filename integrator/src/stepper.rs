@@ -58,12 +58,9 @@ impl Pieces {
         let inertia = &self.inertia;
         self.impulse.copy_from_slice(&inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
-        for (i, (p, dv)) in self
-            .impulse
-            .chunks_exact_mut(6)
-            .zip(self.dv.chunks_exact_mut(6))
-            .enumerate()
-        {
+        let (impulses, _) = self.impulse.as_chunks_mut::<6>();
+        let (dvs, _) = self.dv.as_chunks_mut::<6>();
+        for (i, (p, dv)) in impulses.iter_mut().zip(dvs).enumerate() {
             let mut buffer = [0.0; 6];
             inertia.apply(i, dv, &mut buffer);
             for (p, momentum) in p.iter_mut().zip(&buffer) {

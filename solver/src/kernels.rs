@@ -135,9 +135,7 @@ fn subtract_strip<T: Scalar>(
 ) {
     let (a, y) = (&a[..m * n], &mut y[first..first + rows]);
     let mut sum = [T::from(0.0); STRIP];
-    for r in 0..rows {
-        sum[r] = y[r];
-    }
+    sum[..rows].copy_from_slice(y);
     for c in 0..n {
         let (x, column) = (x(c), &a[first + m * c..first + m * c + rows]);
         for r in 0..rows {
