@@ -280,7 +280,7 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
         );
         println!(
             "step, solve: median time; backw.: componentwise backward error; forward: error of the multipliers \
-             against extended\nprecision (unrefined: without refinement); elong.: of the hanging cable after 1 s; \
+             against extended\nprecision (unrefined: without refinement); elong.: of the hanging cable after ½ s; \
              load m: distance from the reference\nmotion; stable: or the time of the end; fastest: of this scene \
              within that forward error"
         );
@@ -321,7 +321,7 @@ fn hang(args: &StaticArgs) -> Result<(), Failure> {
         println!("Released unstretched and damped to rest, one refinement: elongation");
         print!("{}", table::settled(&results.settled));
         println!(
-            "\nIterations a step that hold the hanging cable for a second within a relative error of its elongation"
+            "\nIterations a step that hold the hanging cable for half a second within a relative error of its elongation"
         );
         print!("{}", table::needed(&results.needed));
     }

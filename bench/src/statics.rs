@@ -13,8 +13,8 @@ use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene};
 use taut_solver::Status;
 
-/// Steps of [`hold`]: a second at 60 Hz.
-pub const HOLD_STEPS: usize = 60;
+/// Steps of [`hold`]: half a second at 60 Hz.
+pub const HOLD_STEPS: usize = 30;
 
 /// How a solver holds a cable that hangs in equilibrium.
 #[derive(Debug, Clone, Copy, PartialEq)]

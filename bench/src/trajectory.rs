@@ -160,8 +160,11 @@ pub fn energy(stepper: &Stepper) -> Energy {
     }
 }
 
+/// Rotation in one step beyond which a linearised step means nothing: an eighth of a turn \[rad].
+const MAX_TURN: f64 = std::f64::consts::FRAC_PI_4;
+
 /// Steps until `time` or until the run is unstable: a step fails, a joint's gap exceeds `max_gap` (a segment's
-/// length, say), or a body turns by more than half a turn in a step.
+/// length, say), or a body turns by more than an eighth of a turn in a step.
 pub fn simulate(
     stepper: &mut Stepper,
     time: f64,
@@ -230,14 +233,14 @@ fn instability(stepper: &Stepper, gap: f64, max_gap: f64) -> Option<String> {
         ));
     }
     let scene = stepper.scene();
-    let half_turn = std::f64::consts::PI / stepper.options().dt;
+    let limit = MAX_TURN / stepper.options().dt;
     let fast = scene
         .bodies
         .angular_velocity
         .iter()
-        .position(|w| w.norm() > half_turn)?;
+        .position(|w| w.norm() > limit)?;
     Some(format!(
-        "body `{}` turns by more than half a turn in a step",
+        "body `{}` turns by more than an eighth of a turn in a step",
         scene.body_names[fast]
     ))
 }
