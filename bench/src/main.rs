@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use taut_bench::ladder::{self, Config, Record};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
-use taut_bench::{Choice, output, run, table};
+use taut_bench::{Choice, output, run, table, trajectory};
 use taut_integrator::{Scheme, StepOptions};
 use taut_model::HoistParams;
 
@@ -145,7 +145,21 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(e) if e.use_stderr() => {
+            // One line, as for every other bad input.
+            let text = e.to_string();
+            let line = text
+                .lines()
+                .next()
+                .unwrap_or_default()
+                .trim_start_matches("error: ");
+            eprintln!("taut: {line} (see `taut --help`)");
+            return ExitCode::from(2);
+        }
+        Err(help) => help.exit(),
+    };
     let done = match cli.command {
         None => bench(&cli.bench),
         Some(Command::Bench(args)) => bench(&args),
@@ -182,6 +196,20 @@ fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Failure> {
         .iter()
         .map(|t| t.split_once('=').ok_or_else(|| split(t)))
         .collect()
+}
+
+/// The number of steps in `time`, which must be one that a run can hold.
+fn steps(time: f64, dt: f64) -> Result<usize, Failure> {
+    const MOST: f64 = 1e7;
+    positive("`--time`", &[time])?;
+    positive("`--dt`", &[dt])?;
+    if time / dt > MOST {
+        return Err(Failure::Input(format!(
+            "`--time` {time} s is {:.1e} steps of {dt:.3e} s: at most {MOST:.0e} can be recorded",
+            time / dt
+        )));
+    }
+    Ok(trajectory::steps_in(time, dt))
 }
 
 /// The choices named, each of which must be compiled in; all of them where none is named.
@@ -236,7 +264,7 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
     if let Some(time) = args.time {
         config.time = time;
     }
-    positive("`--time`", &[config.time])?;
+    steps(config.time, config.dt)?;
     config.choices = choices(&args.backends)?;
     config.scene = hoist(&config.scene, &overrides(&args.overrides)?)?;
     Ok(config)
@@ -342,9 +370,7 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
     options.dt = args.dt;
     options.scheme = args.scheme;
     options.refinements = args.refine.unwrap_or(options.refinements);
-    positive("`--time`", &[args.time])?;
-    positive("`--dt`", &[args.dt])?;
-    let bar = progress(taut_bench::trajectory::steps_in(args.time, args.dt) as u64);
+    let bar = progress(steps(args.time, args.dt)? as u64);
     let (summary, trajectory) = run::run(&prepared, &options, args.time, &bar)?;
     bar.finish_and_clear();
     if let Some(path) = &args.out {

@@ -129,11 +129,14 @@ impl fmt::Display for SceneError {
             Self::Empty => write!(f, "the scene has no bodies: give it at least one [[body]]"),
             Self::UnknownScene { name, known } => {
                 let known = known.join(", ");
-                write!(f, "no scene is called `{name}`: there are {known}")
+                write!(
+                    f,
+                    "no scene is called `{name}`: choose one of {known}, or give a TOML file"
+                )
             }
             Self::UnknownName { what, name, known } => {
                 let known = known.join(", ");
-                write!(f, "{what} `{name}` is not known: there are {known}")
+                write!(f, "{what} `{name}` is not known: choose one of {known}")
             }
             Self::BadValue { what, value, needs } => {
                 write!(f, "{what} is {value}: it has to be {needs}")
@@ -149,7 +152,7 @@ impl fmt::Display for SceneError {
                 let known = known.join(", ");
                 write!(
                     f,
-                    "{what} names the body `{name}`, which is not there: there are {known}"
+                    "{what} names the body `{name}`, which is not there: choose one of {known}"
                 )
             }
             Self::Length {

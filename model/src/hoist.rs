@@ -377,7 +377,7 @@ mod tests {
         says(|p| p.initial_angle = f64::INFINITY, "initial_angle is inf");
         says(
             |p| p.material = Some("wood".into()),
-            "there are steel, nylon, rubber",
+            "choose one of steel, nylon, rubber",
         );
         says(|p| p.stretch = false, "stretch");
         says(

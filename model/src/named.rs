@@ -41,6 +41,9 @@ mod tests {
     #[test]
     fn unknown_name_lists_the_known() {
         let message = named("hoits").expect_err("no such scene").to_string();
-        assert_eq!(message, "no scene is called `hoits`: there are hoist");
+        assert_eq!(
+            message,
+            "no scene is called `hoits`: choose one of hoist, or give a TOML file"
+        );
     }
 }

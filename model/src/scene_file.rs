@@ -237,7 +237,7 @@ mod tests {
     #[test]
     fn faults_say_where() {
         let unknown = SceneSource::load("hoits", &[]).expect_err("no such scene");
-        assert!(unknown.to_string().contains("there are hoist"));
+        assert!(unknown.to_string().contains("choose one of hoist"));
         assert!(fault("", &[]).contains("no bodies"));
         let text = fault("[hoist]\nsegments = 3\nlenght = 2.0\n", &[]);
         assert!(

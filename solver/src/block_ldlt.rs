@@ -13,6 +13,9 @@ use crate::kernels::{
 };
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
+/// A pivot at or below this many units of roundoff of what it was made from is noise.
+pub(crate) const NOISE: f64 = 8.0;
+
 /// Which pivots are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pivots {
@@ -293,7 +296,7 @@ fn factor_diagonal<T: Scalar, N: Bound>(
         if !size.is_finite() {
             return Err(PivotError::NonFinite);
         }
-        if size.abs() <= 8.0 * T::ROUNDOFF * scale[c] {
+        if size.abs() <= NOISE * T::ROUNDOFF * scale[c] {
             return Err(PivotError::Singular);
         }
         if size < 0.0 && pivots == Pivots::Positive {
@@ -348,7 +351,7 @@ mod tests {
         let chain = |n: usize| (1..n).map(|i| (i - 1, i)).collect::<Vec<_>>();
         let with_border =
             |n: usize| [chain(n), vec![(0, n - 1), (2, n - 1), (n / 2, n - 2)]].concat();
-        let cases: Vec<(Vec<usize>, Vec<(usize, usize)>)> = vec![
+        let cases = [
             (vec![1; 9], chain(9)),
             (vec![3; 7], with_border(7)),
             (vec![5; 8], with_border(8)),

@@ -222,7 +222,11 @@ fn faults_of_joints_say_what_and_where() {
     );
     says("b = \"link\"", "b = \"world\"", "the world to the world");
     says("a = \"link\"", "a = \"hook\"", "to itself");
-    says("load = \"hook\"", "load = \"hok\"", "there are link, hook");
+    says(
+        "load = \"hook\"",
+        "load = \"hok\"",
+        "choose one of link, hook",
+    );
     says("axis = [1, 0, 0]", "axis = [0, 0, 0]", "no direction");
     says(
         "axis = [1, 0, 0]",

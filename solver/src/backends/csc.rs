@@ -1,11 +1,15 @@
-//! Scalar compressed-column copies of a block matrix, for the libraries that want them.
+//! Scalar compressed-column copies of a block matrix, for the libraries that want them, and what those libraries leave
+//! open: whether a pivot is noise, and which block is to blame.
 
+use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
+use crate::kernels::Scalar;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// Which entries of the symmetric matrix are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Triangle {
     /// Row ≤ column.
+    #[allow(dead_code)] // where no backend that uses it is compiled in
     Upper,
     /// All of them.
     Full,
@@ -48,7 +52,11 @@ impl<I: TryFrom<usize> + Copy> Csc<I> {
             }
         }
         let entries: usize = columns.iter().map(Vec::len).sum();
-        let too_large = |_| SolveError::TooLarge { size: entries.max(n), limit: i32::MAX as usize, what: "entries" };
+        let too_large = |_| SolveError::TooLarge {
+            size: entries.max(n),
+            limit: i32::MAX as usize,
+            what: "entries",
+        };
         let index = |i: usize| I::try_from(i).map_err(|_| ()).map_err(too_large);
         index(entries.max(n))?;
         let mut csc = Self {
@@ -76,6 +84,44 @@ impl<I: TryFrom<usize> + Copy> Csc<I> {
             *value = from[source];
         }
     }
+}
+
+/// Judges the pivots of a symmetric factorisation in the order of the pattern: `pivot(r)` for each scalar row. The
+/// libraries themselves refuse exact zeros only, and a row that depends on others seldom leaves one. Allocates nothing.
+///
+/// # Errors
+/// [`SolveError::Singular`] and [`SolveError::NonFinite`] with the block.
+#[allow(dead_code)] // where no backend that uses it is compiled in
+pub(crate) fn check_pivots(
+    a: &SymBlockMatrix,
+    pivot: impl Fn(usize) -> f64,
+) -> Result<(), SolveError> {
+    let p = a.pattern();
+    for block in 0..p.blocks() {
+        let n = p.size(block);
+        let diagonal = a.block(p.column(block).start).iter().step_by(n + 1);
+        for (r, &entry) in p.rows(block).zip(diagonal) {
+            let pivot = pivot(r);
+            if !pivot.is_finite() {
+                return Err(SolveError::NonFinite {
+                    what: "factor",
+                    block,
+                });
+            }
+            // What was subtracted from the entry counts as well: it is what cancels.
+            if pivot.abs() <= NOISE * f64::ROUNDOFF * entry.abs().max((entry - pivot).abs()) {
+                return Err(SolveError::Singular { block });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Why a library may have refused `a`, where it does not say or not in terms of blocks: what the project's own
+/// factorisation says of it, `None` where that one accepts it. Allocates; for the way out only.
+pub(crate) fn diagnose(a: &SymBlockMatrix, pivots: Pivots) -> Option<SolveError> {
+    let mut own = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).ok()?;
+    own.factorize(a, pivots).err()
 }
 
 #[cfg(test)]
@@ -107,6 +153,9 @@ mod tests {
     #[test]
     fn small_index_types_overflow_to_an_error() {
         let p = BlockPattern::new(&[20], &[]).unwrap();
-        assert!(matches!(Csc::<u8>::new(&p, Triangle::Full), Err(SolveError::TooLarge { size: 400, .. })));
+        assert!(matches!(
+            Csc::<u8>::new(&p, Triangle::Full),
+            Err(SolveError::TooLarge { size: 400, .. })
+        ));
     }
 }

@@ -4,6 +4,7 @@
 
 use super::{Phases, check_solution};
 use crate::backend::{DenseOptions, Precision};
+use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, LinearSolver};
 use crate::{SolveError, SolveReport, SymBlockMatrix};
@@ -43,7 +44,7 @@ impl<T: Scalar> Dense<T> {
             });
             let best = best.unwrap_or(k);
             let pivot = self.lu[best * n + k].to_f64().abs();
-            if pivot.is_nan() || pivot <= 8.0 * T::ROUNDOFF * scale[k] {
+            if pivot.is_nan() || pivot <= NOISE * T::ROUNDOFF * scale[k] {
                 return Err(self.pivot[k]);
             }
             if best != k {

@@ -1,0 +1,506 @@
+//! faer's sparse factorisations (MIT): Cholesky, LDLᵀ and LU, on one core.
+//!
+//! Cholesky and LDLᵀ eliminate in the order of the pattern: for a chain it has no fill, and faer's reordering would only
+//! cost. The fill, the index maps and all memory are made in `analyze`; `factorize` and `solve` allocate nothing, except
+//! that faer's dense product, used where there is much fill, makes its work space at its first use in a thread. LDLᵀ does
+//! not pivot, so that it is for positive definite and quasi-definite matrices. Nothing is regularised.
+//!
+//! LU exchanges rows. From `analyze` it has the column order (COLAMD) and the work space; it fills in as the pivots fall,
+//! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the
+//! factors outgrow their memory. `solve` allocates nothing.
+
+use super::csc::{Csc, Triangle, check_pivots, diagnose};
+use super::{Phases, check_solution};
+use crate::block_ldlt::{NOISE, Pivots};
+use crate::kernels::Scalar;
+use crate::{
+    AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, LinearSolver,
+};
+use crate::{SolveError, SolveReport, SymBlockMatrix};
+use ::faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use ::faer::linalg::cholesky::ldlt::factor::LdltError;
+use ::faer::linalg::cholesky::llt::factor::LltError;
+use ::faer::perm::{Perm, PermRef};
+use ::faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LdltRef, LltRef, SymbolicCholesky, SymbolicCholeskyRaw,
+    SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use ::faer::sparse::linalg::lu::simplicial::{self, SimplicialLu};
+use ::faer::sparse::linalg::{LuError, SupernodalThreshold, colamd};
+use ::faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
+use ::faer::{Conj, MatMut, Par, Side};
+use std::sync::Arc;
+
+/// Where faer's Cholesky goes over from single entries to dense panels, in units of 40 operations per entry of the
+/// factor. Blocks make panels out of everything: they win from about 9 operations on (a chain of 6-row blocks has 6, with
+/// one border row 9), threefold at 25. faer's own setting of 1 waits until 40.
+const PANELS: SupernodalThreshold = SupernodalThreshold(9.0 / 40.0);
+
+/// The `faer` backend.
+#[derive(Default)]
+pub(crate) struct Faer {
+    options: FaerOptions,
+    phases: Phases,
+    /// `None` before `analyze`, and for a system without rows, which faer is not to be asked about.
+    work: Option<Work>,
+}
+
+enum Work {
+    Cholesky(Cholesky),
+    Lu(Lu),
+}
+
+impl Faer {
+    pub(crate) fn new(options: FaerOptions) -> Self {
+        Self {
+            options,
+            ..Self::default()
+        }
+    }
+}
+
+impl LinearSolver for Faer {
+    fn name(&self) -> &'static str {
+        "faer"
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        self.work = match self.options.factorization {
+            _ if pattern.dim() == 0 => None,
+            FaerFactorization::Llt => Some(Work::Cholesky(Cholesky::new(pattern, true)?)),
+            FaerFactorization::Ldlt => Some(Work::Cholesky(Cholesky::new(pattern, false)?)),
+            FaerFactorization::Lu => Some(Work::Lu(Lu::new(pattern)?)),
+        };
+        self.phases.analyzed(pattern);
+        let factor_entries = match &self.work {
+            None => Some(0),
+            Some(Work::Cholesky(work)) => Some(work.factor.len()),
+            Some(Work::Lu(_)) => None,
+        };
+        Ok(AnalyzeReport { factor_entries })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.phases.begin_factorize(a)?;
+        match &mut self.work {
+            None => {}
+            Some(Work::Cholesky(work)) => work.factorize(a)?,
+            Some(Work::Lu(work)) => work.factorize(a)?,
+        }
+        self.phases.factorized();
+        Ok(FactorReport::default())
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
+        x.copy_from_slice(b);
+        match &mut self.work {
+            None => {}
+            Some(Work::Cholesky(work)) => work.solve(x),
+            Some(Work::Lu(work)) => work.solve(x),
+        }
+        check_solution(a, x)?;
+        Ok(SolveReport::DIRECT)
+    }
+}
+
+/// The matrix as faer reads it.
+struct Matrix {
+    /// Rows and columns, taken out of `csc`: faer checks them once here instead of at every use.
+    pattern: SymbolicSparseColMat<usize>,
+    csc: Csc<usize>,
+}
+
+impl Matrix {
+    fn new(p: &BlockPattern, triangle: Triangle) -> Result<Self, SolveError> {
+        let mut csc = Csc::new(p, triangle)?;
+        let (start, row) = (
+            std::mem::take(&mut csc.column_start),
+            std::mem::take(&mut csc.row),
+        );
+        Ok(Self {
+            pattern: SymbolicSparseColMat::new_checked(p.dim(), p.dim(), start, None, row),
+            csc,
+        })
+    }
+
+    fn view(&self) -> SparseColMatRef<'_, usize, f64> {
+        SparseColMatRef::new(self.pattern.as_ref(), &self.csc.values)
+    }
+}
+
+/// L Lᵀ or L D Lᵀ in the order of the pattern.
+struct Cholesky {
+    llt: bool,
+    matrix: Matrix,
+    symbolic: SymbolicCholesky<usize>,
+    factor: Vec<f64>,
+    /// Where each row's diagonal entry stands in `factor`.
+    diagonal: Vec<usize>,
+    memory: MemBuffer,
+}
+
+impl Cholesky {
+    fn new(p: &BlockPattern, llt: bool) -> Result<Self, SolveError> {
+        // With the natural order faer wants the upper triangle: its panel code fails on the lower one.
+        let matrix = Matrix::new(p, Triangle::Upper)?;
+        let params = CholeskySymbolicParams {
+            supernodal_flop_ratio_threshold: PANELS,
+            ..Default::default()
+        };
+        let symbolic = factorize_symbolic_cholesky(
+            matrix.pattern.as_ref(),
+            Side::Upper,
+            SymmetricOrdering::Identity,
+            params,
+        )
+        .map_err(library)?;
+        let factorize = if llt {
+            symbolic.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default())
+        } else {
+            symbolic.factorize_numeric_ldlt_scratch::<f64>(Par::Seq, Default::default())
+        };
+        let memory = memory(factorize.or(symbolic.solve_in_place_scratch::<f64>(1, Par::Seq)))?;
+        let factor = vec![0.0; symbolic.len_val()];
+        let diagonal = diagonal(&symbolic);
+        Ok(Self {
+            llt,
+            matrix,
+            symbolic,
+            factor,
+            diagonal,
+            memory,
+        })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        self.matrix.csc.gather(a);
+        if let Err(row) = self.eliminate() {
+            let block = a.pattern().block_of_row(row);
+            return Err(if self.llt {
+                // Roundoff may have made a vanishing pivot negative, which is another mistake of the caller.
+                diagnose(a, Pivots::Positive).unwrap_or(SolveError::NotPositiveDefinite { block })
+            } else {
+                SolveError::Singular { block }
+            });
+        }
+        // L of L Lᵀ holds the square roots of the pivots.
+        let power = if self.llt { 2 } else { 1 };
+        check_pivots(a, |r| self.factor[self.diagonal[r]].powi(power))
+    }
+
+    /// Factorises the values gathered; the row of a pivot that faer refuses as an error.
+    fn eliminate(&mut self) -> Result<(), usize> {
+        let (values, l, stack) = (
+            self.matrix.view(),
+            &mut self.factor[..],
+            MemStack::new(&mut self.memory),
+        );
+        let failed = if self.llt {
+            let (regularization, params) = (Default::default(), Default::default());
+            self.symbolic
+                .factorize_numeric_llt(
+                    l,
+                    values,
+                    Side::Upper,
+                    regularization,
+                    Par::Seq,
+                    stack,
+                    params,
+                )
+                .map_err(|LltError::NonPositivePivot { index }| index)
+                .err()
+        } else {
+            let (regularization, params) = (Default::default(), Default::default());
+            self.symbolic
+                .factorize_numeric_ldlt(
+                    l,
+                    values,
+                    Side::Upper,
+                    regularization,
+                    Par::Seq,
+                    stack,
+                    params,
+                )
+                .map_err(|LdltError::ZeroPivot { index }| index)
+                .err()
+        };
+        match (failed, self.symbolic.raw()) {
+            (None, _) => Ok(()),
+            // faer counts rows from 1 in its code for single entries, from 0 in that for panels.
+            (Some(index), SymbolicCholeskyRaw::Simplicial(_)) => Err(index.saturating_sub(1)),
+            (Some(index), SymbolicCholeskyRaw::Supernodal(_)) => Err(index),
+        }
+    }
+
+    fn solve(&mut self, x: &mut [f64]) {
+        let n = x.len();
+        let (x, stack) = (
+            MatMut::from_column_major_slice_mut(x, n, 1),
+            MemStack::new(&mut self.memory),
+        );
+        if self.llt {
+            LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+                Conj::No,
+                x,
+                Par::Seq,
+                stack,
+            );
+        } else {
+            LdltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
+                Conj::No,
+                x,
+                Par::Seq,
+                stack,
+            );
+        }
+    }
+}
+
+/// Where the diagonal stands in the factor's values.
+fn diagonal(symbolic: &SymbolicCholesky<usize>) -> Vec<usize> {
+    match symbolic.raw() {
+        // Columns, each from its diagonal entry on.
+        SymbolicCholeskyRaw::Simplicial(l) => l.col_ptr()[..l.ncols()].to_vec(),
+        // Panels of columns: a square on top of the rows below it.
+        SymbolicCholeskyRaw::Supernodal(l) => (0..l.n_supernodes())
+            .flat_map(|s| {
+                let columns = l.supernode_end()[s] - l.supernode_begin()[s];
+                let rows = columns + l.supernode(s).pattern().len();
+                (0..columns).map(move |c| l.col_ptr_for_val()[s] + c * (rows + 1))
+            })
+            .collect(),
+    }
+}
+
+/// P A Q = L U, entry by entry: what faer itself chooses for all patterns but nearly full ones. Its panel code hides the
+/// pivots, and could not tell a singular matrix.
+struct Lu {
+    matrix: Matrix,
+    /// Order of the columns.
+    columns: Perm<usize>,
+    /// Order of the rows, and its inverse, as of the last factorisation.
+    rows: [Vec<usize>; 2],
+    factors: SimplicialLu<usize, f64>,
+    memory: MemBuffer,
+}
+
+impl Lu {
+    fn new(p: &BlockPattern) -> Result<Self, SolveError> {
+        let matrix = Matrix::new(p, Triangle::Full)?;
+        let (n, entries) = (p.dim(), matrix.csc.values.len());
+        let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
+        let mut work = memory(colamd::order_scratch::<usize>(n, n, entries))?;
+        let stack = MemStack::new(&mut work);
+        colamd::order(
+            &mut order,
+            &mut inverse,
+            matrix.pattern.as_ref(),
+            colamd::Control::default(),
+            stack,
+        )
+        .map_err(library)?;
+        let factorize = simplicial::factorize_simplicial_numeric_lu_scratch::<usize, f64>(n, n);
+        let memory = memory(
+            factorize.or(simplicial::solve_in_place_scratch::<usize, f64>(
+                n,
+                1,
+                Par::Seq,
+            )),
+        )?;
+        let columns = Perm::new_checked(order.into(), inverse.into(), n);
+        Ok(Self {
+            matrix,
+            columns,
+            rows: [vec![0; n], vec![0; n]],
+            factors: SimplicialLu::new(),
+            memory,
+        })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        self.matrix.csc.gather(a);
+        let [order, inverse] = &mut self.rows;
+        let (matrix, columns, stack) = (
+            self.matrix.view(),
+            self.columns.as_ref(),
+            MemStack::new(&mut self.memory),
+        );
+        let block = |column: usize| a.pattern().block_of_row(columns.arrays().0[column]);
+        simplicial::factorize_simplicial_numeric_lu(
+            order,
+            inverse,
+            &mut self.factors,
+            matrix,
+            columns,
+            stack,
+        )
+        .map_err(|e| match e {
+            LuError::SymbolicSingular { index } => SolveError::Singular {
+                block: block(index),
+            },
+            e @ LuError::Generic(_) => library(e),
+        })?;
+
+        // faer divides by any pivot. It is noise at roundoff of the largest number in its column, as in `dense`.
+        let u = self.factors.u_factor_unsorted();
+        for (column, &from) in columns.arrays().0.iter().enumerate() {
+            let above = u.val_of_col(column);
+            let pivot = above.last().copied().unwrap_or_default();
+            let scale = above
+                .iter()
+                .chain(matrix.val_of_col(from))
+                .fold(0.0, |s: f64, v| s.max(v.abs()));
+            if !pivot.is_finite() {
+                return Err(SolveError::NonFinite {
+                    what: "factor",
+                    block: block(column),
+                });
+            }
+            if pivot.abs() <= NOISE * f64::ROUNDOFF * scale {
+                return Err(SolveError::Singular {
+                    block: block(column),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn solve(&mut self, x: &mut [f64]) {
+        let n = x.len();
+        let rows = PermRef::new_checked(&self.rows[0], &self.rows[1], n);
+        let (x, stack) = (
+            MatMut::from_column_major_slice_mut(x, n, 1),
+            MemStack::new(&mut self.memory),
+        );
+        self.factors.solve_in_place_with_conj(
+            rows,
+            self.columns.as_ref(),
+            Conj::No,
+            x,
+            Par::Seq,
+            stack,
+        );
+    }
+}
+
+fn memory(needed: StackReq) -> Result<MemBuffer, SolveError> {
+    MemBuffer::try_new(needed).map_err(|_| SolveError::Library {
+        library: "faer",
+        message: "out of memory".into(),
+    })
+}
+
+fn library(e: impl std::fmt::Display) -> SolveError {
+    SolveError::Library {
+        library: "faer",
+        message: e.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing;
+    use super::*;
+
+    fn faer(factorization: FaerFactorization) -> Faer {
+        Faer::new(FaerOptions { factorization })
+    }
+
+    const ALL: [FaerFactorization; 3] = [
+        FaerFactorization::Llt,
+        FaerFactorization::Ldlt,
+        FaerFactorization::Lu,
+    ];
+
+    #[test]
+    fn positive_definite_systems_are_solved() {
+        for kind in ALL {
+            testing::solves_positive_definite(&mut faer(kind));
+        }
+    }
+
+    #[test]
+    fn quasi_definite_systems_are_solved() {
+        for kind in [FaerFactorization::Ldlt, FaerFactorization::Lu] {
+            testing::solves_quasi_definite(&mut faer(kind));
+        }
+    }
+
+    #[test]
+    fn singular_matrices_are_refused() {
+        for kind in ALL {
+            testing::refuses_singular(&mut faer(kind), kind != FaerFactorization::Lu);
+        }
+    }
+
+    #[test]
+    fn cholesky_refuses_indefinite_matrices() {
+        testing::refuses_indefinite(&mut faer(FaerFactorization::Llt));
+    }
+
+    #[test]
+    fn phases_and_empty_systems() {
+        for kind in ALL {
+            testing::keeps_the_contract(&mut faer(kind));
+        }
+    }
+
+    #[test]
+    fn both_ways_of_the_cholesky_code_are_tested() {
+        let panels = |p: &Arc<BlockPattern>| {
+            let symbolic = Cholesky::new(p, true).unwrap().symbolic;
+            matches!(symbolic.raw(), SymbolicCholeskyRaw::Supernodal(_))
+        };
+        let with_panels = testing::patterns().iter().filter(|p| panels(p)).count();
+        assert!(!panels(&testing::patterns()[0]) && with_panels > 0);
+    }
+
+    #[test]
+    fn faer_tells_the_row_of_the_pivot_that_it_refuses() {
+        for pattern in testing::patterns() {
+            for row in 0..pattern.dim() {
+                let block = pattern.block_of_row(row);
+                let entry = (row - pattern.rows(block).start) * (pattern.size(block) + 1);
+                for llt in [true, false] {
+                    let mut a = testing::positive_definite(&pattern, 1);
+                    if !llt {
+                        // Without couplings the pivots are the diagonal entries.
+                        a = SymBlockMatrix::zeros(pattern.clone());
+                        for r in 0..pattern.blocks() {
+                            let n = pattern.size(r);
+                            a.block_mut(pattern.column(r).start)
+                                .iter_mut()
+                                .step_by(n + 1)
+                                .for_each(|v| *v = 1.0);
+                        }
+                    }
+                    a.block_mut(pattern.column(block).start)[entry] *= if llt { -1.0 } else { 0.0 };
+                    let mut cholesky = Cholesky::new(&pattern, llt).unwrap();
+                    cholesky.matrix.csc.gather(&a);
+                    assert_eq!(cholesky.eliminate(), Err(row), "{llt} {pattern:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lu_needs_no_diagonal_to_pivot_on() {
+        // [0 B; Bᵀ 0]: no pivot stands on the diagonal.
+        let pattern = Arc::new(BlockPattern::new(&[3, 3], &[(0, 1)]).unwrap());
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        a.block_mut(1)
+            .copy_from_slice(&[2.0, 1.0, 0.0, -1.0, 3.0, 1.0, 0.5, 0.0, 4.0]);
+        let mut solver = faer(FaerFactorization::Lu);
+        solver.analyze(&pattern).unwrap();
+        testing::solves(&mut solver, &a);
+        let mut solver = faer(FaerFactorization::Ldlt);
+        solver.analyze(&pattern).unwrap();
+        assert_eq!(solver.factorize(&a), Err(SolveError::Singular { block: 0 }));
+    }
+}

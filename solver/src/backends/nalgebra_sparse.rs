@@ -1,0 +1,140 @@
+//! nalgebra-sparse's Cholesky factorisation (Apache-2.0), for positive definite matrices.
+//!
+//! It eliminates in the order of the pattern, entry by entry. The fill and all memory are made in `analyze`; `factorize`
+//! and `solve` allocate nothing. The analysis takes time quadratic in the rows, for nalgebra-sparse clears a mark for all
+//! rows at each of them.
+
+use super::csc::{Csc, Triangle, check_pivots, diagnose};
+use super::{Phases, check_solution};
+use crate::block_ldlt::Pivots;
+use crate::{
+    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
+    SymBlockMatrix,
+};
+use ::nalgebra_sparse::factorization::{CscCholesky, CscSymbolicCholesky};
+use ::nalgebra_sparse::na::DMatrixViewMut;
+use ::nalgebra_sparse::pattern::SparsityPattern;
+use std::sync::Arc;
+
+/// The `nalgebra-sparse` backend.
+#[derive(Debug, Default)]
+pub(crate) struct NalgebraSparse {
+    phases: Phases,
+    /// `None` before `analyze`.
+    work: Option<Work>,
+}
+
+#[derive(Debug)]
+struct Work {
+    /// Both triangles; their rows and columns have moved into `factor`.
+    csc: Csc<usize>,
+    factor: CscCholesky<f64>,
+}
+
+impl LinearSolver for NalgebraSparse {
+    fn name(&self) -> &'static str {
+        "nalgebra-sparse"
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        let work = Work::new(pattern)?;
+        let factor_entries = Some(work.factor.l().nnz());
+        self.work = Some(work);
+        self.phases.analyzed(pattern);
+        Ok(AnalyzeReport { factor_entries })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.phases.begin_factorize(a)?;
+        if let Some(work) = &mut self.work {
+            work.factorize(a)?;
+        }
+        self.phases.factorized();
+        Ok(FactorReport::default())
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
+        x.copy_from_slice(b);
+        if let Some(work) = &self.work {
+            work.factor
+                .solve_mut(DMatrixViewMut::from_slice(x, b.len(), 1));
+        }
+        check_solution(a, x)?;
+        Ok(SolveReport::DIRECT)
+    }
+}
+
+impl Work {
+    fn new(p: &BlockPattern) -> Result<Self, SolveError> {
+        let mut csc = Csc::new(p, Triangle::Full)?;
+        let (start, row) = (
+            std::mem::take(&mut csc.column_start),
+            std::mem::take(&mut csc.row),
+        );
+        // The identity has a factor for sure: so all memory is made before there are values.
+        for c in 0..p.dim() {
+            let column = start[c]..start[c + 1];
+            for (&r, value) in row[column.clone()].iter().zip(&mut csc.values[column]) {
+                *value = if r == c { 1.0 } else { 0.0 };
+            }
+        }
+        let pattern = SparsityPattern::try_from_offsets_and_indices(p.dim(), p.dim(), start, row)
+            .map_err(library)?;
+        let factor =
+            CscCholesky::factor_numerical(CscSymbolicCholesky::factor(pattern), &csc.values);
+        Ok(Self {
+            factor: factor.map_err(library)?,
+            csc,
+        })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        self.csc.gather(a);
+        // The library does not tell which pivot it refuses. What it leaves half done then is overwritten the next time:
+        // the first entry of each row of L is one of A.
+        let refused = self.factor.refactor(&self.csc.values);
+        refused.map_err(|e| diagnose(a, Pivots::Positive).unwrap_or_else(|| library(e)))?;
+        // Each column of L begins with its diagonal entry, the square root of the pivot.
+        let l = self.factor.l();
+        check_pivots(a, |r| l.values()[l.col_offsets()[r]].powi(2))
+    }
+}
+
+fn library(e: impl std::fmt::Display) -> SolveError {
+    SolveError::Library {
+        library: "nalgebra-sparse",
+        message: e.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing;
+    use super::*;
+
+    #[test]
+    fn positive_definite_systems_are_solved() {
+        testing::solves_positive_definite(&mut NalgebraSparse::default());
+    }
+
+    #[test]
+    fn singular_matrices_are_refused() {
+        testing::refuses_singular(&mut NalgebraSparse::default(), true);
+    }
+
+    #[test]
+    fn indefinite_matrices_are_refused() {
+        testing::refuses_indefinite(&mut NalgebraSparse::default());
+    }
+
+    #[test]
+    fn phases_and_empty_systems() {
+        testing::keeps_the_contract(&mut NalgebraSparse::default());
+    }
+}

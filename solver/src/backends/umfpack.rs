@@ -1,0 +1,281 @@
+//! SuiteSparse UMFPACK: multifrontal LU with row exchanges, for any nonsingular matrix.
+//!
+//! **UMFPACK is GPL-2.0-or-later**: a binary with this backend is a combined work under the GPL.
+//!
+//! UMFPACK looks at values as well as at the pattern when it chooses how to order and pivot. So its analysis is not made
+//! in `analyze`, which only lists the entries, but at the first `factorize`. It is kept until a matrix is refused, for the
+//! matrices of one pattern have values of one kind, and rows are exchanged anew for each. `factorize` allocates: UMFPACK
+//! makes its factors anew every time. `solve` allocates nothing, iterative refinement included.
+
+use super::csc::{Csc, Triangle, diagnose};
+use super::{Phases, check_solution};
+use crate::block_ldlt::Pivots;
+use crate::{AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError};
+use crate::{SolveReport, SymBlockMatrix, UmfpackOptions};
+use std::sync::Arc;
+use taut_umfpack::{Error, FactorInfo, Numeric, Options, Symbolic};
+
+/// The `umfpack` backend.
+#[derive(Debug, Default)]
+pub(crate) struct Umfpack {
+    options: UmfpackOptions,
+    phases: Phases,
+    /// `None` before `analyze`, and for a system without rows, which UMFPACK refuses.
+    work: Option<Work>,
+}
+
+#[derive(Debug)]
+struct Work {
+    options: Options,
+    /// The matrix, both triangles, as of the last factorisation: refinement takes its residuals from it.
+    csc: Csc<i32>,
+    symbolic: Option<Symbolic>,
+    /// Replaced in place: it keeps the memory for solves.
+    numeric: Option<Numeric>,
+}
+
+impl Umfpack {
+    pub(crate) fn new(options: UmfpackOptions) -> Self {
+        Self {
+            options,
+            ..Self::default()
+        }
+    }
+}
+
+impl LinearSolver for Umfpack {
+    fn name(&self) -> &'static str {
+        "umfpack"
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        self.work = match pattern.dim() {
+            0 => None,
+            _ => Some(Work {
+                options: Options {
+                    refinement_steps: self.options.refinement_steps,
+                    ..Options::default()
+                },
+                csc: Csc::new(pattern, Triangle::Full)?,
+                symbolic: None,
+                numeric: None,
+            }),
+        };
+        self.phases.analyzed(pattern);
+        Ok(AnalyzeReport::default())
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.phases.begin_factorize(a)?;
+        let mut report = FactorReport::default();
+        if let Some(work) = &mut self.work {
+            work.csc.gather(a);
+            let info = work.factorize().map_err(|e| named(&e, a))?;
+            // UMFPACK refuses exact zeros only. Of a matrix that is singular to rounding its estimate is at roundoff, and
+            // also where rows are scaled beyond all measure: a second opinion tells which (and allocates, in this case).
+            if info.rcond < f64::EPSILON
+                && let Some(e) = singular(a)
+            {
+                return Err(e);
+            }
+            report.reciprocal_condition = Some(info.rcond);
+        }
+        self.phases.factorized();
+        Ok(report)
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
+        if let Some(work) = &mut self.work {
+            let Csc {
+                column_start,
+                row,
+                values,
+                ..
+            } = &work.csc;
+            let numeric = work.numeric.as_mut().ok_or(Error::InvalidNumericObject);
+            numeric
+                .and_then(|numeric| numeric.solve(column_start, row, values, b, x))
+                .map_err(|e| named(&e, a))?;
+        }
+        check_solution(a, x)?;
+        Ok(SolveReport::DIRECT)
+    }
+}
+
+impl Work {
+    fn factorize(&mut self) -> Result<FactorInfo, Error> {
+        let Csc {
+            column_start,
+            row,
+            values,
+            ..
+        } = &self.csc;
+        // Out of `self` until it has served: what was chosen for a matrix that fails is not for those that follow.
+        let symbolic = match self.symbolic.take() {
+            Some(symbolic) => symbolic,
+            None => Symbolic::new(
+                column_start.len() - 1,
+                column_start,
+                row,
+                Some(values),
+                &self.options,
+            )?,
+        };
+        let info = match &mut self.numeric {
+            Some(numeric) => numeric.refactor(&symbolic, column_start, row, values)?,
+            None => {
+                let numeric = Numeric::new(&symbolic, column_start, row, values, &self.options)?;
+                self.numeric.insert(numeric).info()
+            }
+        };
+        self.symbolic = Some(symbolic);
+        Ok(info)
+    }
+}
+
+/// The block at which `a` is singular, if the project's own factorisation, which exchanges no rows, finds one.
+fn singular(a: &SymBlockMatrix) -> Option<SolveError> {
+    diagnose(a, Pivots::Nonzero).filter(|e| matches!(e, SolveError::Singular { .. }))
+}
+
+/// The error in terms of blocks.
+fn named(e: &Error, a: &SymBlockMatrix) -> SolveError {
+    let limit = i32::MAX as usize;
+    let found = match *e {
+        // UMFPACK does not tell the row.
+        Error::SingularMatrix { .. } => singular(a),
+        Error::IndexOverflow { what: "n", value } => Some(SolveError::TooLarge {
+            size: value,
+            limit,
+            what: "rows",
+        }),
+        Error::IndexOverflow { value, .. } => Some(SolveError::TooLarge {
+            size: value,
+            limit,
+            what: "entries",
+        }),
+        Error::NonFinite { what: "x", index } => Some(SolveError::NonFinite {
+            what: "solution",
+            block: a.pattern().block_of_row(index),
+        }),
+        _ => None,
+    };
+    found.unwrap_or_else(|| SolveError::Library {
+        library: "UMFPACK",
+        message: e.to_string(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing;
+    use super::*;
+    use crate::BlockPattern;
+
+    #[test]
+    fn definite_and_quasi_definite_systems_are_solved() {
+        for refinement_steps in [2, 0] {
+            let mut solver = Umfpack::new(UmfpackOptions { refinement_steps });
+            testing::solves_positive_definite(&mut solver);
+        }
+        testing::solves_quasi_definite(&mut Umfpack::default());
+    }
+
+    #[test]
+    fn indefinite_systems_are_solved() {
+        // [0 B; Bᵀ 0]: no pivot stands on the diagonal.
+        let pattern = Arc::new(BlockPattern::new(&[3, 3], &[(0, 1)]).unwrap());
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        a.block_mut(1)
+            .copy_from_slice(&[2.0, 1.0, 0.0, -1.0, 3.0, 1.0, 0.5, 0.0, 4.0]);
+        let mut solver = Umfpack::default();
+        solver.analyze(&pattern).unwrap();
+        testing::solves(&mut solver, &a);
+    }
+
+    #[test]
+    fn singular_matrices_are_refused() {
+        testing::refuses_singular(&mut Umfpack::default(), true);
+    }
+
+    #[test]
+    fn phases_and_empty_systems() {
+        testing::keeps_the_contract(&mut Umfpack::default());
+    }
+
+    #[test]
+    fn condition_is_estimated_and_bad_scaling_is_not_singular() {
+        let pattern = Arc::new(BlockPattern::new(&[1, 1], &[(0, 1)]).unwrap());
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        let mut solver = Umfpack::default();
+        solver.analyze(&pattern).unwrap();
+        for (values, estimate) in [
+            ([4.0, 0.0, 1.0], 0.5..=1.0),
+            ([1.0, 1e-20, 1e-38], 0.0..=1e-17),
+        ] {
+            a.values_mut().copy_from_slice(&values);
+            let found = solver.factorize(&a).unwrap().reciprocal_condition.unwrap();
+            assert!(estimate.contains(&found), "{found}");
+            testing::solves(&mut solver, &a);
+        }
+    }
+
+    #[test]
+    fn errors_are_in_terms_of_blocks() {
+        let a = testing::positive_definite(&testing::patterns()[0], 1);
+        let limit = i32::MAX as usize;
+        let cases = [
+            (
+                Error::IndexOverflow {
+                    what: "n",
+                    value: 9,
+                },
+                SolveError::TooLarge {
+                    size: 9,
+                    limit,
+                    what: "rows",
+                },
+            ),
+            (
+                Error::IndexOverflow {
+                    what: "row_idx",
+                    value: 9,
+                },
+                SolveError::TooLarge {
+                    size: 9,
+                    limit,
+                    what: "entries",
+                },
+            ),
+            (
+                Error::NonFinite {
+                    what: "x",
+                    index: 13,
+                },
+                SolveError::NonFinite {
+                    what: "solution",
+                    block: 2,
+                },
+            ),
+        ];
+        for (from, to) in cases {
+            assert_eq!(named(&from, &a), to);
+        }
+        for e in [Error::OutOfMemory, Error::SingularMatrix { rcond: 0.0 }] {
+            let message = e.to_string();
+            assert_eq!(
+                named(&e, &a),
+                SolveError::Library {
+                    library: "UMFPACK",
+                    message
+                }
+            );
+        }
+    }
+}

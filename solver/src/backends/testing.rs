@@ -1,0 +1,288 @@
+//! What every backend over a library has to get right, as tests that take the backend.
+
+#![allow(dead_code)] // where no backend that uses it is compiled in
+
+use crate::{BlockPattern, LinearSolver, SolveError, SymBlockMatrix, backward_error};
+use std::sync::Arc;
+
+/// Pseudo-random numbers in −1 … 1.
+fn noise(seed: u32) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0
+    }
+}
+
+/// Couplings of a chain of `n` blocks.
+fn chain(n: usize) -> Vec<(usize, usize)> {
+    (1..n).map(|i| (i - 1, i)).collect()
+}
+
+/// Patterns of all kinds: chains, loops, borders, nearly full, uncoupled, with single rows and empty blocks.
+pub(crate) fn patterns() -> Vec<Arc<BlockPattern>> {
+    let mixed: Vec<usize> = (0..14).map(|i| if i % 3 == 0 { 3 } else { 6 }).collect();
+    let full: Vec<_> = (0..16).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
+    let cases = [
+        (vec![6; 12], chain(12)),
+        (mixed.clone(), [chain(14), vec![(0, 13)]].concat()),
+        (
+            mixed,
+            [chain(12), vec![(0, 12), (11, 12), (3, 13), (8, 13)]].concat(),
+        ),
+        (vec![6; 16], full),
+        (vec![1], vec![]),
+        (vec![5; 4], vec![]),
+        (vec![0, 3, 0, 2, 1], vec![(0, 1), (1, 2), (1, 3), (3, 4)]),
+    ];
+    cases
+        .into_iter()
+        .map(|(sizes, couplings)| Arc::new(BlockPattern::new(&sizes, &couplings).unwrap()))
+        .collect()
+}
+
+/// A positive definite matrix: strong diagonal, everything else random.
+pub(crate) fn positive_definite(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlockMatrix {
+    let (mut a, mut noise) = (SymBlockMatrix::zeros(pattern.clone()), noise(seed));
+    a.values_mut().iter_mut().for_each(|v| *v = noise());
+    for j in 0..pattern.blocks() {
+        let n = pattern.size(j);
+        let block = a.block_mut(pattern.column(j).start);
+        for r in 0..n {
+            for c in 0..r {
+                block[c + n * r] = block[r + n * c];
+            }
+            block[r * (n + 1)] = 120.0 + 20.0 * noise();
+        }
+    }
+    a
+}
+
+/// [M Jᵀ; J −Σ] with the rows of Σ (small) in every other block, as bodies and joints alternate.
+pub(crate) fn quasi_definite(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlockMatrix {
+    let mut a = positive_definite(pattern, seed);
+    for j in (1..pattern.blocks()).step_by(2) {
+        a.block_mut(pattern.column(j).start)
+            .iter_mut()
+            .for_each(|v| *v *= -1e-4);
+        // What couples two blocks of Σ has to be as small.
+        for k in pattern
+            .column(j)
+            .filter(|&k| pattern.row(k) > j && pattern.row(k) % 2 == 1)
+        {
+            a.block_mut(k).iter_mut().for_each(|v| *v *= 1e-4);
+        }
+    }
+    a
+}
+
+/// A matrix of full couplings whose last row is the same as its first one: singular to rounding, without an exact zero.
+fn redundant(sizes: &[usize]) -> SymBlockMatrix {
+    let full: Vec<_> = (0..sizes.len())
+        .flat_map(|i| (0..i).map(move |j| (i, j)))
+        .collect();
+    let pattern = Arc::new(BlockPattern::new(sizes, &full).unwrap());
+    let from = positive_definite(&pattern, 7);
+    let last = pattern.dim() - 1;
+    let same = |r: usize| if r == last { 0 } else { r };
+    let mut a = from.clone();
+    for bj in 0..pattern.blocks() {
+        for k in pattern.column(bj) {
+            let rows = pattern.rows(pattern.row(k));
+            let entries = pattern
+                .rows(bj)
+                .flat_map(|c| rows.clone().map(move |r| (r, c)));
+            for ((r, c), v) in entries.zip(a.block_mut(k)) {
+                *v = from.get(same(r), same(c));
+            }
+        }
+    }
+    a
+}
+
+/// A right-hand side.
+fn right_side(n: usize) -> Vec<f64> {
+    (0..n).map(|i| (i as f64).sin() + 0.1).collect()
+}
+
+/// Factorises and solves; the componentwise backward error has to be at roundoff.
+pub(crate) fn solves(solver: &mut dyn LinearSolver, a: &SymBlockMatrix) {
+    let b = right_side(a.dim());
+    let mut x = vec![f64::NAN; a.dim()];
+    solver.factorize(a).unwrap();
+    for b in [b.clone(), b.iter().map(|b| 1.0 - b).collect()] {
+        solver.solve(a, &b, &mut x).unwrap();
+        let e = backward_error(a, &b, &x).unwrap();
+        assert!(
+            e.componentwise <= 1e-13,
+            "{} on {:?}: {e:?}",
+            solver.name(),
+            a.pattern()
+        );
+    }
+}
+
+/// Positive definite systems of all patterns, with new values on the same analysis and after a new analysis.
+pub(crate) fn solves_positive_definite(solver: &mut dyn LinearSolver) {
+    for pattern in patterns() {
+        solver.analyze(&pattern).unwrap();
+        for seed in 1..5 {
+            solves(solver, &positive_definite(&pattern, seed));
+        }
+    }
+}
+
+/// The same for quasi-definite systems.
+pub(crate) fn solves_quasi_definite(solver: &mut dyn LinearSolver) {
+    for pattern in patterns() {
+        solver.analyze(&pattern).unwrap();
+        for seed in 1..5 {
+            solves(solver, &quasi_definite(&pattern, seed));
+        }
+    }
+}
+
+/// Singular matrices are named as such; where `in_order` the backend eliminates in the order of the pattern, and the
+/// block is the first whose rows depend on those before it.
+pub(crate) fn refuses_singular(solver: &mut dyn LinearSolver, in_order: bool) {
+    let pattern =
+        |sizes: &[usize], couplings: &[_]| Arc::new(BlockPattern::new(sizes, couplings).unwrap());
+    let mut check = |a: &SymBlockMatrix, expected: usize| {
+        solver.analyze(a.pattern()).unwrap();
+        match solver.factorize(a) {
+            Err(SolveError::Singular { block }) => {
+                assert!(
+                    if in_order {
+                        block == expected
+                    } else {
+                        block < a.pattern().blocks()
+                    },
+                    "{block}"
+                );
+            }
+            other => panic!("{other:?} for {:?}", a.pattern()),
+        }
+        let (b, mut x) = (right_side(a.dim()), vec![0.0; a.dim()]);
+        assert!(matches!(
+            solver.solve(a, &b, &mut x),
+            Err(SolveError::OutOfOrder { .. })
+        ));
+        // The failure leaves nothing behind.
+        solves(solver, &positive_definite(a.pattern(), 1));
+    };
+    for p in patterns() {
+        let first = (0..p.blocks()).find(|&i| p.size(i) > 0).unwrap();
+        check(&SymBlockMatrix::zeros(p), first);
+    }
+    // Rows 0 and 1 are equal to the last digit, and so is their elimination or not.
+    let mut a = SymBlockMatrix::zeros(pattern(&[1, 1, 1], &[(0, 1), (0, 2), (1, 2)]));
+    a.values_mut()
+        .copy_from_slice(&[0.3, 0.3, 0.1, 0.3, 0.1, 5.0]);
+    check(&a, 1);
+    // A chain that nothing holds: all of it is exact, and the last pivot is an exact zero.
+    let mut a = SymBlockMatrix::zeros(pattern(&[3; 8], &chain(8)));
+    for j in 0..8 {
+        let column = a.pattern().column(j);
+        for (k, value) in column.zip([if j % 7 == 0 { 1.0 } else { 2.0 }, -1.0]) {
+            a.block_mut(k)
+                .iter_mut()
+                .step_by(4)
+                .for_each(|v| *v = value);
+        }
+    }
+    check(&a, 7);
+    check(&redundant(&[6, 3, 6, 3, 6]), 4);
+}
+
+/// Indefinite matrices are named as such, with the block, and leave nothing behind.
+pub(crate) fn refuses_indefinite(solver: &mut dyn LinearSolver) {
+    for pattern in patterns() {
+        solver.analyze(&pattern).unwrap();
+        for bad in (0..pattern.blocks()).filter(|&j| pattern.size(j) > 0) {
+            let mut a = positive_definite(&pattern, 3);
+            a.block_mut(pattern.column(bad).start)[0] *= -1.0;
+            assert_eq!(
+                solver.factorize(&a),
+                Err(SolveError::NotPositiveDefinite { block: bad })
+            );
+            let (b, mut x) = (right_side(a.dim()), vec![0.0; a.dim()]);
+            assert!(matches!(
+                solver.solve(&a, &b, &mut x),
+                Err(SolveError::OutOfOrder { .. })
+            ));
+            solves(solver, &positive_definite(&pattern, 4));
+        }
+    }
+}
+
+/// Order of the phases, empty systems, bad arguments, numbers at the end of their range.
+pub(crate) fn keeps_the_contract(solver: &mut dyn LinearSolver) {
+    let pattern = patterns().remove(1);
+    let a = positive_definite(&pattern, 1);
+    let (b, mut x) = (right_side(a.dim()), vec![0.0; a.dim()]);
+    let too_early = |called, needs| Err(SolveError::OutOfOrder { called, needs });
+    assert_eq!(
+        solver.factorize(&a).map(|_| ()),
+        too_early("factorize", "analyze")
+    );
+    assert_eq!(
+        solver.solve(&a, &b, &mut x).map(|_| ()),
+        too_early("solve", "analyze")
+    );
+    solver.analyze(&pattern).unwrap();
+    assert_eq!(
+        solver.solve(&a, &b, &mut x).map(|_| ()),
+        too_early("solve", "factorize")
+    );
+    solves(solver, &a);
+
+    let other = positive_definite(&patterns()[0], 1);
+    assert_eq!(
+        solver.factorize(&other).map(|_| ()),
+        Err(SolveError::PatternChanged)
+    );
+    assert_eq!(
+        solver.solve(&a, &b, &mut x).map(|_| ()),
+        too_early("solve", "factorize")
+    );
+    let mut nan = a.clone();
+    nan.values_mut()[3] = f64::NAN;
+    assert_eq!(
+        solver.factorize(&nan).map(|_| ()),
+        Err(SolveError::NonFinite {
+            what: "matrix",
+            block: 0
+        })
+    );
+    solves(solver, &a);
+    assert!(matches!(
+        solver.solve(&a, &b[1..], &mut x),
+        Err(SolveError::Dimension { .. })
+    ));
+
+    for sizes in [vec![], vec![0, 0]] {
+        let pattern = Arc::new(BlockPattern::new(&sizes, &[]).unwrap());
+        let empty = SymBlockMatrix::zeros(pattern.clone());
+        solver.analyze(&pattern).unwrap();
+        assert_eq!(
+            solver.solve(&empty, &[], &mut []).map(|_| ()),
+            too_early("solve", "factorize")
+        );
+        solver.factorize(&empty).unwrap();
+        solver.solve(&empty, &[], &mut []).unwrap();
+    }
+
+    // Whatever overflows or underflows, the answer is a solution or an error.
+    let pattern = Arc::new(BlockPattern::new(&[2, 1], &[(0, 1)]).unwrap());
+    solver.analyze(&pattern).unwrap();
+    for scale in [1e300, 1e-300, 5e-324, f64::MAX / 200.0] {
+        let mut a = positive_definite(&pattern, 2);
+        a.values_mut().iter_mut().for_each(|v| *v *= scale);
+        for b in [[1.0, 2.0, 3.0], [1e300; 3], [1e-300; 3]] {
+            let mut x = [0.0; 3];
+            if solver.factorize(&a).is_ok() && solver.solve(&a, &b, &mut x).is_ok() {
+                assert!(x.iter().all(|x| x.is_finite()));
+            }
+        }
+    }
+}
