@@ -47,13 +47,13 @@ pub struct Config {
 }
 
 impl Default for Config {
-    /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 3 s of an anchor moved by 0.5 m.
+    /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 2.5 s of an anchor moved by 0.5 m in 1.5 s.
     fn default() -> Self {
         Self {
             scene: HoistParams {
                 seed: 1,
                 move_x: 0.5,
-                move_duration: 2.0,
+                move_duration: 1.5,
                 ..HoistParams::default()
             },
             segments: vec![24, 100],
@@ -61,7 +61,7 @@ impl Default for Config {
             choices: Choice::all(),
             iterations: vec![1, 3, 10, 20, 50, 100, 300, 1000],
             dt: 1.0 / 60.0,
-            time: 3.0,
+            time: 2.5,
             timing_budget: Duration::from_millis(12),
         }
     }

@@ -7,9 +7,7 @@
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
-use crate::kernels::{
-    by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
-};
+use crate::kernels::{by_sizes, subtract_product};
 use crate::matrix::check_finite;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, GaussSeidelOptions, LinearSolver, Partition,
@@ -32,12 +30,24 @@ struct Plan {
     members: Vec<usize>,
     /// First member of each part, and their number at the end.
     part_start: Vec<usize>,
-    /// All blocks of each block row: first entry of row i, length `blocks + 1`.
+    /// All blocks of each block row, the lower and the upper triangle: first entry of row i, length `blocks + 1`.
     row_start: Vec<usize>,
-    /// Stored block, block column, and whether it is used transposed.
-    entries: Vec<(usize, usize, bool)>,
+    entries: Vec<Entry>,
+    /// Their values, row after row: a sweep reads them once, in order, and needs no transposed product.
+    values: Vec<f64>,
     /// Residual, length `dim`; zero outside the part at work.
     residual: Vec<f64>,
+}
+
+/// A block of a block row.
+#[derive(Clone, Copy)]
+struct Entry {
+    /// Block column.
+    column: usize,
+    /// Stored block that it is, or is the transpose of.
+    stored: usize,
+    /// First value in [`Plan::values`]; column-major.
+    at: usize,
 }
 
 impl GaussSeidel {
@@ -66,34 +76,64 @@ impl Plan {
             .collect();
         part_start.push(blocks);
 
-        let mut rows: Vec<Vec<(usize, usize, bool)>> = vec![Vec::new(); blocks];
+        let mut rows: Vec<Vec<(usize, usize)>> = vec![Vec::new(); blocks];
         for j in 0..blocks {
             for k in pattern.column(j) {
                 let i = pattern.row(k);
-                rows[i].push((k, j, false));
+                rows[i].push((j, k));
                 if i != j {
-                    rows[j].push((k, i, true));
+                    rows[j].push((i, k));
                 }
             }
         }
-        let mut row_start = vec![0];
-        row_start.extend(rows.iter().scan(0, |sum, row| {
-            *sum += row.len();
-            Some(*sum)
-        }));
+        let (mut row_start, mut entries, mut at) = (vec![0], Vec::new(), 0);
+        for (i, row) in rows.iter().enumerate() {
+            for &(column, stored) in row {
+                entries.push(Entry { column, stored, at });
+                at += pattern.size(i) * pattern.size(column);
+            }
+            row_start.push(entries.len());
+        }
         Ok(Self {
             inner: BlockLdlt::new(pattern, &inside)?,
             members,
             part_start,
             row_start,
-            entries: rows.concat(),
+            entries,
+            values: vec![0.0; at],
             residual: vec![0.0; pattern.dim()],
         })
     }
 
-    /// One pass over all parts; the sum of squares of the residuals met.
-    fn sweep(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> f64 {
+    /// Copies the matrix by rows.
+    fn gather(&mut self, a: &SymBlockMatrix) {
         let p = a.pattern();
+        for i in 0..p.blocks() {
+            let m = p.size(i);
+            for entry in &self.entries[self.row_start[i]..self.row_start[i + 1]] {
+                let (n, block) = (p.size(entry.column), a.block(entry.stored));
+                let to = &mut self.values[entry.at..entry.at + m * n];
+                if entry.column < i {
+                    to.copy_from_slice(block);
+                    continue;
+                }
+                for (c, column) in to.chunks_exact_mut(m.max(1)).enumerate() {
+                    for (r, to) in column.iter_mut().enumerate() {
+                        // The transpose; of the diagonal block the lower triangle.
+                        let (row, column) = if entry.column == i {
+                            (r.max(c), r.min(c))
+                        } else {
+                            (c, r)
+                        };
+                        *to = block[row + n * column];
+                    }
+                }
+            }
+        }
+    }
+
+    /// One pass over all parts; the sum of squares of the residuals met.
+    fn sweep(&mut self, p: &BlockPattern, b: &[f64], x: &mut [f64]) -> f64 {
         let mut sum = 0.0;
         for part in self.part_start.windows(2) {
             let members = &self.members[part[0]..part[1]];
@@ -101,17 +141,11 @@ impl Plan {
                 let entries = &self.entries[self.row_start[i]..self.row_start[i + 1]];
                 let r = &mut self.residual[p.rows(i)];
                 r.copy_from_slice(&b[p.rows(i)]);
-                for &(k, j, transposed) in entries {
-                    let (block, x, m, n) = (a.block(k), &x[p.rows(j)], p.size(i), p.size(j));
-                    match (i == j, transposed) {
-                        (true, _) => by_size!(n, |n| subtract_symmetric(n, block, x, r)),
-                        (false, true) => {
-                            by_sizes!(n, m, |m, n| subtract_transposed(m, n, block, x, r))
-                        }
-                        (false, false) => {
-                            by_sizes!(m, n, |m, n| subtract_product(m, n, block, x, r))
-                        }
-                    }
+                for entry in entries {
+                    let (m, n) = (p.size(i), p.size(entry.column));
+                    let x = &x[p.rows(entry.column)];
+                    let block = &self.values[entry.at..entry.at + m * n];
+                    by_sizes!(m, n, |m, n| subtract_product(m, n, block, x, r));
                 }
                 sum += r.iter().map(|r| r * r).sum::<f64>();
             }
@@ -144,6 +178,7 @@ impl LinearSolver for GaussSeidel {
         self.phases.begin_factorize(a)?;
         if let Some(plan) = &mut self.plan {
             plan.inner.factorize(a, Pivots::Positive)?;
+            plan.gather(a);
         }
         self.phases.factorized();
         Ok(FactorReport::default())
@@ -174,7 +209,7 @@ impl LinearSolver for GaussSeidel {
             residual: f64::INFINITY,
         };
         while report.iterations < self.options.iterations {
-            let met = plan.sweep(a, b, x).sqrt();
+            let met = plan.sweep(a.pattern(), b, x).sqrt();
             report.iterations += 1;
             report.residual = if met == 0.0 { 0.0 } else { met / norm };
             if report.residual <= self.options.tolerance {
