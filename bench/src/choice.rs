@@ -88,13 +88,16 @@ impl Choice {
         }
     }
 
-    /// Step options with this solver, and one refinement from the pieces where it is direct.
+    /// Step options with this solver, and one refinement where it is direct, but for UMFPACK on the KKT matrix, which
+    /// refines by itself against all that the pieces hold.
     #[must_use]
     pub fn options(&self, dt: f64) -> StepOptions {
+        let refines_itself = matches!(self.backend, Backend::Umfpack(o) if o.refinement_steps > 0);
+        let enough = self.backend.is_iterative() || (refines_itself && self.form == Form::Kkt);
         StepOptions {
             dt,
             form: self.form,
-            refinements: usize::from(!self.backend.is_iterative()),
+            refinements: usize::from(!enough),
             backend: self.backend.clone(),
             ..StepOptions::default()
         }

@@ -72,7 +72,7 @@ pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepErr
 /// A cable released unstretched and damped to rest.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Settled {
-    /// Backend, options, form.
+    /// Backend and form.
     pub backend: String,
     /// Segments of the cable.
     pub segments: usize,
@@ -122,7 +122,7 @@ pub fn settle(
         .iter()
         .map(|x| x.x.abs().max(x.y.abs()));
     Ok(Settled {
-        backend: choice.to_string(),
+        backend: choice.family(),
         segments: params.segments,
         mass_ratio: params.mass_ratio,
         steps,
