@@ -457,3 +457,148 @@ impl Stepper {
         Ok(mu)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Matrix3;
+    use taut_model::{Body, Constraint, Frame, Motion, RowLaw, Spherical};
+
+    const DT: f64 = 1.0 / 60.0;
+
+    fn options(form: Form) -> StepOptions {
+        let dense = taut_solver::Backend::Dense(taut_solver::DenseOptions::default());
+        StepOptions {
+            dt: DT,
+            form,
+            backend: dense,
+            ..StepOptions::default()
+        }
+    }
+
+    /// A body of 2 kg at `x` held at its centre to the world's origin, without gravity.
+    fn held(x: Vector3<f64>, law: RowLaw, motion: Motion) -> Scene {
+        let mut scene = Scene::new("held");
+        scene.gravity = Vector3::zeros();
+        let body = scene.add_body("ball", Body::sphere(0.1, 2.0).at(x));
+        let world = Frame::world(Vector3::zeros()).moving(motion);
+        let frames = [world, Frame::body(body, Vector3::zeros())];
+        scene.add_constraint(
+            "spring",
+            Constraint::Spherical(Spherical {
+                frames,
+                stretch: law,
+            }),
+            0,
+        );
+        scene
+    }
+
+    #[test]
+    fn a_free_body_falls_as_symplectic_euler_says() {
+        let mut scene = Scene::new("free");
+        scene.gravity = Vector3::new(0.0, 0.0, -10.0);
+        scene.add_body("ball", Body::sphere(0.1, 2.0));
+        for form in [Form::Schur, Form::Kkt] {
+            let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
+            for n in 1..=60 {
+                stepper.step().unwrap();
+                let exact = -10.0 * DT * DT * f64::from(n * (n + 1)) / 2.0;
+                assert!((stepper.scene().bodies.position[0].z - exact).abs() < 1e-13);
+            }
+        }
+    }
+
+    /// The step is implicit Euler on a deformation mode of frequency ω: eigenvalues (1 ± iωΔt)/(1 + ω²Δt²), so that
+    /// with determinants of three consecutive amplitudes their squared modulus is 1/(1 + ω²Δt²) to rounding.
+    #[test]
+    fn a_deformation_mode_is_damped_by_its_law() {
+        let (mass, compliance) = (2.0_f64, 1e-3_f64);
+        let scene = held(
+            Vector3::new(0.01, 0.0, 0.0),
+            RowLaw::new(compliance, 0.0),
+            Motion::Fixed,
+        );
+        for form in [Form::Schur, Form::Kkt] {
+            let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
+            let mut x = vec![0.01];
+            for _ in 0..8 {
+                stepper.step().unwrap();
+                x.push(stepper.scene().bodies.position[0].x);
+            }
+            let law = 1.0 / (1.0 + DT * DT / (mass * compliance));
+            for w in x.windows(4) {
+                let ratio = (w[2] * w[2] - w[3] * w[1]) / (w[1] * w[1] - w[2] * w[0]);
+                assert!((ratio / law - 1.0).abs() < 1e-10, "{form}: {ratio} {law}");
+            }
+        }
+    }
+
+    /// τ turns a gap without inertia in the way into an exponential: φ⁺ = φ/(1 + Δt/τ) for ε = 0.
+    #[test]
+    fn a_gap_relaxes_with_its_damping_time() {
+        let tau = 0.1;
+        let scene = held(
+            Vector3::new(0.0, 0.02, 0.0),
+            RowLaw::new(0.0, tau),
+            Motion::Fixed,
+        );
+        let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
+        let mut exact = 0.02;
+        for _ in 0..20 {
+            stepper.step().unwrap();
+            exact /= 1.0 + DT / tau;
+            assert!((stepper.scene().bodies.position[0].y - exact).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_rigid_row_follows_a_moving_anchor_without_lag() {
+        let displacement = Vector3::new(0.5, -0.2, 0.1);
+        let motion = Motion::Smooth {
+            displacement,
+            start: 0.1,
+            duration: 0.5,
+        };
+        let scene = held(Vector3::zeros(), RowLaw::RIGID, motion);
+        for form in [Form::Schur, Form::Kkt] {
+            let mut stepper = Stepper::new(scene.clone(), options(form)).unwrap();
+            for _ in 0..60 {
+                stepper.step().unwrap();
+                let anchor = motion.displacement(stepper.time());
+                assert!((stepper.scene().bodies.position[0] - anchor).norm() < 1e-14);
+            }
+            assert_eq!(motion.displacement(stepper.time()), displacement);
+        }
+    }
+
+    #[test]
+    fn a_spin_about_a_principal_axis_turns_by_its_angle() {
+        let mut scene = Scene::new("top");
+        scene.gravity = Vector3::zeros();
+        let mut body = Body::new(1.0, Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 3.0)));
+        body.angular_velocity = Vector3::new(0.0, 0.0, 2.0);
+        scene.add_body("top", body);
+        let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
+        for _ in 0..60 {
+            stepper.step().unwrap();
+        }
+        let turned = stepper.scene().bodies.orientation[0].scaled_axis();
+        assert!(
+            (turned - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-13,
+            "{turned}"
+        );
+    }
+
+    #[test]
+    fn a_failed_solve_names_the_constraint() {
+        let mut scene = held(Vector3::zeros(), RowLaw::RIGID, Motion::Fixed);
+        let again = scene.constraints[0];
+        scene.add_constraint("again", again, 0);
+        let error = Stepper::new(scene, options(Form::Schur))
+            .unwrap()
+            .step()
+            .unwrap_err();
+        assert!(error.to_string().contains("`again`"), "{error}");
+    }
+}

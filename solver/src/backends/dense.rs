@@ -33,7 +33,7 @@ struct Dense<T> {
 }
 
 impl<T: Scalar> Dense<T> {
-    /// LU of the matrix in `lu`; the row at which it is singular to rounding as an error.
+    /// LU of the matrix in `lu`; the column that depends on those before it, to rounding, as an error.
     fn eliminate(&mut self, n: usize) -> Result<(), usize> {
         // A pivot is noise if it is at roundoff of the largest number that its column ever held.
         let mut scale: Vec<f64> = (0..n).map(|c| column_max(&self.lu, n, 0, c)).collect();
@@ -45,7 +45,7 @@ impl<T: Scalar> Dense<T> {
             let best = best.unwrap_or(k);
             let pivot = self.lu[best * n + k].to_f64().abs();
             if pivot.is_nan() || pivot <= NOISE * T::ROUNDOFF * scale[k] {
-                return Err(self.pivot[k]);
+                return Err(k);
             }
             if best != k {
                 self.pivot.swap(k, best);
@@ -114,8 +114,8 @@ impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
         for (i, p) in self.pivot.iter_mut().enumerate() {
             *p = i;
         }
-        let singular = |row| SolveError::Singular {
-            block: a.pattern().block_of_row(row),
+        let singular = |column| SolveError::Singular {
+            block: a.pattern().block_of_row(column),
         };
         self.eliminate(n).map_err(singular)?;
         self.phases.factorized();
