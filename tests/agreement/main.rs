@@ -1,0 +1,8 @@
+//! Every backend against extended precision.
+
+/// The oracles: extended precision against extended precision, and against closed forms.
+mod reference;
+/// Every solver on hoists, with and without refinement.
+mod scenes;
+/// Every backend on random block systems.
+mod systems;

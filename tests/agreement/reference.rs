@@ -1,0 +1,130 @@
+use nalgebra::Vector3;
+use taut_bench::Choice;
+use taut_integrator::{Form, StepOptions, Stepper};
+use taut_model::{JointKind, Scene};
+use taut_solver::forward_error;
+use taut_tests::scenes::{Pose, hoist, random_scene, rigid_chain};
+use taut_tests::{Worst, compiled, compiled_direct, oracle};
+
+const DT: f64 = 1.0 / 60.0;
+
+/// The reference multipliers against the dense oracle on the KKT matrix: another elimination, with pivoting, in the
+/// same extended precision, and another way from the scene to the matrix and back.
+#[test]
+fn the_reference_multipliers_are_those_of_the_dense_oracle() {
+    let mut worst = Worst::default();
+    let mut compare = |scene: Scene, place: String| {
+        let options = StepOptions {
+            refinements: 0,
+            ..Choice::kkt(oracle()).options(DT)
+        };
+        let mut stepper = Stepper::new(scene, options).expect("sound");
+        let reference = stepper.reference_multipliers().expect("solvable");
+        stepper.solve().expect("solvable");
+        worst.see(forward_error(&reference, stepper.multipliers()), place);
+    };
+    for joint in [JointKind::Spherical, JointKind::Cosserat, JointKind::Paper] {
+        for pose in [Pose::Straight, Pose::Bent] {
+            for ratio in [1.0, 1e5, 1e10] {
+                let place = format!("{joint:?}, {pose:?}, ratio {ratio:e}");
+                compare(hoist(joint, pose, 8, ratio), place);
+            }
+        }
+    }
+    for seed in 1..=10 {
+        compare(random_scene(seed), format!("random scene {seed}"));
+    }
+    compare(rigid_chain(8, 1e8), "rigid chain".to_owned());
+    worst.expect_measured("reference multipliers", 0.0);
+}
+
+/// Impulses of the rigid chain at rest: each joint carries the weight below it, g Δt Σ m, straight up.
+fn hanging_impulses(scene: &Scene) -> Vec<f64> {
+    let masses = &scene.bodies.mass;
+    let below = |j: usize| masses[j..].iter().sum::<f64>();
+    (0..masses.len())
+        // The row is the gap a − b along z, and b is the body below: to hold it up the multiplier is negative.
+        .flat_map(|j| [0.0, 0.0, scene.gravity.z * DT * below(j)])
+        .collect()
+}
+
+/// With ε = 0 no material constant enters: the closed form has no error of its own.
+#[test]
+fn a_rigid_chain_at_rest_carries_the_weight_below_each_joint() {
+    let mut worst = Worst::default();
+    for load in [1.0, 1e3, 1e5, 1e8] {
+        let scene = rigid_chain(12, load);
+        let exact = hanging_impulses(&scene);
+        let mut stepper = Stepper::new(
+            scene,
+            StepOptions {
+                dt: DT,
+                ..StepOptions::default()
+            },
+        )
+        .expect("sound");
+        let reference = stepper.reference_multipliers().expect("solvable");
+        worst.see(
+            forward_error(&reference, &exact),
+            format_args!("load {load:e}"),
+        );
+        // Row by row as well: the smallest is not drowned by the largest.
+        for (r, (x, e)) in reference.iter().zip(&exact).enumerate() {
+            worst.see(
+                (x - e).abs() / e.abs().max(f64::MIN_POSITIVE),
+                format_args!("load {load:e}, row {r}"),
+            );
+        }
+    }
+    worst.expect_measured("weights", 1.7e-16);
+}
+
+/// The same from every solver, and the chain stays at rest: its velocities are those that the errors of the impulses
+/// give to 1 kg.
+#[test]
+fn every_direct_solver_holds_a_rigid_chain() {
+    let [mut schur, mut umfpack, mut kkt, mut velocity] = [(); 4].map(|()| Worst::default());
+    for choice in compiled_direct() {
+        for load in [1.0, 1e3, 1e5, 1e8] {
+            let scene = rigid_chain(12, load);
+            let exact = hanging_impulses(&scene);
+            let place = format!("{choice}, load {load:e}");
+            let mut stepper = Stepper::new(scene, choice.options(DT)).expect("sound");
+            stepper.step().unwrap_or_else(|e| panic!("{place}: {e}"));
+            let error = forward_error(stepper.multipliers(), &exact);
+            match (choice.form, choice.backend.name()) {
+                (Form::Schur, "umfpack") => umfpack.see(error, &place),
+                (Form::Schur, _) => schur.see(error, &place),
+                _ => kkt.see(error, &place),
+            }
+            let fastest = stepper
+                .scene()
+                .bodies
+                .velocity
+                .iter()
+                .map(Vector3::norm)
+                .fold(0.0, f64::max);
+            velocity.see(fastest / (load * 9.81 * DT), &place);
+        }
+    }
+    schur.expect_measured("weights from S", 3.4e-16);
+    // It scales the rows of S by their sums, which costs a little at a load of 10⁸ kg.
+    umfpack.expect_measured("weights from S, UMFPACK", 1.1e-14);
+    kkt.expect_measured("weights from the KKT matrix", 3.4e-16);
+    velocity.expect_measured("velocities over load impulse", 1.4e-15);
+}
+
+/// A solver that has only S in doubles and no refinement is not a reference: the test of the tests.
+#[test]
+fn every_solver_is_far_from_a_wrong_reference() {
+    for choice in compiled() {
+        let mut stepper = Stepper::new(random_scene(1), choice.options(DT)).expect("sound");
+        stepper.solve().expect("solvable");
+        let mut other = Stepper::new(random_scene(2), choice.options(DT)).expect("sound");
+        let wrong = other.reference_multipliers().expect("solvable");
+        assert!(
+            forward_error(stepper.multipliers(), &wrong) > 1e-3,
+            "{choice}"
+        );
+    }
+}

@@ -1,0 +1,463 @@
+use crate::{compiled, compiled_direct};
+use std::sync::Arc;
+use taut_solver::{Backend, BlockPattern, LinearSolver, SolveError, Status, SymBlockMatrix};
+
+/// Three coupled blocks of 2, 3 and 1 rows in two groups; definite.
+fn system() -> (SymBlockMatrix, Vec<f64>) {
+    let pattern = BlockPattern::new(&[2, 3, 1], &[(0, 1), (1, 2)]).expect("sound");
+    let pattern = pattern.with_groups(vec![0, 0, 1]).expect("three groups");
+    let mut a = SymBlockMatrix::zeros(Arc::new(pattern));
+    let p = a.pattern().clone();
+    for j in 0..p.blocks() {
+        for (k, value) in p.column(j).zip([0.25, 0.5]) {
+            a.block_mut(k).fill(value);
+        }
+        let n = p.size(j);
+        let diagonal = a.block_mut(p.column(j).start);
+        (0..n).for_each(|r| diagonal[r * (n + 1)] = 8.0 + r as f64);
+    }
+    (a, vec![1.0, -2.0, 3.0, -4.0, 5.0, -6.0])
+}
+
+/// The last diagonal entry of block `j` to be written.
+fn last_diagonal(a: &mut SymBlockMatrix, j: usize) -> &mut f64 {
+    let k = a.pattern().column(j).start;
+    a.block_mut(k).last_mut().expect("a row")
+}
+
+fn analyzed(backend: &Backend, a: &SymBlockMatrix) -> Box<dyn LinearSolver> {
+    let mut solver = backend.create().expect("compiled in");
+    solver
+        .analyze(a.pattern())
+        .unwrap_or_else(|e| panic!("{backend}: {e}"));
+    solver
+}
+
+fn factorized(backend: &Backend, a: &SymBlockMatrix) -> Box<dyn LinearSolver> {
+    let mut solver = analyzed(backend, a);
+    solver
+        .factorize(a)
+        .unwrap_or_else(|e| panic!("{backend}: {e}"));
+    solver
+}
+
+/// The features of this crate are those of the solver: what is asked for is there, what is not is named.
+#[test]
+fn what_is_not_compiled_in_says_how_to_get_it() {
+    let features = [
+        ("banded", cfg!(feature = "banded")),
+        ("gauss-seidel", cfg!(feature = "gauss-seidel")),
+        ("cg", cfg!(feature = "cg")),
+        ("faer", cfg!(feature = "faer")),
+        ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
+        ("umfpack", cfg!(feature = "umfpack")),
+        ("dense", true),
+    ];
+    for (name, on) in features {
+        let backend: Backend = name.parse().expect("all names are always known");
+        assert_eq!(backend.is_compiled(), on, "{name}");
+        if let Err(e) = backend.create() {
+            let feature = backend.feature().expect("dense is always there");
+            assert_eq!(
+                e,
+                SolveError::NotCompiled {
+                    backend: backend.name(),
+                    feature
+                }
+            );
+            assert!(
+                e.to_string().contains(&format!("--features {feature}")),
+                "{e}"
+            );
+        }
+    }
+}
+
+#[test]
+fn unknown_backends_and_options_list_the_known_ones() {
+    for text in ["superlu", "Banded", "", "banded ", ":group"] {
+        let e = text.parse::<Backend>().expect_err(text).to_string();
+        assert!(
+            e.contains("gauss-seidel") && e.contains("umfpack"),
+            "{text}: {e}"
+        );
+        assert!(!e.contains('\n'), "{e}");
+    }
+    for text in [
+        "cg:superlu",
+        "gauss-seidel:iterations=-1",
+        "cg:tolerance=",
+        "umfpack:refinement=x",
+        "dense:triple",
+    ] {
+        let e = text.parse::<Backend>().expect_err(text).to_string();
+        let name = text.split(':').next().expect("a name");
+        assert!(e.contains(name) && !e.contains('\n'), "{text}: {e}");
+    }
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    for backend in compiled().iter().filter(|b| b.is_iterative()) {
+        let refused = |backend: Backend| match backend.create().map(|_| ()) {
+            Err(SolveError::InvalidOption { option, .. }) => option,
+            other => panic!("{backend}: {other:?}"),
+        };
+        assert_eq!(refused(backend.with_iterations(0)), "iterations");
+        for tolerance in [-1e-9, 1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(refused(backend.with_tolerance(tolerance)), "tolerance");
+        }
+    }
+}
+
+#[test]
+fn phases_have_an_order() {
+    let (a, b) = system();
+    for backend in compiled() {
+        let mut x = vec![0.0; b.len()];
+        let early = |called, needs| Err(SolveError::OutOfOrder { called, needs });
+        let mut solver = backend.create().expect("compiled in");
+        assert_eq!(
+            solver.solve(&a, &b, &mut x).map(|_| ()),
+            early("solve", "analyze"),
+            "{backend}"
+        );
+        assert_eq!(
+            solver.factorize(&a).map(|_| ()),
+            early("factorize", "analyze"),
+            "{backend}"
+        );
+        let mut solver = analyzed(&backend, &a);
+        assert_eq!(
+            solver.solve(&a, &b, &mut x).map(|_| ()),
+            early("solve", "factorize"),
+            "{backend}"
+        );
+        // A new analysis forgets the factorisation.
+        let mut solver = factorized(&backend, &a);
+        solver.analyze(a.pattern()).expect("sound");
+        assert_eq!(
+            solver.solve(&a, &b, &mut x).map(|_| ()),
+            early("solve", "factorize"),
+            "{backend}"
+        );
+    }
+}
+
+/// A factorisation that fails leaves none behind: the old one is not used for the new matrix.
+#[test]
+fn a_failed_factorisation_leaves_nothing_to_solve_with() {
+    let (a, b) = system();
+    let mut bad = a.clone();
+    bad.values_mut()[0] = f64::NAN;
+    for backend in compiled() {
+        let mut solver = factorized(&backend, &a);
+        assert!(solver.factorize(&bad).is_err(), "{backend}");
+        let mut x = vec![0.0; b.len()];
+        let e = solver.solve(&a, &b, &mut x).map(|_| ());
+        assert_eq!(
+            e,
+            Err(SolveError::OutOfOrder {
+                called: "solve",
+                needs: "factorize"
+            }),
+            "{backend}"
+        );
+        // And it recovers.
+        solver
+            .factorize(&a)
+            .unwrap_or_else(|e| panic!("{backend}: {e}"));
+        solver
+            .solve(&a, &b, &mut x)
+            .unwrap_or_else(|e| panic!("{backend}: {e}"));
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_named_with_their_block() {
+    let (a, b) = system();
+    for backend in compiled() {
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let non_finite = |what, block| Err(SolveError::NonFinite { what, block });
+            let mut matrix = a.clone();
+            *last_diagonal(&mut matrix, 1) = bad;
+            let found = analyzed(&backend, &a).factorize(&matrix).map(|_| ());
+            assert_eq!(found, non_finite("matrix", 1), "{backend}");
+
+            let mut solver = factorized(&backend, &a);
+            let (mut rhs, mut x) = (b.clone(), vec![0.0; b.len()]);
+            rhs[5] = bad;
+            let found = solver.solve(&a, &rhs, &mut x).map(|_| ());
+            assert_eq!(found, non_finite("right-hand side", 2), "{backend}");
+
+            // Direct backends do not read the guess; neither does a start from the groups' own solutions.
+            let mut x = vec![0.0; b.len()];
+            x[2] = bad;
+            let found = solver.solve(&a, &b, &mut x).map(|_| ());
+            if backend.is_iterative() && !backend.to_string().contains("trial") {
+                assert_eq!(found, non_finite("guess", 1), "{backend}");
+            } else {
+                assert_eq!(found, Ok(()), "{backend}");
+                assert!(x.iter().all(|x| x.is_finite()), "{backend}: {x:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn wrong_lengths_are_named() {
+    let (a, b) = system();
+    for backend in compiled() {
+        let mut solver = factorized(&backend, &a);
+        for found in [0, 5, 7] {
+            let wrong = |what| {
+                Err(SolveError::Dimension {
+                    what,
+                    expected: 6,
+                    found,
+                })
+            };
+            let mut x = vec![0.0; 6];
+            let e = solver.solve(&a, &vec![1.0; found], &mut x).map(|_| ());
+            assert_eq!(e, wrong("right-hand side"), "{backend}");
+            let mut x = vec![0.0; found];
+            let e = solver.solve(&a, &b, &mut x).map(|_| ());
+            assert_eq!(e, wrong("solution"), "{backend}");
+        }
+    }
+}
+
+#[test]
+fn another_pattern_is_refused() {
+    let (a, b) = system();
+    // As many rows, blocks and values.
+    let pattern = BlockPattern::new(&[1, 3, 2], &[(0, 1), (1, 2)]).expect("sound");
+    let mut other = SymBlockMatrix::zeros(Arc::new(pattern));
+    assert_eq!(other.values().len() - a.values().len(), 0);
+    other.values_mut().copy_from_slice(a.values());
+    for backend in compiled() {
+        let mut solver = factorized(&backend, &a);
+        let mut x = vec![0.0; b.len()];
+        let found = solver.solve(&other, &b, &mut x).map(|_| ());
+        assert_eq!(found, Err(SolveError::PatternChanged), "{backend}");
+        let found = solver.factorize(&other).map(|_| ());
+        assert_eq!(found, Err(SolveError::PatternChanged), "{backend}");
+        // An equal pattern is the same pattern, whoever made it.
+        let equal = Arc::new((**a.pattern()).clone());
+        let mut same = SymBlockMatrix::zeros(equal);
+        same.values_mut().copy_from_slice(a.values());
+        solver
+            .factorize(&same)
+            .unwrap_or_else(|e| panic!("{backend}: {e}"));
+        solver
+            .solve(&a, &b, &mut x)
+            .unwrap_or_else(|e| panic!("{backend}: {e}"));
+    }
+}
+
+/// A negative diagonal entry is seen at once by everyone who needs a definite matrix; the others solve the system.
+#[test]
+fn indefinite_matrices_are_refused_or_solved() {
+    let (mut a, b) = system();
+    *last_diagonal(&mut a, 1) = -3.0;
+    for backend in compiled() {
+        let mut solver = analyzed(&backend, &a);
+        let mut x = vec![0.0; b.len()];
+        let solved = solver
+            .factorize(&a)
+            .and_then(|_| solver.solve(&a, &b, &mut x));
+        if backend.accepts_indefinite() {
+            solved.unwrap_or_else(|e| panic!("{backend}: {e}"));
+            let error = taut_solver::backward_error(&a, &b, &x).expect("lengths fit");
+            assert!(error.componentwise <= 1e-14, "{backend}: {error:?}");
+        } else if backend.to_string().starts_with("cg:none") {
+            // It meets the negative curvature in a direction that no single block owns.
+            assert!(
+                matches!(solved, Err(SolveError::NotPositiveDefinite { .. })),
+                "{backend}: {solved:?}"
+            );
+        } else {
+            assert_eq!(
+                solved,
+                Err(SolveError::NotPositiveDefinite { block: 1 }),
+                "{backend}"
+            );
+        }
+    }
+}
+
+/// [1 2; 2 1] has a positive diagonal: what looks at single blocks only cannot know, and must not claim convergence.
+#[test]
+fn an_indefinite_matrix_with_a_positive_diagonal_is_never_solved_wrongly() {
+    let pattern = Arc::new(BlockPattern::new(&[1, 1], &[(0, 1)]).expect("sound"));
+    let mut a = SymBlockMatrix::zeros(pattern);
+    a.values_mut().copy_from_slice(&[1.0, 2.0, 1.0]);
+    let b = [1.0, 3.0];
+    for backend in compiled() {
+        let mut solver = analyzed(&backend, &a);
+        let mut x = [0.0, 0.0];
+        let solved = solver
+            .factorize(&a)
+            .and_then(|_| solver.solve(&a, &b, &mut x));
+        match solved {
+            Ok(report) if report.status == Status::IterationLimit => {
+                assert_eq!(
+                    backend.to_string().split(':').nth(1),
+                    Some("joints"),
+                    "{backend}"
+                );
+            }
+            Ok(report) => {
+                assert!(backend.accepts_indefinite(), "{backend}: {report:?}");
+                // x = (5, −1)/3 exactly.
+                let error = (x[0] - 5.0 / 3.0).abs().max((x[1] + 1.0 / 3.0).abs());
+                assert!(error <= 1e-15, "{backend}: {x:?}");
+            }
+            Err(SolveError::NotPositiveDefinite { .. }) => {
+                assert!(!backend.accepts_indefinite(), "{backend}");
+            }
+            // Divergence up to overflow.
+            Err(SolveError::NonFinite {
+                what: "solution", ..
+            }) => {
+                assert_eq!(backend.name(), "gauss-seidel", "{backend}");
+            }
+            Err(e) => panic!("{backend}: {e}"),
+        }
+    }
+}
+
+#[test]
+fn singular_matrices_are_named_as_such() {
+    // Rows 3 and 4 of block 1 are made equal to rows of block 0: exactly dependent, without a zero in sight.
+    let pattern = Arc::new(BlockPattern::new(&[2, 2], &[(0, 1)]).expect("sound"));
+    let mut a = SymBlockMatrix::zeros(pattern);
+    let block = [3.7, 1.3, 1.3, 2.9];
+    for k in 0..3 {
+        a.block_mut(k).copy_from_slice(&block);
+    }
+    for backend in compiled_direct() {
+        let found = analyzed(&backend, &a).factorize(&a).map(|_| ());
+        match found {
+            Err(SolveError::Singular { block }) => assert!(block < 2, "{backend}: block {block}"),
+            other => panic!("{backend}: {other:?}"),
+        }
+    }
+    let zero = SymBlockMatrix::zeros(a.pattern().clone());
+    for backend in compiled() {
+        let b = [1.0, 2.0, 3.0, 4.0];
+        let mut solver = analyzed(&backend, &zero);
+        let mut x = [0.0; 4];
+        let found = solver
+            .factorize(&zero)
+            .and_then(|_| solver.solve(&zero, &b, &mut x));
+        assert!(
+            matches!(
+                found,
+                Err(SolveError::Singular { .. } | SolveError::NotPositiveDefinite { .. })
+            ),
+            "{backend}: {found:?}"
+        );
+    }
+}
+
+/// No rows at all, empty blocks, empty blocks among others: solved, and what is not there is not touched.
+#[test]
+fn systems_and_blocks_without_rows_are_solved() {
+    for backend in compiled() {
+        for sizes in [vec![], vec![0], vec![0, 0, 0]] {
+            let couplings: Vec<_> = (1..sizes.len()).map(|i| (i - 1, i)).collect();
+            let pattern = Arc::new(BlockPattern::new(&sizes, &couplings).expect("sound"));
+            let a = SymBlockMatrix::zeros(pattern);
+            let report = factorized(&backend, &a).solve(&a, &[], &mut []);
+            let report = report.unwrap_or_else(|e| panic!("{backend}, {sizes:?}: {e}"));
+            assert_ne!(
+                report.status,
+                Status::IterationLimit,
+                "{backend}, {sizes:?}"
+            );
+        }
+        let pattern = BlockPattern::new(&[0, 3, 0, 2], &[(0, 1), (1, 2), (1, 3)]).expect("sound");
+        let mut a = SymBlockMatrix::zeros(Arc::new(pattern));
+        for (j, n) in [(1, 3), (3, 2)] {
+            let k = a.pattern().column(j).start;
+            let diagonal = a.block_mut(k);
+            (0..n).for_each(|r| diagonal[r * (n + 1)] = 2.0);
+        }
+        let b = [2.0, 4.0, 6.0, 8.0, 10.0];
+        let mut x = [0.0; 5];
+        factorized(&backend, &a)
+            .solve(&a, &b, &mut x)
+            .unwrap_or_else(|e| panic!("{backend}: {e}"));
+        // Measured: 2.3e-16 (square roots of 2).
+        let error = taut_solver::forward_error(&x, &[1.0, 2.0, 3.0, 4.0, 5.0]);
+        assert!(error <= 2.3e-15, "{backend}: {x:?}");
+    }
+}
+
+/// An answer that no double holds is an error, not an infinity.
+#[test]
+fn an_answer_that_overflows_is_an_error() {
+    let (a, b) = beyond(1e-200, 1e150);
+    let mut faults = Vec::new();
+    for backend in compiled() {
+        let mut x = [0.0; 3];
+        let found = factorized(&backend, &a).solve(&a, &b, &mut x);
+        let what = match &found {
+            Err(SolveError::NonFinite { what, .. }) => what,
+            _ => "an answer",
+        };
+        if what != "solution" {
+            faults.push(format!("{backend}: {found:?}, {x:?}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The square of 10²⁰⁰ is no double, the answer 10²⁰⁰ is: whoever needs the square says so, and does not call the guess
+/// converged.
+#[test]
+fn a_norm_that_overflows_is_not_taken_for_convergence() {
+    let (a, b) = beyond(1.0, 1e200);
+    let mut faults = Vec::new();
+    for backend in compiled() {
+        let mut x = [0.0; 3];
+        let found = factorized(&backend, &a).solve(&a, &b, &mut x);
+        let good = match &found {
+            Ok(report) if matches!(report.status, Status::Direct | Status::Converged) => {
+                taut_solver::forward_error(&x, &b) <= 1e-12
+            }
+            Ok(_) | Err(SolveError::NonFinite { .. }) => backend.is_iterative(),
+            Err(_) => false,
+        };
+        if !good {
+            faults.push(format!("{backend}: {found:?}, {x:?}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+/// The diagonal system d x₀ = b₀, x₁ = 1, x₂ = 1 in two blocks.
+fn beyond(d: f64, b: f64) -> (SymBlockMatrix, [f64; 3]) {
+    let pattern = Arc::new(BlockPattern::new(&[1, 2], &[(0, 1)]).expect("sound"));
+    let mut a = SymBlockMatrix::zeros(pattern);
+    a.values_mut()
+        .copy_from_slice(&[d, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    (a, [b, 1.0, 1.0])
+}
+
+/// b = 0 has the answer 0, whatever the guess, and an iteration that stops before says why: scenes without gravity
+/// come here.
+#[test]
+fn a_zero_right_hand_side_is_solved() {
+    let (a, b) = system();
+    let mut faults = Vec::new();
+    for backend in compiled() {
+        let mut x = b.clone();
+        let found = factorized(&backend, &a).solve(&a, &[0.0; 6], &mut x);
+        if found.is_err() || taut_solver::norm_inf(&x) > 1e-12 {
+            faults.push(format!("{backend}: {found:?}, {x:?}"));
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}

@@ -1,0 +1,404 @@
+use crate::{compiled, compiled_direct};
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use taut_bench::Choice;
+use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_model::{
+    Bodies, Body, Constraint, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError, Spherical,
+};
+use taut_solver::{Backend, SolveError, forward_error};
+use taut_tests::Worst;
+use taut_tests::scenes::{Pose, hoist, rigid_chain};
+
+const DT: f64 = 1.0 / 60.0;
+
+fn options(backend: Backend) -> StepOptions {
+    Choice::schur(backend).options(DT)
+}
+
+fn small() -> Scene {
+    hoist(JointKind::Cosserat, Pose::Straight, 3, 10.0)
+}
+
+/// What the stepper says of a scene.
+fn refusal(scene: Scene) -> StepError {
+    Stepper::new(scene, StepOptions::default())
+        .map(|_| ())
+        .expect_err("a fault")
+}
+
+fn one_line(e: &StepError, words: &str) {
+    let text = e.to_string();
+    assert!(text.contains(words) && !text.contains('\n'), "{text}");
+}
+
+#[test]
+fn parameters_out_of_range_name_the_parameter() {
+    let refused = |change: fn(&mut HoistParams), words: &str| {
+        let mut params = HoistParams::default();
+        change(&mut params);
+        let e = params.build().expect_err("a fault");
+        assert!(e.to_string().contains(words), "{e}");
+    };
+    refused(|p| p.segment_mass = Some(-1.0), "segment_mass is -1");
+    refused(|p| p.segment_mass = Some(0.0), "segment_mass is 0");
+    refused(|p| p.segment_mass = Some(f64::NAN), "segment_mass is NaN");
+    refused(|p| p.mass_ratio = 0.0, "mass_ratio is 0");
+    refused(|p| p.mass_ratio = f64::INFINITY, "mass_ratio is inf");
+    refused(|p| p.length = 0.0, "length is 0");
+    refused(|p| p.length = f64::NAN, "length is NaN");
+    refused(|p| p.segments = 0, "segments is 0");
+    refused(
+        |p| p.segments = usize::MAX,
+        "segments is 18446744073709551615",
+    );
+    refused(|p| p.ea = Some(-2e7), "ea is -20000000");
+}
+
+/// The experiments pass the same error on, not one about what they worked out from the bad parameter.
+#[test]
+fn experiments_on_bad_parameters_name_the_parameter() {
+    for (params, words) in [
+        (
+            HoistParams {
+                segment_mass: Some(-1.0),
+                ..HoistParams::default()
+            },
+            "segment_mass is -1",
+        ),
+        (
+            HoistParams {
+                length: 0.0,
+                ..HoistParams::default()
+            },
+            "length is 0",
+        ),
+        (
+            HoistParams {
+                mass_ratio: f64::NAN,
+                ..HoistParams::default()
+            },
+            "mass_ratio is NaN",
+        ),
+    ] {
+        let e = taut_bench::statics::hold(&params, &StepOptions::default()).expect_err("a fault");
+        assert!(matches!(e, StepError::Scene(_)), "{e:?}");
+        one_line(&e, words);
+    }
+}
+
+#[test]
+fn scenes_with_bad_bodies_name_the_body() {
+    let refused = |change: fn(&mut Scene), words: &str| {
+        let mut scene = small();
+        change(&mut scene);
+        let e = refusal(scene);
+        assert!(matches!(e, StepError::Scene(_)), "{e:?}");
+        one_line(&e, words);
+    };
+    refused(|s| s.bodies.mass[1] = -1.0, "`segment-2`: mass is -1");
+    refused(|s| s.bodies.mass[1] = 0.0, "`segment-2`: mass is 0");
+    refused(|s| s.bodies.mass[3] = f64::NAN, "`load`: mass is NaN");
+    refused(
+        |s| s.bodies.position[0].x = f64::NAN,
+        "`segment-1`: position is NaN",
+    );
+    refused(
+        |s| s.bodies.velocity[0].x = f64::INFINITY,
+        "`segment-1`: velocity is inf",
+    );
+    refused(|s| s.gravity.z = f64::NAN, "gravity is NaN");
+}
+
+#[test]
+fn an_empty_scene_is_refused() {
+    let e = refusal(Scene::new("empty"));
+    assert_eq!(e, StepError::Scene(SceneError::Empty));
+    one_line(&e, "no bodies");
+}
+
+/// Bodies that nothing holds fall: no rows, no system, no error.
+#[test]
+fn a_scene_without_constraints_falls_freely() {
+    for backend in compiled() {
+        let forms = if backend.accepts_indefinite() {
+            &[Form::Schur, Form::Kkt][..]
+        } else {
+            &[Form::Schur]
+        };
+        for &form in forms {
+            let mut scene = Scene::new("stone");
+            scene.gravity = Vector3::new(0.0, 0.0, -10.0);
+            scene.add_body("stone", Body::sphere(0.1, 2.0));
+            let choice = Choice {
+                backend: backend.clone(),
+                form,
+            };
+            let mut stepper = Stepper::new(scene, choice.options(0.125))
+                .unwrap_or_else(|e| panic!("{choice}: {e}"));
+            for _ in 0..8 {
+                stepper.step().unwrap_or_else(|e| panic!("{choice}: {e}"));
+            }
+            assert_eq!(stepper.scene().bodies.velocity[0].z, -10.0, "{choice}");
+            assert_eq!(stepper.reference_multipliers(), Ok(vec![]), "{choice}");
+        }
+    }
+}
+
+#[test]
+fn time_steps_out_of_range_are_refused() {
+    for dt in [0.0, -0.0, -0.1, f64::NAN, f64::INFINITY] {
+        let options = StepOptions {
+            dt,
+            ..StepOptions::default()
+        };
+        let e = Stepper::new(small(), options)
+            .map(|_| ())
+            .expect_err("a fault");
+        assert!(
+            matches!(e, StepError::InvalidOption { field: "dt", .. }),
+            "{e:?}"
+        );
+        one_line(&e, "positive finite number of seconds");
+    }
+}
+
+#[test]
+fn the_kkt_form_needs_a_backend_for_indefinite_matrices() {
+    for backend in compiled().into_iter().filter(|b| !b.accepts_indefinite()) {
+        let options = Choice::kkt(backend.clone()).options(DT);
+        let e = Stepper::new(small(), options)
+            .map(|_| ())
+            .expect_err("a fault");
+        let named = matches!(&e, StepError::FormNotAccepted { backend: b, form: Form::Kkt } if *b == backend.to_string());
+        assert!(named, "{e:?}");
+        one_line(&e, "schur");
+        // On the command line it does not get that far.
+        let text = format!("{backend}/kkt");
+        assert!(
+            text.parse::<Choice>()
+                .expect_err("a fault")
+                .contains("positive definite")
+        );
+    }
+}
+
+#[test]
+fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
+    let missing: Vec<_> = Backend::all()
+        .into_iter()
+        .filter(|b| !b.is_compiled())
+        .collect();
+    for backend in &missing {
+        let e = Stepper::new(small(), options(backend.clone()))
+            .map(|_| ())
+            .expect_err("a fault");
+        let name = backend.name();
+        let source = SolveError::NotCompiled {
+            backend: name,
+            feature: name,
+        };
+        assert!(
+            matches!(&e, StepError::Solve { source: s, .. } if *s == source),
+            "{e:?}"
+        );
+        one_line(&e, &format!("--features {name}"));
+    }
+    assert_eq!(missing.len() + compiled_names(), Backend::all().len());
+}
+
+fn compiled_names() -> usize {
+    let mut names: Vec<_> = compiled().iter().map(Backend::name).collect();
+    names.dedup();
+    names.len()
+}
+
+/// What spoils a state.
+type Fault = fn(&mut Bodies);
+
+const FAULTS: [(&str, Fault); 5] = [
+    ("position NaN", |b| b.position[1].y = f64::NAN),
+    ("position inf", |b| b.position[1].y = f64::INFINITY),
+    ("velocity NaN", |b| b.velocity[2].x = f64::NAN),
+    ("angular velocity NaN", |b| {
+        b.angular_velocity[0].z = f64::NAN
+    }),
+    ("orientation NaN", |b| {
+        b.orientation[1] = UnitQuaternion::new_unchecked(Quaternion::new(1.0, f64::NAN, 0.0, 0.0));
+    }),
+];
+
+/// Puts a stepper into a state with a fault; what the step says, and the good state.
+fn step_from_fault(choice: &Choice, fault: Fault) -> (Stepper, Bodies, Result<(), StepError>) {
+    let mut stepper = Stepper::new(small(), choice.options(DT)).expect("sound");
+    let good = stepper.scene().bodies.clone();
+    let mut bad = good.clone();
+    fault(&mut bad);
+    let found = stepper
+        .set_state(&bad, 0.0)
+        .and_then(|()| stepper.step().map(|_| ()));
+    (stepper, good, found)
+}
+
+#[test]
+fn a_state_that_is_not_finite_stops_the_step() {
+    for choice in taut_tests::compiled() {
+        for (what, fault) in FAULTS {
+            let (_, _, found) = step_from_fault(&choice, fault);
+            let typed = match &found {
+                Err(StepError::NonFinite { .. }) => true,
+                Err(StepError::Solve { source, .. }) => {
+                    matches!(source, SolveError::NonFinite { .. })
+                }
+                _ => false,
+            };
+            assert!(typed, "{choice}, {what}: {found:?}");
+        }
+    }
+}
+
+/// Nothing of a bad state is left once a good one is set: no warm start, no winding number.
+#[test]
+fn a_good_state_after_a_bad_one_is_as_good_as_new() {
+    let mut faults = Vec::new();
+    for choice in taut_tests::compiled() {
+        let mut fresh = Stepper::new(small(), choice.options(DT)).expect("sound");
+        fresh.step().expect("sound");
+        for (what, fault) in FAULTS {
+            let (mut stepper, good, _) = step_from_fault(&choice, fault);
+            let again = stepper.set_state(&good, 0.0).and_then(|()| stepper.step());
+            let error = forward_error(stepper.multipliers(), fresh.multipliers());
+            if again.is_err() || error.is_nan() || error > 1e-9 {
+                faults.push(format!(
+                    "{choice}, after {what}: {again:?}, error {error:e}"
+                ));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{}", faults.join("\n"));
+}
+
+#[test]
+fn states_and_multipliers_of_another_scene_are_refused() {
+    let mut stepper = Stepper::new(small(), StepOptions::default()).expect("sound");
+    let other = hoist(JointKind::Cosserat, Pose::Straight, 5, 10.0);
+    let wrong = |e: Result<(), StepError>| match e {
+        Err(StepError::Solve {
+            source:
+                SolveError::Dimension {
+                    what,
+                    expected,
+                    found,
+                },
+            ..
+        }) => (what, expected, found),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(
+        wrong(stepper.set_state(&other.bodies, 0.0)),
+        ("bodies", 4, 6)
+    );
+    let rows = stepper.multipliers().len();
+    assert_eq!(
+        wrong(stepper.set_multipliers(&[1.0])),
+        ("multipliers", rows, 1)
+    );
+}
+
+/// A rigid chain with one of its joints twice: no multipliers are the right ones, and the fault has a name.
+fn redundant() -> Scene {
+    let mut scene = rigid_chain(4, 10.0);
+    let again = scene.constraints[2];
+    scene.add_constraint("joint-2 again", again, 0);
+    scene
+}
+
+#[test]
+fn a_rigid_constraint_that_is_there_twice_is_named() {
+    for backend in compiled_direct() {
+        let mut stepper = Stepper::new(redundant(), options(backend.clone())).expect("sound");
+        let before = stepper.scene().clone();
+        match stepper.step() {
+            Err(StepError::Solve {
+                source: SolveError::Singular { .. },
+                culprit: Some(name),
+                time,
+            }) => {
+                assert!(name.starts_with("joint-2"), "{backend}: {name}");
+                assert_eq!(time, 0.0, "{backend}");
+            }
+            other => panic!("{backend}: {other:?}"),
+        }
+        // The state is that of the beginning of the step.
+        assert_eq!(*stepper.scene(), before, "{backend}");
+    }
+}
+
+/// The same in the KKT form. Its names may be those of the bodies around; what counts is that there is no answer.
+#[test]
+fn a_rigid_constraint_that_is_there_twice_is_refused_in_the_kkt_form() {
+    for backend in compiled_direct()
+        .into_iter()
+        .filter(Backend::accepts_indefinite)
+    {
+        let choice = Choice::kkt(backend);
+        let mut stepper = Stepper::new(redundant(), choice.options(DT)).expect("sound");
+        let found = stepper.step();
+        assert!(
+            matches!(
+                &found,
+                Err(StepError::Solve {
+                    source: SolveError::Singular { .. },
+                    culprit: Some(_),
+                    ..
+                })
+            ),
+            "{choice}: {found:?}"
+        );
+    }
+}
+
+/// With a compliance the two joints share the load: the cure that the message names.
+#[test]
+fn compliance_mends_a_constraint_that_is_there_twice() {
+    let mut worst = Worst::default();
+    for backend in compiled_direct() {
+        let mut scene = redundant();
+        for constraint in &mut scene.constraints {
+            if let Constraint::Spherical(s) = constraint {
+                s.stretch = RowLaw::new(1e-9, 0.0);
+            }
+        }
+        let mut stepper = Stepper::new(scene, options(backend.clone())).expect("sound");
+        stepper.step().unwrap_or_else(|e| panic!("{backend}: {e}"));
+        let mu = stepper.multipliers();
+        assert_eq!(mu.len(), 18, "five joints and one again");
+        worst.see(forward_error(&mu[6..9], &mu[15..18]), &backend);
+    }
+    worst.expect_measured("shares of the load", 7.9e-16);
+}
+
+/// An unheld body beside a chain is no fault: it has a part of the KKT matrix, and none of S. A joint between the world
+/// and the world is one.
+#[test]
+fn loose_bodies_beside_a_chain_fall() {
+    for choice in taut_tests::compiled() {
+        let mut scene = small();
+        let stone = scene.add_body(
+            "stone",
+            Body::sphere(0.1, 2.0).at(Vector3::new(9.0, 0.0, 0.0)),
+        );
+        let mut stepper = Stepper::new(scene, choice.options(DT)).expect("sound");
+        stepper.step().unwrap_or_else(|e| panic!("{choice}: {e}"));
+        let fall = stepper.scene().bodies.velocity[stone].z;
+        assert!((fall + 9.81 * DT).abs() <= 1e-15, "{choice}: {fall}");
+    }
+    let mut scene = small();
+    let world = Frame::world(Vector3::zeros());
+    let frames = [world, world];
+    let nothing = Constraint::Spherical(Spherical {
+        frames,
+        stretch: RowLaw::RIGID,
+    });
+    scene.add_constraint("nothing", nothing, 0);
+    one_line(&refusal(scene), "`nothing` ties the world to the world");
+}

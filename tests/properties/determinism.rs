@@ -1,0 +1,90 @@
+use taut_bench::Choice;
+use taut_integrator::{StepOptions, Stepper};
+use taut_model::{HoistParams, Scene};
+use taut_tests::scenes::random_scene;
+use taut_tests::{compiled, compiled_direct};
+
+const DT: f64 = 1.0 / 60.0;
+
+/// Everything that a run leaves, as bits.
+fn bits(stepper: &Stepper) -> Vec<u64> {
+    let bodies = &stepper.scene().bodies;
+    let vectors = bodies.position.iter().chain(&bodies.velocity);
+    let vectors = vectors.chain(&bodies.angular_velocity).flatten();
+    let turns = bodies.orientation.iter().flat_map(|q| q.coords.iter());
+    let all = vectors.chain(turns).chain(stepper.multipliers());
+    all.map(|x| x.to_bits()).collect()
+}
+
+fn run(scene: Scene, options: StepOptions, steps: usize) -> Vec<u64> {
+    let mut stepper = Stepper::new(scene, options).expect("sound");
+    for _ in 0..steps {
+        stepper.step().expect("a stable run");
+    }
+    bits(&stepper)
+}
+
+fn swinging() -> Scene {
+    let params = HoistParams {
+        segments: 10,
+        mass_ratio: 5.0,
+        move_x: 0.5,
+        seed: 3,
+        ..HoistParams::default()
+    };
+    params.build().expect("sound parameters")
+}
+
+/// Twice in a row, and again while another thread does the same.
+#[test]
+fn the_same_run_gives_the_same_bits() {
+    for choice in compiled() {
+        let first = run(swinging(), choice.options(DT), 60);
+        assert_eq!(first, run(swinging(), choice.options(DT), 60), "{choice}");
+        let threads = [0, 1].map(|_| {
+            let options = choice.options(DT);
+            std::thread::spawn(move || run(swinging(), options, 60))
+        });
+        for thread in threads {
+            assert_eq!(first, thread.join().expect("no panic"), "{choice}");
+        }
+    }
+}
+
+/// A direct step depends on the state alone: not on what the stepper did before.
+#[test]
+fn a_direct_step_from_a_state_does_not_depend_on_the_past() {
+    let step_from = |choice: &Choice, warmed_up: bool| {
+        let scene = random_scene(4);
+        let mut stepper = Stepper::new(scene.clone(), choice.options(DT)).expect("sound");
+        if warmed_up {
+            for _ in 0..7 {
+                stepper.step().expect("solvable");
+            }
+            stepper.set_state(&scene.bodies, 0.0).expect("same scene");
+        }
+        stepper.step().expect("solvable");
+        bits(&stepper)
+    };
+    for choice in compiled_direct() {
+        assert_eq!(
+            step_from(&choice, false),
+            step_from(&choice, true),
+            "{choice}"
+        );
+    }
+}
+
+/// `solve` and then `advance` is `step`.
+#[test]
+fn the_two_halves_of_a_step_are_the_step() {
+    for choice in compiled() {
+        let whole = run(random_scene(5), choice.options(DT), 5);
+        let mut stepper = Stepper::new(random_scene(5), choice.options(DT)).expect("sound");
+        for _ in 0..5 {
+            stepper.solve().expect("solvable");
+            stepper.advance().expect("finite");
+        }
+        assert_eq!(whole, bits(&stepper), "{choice}");
+    }
+}

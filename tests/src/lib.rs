@@ -1,0 +1,115 @@
+//! What the tests across crates share: random numbers with a fixed seed, random block systems, scenes, solvers.
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | `random` | one generator; every failure message names its seed |
+//! | `systems` | random block systems with the shapes of cables |
+//! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
+//!
+//! | test binary | asserts |
+//! |---|---|
+//! | `properties` | what holds whatever the numbers: symmetry, conservation, invariance, determinism |
+//! | `agreement` | every backend against extended precision, on random systems and on scenes |
+//! | `statics` | the experiments on the hanging cable |
+//! | `bad_input` | typed errors, never a panic and never a silent NaN |
+//! | `structure` | allocations, imports, features, unsafe code, the top level |
+
+pub mod random;
+pub mod scenes;
+pub mod systems;
+
+use std::fmt;
+use taut_bench::Choice;
+use taut_solver::{Backend, DenseOptions, Precision};
+
+/// All solvers that are compiled in, in both forms where they take them.
+#[must_use]
+pub fn compiled() -> Vec<Choice> {
+    let mut choices: Vec<Choice> = Choice::all()
+        .into_iter()
+        .filter(|c| c.check().is_ok())
+        .collect();
+    choices.push(Choice::kkt(Backend::Dense(DenseOptions::default())));
+    choices
+}
+
+/// The direct ones among them.
+#[must_use]
+pub fn compiled_direct() -> Vec<Choice> {
+    let mut choices = compiled();
+    choices.retain(|c| !c.backend.is_iterative());
+    choices
+}
+
+/// The iterative ones among them.
+#[must_use]
+pub fn compiled_iterative() -> Vec<Choice> {
+    let mut choices = compiled();
+    choices.retain(|c| c.backend.is_iterative());
+    choices
+}
+
+/// The dense oracle.
+#[must_use]
+pub fn oracle() -> Backend {
+    Backend::Dense(DenseOptions {
+        precision: Precision::Extended,
+    })
+}
+
+/// Ten times a measured error: what a test allows. Errors below an ulp count as one.
+#[must_use]
+pub fn allowed(measured: f64) -> f64 {
+    10.0 * measured.max(f64::EPSILON)
+}
+
+/// The largest of many errors, and where it was met. `cargo test -- --nocapture` shows what is measured.
+#[derive(Debug)]
+pub struct Worst {
+    error: f64,
+    place: String,
+}
+
+impl Default for Worst {
+    fn default() -> Self {
+        Self {
+            error: 0.0,
+            place: "nowhere".to_owned(),
+        }
+    }
+}
+
+impl Worst {
+    /// Takes an error into account; NaN counts as infinite.
+    pub fn see(&mut self, error: f64, place: impl fmt::Display) {
+        let error = if error.is_nan() { f64::INFINITY } else { error };
+        if error > self.error {
+            *self = Self {
+                error,
+                place: place.to_string(),
+            };
+        }
+    }
+
+    /// The largest error.
+    #[must_use]
+    pub fn error(&self) -> f64 {
+        self.error
+    }
+
+    /// Fails where the largest error is beyond ten times the measured one.
+    ///
+    /// # Panics
+    /// Then, with the error and its place.
+    #[track_caller]
+    pub fn expect_measured(&self, what: &str, measured: f64) {
+        let Self { error, place } = self;
+        println!("{what}: {error:.1e} (measured before: {measured:.1e}) at {place}");
+        let bound = allowed(measured);
+        assert!(
+            *error <= bound,
+            "{what}: {error:e} exceeds {bound:e} at {place}"
+        );
+    }
+}

@@ -1,0 +1,264 @@
+//! Scenes for tests, and what can be done to a whole scene.
+
+use crate::random::Random;
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_model::{
+    Body, Constraint, Cosserat, Frame, HoistParams, JointKind, JointLaw, Lock, Motion, Paper,
+    RowLaw, Scene, Side, Spherical,
+};
+
+/// The pose of a hoist.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pose {
+    /// Hanging in equilibrium, with random angular velocities of 10⁻³ rad/s.
+    Straight,
+    /// On a space curve that turns by about 0.1 rad a joint, under the tension of the hanging cable, with random
+    /// velocities.
+    Bent,
+}
+
+/// A hoist with the given joints in the given pose.
+#[must_use]
+pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> Scene {
+    let params = HoistParams {
+        segments,
+        mass_ratio,
+        joint,
+        seed: 7,
+        ..HoistParams::default()
+    };
+    match pose {
+        Pose::Straight => params.hanging_equilibrium().expect("sound parameters"),
+        Pose::Bent => {
+            let mut scene = params.build().expect("sound parameters");
+            let cable = params.resolve().expect("sound parameters");
+            let gaps: Vec<f64> = cable.gaps(params.gravity).collect();
+            bend(&mut scene, cable.segment_length, &gaps, 11);
+            scene
+        }
+    }
+}
+
+/// Lays the cable of an unstrained hoist along a space curve, with gaps along it, and gives all bodies velocities.
+fn bend(scene: &mut Scene, segment: f64, gaps: &[f64], seed: u64) {
+    let mut random = Random::new(seed);
+    let bodies = &mut scene.bodies;
+    let (mut end, mut turn) = (Vector3::zeros(), UnitQuaternion::identity());
+    let load = bodies.len() - 1;
+    for (i, gap) in gaps.iter().enumerate() {
+        turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.02, 0.1, 0.01)) * turn;
+        let down = turn * -Vector3::z();
+        let half = if i == load { 0.0 } else { 0.5 * segment };
+        bodies.position[i] = end + down * (gap + half);
+        bodies.orientation[i] = turn;
+        bodies.velocity[i] = random.vector(0.3);
+        bodies.angular_velocity[i] = random.vector(0.3);
+        end += down * (gap + 2.0 * half);
+    }
+}
+
+/// The four kinds of joint.
+pub const KINDS: [&str; 4] = ["spherical", "paper", "cosserat", "lock"];
+
+/// A joint of the given kind with stretch, bend and twist of the given compliances and damping time.
+///
+/// # Panics
+/// Where there is no such kind.
+#[must_use]
+pub fn joint(
+    kind: &str,
+    frames: [Frame; 2],
+    stretch: f64,
+    angular: f64,
+    damping: f64,
+) -> Constraint {
+    let law = JointLaw {
+        stretch: Some(RowLaw::new(stretch, damping)),
+        bend: Some(RowLaw::new(angular, damping)),
+        twist: Some(RowLaw::new(angular, damping)),
+    };
+    match kind {
+        "spherical" => Constraint::Spherical(Spherical {
+            frames,
+            stretch: RowLaw::new(stretch, damping),
+        }),
+        "paper" => Constraint::Paper(Paper::new(frames, law)),
+        "cosserat" => Constraint::Cosserat(Cosserat::new(frames, law)),
+        "lock" => Constraint::Lock(Lock {
+            frames,
+            linear: RowLaw::new(stretch, damping),
+            angular: RowLaw::new(angular, damping),
+        }),
+        other => panic!("no kind of joint is called {other}"),
+    }
+}
+
+/// Length of a segment \[m].
+const SEGMENT: f64 = 0.5;
+
+/// A cable of `segments` rods, the last of them heavier, that nothing holds, without gravity, with random velocities.
+/// `stretch` is the compliance of its gaps \[m/N]; that of its angles is 1000 times as much \[rad/(N m)].
+#[must_use]
+pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    let mut scene = Scene::new("free cable");
+    let half = Vector3::new(0.0, 0.0, 0.5 * SEGMENT);
+    for i in 0..segments {
+        let mass = if i + 1 == segments { 20.0 } else { 1.0 };
+        let mut rod = Body::rod(SEGMENT, 0.05, mass).at(-2.0 * half * i as f64);
+        rod.velocity = random.vector(1.0);
+        rod.angular_velocity = random.vector(1.0);
+        scene.add_body(format!("rod-{i}"), rod);
+    }
+    for i in 1..segments {
+        let frames = [Frame::body(i - 1, -half), Frame::body(i, half)];
+        let constraint = joint(kind, frames, stretch, 1e3 * stretch, 0.0);
+        scene.add_constraint(format!("joint-{i}"), constraint, 0);
+    }
+    scene
+}
+
+/// A vertical chain of rigid ball joints (ε = 0) at rest, a load of `load` kg under `segments` of 1 kg and 0.5 m. All
+/// lengths are sums of powers of two: no gap comes from rounding.
+#[must_use]
+pub fn rigid_chain(segments: usize, load: f64) -> Scene {
+    let params = HoistParams {
+        segments,
+        length: SEGMENT * segments as f64,
+        mass_ratio: load,
+        joint: JointKind::Spherical,
+        ..HoistParams::default()
+    };
+    let mut scene = params.build().expect("sound parameters");
+    for constraint in &mut scene.constraints {
+        if let Constraint::Spherical(s) = constraint {
+            s.stretch = RowLaw::RIGID;
+        }
+    }
+    scene
+}
+
+/// A tree of bodies on a moving anchor, with a loop, joints of all kinds, gaps, bends and velocities: nothing about it
+/// is special.
+#[must_use]
+pub fn random_scene(seed: u64) -> Scene {
+    let mut random = Random::new(seed);
+    let mut scene = Scene::new("random tree");
+    scene.gravity = random.vector(10.0);
+    let bodies = 5 + random.below(8);
+    let mut parents = vec![None];
+    for i in 1..bodies {
+        parents.push(Some(random.below(i)));
+    }
+    let mut ends: Vec<Vector3<f64>> = Vec::new();
+    for (i, parent) in parents.iter().enumerate() {
+        let start = parent.map_or(Vector3::zeros(), |p: usize| ends[p]);
+        let turn = random.rotation(0.5);
+        let half = turn * Vector3::new(0.0, 0.0, -0.5 * SEGMENT);
+        let mass = random.log_uniform(0.5, 50.0);
+        let mut rod = Body::rod(SEGMENT, 0.05, mass)
+            .at(start + half + random.vector(1e-3))
+            .turned(turn);
+        rod.velocity = random.vector(0.3);
+        rod.angular_velocity = random.vector(0.3);
+        rod.force = random.vector(1.0);
+        rod.torque = random.vector(0.1);
+        scene.add_body(format!("rod-{i}"), rod);
+        ends.push(start + 2.0 * half);
+    }
+    let half = Vector3::new(0.0, 0.0, 0.5 * SEGMENT);
+    for (i, parent) in parents.iter().enumerate() {
+        let upper = parent.map_or_else(
+            || Frame::world(Vector3::zeros()).moving(anchor_motion()),
+            |p| Frame::body(p, -half),
+        );
+        let kind = KINDS[random.below(4)];
+        let (stretch, angular) = (
+            random.log_uniform(1e-8, 1e-4),
+            random.log_uniform(1e-4, 1.0),
+        );
+        let frames = [upper, Frame::body(i, half)];
+        let constraint = joint(kind, frames, stretch, angular, 0.01);
+        scene.add_constraint(format!("joint-{i}"), constraint, (i % 3) as u32);
+    }
+    // The loop: a soft ball joint between the ends of the first and the last body where they happen to be.
+    let last = bodies - 1;
+    let offset = scene.bodies.orientation[0].inverse() * (ends[last] - scene.bodies.position[0]);
+    let frames = [Frame::body(0, offset), Frame::body(last, -half)];
+    let closing = joint("spherical", frames, 1e-3, 0.0, 0.01);
+    scene.add_constraint("closing", closing, 3);
+    scene
+}
+
+fn anchor_motion() -> Motion {
+    Motion::Smooth {
+        displacement: Vector3::new(0.3, -0.1, 0.2),
+        start: -0.1,
+        duration: 1.0,
+    }
+}
+
+/// The scene rotated about the origin, then shifted: bodies, velocities, forces, gravity, world sides and their motion.
+///
+/// # Panics
+/// On motions that are not straight.
+#[must_use]
+pub fn moved(scene: &Scene, turn: &UnitQuaternion<f64>, shift: &Vector3<f64>) -> Scene {
+    let mut scene = scene.clone();
+    scene.gravity = turn * scene.gravity;
+    let bodies = &mut scene.bodies;
+    for i in 0..bodies.len() {
+        bodies.position[i] = turn * bodies.position[i] + shift;
+        bodies.orientation[i] = turn * bodies.orientation[i];
+        for v in [
+            &mut bodies.velocity[i],
+            &mut bodies.angular_velocity[i],
+            &mut bodies.force[i],
+            &mut bodies.torque[i],
+        ] {
+            *v = turn * *v;
+        }
+    }
+    for frame in scene
+        .constraints
+        .iter_mut()
+        .flat_map(Constraint::frames_mut)
+    {
+        if let Side::World(motion) = &mut frame.side {
+            frame.point = turn * frame.point + shift;
+            frame.axes = turn.to_rotation_matrix() * frame.axes;
+            match motion {
+                Motion::Fixed => {}
+                Motion::Smooth { displacement, .. } => *displacement = turn * *displacement,
+                other => panic!("{other:?} has directions of its own"),
+            }
+        }
+    }
+    scene
+}
+
+/// The same scene with its bodies and constraints listed in another order: entry k is the old `bodies[k]`.
+#[must_use]
+pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Scene {
+    let mut other = Scene::new(scene.name.clone());
+    other.gravity = scene.gravity;
+    let mut place = vec![0; bodies.len()];
+    for &old in bodies {
+        place[old] = other.add_body(scene.body_names[old].clone(), scene.bodies.get(old));
+    }
+    for &old in constraints {
+        let mut constraint = scene.constraints[old];
+        for frame in constraint.frames_mut() {
+            if let Side::Body(i) = &mut frame.side {
+                *i = place[*i];
+            }
+        }
+        other.add_constraint(
+            scene.constraint_names[old].clone(),
+            constraint,
+            scene.groups[old],
+        );
+    }
+    other.load = scene.load.map(|i| place[i]);
+    other
+}

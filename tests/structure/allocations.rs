@@ -1,0 +1,154 @@
+#![allow(unsafe_code)] // an allocator that counts cannot be written without
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::hint::black_box;
+use taut_bench::Choice;
+use taut_integrator::{StepOptions, Stepper};
+use taut_solver::Backend;
+use taut_tests::compiled;
+use taut_tests::scenes::{KINDS, free_cable, random_scene};
+
+const DT: f64 = 1.0 / 240.0;
+
+thread_local! {
+    static CALLS: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The system's allocator, with a count of calls for each thread.
+struct Counting;
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+impl Counting {
+    fn count() {
+        // Beyond the thread's end nothing is counted.
+        let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
+    }
+}
+
+// SAFETY: every call is passed on to the system's allocator as it came; counting touches no memory of its own.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        Self::count();
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        Self::count();
+        // SAFETY: the caller keeps the contract of `alloc_zeroed`.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        Self::count();
+        // SAFETY: the caller keeps the contract of `realloc`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        Self::count();
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+/// Calls of the allocator while `work` runs, in this thread.
+fn calls(work: impl FnOnce()) -> u64 {
+    let before = CALLS.get();
+    work();
+    CALLS.get() - before
+}
+
+#[test]
+fn the_counter_counts() {
+    assert_eq!(calls(|| drop(black_box(Box::new(1)))), 2);
+    assert_eq!(calls(|| ()), 0);
+    let mut v = black_box(vec![1_u8]);
+    assert_eq!(calls(|| v.reserve_exact(100)), 1);
+    assert_eq!(black_box(v), [1]);
+}
+
+/// The backends whose documentation promises that steps allocate nothing.
+fn promises(backend: &Backend) -> bool {
+    let text = backend.to_string();
+    [
+        "banded",
+        "gauss-seidel",
+        "cg",
+        "dense",
+        "faer:llt",
+        "faer:ldlt",
+    ]
+    .iter()
+    .any(|name| text.starts_with(name))
+}
+
+/// After the first step none of the project's own backends allocates: with every kind of joint, in both forms, with and
+/// without refinement, whichever way the step is made. Of the others the count is printed.
+#[test]
+fn steps_after_the_first_allocate_nothing() {
+    const STEPS: u64 = 10;
+    let mut scenes: Vec<_> = KINDS
+        .map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)))
+        .into();
+    scenes.push(("all kinds", random_scene(3)));
+    let mut faults = Vec::new();
+    for choice in compiled() {
+        let mut most = 0;
+        for (kind, scene) in &scenes {
+            for refinements in [0, 2] {
+                let options = StepOptions {
+                    refinements,
+                    ..choice.options(DT)
+                };
+                let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
+                stepper.step().expect("stable");
+                let (state, mu) = (
+                    stepper.scene().bodies.clone(),
+                    stepper.multipliers().to_vec(),
+                );
+                let steps = calls(|| {
+                    for _ in 0..STEPS {
+                        stepper.step().expect("stable");
+                    }
+                    stepper.set_state(&state, 0.5).expect("same scene");
+                    stepper.set_multipliers(&mu).expect("same scene");
+                    stepper.solve().expect("solvable");
+                    stepper.advance().expect("finite");
+                });
+                if promises(&choice.backend) && steps > 0 {
+                    faults.push(format!(
+                        "{choice}, {kind}, {refinements} refinements: {steps}"
+                    ));
+                }
+                most = most.max(steps);
+            }
+        }
+        // UMFPACK allocates in C, which is not counted here.
+        let each = most as f64 / (STEPS + 1) as f64;
+        println!("{choice}: at most {each:.1} calls of the allocator a step");
+    }
+    assert!(
+        faults.is_empty(),
+        "calls in {} steps\n{}",
+        STEPS + 1,
+        faults.join("\n")
+    );
+}
+
+/// A step that fails takes the same way.
+#[test]
+fn a_step_that_fails_allocates_for_its_error_only() {
+    let choice = Choice::schur(Backend::Dense(taut_solver::DenseOptions::default()));
+    let mut stepper = Stepper::new(random_scene(3), choice.options(DT)).expect("sound");
+    stepper.step().expect("stable");
+    let mut state = stepper.scene().bodies.clone();
+    state.velocity[0].x = f64::NAN;
+    stepper.set_state(&state, 0.0).expect("same scene");
+    let calls = calls(|| assert!(stepper.step().is_err()));
+    // The culprit's name, made and dropped.
+    assert!(calls <= 2, "{calls}");
+}

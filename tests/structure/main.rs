@@ -1,0 +1,6 @@
+//! What the code is made of, checked on its sources and on its allocations.
+
+/// Steps allocate nothing.
+mod allocations;
+/// Who imports whom, where features and unsafe code stand, what lies at the top level.
+mod sources;

@@ -1,0 +1,273 @@
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// The root of the workspace.
+fn root() -> PathBuf {
+    let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    tests.parent().expect("the workspace is above").to_owned()
+}
+
+fn read(path: &Path) -> String {
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// All Rust files below a folder of the workspace, as (path from the root, text).
+fn rust_files(folder: &str) -> Vec<(String, String)> {
+    fn walk(folder: &Path, files: &mut Vec<PathBuf>) {
+        for entry in fs::read_dir(folder).expect("a folder").flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                walk(&path, files);
+            } else if path.extension().is_some_and(|e| e == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    let (root, mut files) = (root(), Vec::new());
+    walk(&root.join(folder), &mut files);
+    files.sort();
+    assert!(!files.is_empty(), "no Rust files in {folder}");
+    let name = |path: &Path| {
+        path.strip_prefix(&root)
+            .expect("below the root")
+            .display()
+            .to_string()
+    };
+    files.iter().map(|path| (name(path), read(path))).collect()
+}
+
+/// The lines that are code, with their numbers: comments (documentation is one) are cut off.
+fn code(text: &str) -> impl Iterator<Item = (usize, &str)> {
+    text.lines()
+        .enumerate()
+        .map(|(i, line)| (i + 1, line.split("//").next().unwrap_or("")))
+}
+
+/// The identifiers of a line.
+fn words(line: &str) -> impl Iterator<Item = &str> {
+    line.split(|c: char| !(c.is_alphanumeric() || c == '_'))
+        .filter(|w| !w.is_empty())
+}
+
+/// Names of the workspace's packages that a manifest depends on, in any way: for use, tests, builds, on some target.
+fn dependencies(folder: &str) -> BTreeSet<String> {
+    fn collect(table: &Table, found: &mut BTreeSet<String>) {
+        for (key, value) in table {
+            let Value::Table(inner) = value else {
+                continue;
+            };
+            if key.ends_with("dependencies") {
+                let ours = inner.iter().map(|(name, entry)| {
+                    let renamed = entry.get("package").and_then(Value::as_str);
+                    renamed.unwrap_or(name).to_owned()
+                });
+                found.extend(ours.filter(|name| name.starts_with("taut")));
+            } else if key != "features" {
+                collect(inner, found);
+            }
+        }
+    }
+    let manifest: Table =
+        toml::from_str(&read(&root().join(folder).join("Cargo.toml"))).expect("TOML");
+    let mut found = BTreeSet::new();
+    collect(&manifest, &mut found);
+    found
+}
+
+/// Each member and the packages of the workspace that it may know.
+const MAY_KNOW: [(&str, &[&str]); 6] = [
+    ("solver/umfpack", &[]),
+    ("solver", &["taut-umfpack"]),
+    ("model", &[]),
+    ("integrator", &["taut-model", "taut-solver"]),
+    ("bench", &["taut-integrator", "taut-model", "taut-solver"]),
+    (
+        "tests",
+        &["taut-bench", "taut-integrator", "taut-model", "taut-solver"],
+    ),
+];
+
+#[test]
+fn manifests_depend_in_one_direction() {
+    for (folder, allowed) in MAY_KNOW {
+        let allowed: BTreeSet<String> = allowed.iter().map(|&name| name.to_owned()).collect();
+        assert_eq!(dependencies(folder), allowed, "{folder}/Cargo.toml");
+    }
+    let manifest: Table = toml::from_str(&read(&root().join("Cargo.toml"))).expect("TOML");
+    let members = manifest["workspace"]["members"].as_array().expect("a list");
+    let members: BTreeSet<_> = members.iter().filter_map(Value::as_str).collect();
+    assert_eq!(
+        members,
+        MAY_KNOW.iter().map(|(folder, _)| *folder).collect()
+    );
+}
+
+#[test]
+fn sources_name_only_the_crates_below_them() {
+    for (folder, allowed) in MAY_KNOW {
+        let parts = match folder {
+            "tests" => vec!["tests"],
+            _ => vec!["src", "tests", "benches", "examples"],
+        };
+        let own = match folder {
+            "solver/umfpack" => "taut_umfpack".to_owned(),
+            _ => format!("taut_{folder}"),
+        };
+        let allowed: Vec<_> = allowed.iter().map(|name| name.replace('-', "_")).collect();
+        let folders = parts.into_iter().map(|part| match folder {
+            "tests" => part.to_owned(),
+            _ => format!("{folder}/{part}"),
+        });
+        for folder in folders.filter(|folder| root().join(folder).is_dir()) {
+            for (file, text) in rust_files(&folder) {
+                for (line, code) in code(&text) {
+                    let ours = words(code).filter(|w| w.starts_with("taut_"));
+                    let foreign: Vec<_> = ours
+                        .filter(|w| *w != own && !allowed.iter().any(|a| a == w))
+                        .collect();
+                    // This file itself lists the names of all.
+                    let listed = file == "tests/structure/sources.rs";
+                    assert!(
+                        foreign.is_empty() || listed,
+                        "{file}:{line} names {foreign:?}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Conditional compilation by feature stays where backends are made.
+#[test]
+fn features_stand_in_two_files_of_the_solver() {
+    let allowed = ["solver/src/backend.rs", "solver/src/backends.rs"];
+    let mut counted = 0;
+    for (file, text) in rust_files("solver/src") {
+        for (line, code) in code(&text) {
+            let has = code.contains("cfg") && words(code).any(|w| w == "feature");
+            assert!(
+                !has || allowed.contains(&file.as_str()),
+                "{file}:{line}: {code}"
+            );
+            counted += usize::from(has);
+        }
+    }
+    // One for each of six features in each of the two files: the search finds what there is.
+    assert!(counted >= 12, "{counted}");
+}
+
+/// Each feature of the solver is passed on under its own name by all who depend on it, and on by default nowhere where
+/// it brings a licence.
+#[test]
+fn features_are_passed_on_by_name() {
+    let features = |folder: &str| {
+        let manifest: Table =
+            toml::from_str(&read(&root().join(folder).join("Cargo.toml"))).expect("TOML");
+        manifest["features"].as_table().expect("features").clone()
+    };
+    let list = |value: &Value| -> BTreeSet<String> {
+        let list = value.as_array().expect("a list").iter();
+        list.filter_map(Value::as_str).map(str::to_owned).collect()
+    };
+    let solver = features("solver");
+    for (folder, through) in [
+        ("integrator", vec!["taut-solver"]),
+        ("bench", vec!["taut-integrator", "taut-solver"]),
+        (
+            "tests",
+            vec!["taut-bench", "taut-integrator", "taut-solver"],
+        ),
+    ] {
+        let own = features(folder);
+        for name in solver.keys().filter(|name| *name != "default") {
+            let expected: BTreeSet<_> = through
+                .iter()
+                .map(|crate_| format!("{crate_}/{name}"))
+                .collect();
+            let found = own
+                .get(name)
+                .unwrap_or_else(|| panic!("{folder} has no feature {name}"));
+            assert_eq!(list(found), expected, "{folder}, {name}");
+        }
+        assert!(!list(&own["default"]).contains("umfpack"), "{folder}");
+    }
+    assert!(!list(&solver["default"]).contains("umfpack"));
+}
+
+#[test]
+fn unsafe_code_stands_in_the_ffi_only() {
+    let ffi = "solver/umfpack/src/ffi.rs";
+    let mut found = BTreeSet::new();
+    for folder in ["solver", "model", "integrator", "bench", "tests/src"] {
+        for (file, text) in rust_files(folder) {
+            let word = |w: &str| w == "unsafe" || w == "unsafe_code";
+            if code(&text).any(|(_, line)| words(line).any(word)) {
+                found.insert(file);
+            }
+        }
+    }
+    assert_eq!(found, BTreeSet::from([ffi.to_owned()]));
+    // Each block says why it is sound.
+    let text = read(&root().join(ffi));
+    let blocks = code(&text)
+        .filter(|(_, line)| line.contains("unsafe {"))
+        .count();
+    let reasons = text.lines().filter(|line| line.contains("SAFETY")).count();
+    assert!(
+        blocks > 0 && reasons >= blocks,
+        "{blocks} unsafe blocks, {reasons} reasons"
+    );
+}
+
+#[test]
+fn the_top_level_holds_what_was_agreed() {
+    let agreed: BTreeSet<String> = [
+        "Cargo.toml",
+        "Cargo.lock",
+        "README.md",
+        "LICENSE-APACHE",
+        "LICENSE-MIT",
+        "solver",
+        "model",
+        "integrator",
+        "bench",
+        "tests",
+    ]
+    .map(str::to_owned)
+    .into();
+    let entries = fs::read_dir(root()).expect("the root").flatten();
+    let names = entries.map(|entry| entry.file_name().to_string_lossy().into_owned());
+    // Dotfiles, and what builds leave.
+    let found: BTreeSet<_> = names
+        .filter(|name| !name.starts_with('.') && name != "target")
+        .collect();
+    assert_eq!(found, agreed);
+}
+
+/// Every package has the workspace's version, edition, toolchain and lints, and says its licence.
+#[test]
+fn packages_share_what_the_workspace_sets() {
+    for (folder, _) in MAY_KNOW {
+        let manifest: Table =
+            toml::from_str(&read(&root().join(folder).join("Cargo.toml"))).expect("TOML");
+        let package = &manifest["package"];
+        let shared =
+            |key: &str| package[key].get("workspace").and_then(Value::as_bool) == Some(true);
+        for key in ["version", "edition", "rust-version"] {
+            assert!(shared(key), "{folder}: {key}");
+        }
+        let licence = package["license"].as_str();
+        match folder {
+            "solver/umfpack" => assert_eq!(licence, Some("GPL-2.0-or-later")),
+            _ => assert!(shared("license"), "{folder}"),
+        }
+        let lints = manifest.get("lints").and_then(|l| l.get("workspace"));
+        assert_eq!(
+            lints.and_then(Value::as_bool),
+            Some(true),
+            "{folder}: lints"
+        );
+    }
+}
