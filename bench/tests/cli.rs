@@ -1,269 +1,494 @@
-//! The command line as a user or a script meets it: exit codes, one line on standard error, JSON alone on standard
-//! output.
+//! The command line as its users meet it: exit codes, what goes to which stream, files for programs.
 
 use serde_json::Value;
-use std::process::{Command, Output};
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+use taut_solver::Backend;
 
-/// Runs `taut` in the build's temporary folder, so that what it writes stays out of the tree.
-fn taut(args: &[&str]) -> Output {
-    let output = Command::new(env!("CARGO_BIN_EXE_taut"))
-        .args(args)
-        .current_dir(env!("CARGO_TARGET_TMPDIR"))
-        .output();
-    output.expect("the binary runs")
+/// An empty folder of a test's own, in which the program runs.
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder to write to");
+    folder
 }
 
-fn stderr(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stderr).into_owned()
+/// The program with the words of a line as arguments, its streams piped.
+fn program(folder: &PathBuf, arguments: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
+    command
+        .current_dir(folder)
+        .args(arguments.split_whitespace())
+        .stdin(Stdio::null());
+    command
 }
 
-/// Bad input ends with code 2 and one line that holds all of `says`.
-#[track_caller]
-fn refused(args: &[&str], says: &[&str]) {
-    let output = taut(args);
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(2), "{args:?}: {text}");
-    assert_eq!(text.lines().count(), 1, "{args:?}: {text}");
-    for word in says {
-        assert!(
-            text.contains(word),
-            "{args:?} does not say `{word}`: {text}"
-        );
-    }
-    assert!(
-        output.stdout.is_empty(),
-        "{args:?} prints to standard output"
-    );
+fn taut(folder: &PathBuf, arguments: &str) -> Output {
+    let output = program(folder, arguments).output();
+    output.unwrap_or_else(|e| panic!("`taut {arguments}`: {e}"))
 }
 
-#[test]
-fn bad_names_list_what_there_is() {
-    refused(&["run", "nope"], &["nope", "hoist"]);
-    refused(
-        &["run", "hoist", "--backend", "superlu"],
-        &["superlu", "banded", "cg"],
-    );
-    refused(
-        &["run", "hoist", "--backend", "cg:fast"],
-        &["fast", "jacobi"],
-    );
-    refused(
-        &["run", "hoist", "--backend", "cg/kkt"],
-        &["positive definite", "/kkt"],
-    );
-    refused(&["run", "hoist", "--scheme", "euler"], &["euler"]);
-    refused(
-        &["run", "hoist", "--set", "lenght=3"],
-        &["lenght", "length"],
-    );
-    refused(
-        &["run", "hoist", "--set", "joint=glue"],
-        &["glue", "cosserat"],
-    );
-    refused(
-        &["bench", "--backends", "banded,pardiso"],
-        &["pardiso", "umfpack"],
-    );
-    refused(&["fly"], &["fly", "--help"]);
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("UTF-8")
 }
 
-#[test]
-fn bad_numbers_say_what_is_allowed() {
-    for (set, says) in [
-        ("segment_mass=-1", "> 0"),
-        ("segment_mass=0", "> 0"),
-        ("length=0", "> 0"),
-        ("length=nan", "> 0"),
-        ("ea=inf", "ea"),
-        ("segments=0", "at least 1"),
-        ("segments=99999999999", "at most"),
-        ("mass_ratio=1e300", "finite"),
-        ("foo", "KEY=VALUE"),
-    ] {
-        refused(&["run", "hoist", "--set", set], &[says]);
-    }
-    refused(&["run", "hoist", "--dt=-1"], &["--dt", "positive"]);
-    refused(&["run", "hoist", "--dt=nan"], &["--dt", "positive"]);
-    refused(&["run", "hoist", "--time", "1e300"], &["--time", "at most"]);
-    refused(&["bench", "--ratios", "x"], &["x", "--ratios"]);
-    refused(&["bench", "--ratios=-1"], &["--ratios", "positive"]);
-    refused(&["bench", "--segments", "0"], &["segments", "at least 1"]);
-    refused(
-        &["bench", "--iterations", "0"],
-        &["--iterations", "at least 1"],
-    );
-    refused(&["bench", "--time", "1e300"], &["--time", "at most"]);
-    refused(&["static", "--ratios", "nan"], &["--ratios", "positive"]);
-}
-
-#[test]
-fn bad_files_are_located() {
-    let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("files");
-    std::fs::create_dir_all(&folder).expect("a temporary folder");
-    let file = |name: &str, text: &str| {
-        let path = folder.join(name);
-        std::fs::write(&path, text).expect("a temporary file");
-        path.to_string_lossy().into_owned()
-    };
-    let missing = folder.join("missing.toml");
-    refused(
-        &["run", &missing.to_string_lossy()],
-        &["missing.toml", "cannot read"],
-    );
-    refused(&["run", &folder.to_string_lossy()], &["cannot read"]);
-    refused(
-        &["run", &file("empty.toml", "")],
-        &["no bodies", "[[body]]"],
-    );
-    refused(
-        &["run", &file("broken.toml", "[hoist]\nlength = = 2\n")],
-        &["line 2"],
-    );
-    refused(
-        &["run", &file("key.toml", "[hoist]\nlenght = 2\n")],
-        &["lenght", "length"],
-    );
-    refused(
-        &["run", &file("mass.toml", "[hoist]\nsegment_mass = -2\n")],
-        &["segment_mass", "> 0"],
-    );
-    let good = file("good.toml", "[hoist]\nsegments = 3\nmass_ratio = 2.0\n");
-    let output = taut(&[
-        "run",
-        &good,
-        "--time",
-        "0.1",
-        "--out",
-        &format!("{good}/x.csv"),
-    ]);
-    assert_eq!(output.status.code(), Some(2), "{}", stderr(&output));
-    assert_eq!(
-        taut(&["run", &good, "--time", "0.1"]).status.code(),
-        Some(0)
-    );
-    std::fs::remove_dir_all(&folder).expect("the folder goes");
-}
-
-#[test]
-fn a_backend_that_is_not_compiled_in_names_its_feature() {
-    for backend in taut_solver::Backend::all()
-        .iter()
-        .filter(|b| !b.is_compiled())
-    {
-        let feature = backend.feature().expect("only features are left out");
-        refused(
-            &["run", "hoist", "--backend", backend.name()],
-            &["not compiled in", feature],
-        );
+/// Bad input: code 2, nothing on standard output, and one line on standard error with all the words.
+fn refused(folder: &PathBuf, arguments: &str, words: &[&str]) {
+    let output = taut(folder, arguments);
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    let place = format!("`taut {arguments}`: {stderr}");
+    assert_eq!(output.status.code(), Some(2), "{place}");
+    assert_eq!(stdout, "", "{place}");
+    assert_eq!(stderr.lines().count(), 1, "{place}");
+    assert!(stderr.ends_with('\n'), "{place}");
+    for word in words {
+        assert!(stderr.contains(word), "`{word}` is missing in {place}");
     }
 }
 
+/// A good run: code 0 and nothing on standard error.
+fn good(folder: &PathBuf, arguments: &str) -> String {
+    let output = taut(folder, arguments);
+    assert_eq!(text(&output.stderr), "", "`taut {arguments}`");
+    assert_eq!(output.status.code(), Some(0), "`taut {arguments}`");
+    text(&output.stdout).to_owned()
+}
+
+/// A good run that writes nothing but JSON to standard output.
+fn json(folder: &PathBuf, arguments: &str) -> Value {
+    let stdout = good(folder, arguments);
+    serde_json::from_str(&stdout).unwrap_or_else(|e| panic!("`taut {arguments}`: {e}\n{stdout}"))
+}
+
 #[test]
-fn a_run_tells_everything_as_json_and_nothing_else() {
-    let args = [
-        "run",
-        "hoist",
-        "--set",
-        "segments=4",
-        "--set",
-        "mass_ratio=5",
-        "--set",
-        "initial_angle=0.2",
+fn unknown_names_list_the_known_ones() {
+    let at = folder("unknown_names");
+    let backends = ["superlu", "banded", "gauss-seidel", "umfpack"];
+    refused(&at, "run hoist --backend superlu", &backends);
+    refused(&at, "bench --backends banded,superlu", &backends);
+    refused(&at, "static --backends superlu", &backends);
+    refused(
+        &at,
+        "run hoist --backend cg:quick",
+        &["cg", "jacobi", "group"],
+    );
+    refused(&at, "run hoist --backend cg/kkt", &["cg", "/kkt"]);
+    refused(&at, "run hoist --backend banded/lu", &["lu", "schur, kkt"]);
+    refused(&at, "run crane", &["crane", "hoist"]);
+    refused(
+        &at,
+        "run hoist --scheme euler",
+        &["euler", "linearly-implicit"],
+    );
+    refused(&at, "crane", &["crane", "--help"]);
+    refused(&at, "run hoist --fast", &["--fast", "--help"]);
+}
+
+#[test]
+fn a_missing_argument_is_named() {
+    let at = folder("missing_argument");
+    refused(&at, "run", &["SCENE", "--help"]);
+    refused(&at, "run hoist --json", &["--json", "--help"]);
+}
+
+#[test]
+fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
+    let at = folder("not_compiled");
+    let features = [
+        ("banded", cfg!(feature = "banded")),
+        ("gauss-seidel", cfg!(feature = "gauss-seidel")),
+        ("cg", cfg!(feature = "cg")),
+        ("faer", cfg!(feature = "faer")),
+        ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
+        ("umfpack", cfg!(feature = "umfpack")),
     ];
-    let output = taut(&[&args[..], &["--time", "0.5", "--json", "-"]].concat());
-    assert_eq!(
-        (output.status.code(), stderr(&output).as_str()),
-        (Some(0), "")
-    );
-    let run: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
-    for field in [
-        "scene",
-        "backend",
-        "scheme",
-        "dt",
-        "steps",
-        "stable",
-        "max_violation_m",
-        "max_elongation_error",
-    ] {
-        assert!(!run[field].is_null(), "{field}");
+    for (name, on) in features {
+        let arguments = format!("run hoist --set segments=2 --time 0.1 --backend {name}");
+        if on {
+            good(&at, &arguments);
+        } else {
+            let cure = format!("--features {name}");
+            refused(&at, &arguments, &[name, "not compiled in", &cure]);
+        }
     }
-    assert_eq!(run["load"]["time"].as_array().map(Vec::len), Some(30));
-    assert_eq!(run["load"]["position"][0].as_array().map(Vec::len), Some(3));
-    for end in ["start", "end"] {
+}
+
+#[test]
+fn parameters_out_of_range_are_named_with_their_range() {
+    let at = folder("parameters");
+    refused(
+        &at,
+        "run hoist --set segment_mass=-1",
+        &["segment_mass is -1", "> 0 kg"],
+    );
+    refused(
+        &at,
+        "bench --set segment_mass=-1",
+        &["segment_mass is -1", "> 0 kg"],
+    );
+    refused(&at, "run hoist --set length=0", &["length is 0", "> 0 m"]);
+    refused(
+        &at,
+        "run hoist --set length=nan",
+        &["length is NaN", "> 0 m"],
+    );
+    refused(
+        &at,
+        "run hoist --set mass_ratio=inf",
+        &["mass_ratio is inf", "> 0"],
+    );
+    refused(
+        &at,
+        "run hoist --set segments=0",
+        &["segments is 0", "at least 1"],
+    );
+    refused(&at, "bench --segments 0", &["segments is 0", "at least 1"]);
+    refused(&at, "run hoist --set segments=1.5", &["segments", "1.5"]);
+    refused(
+        &at,
+        "run hoist --set joint=glue",
+        &["joint", "glue", "cosserat"],
+    );
+    refused(
+        &at,
+        "run hoist --set material=wood",
+        &["wood", "steel, nylon, rubber"],
+    );
+    refused(&at, "run hoist --set foo", &["--set foo", "KEY=VALUE"]);
+    refused(&at, "run hoist --set weight=3", &["weight", "segment_mass"]);
+    refused(&at, "bench --set weight=3", &["weight", "segment_mass"]);
+}
+
+#[test]
+fn numbers_out_of_range_are_named_with_their_option() {
+    let at = folder("numbers");
+    for ratios in ["x", "0", "nan", "inf", "1,,2", "1,-5"] {
+        refused(&at, &format!("bench --ratios={ratios}"), &["--ratios"]);
+        refused(&at, &format!("static --ratios={ratios}"), &["--ratios"]);
+    }
+    refused(&at, "bench --ratios=-1", &["--ratios", "-1", "positive"]);
+    refused(&at, "bench --segments=-3", &["--segments"]);
+    refused(&at, "bench --iterations 0", &["--iterations", "at least 1"]);
+    for value in ["0", "-1", "nan", "inf", "1e300"] {
+        refused(&at, &format!("run hoist --time={value}"), &["--time"]);
+        refused(&at, &format!("bench --time={value}"), &["--time"]);
+    }
+    for value in ["0", "-1", "nan", "inf"] {
+        refused(&at, &format!("run hoist --dt={value}"), &["--dt"]);
+    }
+    // More steps than anyone can store.
+    refused(&at, "run hoist --dt 1e-300", &["steps"]);
+}
+
+#[test]
+fn bad_scene_files_are_refused() {
+    let at = folder("files");
+    let file = |name: &str, content: &[u8]| fs::write(at.join(name), content).expect("writable");
+    file("empty.toml", b"");
+    refused(&at, "run empty.toml", &["no bodies", "[[body]]"]);
+    file("comment.toml", b"# nothing yet\n");
+    refused(&at, "run comment.toml", &["no bodies", "[[body]]"]);
+    file("malformed.toml", b"[hoist]\nsegments = 4\nlength = = 3\n");
+    refused(&at, "run malformed.toml", &["line 3"]);
+    file("unknown.toml", b"[hoist]\nsegments = 4\nweight = 3\n");
+    refused(
+        &at,
+        "run unknown.toml",
+        &["line 3", "weight", "segment_mass"],
+    );
+    file("nan.toml", b"[hoist]\nlength = nan\n");
+    refused(&at, "run nan.toml", &["length is NaN"]);
+    file("binary.toml", &[0xff, 0xfe, 0x00]);
+    refused(&at, "run binary.toml", &["binary.toml", "UTF-8"]);
+    refused(&at, "run missing.toml", &["missing.toml", "cannot read"]);
+    refused(&at, "run ./missing", &["./missing", "cannot read"]);
+    fs::create_dir(at.join("folder.toml")).expect("writable");
+    refused(&at, "run folder.toml", &["folder.toml", "cannot read"]);
+}
+
+/// Where a file cannot be written the run is not called good.
+#[test]
+fn files_that_cannot_be_written_are_an_error() {
+    let at = folder("unwritable");
+    fs::write(at.join("file"), "in the way").expect("writable");
+    for option in ["--out file/load.csv", "--json file/run.json"] {
+        let arguments = format!("run hoist --set segments=2 --time 0.1 {option}");
+        let output = taut(&at, &arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{arguments}: {stderr}");
+        assert!(
+            stderr.contains("cannot write `file/"),
+            "{arguments}: {stderr}"
+        );
+    }
+}
+
+/// A load of 10⁵ segment masses on an anchor that moves: more than the step can do. The program says so, in every way.
+#[test]
+fn an_unstable_run_has_code_1_and_still_its_summary() {
+    let at = folder("unstable");
+    let arguments =
+        "run hoist --set mass_ratio=1e5 --set seed=1 --set move_x=0.5 --time 5 --json -";
+    let output = taut(&at, arguments);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    assert!(stderr.contains("unstable at t = "), "{stderr}");
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    assert_eq!(summary["stable"], false);
+    let end = summary["failure"]["time"].as_f64().expect("a time");
+    assert!(end > 0.0 && end < 5.0, "{end}");
+    assert!(
+        summary["failure"]["reason"]
+            .as_str()
+            .is_some_and(|r| !r.is_empty())
+    );
+    assert_eq!(summary["steps"].as_u64(), Some((end * 60.0).round() as u64));
+}
+
+#[test]
+fn the_summary_of_a_run_has_its_fields() {
+    let at = folder("run");
+    let run = json(
+        &at,
+        "run hoist --set segments=4 --set mass_ratio=10 --time 0.5 --json -",
+    );
+    for field in ["scene", "backend", "scheme"] {
+        assert!(
+            run[field].as_str().is_some_and(|s| !s.is_empty()),
+            "{field}: {run}"
+        );
+    }
+    assert_eq!(
+        (&run["scene"], &run["stable"], &run["steps"]),
+        (&"hoist".into(), &true.into(), &30.into())
+    );
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    assert!((number(&run["dt"]) * 60.0 - 1.0).abs() < 1e-15);
+    assert!(number(&run["max_violation_m"]) >= 0.0);
+    assert!(number(&run["max_elongation_error"]) >= 0.0);
+    for field in ["median", "min", "max"] {
+        assert!(number(&run["step_ns"][field]) > 0.0, "{field}");
+    }
+    for instant in ["start", "end"] {
         for kind in ["kinetic", "gravity", "elastic"] {
-            assert!(run["energy"][end][kind].is_f64(), "{end} {kind}");
+            assert!(
+                number(&run["energy"][instant][kind]).is_finite(),
+                "{instant} {kind}"
+            );
         }
     }
-    assert!(run["step_ns"]["median"].as_f64() > Some(0.0));
-    assert_eq!(
-        run["final_state"]["position"].as_array().map(Vec::len),
-        Some(5)
-    );
-}
-
-#[test]
-fn an_unstable_run_ends_with_code_1_and_says_when() {
-    let args = [
-        "run",
-        "hoist",
-        "--set",
-        "mass_ratio=1e5",
-        "--set",
-        "seed=1",
-        "--set",
-        "move_x=0.5",
-    ];
-    let output = taut(&[&args[..], &["--time", "5"]].concat());
-    let text = stderr(&output);
-    assert_eq!(output.status.code(), Some(1), "{text}");
+    let (times, positions) = (&run["load"]["time"], &run["load"]["position"]);
+    assert_eq!(times.as_array().map(Vec::len), Some(30));
+    assert_eq!(positions.as_array().map(Vec::len), Some(30));
+    assert!((number(&times[29]) - 0.5).abs() < 1e-12);
+    // 10 m of cable, stretched a little.
     assert!(
-        text.lines().count() == 1 && text.contains("unstable at t ="),
-        "{text}"
+        (number(&positions[29][2]) + 10.0).abs() < 0.01,
+        "{positions}"
     );
-    assert!(String::from_utf8_lossy(&output.stdout).contains("verdict"));
+}
+
+/// A file with the same parameters is the same scene: the same numbers come out.
+#[test]
+fn a_scene_file_is_the_named_scene_with_its_parameters() {
+    let at = folder("scene_file");
+    fs::write(
+        at.join("cable.toml"),
+        "[hoist]\nsegments = 5\nmass_ratio = 20.0\nmove_x = 0.3\n",
+    )
+    .expect("writable");
+    let by_file = json(&at, "run cable.toml --time 0.5 --json -");
+    let by_name =
+        "run hoist --set segments=5 --set mass_ratio=20 --set move_x=0.3 --time 0.5 --json -";
+    let by_name = json(&at, by_name);
+    assert_eq!(by_file["load"], by_name["load"]);
+    assert_eq!(by_file["final_state"], by_name["final_state"]);
+    // The anchor moves: it is not a comparison of zeros.
+    assert!(
+        by_file["load"]["position"][29][0]
+            .as_f64()
+            .is_some_and(|x| x != 0.0)
+    );
 }
 
 #[test]
-fn the_main_job_writes_every_field() {
-    let args = [
-        "bench",
-        "--quick",
-        "--segments",
-        "4",
-        "--ratios",
-        "10",
-        "--iterations",
-        "1,5",
-        "--time",
-        "0.3",
-    ];
-    let output = taut(&[&args[..], &["--json", "-"]].concat());
-    assert_eq!(
-        (output.status.code(), stderr(&output).as_str()),
-        (Some(0), "")
+fn a_csv_file_has_a_line_for_each_step() {
+    let at = folder("csv");
+    let stdout = good(
+        &at,
+        "run hoist --set segments=3 --time 0.5 --out deep/load.csv",
     );
-    let rows: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
-    let rows = rows.as_array().expect("a list of records");
-    assert!(rows.len() > 5);
-    let fields = "scene segments mass_ratio backend options iterations dt step_ns step_ns_min solve_ns \
-                  backward_error forward_error elongation_error load_error_m energy_drift max_violation_m stable";
-    for row in rows {
-        for field in fields.split_whitespace() {
-            assert!(row.get(field).is_some(), "{field} in {row}");
-        }
+    assert!(
+        stdout.contains("verdict") && stdout.contains("stable"),
+        "{stdout}"
+    );
+    let csv = fs::read_to_string(at.join("deep/load.csv")).expect("written");
+    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 31);
+    assert!(
+        lines.iter().all(|line| line.len() == lines[0].len()),
+        "{csv}"
+    );
+    for cell in lines[1..].iter().flatten() {
+        assert!(cell.parse::<f64>().is_ok_and(f64::is_finite), "{cell}");
     }
 }
 
 #[test]
-fn backends_are_listed_with_licences() {
-    let output = taut(&["backends"]);
-    let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert_eq!(output.status.code(), Some(0));
-    for backend in taut_solver::Backend::all() {
-        assert!(
-            text.contains(backend.name()) && text.contains(backend.licence()),
-            "{text}"
+fn the_list_of_backends_names_all_with_licence_and_whether_they_are_there() {
+    let stdout = good(&folder("backends"), "backends");
+    for backend in Backend::all() {
+        let line = stdout
+            .lines()
+            .find(|l| l.split_whitespace().next() == Some(backend.name()));
+        let line = line.unwrap_or_else(|| panic!("{} is missing in\n{stdout}", backend.name()));
+        let there = if backend.is_compiled() { "yes" } else { "no" };
+        assert!(line.split_whitespace().any(|w| w == there), "{line}");
+        assert!(line.contains(backend.licence()), "{line}");
+    }
+}
+
+#[test]
+fn the_main_job_writes_records_with_their_fields() {
+    let at = folder("bench");
+    let arguments = "bench --quick --segments 4 --ratios 10 --iterations 1,5 --time 0.3 --json -";
+    let records = json(&at, arguments);
+    let records = records.as_array().expect("a list of records");
+    let numbers = [
+        "segments",
+        "mass_ratio",
+        "iterations",
+        "dt",
+        "step_ns",
+        "step_ns_min",
+        "solve_ns",
+        "backward_error",
+        "forward_error",
+        "elongation_error",
+        "load_error_m",
+        "max_violation_m",
+    ];
+    for record in records {
+        for field in numbers {
+            assert!(
+                record[field].as_f64().is_some_and(f64::is_finite),
+                "{field}: {record}"
+            );
+        }
+        for field in ["scene", "backend", "options"] {
+            assert!(
+                record[field].as_str().is_some_and(|s| !s.is_empty()),
+                "{field}: {record}"
+            );
+        }
+        assert!(record["stable"].is_boolean(), "{record}");
+        // The anchor still moves at the end: there may be no drift to speak of.
+        assert!(record.get("energy_drift").is_some(), "{record}");
+        assert_eq!(
+            (&record["segments"], &record["mass_ratio"]),
+            (&4.into(), &10.0.into())
         );
+        assert!(
+            record["step_ns_min"].as_f64() <= record["step_ns"].as_f64(),
+            "{record}"
+        );
+    }
+    let compiled = taut_bench::Choice::all()
+        .into_iter()
+        .filter(|c| c.check().is_ok());
+    for choice in compiled {
+        let rows: Vec<_> = records
+            .iter()
+            .filter(|r| r["backend"] == *choice.family())
+            .collect();
+        let iterations: Vec<_> = rows
+            .iter()
+            .filter_map(|r| r["iterations"].as_u64())
+            .collect();
+        let expected: &[u64] = if choice.backend.is_iterative() {
+            &[1, 5]
+        } else {
+            &[0]
+        };
+        assert_eq!(iterations, expected, "{choice}");
+    }
+}
+
+#[test]
+fn json_goes_to_a_file_beside_the_table() {
+    let at = folder("bench_file");
+    let stdout = good(
+        &at,
+        "bench --quick --segments 3 --ratios 5 --iterations 2 --time 0.3 --json rows.json",
+    );
+    assert!(stdout.contains("dense"), "{stdout}");
+    let read = |name: &str| -> Value {
+        let text = fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    assert!(
+        read("rows.json")
+            .as_array()
+            .is_some_and(|rows| !rows.is_empty())
+    );
+    // Where later commands look for it.
+    assert_eq!(read("target/taut/bench.json"), read("rows.json"));
+}
+
+#[test]
+fn the_static_table_is_json_too() {
+    let at = folder("static");
+    let rows = json(&at, "static --segments 3 --ratios 10 --limit 200 --json -");
+    for row in rows["settled"].as_array().expect("direct solvers") {
+        assert!(row["error"].as_f64().is_some_and(|e| e <= 1e-9), "{row}");
+    }
+    if cfg!(feature = "cg") {
+        let needed = rows["needed"].as_array().expect("iterative solvers");
+        let cg = needed.iter().filter(|r| r["backend"] == "cg:jacobi");
+        assert!(
+            cg.map(|r| r["iterations"].as_u64()).all(|n| n == Some(4)),
+            "{rows}"
+        );
+    }
+}
+
+/// `taut run … | head -1`: whoever stops reading is not told of a panic.
+#[cfg(unix)]
+#[test]
+fn a_reader_that_stops_reading_is_no_panic() {
+    let at = folder("closed_pipe");
+    for arguments in ["backends", "run hoist --set segments=2 --time 0.1"] {
+        let mut child = program(&at, arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        let stderr = text(&output.stderr);
+        assert!(!stderr.contains("panicked"), "`taut {arguments}`: {stderr}");
+        assert_ne!(
+            output.status.code(),
+            Some(101),
+            "`taut {arguments}`: {stderr}"
+        );
+    }
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    let at = folder("help");
+    assert!(good(&at, "--version").contains(env!("CARGO_PKG_VERSION")));
+    for command in [
+        "--help",
+        "run --help",
+        "bench --help",
+        "static --help",
+        "backends --help",
+    ] {
+        assert!(good(&at, command).contains("Usage"), "{command}");
     }
 }

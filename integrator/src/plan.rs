@@ -215,19 +215,24 @@ impl Plan {
         }
     }
 
-    /// Right-hand side from the bodies' part (6 numbers a body) and the rows' part.
+    /// A vector of the system from the bodies' part (6 numbers a body) and `sign` times the rows' part.
     pub(crate) fn gather(
         &self,
         rows: &Linearized,
         bodies: &[f64],
         multipliers: &[f64],
+        sign: f64,
         b: &mut [f64],
     ) {
         for (k, block) in self.block.iter().enumerate() {
             let to = &mut b[self.pattern.rows(k)];
             match *block {
                 BlockOf::Body(i) => to.copy_from_slice(&bodies[6 * i..6 * i + 6]),
-                BlockOf::Constraint(c) => to.copy_from_slice(&multipliers[rows.row_range(c)]),
+                BlockOf::Constraint(c) => {
+                    for (to, from) in to.iter_mut().zip(&multipliers[rows.row_range(c)]) {
+                        *to = sign * from;
+                    }
+                }
             }
         }
     }

@@ -88,6 +88,7 @@ impl PhaseClock {
 
 /// What one step did.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct StepReport {
     /// Time at the end of the step \[s].
     pub time: f64,

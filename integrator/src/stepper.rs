@@ -35,6 +35,8 @@ pub struct Stepper {
     pieces: Pieces,
     /// Impulses μ = Δt λ of the last solve, one a row.
     mu: Vec<f64>,
+    /// Whether `mu` belongs to the present state, which then may be advanced.
+    solved: bool,
 }
 
 /// What the linear system is made of, and the velocity change that goes with the present multipliers.
@@ -112,6 +114,7 @@ impl Stepper {
             x: vec![0.0; dim],
             scratch: RefineScratch::new(dim),
             mu: vec![0.0; rows.rows()],
+            solved: false,
             pieces: Pieces {
                 inertia: Inertia::new(&scene.bodies),
                 regularization: Regularization::new(rows.rows()),
@@ -182,11 +185,13 @@ impl Stepper {
         let sign = self.multiplier_sign();
         self.plan
             .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+        self.solved = true;
         Ok((report, report.iterations + refined))
     }
 
     /// φ, J, Σ, c, M̃, Δt f of the present state.
     fn linearize(&mut self) -> Result<(), StepError> {
+        self.solved = false;
         let (pieces, dt) = (&mut self.pieces, self.options.dt);
         pieces.rows.update(&self.scene, self.time, self.time + dt);
         pieces
@@ -220,9 +225,6 @@ impl Stepper {
         self.plan
             .fill(rows, inertia, regularization, w, &mut self.matrix);
         let sign = self.multiplier_sign();
-        if !self.options.warm_start {
-            self.mu.fill(0.0);
-        }
         match self.options.form {
             Form::Schur => {
                 self.x.fill(0.0);
@@ -238,12 +240,12 @@ impl Stepper {
                     ..
                 } = &self.pieces;
                 self.plan
-                    .gather(rows, &inertia.impulse, rate, &mut self.rhs);
-                for mu in &mut self.mu {
-                    *mu *= sign;
-                }
-                self.plan.gather(rows, dv, &self.mu, &mut self.x);
+                    .gather(rows, &inertia.impulse, rate, 1.0, &mut self.rhs);
+                self.plan.gather(rows, dv, &self.mu, sign, &mut self.x);
             }
+        }
+        if !self.options.warm_start {
+            self.x.fill(0.0);
         }
     }
 
@@ -274,9 +276,22 @@ impl Stepper {
     /// The second half of a step: velocities from the impulses of the last [`solve`](Self::solve), then positions.
     ///
     /// # Errors
+    /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] without a solve of the present state, and
     /// [`StepError::NonFinite`]; the state is then not to be used.
     pub fn advance(&mut self) -> Result<(), StepError> {
+        if !std::mem::take(&mut self.solved) {
+            let source = SolveError::OutOfOrder {
+                called: "advance",
+                needs: "solve",
+            };
+            return Err(self.culprit(source));
+        }
         self.pieces.update_velocity_change(&self.mu);
+        if self.options.form == Form::Kkt {
+            // Δv started from zero here: the second pass removes the first one's roundoff, as a refinement of the Schur
+            // form does along the way.
+            self.pieces.update_velocity_change(&self.mu);
+        }
         self.time += self.options.dt;
         let (bodies, dt) = (&mut self.scene.bodies, self.options.dt);
         for (i, dv) in self.pieces.dv.chunks_exact(6).enumerate() {
@@ -367,10 +382,12 @@ impl Stepper {
             });
         }
         self.mu.copy_from_slice(mu);
+        self.solved = false;
         Ok(())
     }
 
-    /// Puts the bodies into another state of the same scene, at a time; multipliers stay. Allocates nothing.
+    /// Puts the bodies into another state of the same scene, at a time; multipliers stay, and each twist row unwraps to
+    /// the angle within half a turn of its last one. Allocates nothing.
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs.
@@ -395,6 +412,7 @@ impl Stepper {
         own.angular_velocity
             .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
+        self.solved = false;
         update_windings(&mut self.scene, time);
         Ok(())
     }
@@ -412,7 +430,9 @@ impl Stepper {
         &self.pieces.rows
     }
 
-    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]; not ½ φ²/ε, which overstates stiff rows.
+    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]; not ½ φ²/ε, which overstates stiff rows. With
+    /// damping (τ > 0) the multipliers of moving rows hold the dissipative force too, and this is no longer stored
+    /// energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
         let lambda = self.mu.iter().map(|mu| mu / self.options.dt);
@@ -450,7 +470,7 @@ impl Stepper {
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
         plan.fill(rows, inertia, regularization, w, &mut a);
         let mut b = vec![0.0; a.dim()];
-        plan.gather(rows, &inertia.impulse, rate, &mut b);
+        plan.gather(rows, &inertia.impulse, rate, 1.0, &mut b);
         let x = taut_solver::reference_solution(&a, &b).map_err(at_state)?;
         let mut mu = vec![0.0; rows.rows()];
         plan.scatter_multipliers(rows, &x, -1.0, &mut mu);

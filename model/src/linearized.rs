@@ -23,6 +23,7 @@ pub struct Slot {
 
 /// Violations, laws and Jacobian of all constraints of a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Linearized {
     /// First row of each constraint; length constraints + 1.
     pub row_start: Vec<usize>,
