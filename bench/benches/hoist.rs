@@ -59,9 +59,11 @@ fn step(c: &mut Criterion) {
     let mut group = c.benchmark_group("step/hoist");
     for (choice, segments) in cases() {
         let (scene, mut stepper) = stepper(&choice, segments);
+        let cold = vec![0.0; stepper.multipliers().len()];
         group.throughput(Throughput::Elements(segments as u64 + 1));
         group.bench_function(id(&choice, segments), |bencher| {
             bencher.iter(|| {
+                stepper.set_multipliers(&cold).expect("the rows fit");
                 stepper
                     .set_state(&scene.bodies, 0.0)
                     .expect("the state fits");

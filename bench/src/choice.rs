@@ -62,7 +62,10 @@ impl Choice {
             Self::schur(faer(FaerFactorization::Lu)),
             Self::kkt(faer(FaerFactorization::Lu)),
             Self::schur(Backend::NalgebraSparse),
-            Self::schur(umfpack.clone()),
+            // Its own refinement, against S, cannot bring back what forming S lost.
+            Self::schur(Backend::Umfpack(UmfpackOptions {
+                refinement_steps: 0,
+            })),
             Self::kkt(umfpack),
             Self::schur(Backend::Dense(DenseOptions::default())),
             Self::schur(gauss_seidel(Partition::Joints)),

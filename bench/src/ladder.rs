@@ -5,7 +5,8 @@
 //! extended precision, and the step is timed there. (2) *Physics*: the scene is run at Δt with the solver and compared
 //! with the reference motion; where the step itself is unstable the row says so. (3) *Statics*: the cable hangs at rest
 //! in its exact discrete equilibrium, the multipliers start cold, and half a second later its length is compared.
-//! Measurements 2 and 3 run in parallel, the timing afterwards alone.
+//! Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the step itself is stable, whatever the
+//! solver, is settled once a scene by 30 s with a direct solver.
 
 use crate::choice::Choice;
 use crate::reference::{self, Reference};
@@ -15,9 +16,9 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::time::{Duration, Instant};
-use taut_integrator::{Phase, StepError, StepReport, Stepper};
+use taut_integrator::{Phase, StepError, StepOptions, StepReport, Stepper};
 use taut_model::HoistParams;
-use taut_solver::{Status, backward_error, forward_error};
+use taut_solver::{Backend, DenseOptions, Status, backward_error, forward_error};
 
 /// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
 pub const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-10];
@@ -40,8 +41,10 @@ pub struct Config {
     pub iterations: Vec<usize>,
     /// Δt \[s].
     pub dt: f64,
-    /// Simulated time \[s].
+    /// Simulated time of each row \[s].
     pub time: f64,
+    /// Simulated time that the step itself has to stay stable for \[s].
+    pub stability_time: f64,
     /// Time that the timing of a row aims at; at least one pass over the common states is timed.
     pub timing_budget: Duration,
 }
@@ -62,6 +65,7 @@ impl Default for Config {
             iterations: vec![1, 3, 10, 20, 50, 100, 300, 1000],
             dt: 1.0 / 60.0,
             time: 2.5,
+            stability_time: 30.0,
             timing_budget: Duration::from_millis(12),
         }
     }
@@ -72,6 +76,10 @@ impl Config {
     #[must_use]
     pub fn quick() -> Self {
         Self {
+            scene: HoistParams {
+                move_duration: 1.0,
+                ..Self::default().scene
+            },
             segments: vec![24],
             ratios: vec![1.0, 1e3, 1e5],
             iterations: vec![1, 10, 100],
@@ -138,25 +146,36 @@ pub struct Record {
     pub energy_drift: Option<f64>,
     /// Largest gap of a joint \[m].
     pub max_violation_m: Option<f64>,
-    /// Whether the run of `simulated_s` seconds stayed stable.
+    /// Whether the run of `simulated_s` seconds stayed stable, and the step itself, solved directly, for 30 s.
     pub stable: bool,
     /// Simulated time asked for \[s].
     pub simulated_s: f64,
     /// How an unstable run ended.
     pub failure: Option<Failure>,
-    /// Frames whose iteration claimed convergence.
-    pub claimed_converged: usize,
-    /// Frames where the true relative residual met the tolerance.
-    pub verified_converged: usize,
+    /// Frames whose iteration claimed convergence; iterative solvers only.
+    pub claimed_converged: Option<usize>,
+    /// Those of them where the true residual, in extended precision, met the tolerance.
+    pub verified_converged: Option<usize>,
     /// Frames measured.
     pub frames: usize,
     /// Error levels at which this row is the fastest of its scene.
-    pub fastest_at: Vec<f64>,
+    pub fastest_at: Vec<Fastest>,
     /// Whether no solve of the three measurements used up its iterations, so that more of them would change nothing.
     #[serde(skip)]
     pub settled: bool,
     /// Why there are no numbers, where the solver failed on the common states.
     pub error: Option<String>,
+}
+
+/// The fastest of a scene within an error level: the multipliers' forward error and the elongation error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Fastest {
+    /// The level.
+    pub level: f64,
+    /// Whether it takes the row's refinement to be within it.
+    pub refined: bool,
+    /// Step, median, without the refinement where that is not needed \[ns].
+    pub step_ns: f64,
 }
 
 /// A solver that has no rows, and why.
@@ -175,17 +194,31 @@ pub struct Results {
     pub records: Vec<Record>,
     /// What was left out.
     pub omissions: Vec<Omission>,
-    /// Time step of each reference motion: segments, ratio, Δt \[s].
-    pub references: Vec<(usize, f64, f64)>,
+    /// What the rows of each scene share.
+    pub scenes: Vec<SceneNote>,
+}
+
+/// What the rows of a scene share.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SceneNote {
+    /// Segments of the cable.
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Time step of the reference motion \[s].
+    pub reference_dt: f64,
+    /// How the step itself, solved directly, ended before its 30 s.
+    pub failure: Option<Failure>,
 }
 
 /// A scene of the ladder with what all its rows share.
 struct Case {
     params: HoistParams,
     reference: Reference,
-    /// Exact multipliers of the states, and those of the frame before the first as the common warm start.
+    /// Exact multipliers of the states but the first, which iterations only start from.
     exact: Vec<Vec<f64>>,
-    guess: Vec<f64>,
+    /// How the step itself, solved directly, ended early.
+    failure: Option<Failure>,
 }
 
 /// A row's work: case, solver, and for iterative ones the limits of iterations.
@@ -229,10 +262,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     for (task, rows) in tasks.iter().zip(&mut rows) {
         time_rows(config, &cases[task.case], task, rows, progress);
     }
-    results.references = cases
-        .iter()
-        .map(|c| (c.params.segments, c.params.mass_ratio, c.reference.dt))
-        .collect();
+    results.scenes = cases.iter().map(Case::note).collect();
     results.records = rows.into_iter().flatten().collect();
     mark_fastest(&mut results.records);
     Ok(results)
@@ -262,13 +292,11 @@ fn tasks(
     omissions: &mut Vec<Omission>,
 ) -> Vec<Task> {
     let mut tasks = Vec::new();
-    for (case, Case { params, guess, .. }) in cases.iter().enumerate() {
+    for (case, Case { params, exact, .. }) in cases.iter().enumerate() {
+        let rows = exact.first().map_or(0, Vec::len);
         for choice in choices {
-            if choice.backend.name() == "dense" && guess.len() > DENSE_ROWS && choices.len() > 1 {
-                let reason = format!(
-                    "cubic cost at {} rows; ask for it alone with --backends",
-                    guess.len()
-                );
+            if choice.backend.name() == "dense" && rows > DENSE_ROWS && choices.len() > 1 {
+                let reason = format!("cubic cost at {rows} rows; ask for it alone with --backends");
                 let backend = format!("{}, {} segments", choice.family(), params.segments);
                 omissions.push(Omission { backend, reason });
                 continue;
@@ -292,40 +320,51 @@ fn tasks(
 impl Case {
     fn new(config: &Config, params: HoistParams) -> Result<Self, StepError> {
         let frames = steps_in(config.time, config.dt).max(FRAMES + 1);
-        let substeps = reference::stable_substeps(&params, config.dt);
+        let substeps = reference::stable_substeps(&params, config.dt)?;
         // From the middle of the run on, where the cable is in motion.
         let first = (frames / 2).min(frames - FRAMES - 1);
-        let mut reference = reference::compute(
-            &params,
-            config.dt,
-            substeps,
-            frames,
-            first..first + FRAMES + 1,
-        )?;
-        // The exact multipliers belong to the step at Δt, whatever solver steps it.
-        let choice = Choice::schur(taut_solver::Backend::Dense(
-            taut_solver::DenseOptions::default(),
-        ));
-        let choice = if taut_solver::Backend::Banded.is_compiled() {
-            Choice::schur(taut_solver::Backend::Banded)
-        } else {
-            choice
-        };
-        let mut stepper = Stepper::new(params.build()?, choice.options(config.dt))?;
+        let kept = first..first + FRAMES + 1;
+        let reference = reference::compute(&params, config.dt, substeps, frames, kept)?;
+        let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
         let mut exact = Vec::new();
-        for (time, bodies) in &reference.states {
+        for (time, bodies) in &reference.states[1..] {
             stepper.set_state(bodies, *time)?;
             exact.push(stepper.reference_multipliers()?);
         }
-        reference.states.remove(0);
-        let guess = exact.remove(0);
+        let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
+        let time = config.stability_time;
+        let failure = simulate(&mut stepper, time, segment_length(&params), |_| {}).failure;
         Ok(Self {
             params,
             reference,
             exact,
-            guess,
+            failure,
         })
     }
+
+    fn note(&self) -> SceneNote {
+        SceneNote {
+            segments: self.params.segments,
+            mass_ratio: self.params.mass_ratio,
+            reference_dt: self.reference.dt,
+            failure: self.failure.clone(),
+        }
+    }
+}
+
+fn segment_length(params: &HoistParams) -> f64 {
+    params.length / params.segments as f64
+}
+
+/// The fastest direct solver that there is: where any direct one would do.
+fn direct(dt: f64) -> StepOptions {
+    let dense = Backend::Dense(DenseOptions::default());
+    let backend = if Backend::Banded.is_compiled() {
+        Backend::Banded
+    } else {
+        dense
+    };
+    Choice::schur(backend).options(dt)
 }
 
 impl Task {
@@ -386,9 +425,9 @@ impl Record {
             stable: false,
             simulated_s: config.time,
             failure: None,
-            claimed_converged: 0,
-            verified_converged: 0,
-            frames: case.reference.states.len(),
+            claimed_converged: choice.backend.is_iterative().then_some(0),
+            verified_converged: choice.backend.is_iterative().then_some(0),
+            frames: case.exact.len(),
             fastest_at: Vec::new(),
             settled: false,
             error: None,
@@ -402,33 +441,33 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Re
     if let Err(e) = measure_algebra(config, case, choice, &mut row) {
         row.error = Some(e.to_string());
     }
-    let mut claimed = row.claimed_converged;
+    let mut claimed = row.claimed_converged.unwrap_or(0);
     match run_physics(config, case, choice) {
         Ok(run) => {
             claimed += run.claimed;
-            row.stable = run.failure.is_none();
+            row.stable = run.failure.is_none() && case.failure.is_none();
             row.load_error_m = Some(run.max_load_error(&case.reference.load));
             row.max_violation_m = Some(run.max_violation());
             let rest = config.scene.move_start + config.scene.move_duration;
-            row.energy_drift = row.stable.then(|| run.energy_drift(rest)).flatten();
+            let whole = run.failure.is_none();
+            row.energy_drift = whole.then(|| run.energy_drift(rest)).flatten();
             row.failure = run.failure;
         }
         Err(e) => row.error = Some(e.to_string()),
     }
-    match statics::hold(&case.params, &choice.options(config.dt)) {
-        Ok(held) => {
-            claimed += held.claimed;
-            row.elongation_error = Some(held.error);
-            row.elongation_error_continuum = Some(held.error_continuum);
-        }
-        Err(e) => row.error = Some(e.to_string()),
+    // A cable that is not held at all has no elongation, which is a result and no fault of the row's other figures.
+    if let Ok(held) = statics::hold(&case.params, &choice.options(config.dt)) {
+        claimed += held.claimed;
+        row.elongation_error = Some(held.error);
+        row.elongation_error_continuum = Some(held.error_continuum);
     }
     let solves = row.frames + steps_in(config.time, config.dt) + statics::HOLD_STEPS;
     row.settled = row.iterations > 0 && row.error.is_none() && claimed == solves;
     row
 }
 
-/// Errors of the multipliers on the common states.
+/// Errors of the multipliers on the common states. Iterations start from zero at the first state, which is not measured,
+/// and from their own last multipliers at each later one, as they would in a run.
 fn measure_algebra(
     config: &Config,
     case: &Case,
@@ -436,17 +475,19 @@ fn measure_algebra(
     row: &mut Record,
 ) -> Result<(), StepError> {
     let options = choice.options(config.dt);
-    let unrefined = taut_integrator::StepOptions {
+    let unrefined = StepOptions {
         refinements: 0,
         ..options.clone()
     };
     let tolerance = tolerance_of(choice);
-    let mut stepper = Stepper::new(case.params.build()?, unrefined)?;
-    stepper.set_multipliers(&case.guess)?;
-    let mut iterations = 0;
-    for ((time, bodies), exact) in case.reference.states.iter().zip(&case.exact) {
+    let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
+    let (mut iterations, mut claimed, mut verified) = (0, 0, 0);
+    for (i, (time, bodies)) in case.reference.states.iter().enumerate() {
         stepper.set_state(bodies, *time)?;
         let report = stepper.solve()?;
+        let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
+            continue;
+        };
         iterations += report.iterations;
         let (a, b, x) = stepper.system();
         let solve_error = |source| StepError::Solve {
@@ -455,30 +496,38 @@ fn measure_algebra(
             time: *time,
         };
         let errors = backward_error(a, b, x).map_err(solve_error)?;
-        row.backward_error = row.backward_error.max(errors.normwise);
-        row.backward_error_componentwise =
-            row.backward_error_componentwise.max(errors.componentwise);
-        row.forward_error_unrefined = row
-            .forward_error_unrefined
-            .max(forward_error(stepper.multipliers(), exact));
-        row.claimed_converged += usize::from(report.solve.status == Status::Converged);
-        let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
-        row.verified_converged += usize::from(norm(&r) <= tolerance * norm(b) * (1.0 + 1e-6));
+        keep_worst(&mut row.backward_error, errors.normwise);
+        keep_worst(&mut row.backward_error_componentwise, errors.componentwise);
+        let error = forward_error(stepper.multipliers(), exact);
+        keep_worst(&mut row.forward_error_unrefined, error);
+        if report.solve.status == Status::Converged {
+            claimed += 1;
+            let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
+            verified += usize::from(norm(&r) <= tolerance * norm(b) * (1.0 + 1e-6));
+        }
     }
     row.iterations_used = iterations as f64 / row.frames as f64;
+    row.claimed_converged = row.claimed_converged.map(|_| claimed);
+    row.verified_converged = row.verified_converged.map(|_| verified);
     row.forward_error = row.forward_error_unrefined;
     if options.refinements > 0 {
-        let mut stepper = Stepper::new(case.params.build()?, options)?;
+        let mut stepper = Stepper::new(reference::scene(&case.params)?, options)?;
         row.forward_error = 0.0;
-        for ((time, bodies), exact) in case.reference.states.iter().zip(&case.exact) {
+        for ((time, bodies), exact) in case.reference.states[1..].iter().zip(&case.exact) {
             stepper.set_state(bodies, *time)?;
             stepper.solve()?;
-            row.forward_error = row
-                .forward_error
-                .max(forward_error(stepper.multipliers(), exact));
+            let error = forward_error(stepper.multipliers(), exact);
+            keep_worst(&mut row.forward_error, error);
         }
     }
     Ok(())
+}
+
+/// The larger of two errors; a NaN stays.
+fn keep_worst(worst: &mut f64, error: f64) {
+    if error > *worst || error.is_nan() {
+        *worst = error;
+    }
 }
 
 fn norm(v: &[f64]) -> f64 {
@@ -495,8 +544,8 @@ fn tolerance_of(choice: &Choice) -> f64 {
 }
 
 fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajectory, StepError> {
-    let mut stepper = Stepper::new(case.params.build()?, choice.options(config.dt))?;
-    let segment = case.params.length / case.params.segments as f64;
+    let mut stepper = Stepper::new(reference::scene(&case.params)?, choice.options(config.dt))?;
+    let segment = segment_length(&case.params);
     Ok(simulate(&mut stepper, config.time, segment, |_| {}))
 }
 
@@ -530,15 +579,19 @@ fn time_rows(
 
 /// Steps from the common states in turn, warm started as in a run: [step, minimum, solve, refine] in ns.
 fn time_row(config: &Config, case: &Case, choice: &Choice) -> Result<[f64; 4], StepError> {
-    let mut stepper = Stepper::new(case.params.build()?, choice.options(config.dt))?;
+    let mut stepper = Stepper::new(reference::scene(&case.params)?, choice.options(config.dt))?;
+    let cold = vec![0.0; stepper.multipliers().len()];
     let mut reports: Vec<StepReport> = Vec::new();
     let start = Instant::now();
     let mut warmed_up = false;
     while reports.is_empty() || start.elapsed() < config.timing_budget {
-        stepper.set_multipliers(&case.guess)?;
-        for (time, bodies) in &case.reference.states {
+        stepper.set_multipliers(&cold)?;
+        for (i, (time, bodies)) in case.reference.states.iter().enumerate() {
             stepper.set_state(bodies, *time)?;
-            reports.push(stepper.step()?);
+            let report = stepper.step()?;
+            if i > 0 {
+                reports.push(report);
+            }
         }
         // The first pass only warms up, unless it takes so long that it is warm after its first steps.
         if !warmed_up && start.elapsed() < config.timing_budget / 2 {
@@ -564,20 +617,37 @@ fn mark_fastest(records: &mut [Record]) {
             }
         }
         for (segments, ratio) in scenes {
-            let within = |r: &&mut Record| {
-                (r.segments, r.mass_ratio.to_bits()) == (segments, ratio)
-                    && r.error.is_none()
-                    && r.forward_error <= level
-                    && r.step_ns.is_finite()
-            };
-            let fastest = records
-                .iter_mut()
-                .filter(within)
-                .min_by(|a, b| a.step_ns.total_cmp(&b.step_ns));
-            if let Some(row) = fastest {
-                row.fastest_at.push(level);
+            let candidates = records.iter_mut().filter_map(|r| {
+                let same = (r.segments, r.mass_ratio.to_bits()) == (segments, ratio);
+                let fastest = r.within(level).filter(|_| same)?;
+                Some((r, fastest))
+            });
+            let fastest = candidates.min_by(|(_, a), (_, b)| a.step_ns.total_cmp(&b.step_ns));
+            if let Some((row, fastest)) = fastest {
+                row.fastest_at.push(fastest);
             }
         }
+    }
+}
+
+impl Record {
+    /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
+    fn within(&self, level: f64) -> Option<Fastest> {
+        let sound = self.error.is_none() && self.elongation_error? <= level;
+        if !sound || !self.step_ns.is_finite() {
+            return None;
+        }
+        let refined = self.forward_error_unrefined > level;
+        let step_ns = if refined {
+            self.step_ns
+        } else {
+            self.step_ns - self.refine_ns
+        };
+        (!refined || self.forward_error <= level).then_some(Fastest {
+            level,
+            refined: refined && self.refinements > 0,
+            step_ns,
+        })
     }
 }
 
@@ -623,7 +693,7 @@ mod tests {
                 results
                     .records
                     .iter()
-                    .filter(|r| r.fastest_at.contains(&level))
+                    .filter(|r| r.fastest_at.iter().any(|f| f.level == level))
                     .count(),
                 1
             );

@@ -5,7 +5,7 @@ use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use taut_bench::ladder::{self, Config, Record};
+use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, run, table, trajectory};
@@ -130,6 +130,9 @@ struct RunArgs {
     json: Option<PathBuf>,
 }
 
+/// Most refinement sweeps that a run may ask for.
+const MAX_REFINEMENTS: usize = 100;
+
 /// What ends the program with an exit code other than 0.
 enum Failure {
     /// Bad input: code 2.
@@ -150,11 +153,9 @@ fn main() -> ExitCode {
         Err(e) if e.use_stderr() => {
             // One line, as for every other bad input.
             let text = e.to_string();
-            let line = text
-                .lines()
-                .next()
-                .unwrap_or_default()
-                .trim_start_matches("error: ");
+            let paragraph = text.lines().map(str::trim).take_while(|l| !l.is_empty());
+            let line = paragraph.collect::<Vec<_>>().join(" ");
+            let line = line.trim_start_matches("error: ");
             eprintln!("taut: {line} (see `taut --help`)");
             return ExitCode::from(2);
         }
@@ -165,10 +166,7 @@ fn main() -> ExitCode {
         Some(Command::Bench(args)) => bench(&args),
         Some(Command::Static(args)) => hang(&args),
         Some(Command::Run(args)) => simulate(&args),
-        Some(Command::Backends) => {
-            print!("{}", table::backends());
-            Ok(())
-        }
+        Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -264,8 +262,24 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
     if let Some(time) = args.time {
         config.time = time;
     }
-    steps(config.time, config.dt)?;
+    if steps(config.time, config.dt)? == 0 {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s: it must be at least one step of {:.4} s",
+            config.time, config.dt
+        )));
+    }
+    config.ratios.sort_by(f64::total_cmp);
+    config.ratios.dedup();
     config.choices = choices(&args.backends)?;
+    let swept = |o: &&String| {
+        let key = o.split('=').next().unwrap_or_default();
+        ["segments", "mass_ratio", "load_mass"].contains(&key)
+    };
+    if let Some(o) = args.overrides.iter().find(swept) {
+        return Err(Failure::Input(format!(
+            "`--set {o}` has no effect on the main job: use `--segments` and `--ratios`"
+        )));
+    }
     config.scene = hoist(&config.scene, &overrides(&args.overrides)?)?;
     Ok(config)
 }
@@ -281,51 +295,48 @@ fn hoist(defaults: &HoistParams, overrides: &[(&str, &str)]) -> Result<HoistPara
     }
 }
 
-/// What `bench.json` holds besides the rows.
-#[derive(serde::Serialize)]
-struct BenchFile<'a> {
-    machine: Machine,
-    records: &'a [Record],
-    omissions: &'a [ladder::Omission],
-}
+/// What the columns of the main job's tables are.
+const BENCH_LEGEND: &str = "\
+step, solve: median time, with one refinement for direct solvers (umfpack/kkt: its own); backw.: componentwise backward
+error; forward: error of the multipliers against extended precision (unrefined: without that refinement); elong.: of the
+hanging cable after ½ s; load m: distance from the reference motion; held: simulated time, or the time of the end;
+fastest: of this scene with forward and elongation error within that level (r0: without refinement)";
+
+/// What the second table of the hanging cable is.
+const NEEDED_LEGEND: &str = "\
+Iterations a step (to 2 % above 64) that hold the hanging cable for half a second within a relative error of its length.
+A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
+joints; for a bent, swinging one see `taut bench`.";
 
 fn bench(args: &BenchArgs) -> Result<(), Failure> {
     let config = config(args)?;
     let bar = progress(0);
     let results = ladder::run(&config, &bar)?;
     bar.finish_and_clear();
-    let machine = Machine::current();
     let only_json = args.json.as_deref() == Some(Path::new("-"));
     if !only_json {
-        println!("{machine}");
-        println!(
-            "hoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated",
+        output::print(&format!(
+            "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}\n{}",
+            Machine::current(),
             config.scene.length,
-            config.scene.segment_mass.unwrap_or(1.0),
+            config.scene.resolve()?.segment_mass,
             1.0 / config.dt,
             config.scene.move_x,
-            config.time
-        );
-        println!(
-            "step, solve: median time; backw.: componentwise backward error; forward: error of the multipliers \
-             against extended\nprecision (unrefined: without refinement); elong.: of the hanging cable after ½ s; \
-             load m: distance from the reference\nmotion; stable: or the time of the end; fastest: of this scene \
-             within that forward error"
-        );
-        print!("{}", table::ladder(&results));
+            config.time,
+            table::ladder(&results)
+        ))?;
     }
-    let file = BenchFile {
-        machine,
-        records: &results.records,
-        omissions: &results.omissions,
-    };
-    let default = PathBuf::from("target/taut/bench.json");
-    output::write_json(&default, &file.records)?;
     if let Some(path) = &args.json {
-        output::write_json(path, &file.records)?;
+        output::write_json(path, &results.records)?;
+    }
+    let default = PathBuf::from("target/taut/bench.json");
+    if let Err(e) = output::write_json(&default, &results.records) {
+        // The table is out and the file asked for is written: this costs the copy only.
+        eprintln!("taut: {e}");
+        return Ok(());
     }
     if !only_json {
-        println!("\nrows written to {}", default.display());
+        output::print(&format!("\nrows written to {}\n", default.display()))?;
     }
     Ok(())
 }
@@ -346,12 +357,11 @@ fn hang(args: &StaticArgs) -> Result<(), Failure> {
     let results = statics::sweep(&config, &bar)?;
     bar.finish_and_clear();
     if args.json.as_deref() != Some(Path::new("-")) {
-        println!("Released unstretched and damped to rest, one refinement: elongation");
-        print!("{}", table::settled(&results.settled));
-        println!(
-            "\nIterations a step that hold the hanging cable for half a second within a relative error of its elongation"
-        );
-        print!("{}", table::needed(&results.needed));
+        output::print(&format!(
+            "Released unstretched and damped to rest, one refinement: elongation\n{}\n{NEEDED_LEGEND}\n{}",
+            table::settled(&results.settled),
+            table::needed(&results.needed)
+        ))?;
     }
     if let Some(path) = &args.json {
         output::write_json(path, &results)?;
@@ -370,6 +380,12 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
     options.dt = args.dt;
     options.scheme = args.scheme;
     options.refinements = args.refine.unwrap_or(options.refinements);
+    if options.refinements > MAX_REFINEMENTS {
+        return Err(Failure::Input(format!(
+            "`--refine` is {}: at most {MAX_REFINEMENTS}, and more than 2 improve nothing",
+            options.refinements
+        )));
+    }
     let bar = progress(steps(args.time, args.dt)? as u64);
     let (summary, trajectory) = run::run(&prepared, &options, args.time, &bar)?;
     bar.finish_and_clear();
@@ -377,7 +393,7 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
         output::write_text(path, &run::csv(&trajectory))?;
     }
     if args.json.as_deref() != Some(Path::new("-")) {
-        print!("{}", run::text(&summary));
+        output::print(&run::text(&summary))?;
     }
     if let Some(path) = &args.json {
         output::write_json(path, &summary)?;

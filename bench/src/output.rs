@@ -34,6 +34,22 @@ impl std::error::Error for FileError {
     }
 }
 
+/// Prints to standard output. A reader that has gone away is not an error: it has read what it wanted.
+///
+/// # Errors
+/// [`FileError`].
+pub fn print(text: &str) -> Result<(), FileError> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(FileError {
+            path: "-".into(),
+            doing: "write",
+            source: e,
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Writes text to `path`, making its folder, or to standard output for `-`.
 ///
 /// # Errors
@@ -45,7 +61,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
         source,
     };
     if path == Path::new("-") {
-        return std::io::stdout().write_all(text.as_bytes()).map_err(failed);
+        return print(text);
     }
     if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(failed)?;

@@ -1,10 +1,10 @@
 //! The motion that the steps at Δt = 1/60 s are judged by: the same scheme at a time step so small that it is stable
-//! and its first-order error small, sampled at the frames.
+//! and its first-order error small (at most 1/40 of theirs), sampled at the frames.
 
 use crate::trajectory::load_position;
 use nalgebra::Vector3;
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{Bodies, HoistParams};
+use taut_model::{Bodies, HoistParams, Scene, SceneError};
 use taut_solver::Backend;
 
 /// A finely stepped motion.
@@ -20,13 +20,39 @@ pub struct Reference {
 
 /// Sub-steps a frame for which the paper's step is stable on this scene: segments that rotate against the tension
 /// T = g (M + m N) have the frequency ω = 2 √(12 T/(m l)), and Δt ω < 2 is needed; 1.3 is kept here.
-#[must_use]
-pub fn stable_substeps(params: &HoistParams, frame: f64) -> usize {
-    let mass = params.segment_mass.unwrap_or(1.0);
-    let segments = params.segments as f64;
-    let tension = params.gravity * mass * (params.mass_ratio + segments);
-    let omega = 2.0 * (12.0 * tension / (mass * params.length / segments)).sqrt();
-    ((frame * omega / 1.3).ceil() as usize).max(40)
+///
+/// # Errors
+/// Parameters that are not sound, and a reference motion of more than [`MAX_STEPS`] a second.
+pub fn stable_substeps(params: &HoistParams, frame: f64) -> Result<usize, StepError> {
+    let hoist = params.resolve()?;
+    let (mass, segments) = (hoist.segment_mass, hoist.segments as f64);
+    let tension = params.gravity * (hoist.load_mass + mass * segments);
+    let omega = 2.0 * (12.0 * tension / (mass * hoist.segment_length)).sqrt();
+    let substeps = (frame * omega / 1.3).ceil();
+    if substeps > MAX_STEPS * frame {
+        return Err(StepError::InvalidOption {
+            field: "mass_ratio",
+            value: params.mass_ratio,
+            allowed: "such that the reference motion needs at most a million steps a second",
+        });
+    }
+    Ok((substeps as usize).max(40))
+}
+
+/// Most steps of a reference motion in a second of it.
+pub const MAX_STEPS: f64 = 1e6;
+
+/// The scene that is run: hanging in its static equilibrium, so that what moves is the swing and not the bounce of a
+/// dropped load; turned aside and unstretched where an initial angle is asked for.
+///
+/// # Errors
+/// As [`HoistParams::build`].
+pub fn scene(params: &HoistParams) -> Result<Scene, SceneError> {
+    if params.initial_angle == 0.0 {
+        params.hanging_equilibrium()
+    } else {
+        params.build()
+    }
 }
 
 /// Steps the scene for `frames` frames of length `frame` (s) with `substeps` each; keeps the states before the frames
@@ -54,7 +80,7 @@ pub fn compute(
         refinements: 0,
         ..StepOptions::default()
     };
-    let mut stepper = Stepper::new(params.build()?, options)?;
+    let mut stepper = Stepper::new(scene(params)?, options)?;
     let mut reference = Reference {
         dt,
         load: Vec::with_capacity(frames),

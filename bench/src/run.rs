@@ -17,6 +17,8 @@ pub struct Prepared {
     pub cable: Option<(f64, f64)>,
     /// Gap of a joint at which the run is given up \[m].
     pub max_gap: f64,
+    /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
+    pub planar: bool,
 }
 
 /// Why a scene cannot be prepared.
@@ -69,10 +71,12 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
         ),
         _ => (None, f64::INFINITY),
     };
+    let planar = matches!(&source, SceneSource::Hoist(p) if p.seed == 0 && p.circle_radius == 0.0);
     Ok(Prepared {
         scene: built,
         cable,
         max_gap,
+        planar,
     })
 }
 
@@ -128,6 +132,8 @@ pub struct Summary {
     pub steps: usize,
     /// Whether the run reached its end.
     pub stable: bool,
+    /// Whether the motion was exactly planar, which hides instabilities out of the plane.
+    pub planar: bool,
     /// How it ended early.
     pub failure: Option<Failure>,
     /// Load positions, one a step.
@@ -181,6 +187,7 @@ pub fn run(
         dt: options.dt,
         steps: trajectory.samples.len(),
         stable: trajectory.failure.is_none(),
+        planar: prepared.planar,
         failure: trajectory.failure.clone(),
         load: LoadPath {
             time: trajectory.samples.iter().map(|s| s.time).collect(),
@@ -240,6 +247,7 @@ pub fn text(s: &Summary) -> String {
     let mut out = String::new();
     let ns = crate::table::nanoseconds;
     let verdict = match &s.failure {
+        None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),
         Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
     };

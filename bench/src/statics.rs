@@ -10,7 +10,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{HoistParams, Scene};
+use taut_model::{HoistParams, Scene, SceneError};
 use taut_solver::Status;
 
 /// Steps of [`hold`]: half a second at 60 Hz.
@@ -29,18 +29,20 @@ pub struct Held {
 
 /// The hanging scene of the given hoist: no motion, no seeds, and the damping time 2/ω that damps the bounce of the
 /// load (ω² = YA/(L M)) critically.
-#[must_use]
-pub fn hanging(params: &HoistParams) -> HoistParams {
-    let stiffness = params.ea.unwrap_or(2e7) / params.length;
-    let load = params.mass_ratio * params.segment_mass.unwrap_or(1.0);
-    HoistParams {
+///
+/// # Errors
+/// As [`HoistParams::resolve`].
+pub fn hanging(params: &HoistParams) -> Result<HoistParams, SceneError> {
+    let hoist = params.resolve()?;
+    let stiffness = hoist.stiffness.ea / params.length;
+    Ok(HoistParams {
         seed: 0,
         move_x: 0.0,
         circle_radius: 0.0,
         initial_angle: 0.0,
-        damping: 2.0 * (load / stiffness).sqrt(),
+        damping: 2.0 * (hoist.load_mass / stiffness).sqrt(),
         ..params.clone()
-    }
+    })
 }
 
 /// Elongation of the hanging cable: how far the load is below the end of the unstrained cable \[m].
@@ -53,7 +55,7 @@ fn elongation(params: &HoistParams, scene: &Scene) -> f64 {
 /// # Errors
 /// As [`Stepper::step`].
 pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepError> {
-    let params = hanging(params);
+    let params = hanging(params)?;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options.clone())?;
     let mut claimed = 0;
     for _ in 0..HOLD_STEPS {
@@ -100,7 +102,7 @@ pub fn settle(
     dt: f64,
     limit: usize,
 ) -> Result<Settled, StepError> {
-    let params = hanging(params);
+    let params = hanging(params)?;
     let mut stepper = Stepper::new(params.build()?, choice.options(dt))?;
     let exact = params.exact_elongation();
     let (mut steps, mut last, mut quiet) = (0, f64::INFINITY, 0);
@@ -164,36 +166,34 @@ pub fn iterations_needed(
     levels: &[f64],
     limit: usize,
 ) -> Result<Vec<Needed>, StepError> {
-    // The stopping test is off: the count is what is asked for.
+    // The stopping test is off: the count is what is asked for. An iteration that diverges has not met the level.
     let error_with = |iterations: usize| {
         let backend = options
             .backend
             .with_iterations(iterations)
-            .with_tolerance(1e-15);
-        hold(
-            params,
-            &StepOptions {
-                backend,
-                ..options.clone()
-            },
-        )
-        .map(|held| held.error)
+            .with_tolerance(0.0);
+        let options = StepOptions {
+            backend,
+            ..options.clone()
+        };
+        hold(params, &options).map_or(f64::INFINITY, |held| held.error)
     };
+    hanging(params)?;
     let mut needed = Vec::new();
     let (mut low, mut high, mut reachable) = (0, 1, true);
     for &level in levels {
         // Below a level that the limit does not reach there is none that it does.
-        let mut met = reachable && error_with(high)? <= level;
+        let mut met = reachable && error_with(high) <= level;
         while reachable && !met && high < limit {
             low = high;
             high = (2 * high).min(limit);
-            met = error_with(high)? <= level;
+            met = error_with(high) <= level;
         }
         reachable = met;
         let (mut below, mut enough) = (low, high);
         while met && enough - below > 1 + below / 64 {
             let middle = below.midpoint(enough);
-            if error_with(middle)? <= level {
+            if error_with(middle) <= level {
                 enough = middle;
             } else {
                 below = middle;

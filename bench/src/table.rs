@@ -1,6 +1,6 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
-use crate::ladder::{LEVELS, Omission, Record, Results};
+use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
@@ -62,13 +62,13 @@ fn ratio(r: f64) -> String {
     }
 }
 
-/// Level as a mark: `≤1e-6`.
-fn marks(levels: &[f64]) -> String {
-    levels
-        .iter()
-        .map(|l| format!("≤{l:.0e}"))
-        .collect::<Vec<_>>()
-        .join(" ")
+/// Levels as marks: `≤1e-6`, with `r0` where it takes no refinement.
+fn marks(fastest: &[Fastest], refinements: usize) -> String {
+    let mark = |f: &Fastest| {
+        let without = refinements > 0 && !f.refined;
+        format!("≤{:.0e}{}", f.level, if without { "r0" } else { "" })
+    };
+    fastest.iter().map(mark).collect::<Vec<_>>().join(" ")
 }
 
 /// All rows of the main job, a table for each scene, then the fastest of each, then what was left out.
@@ -80,18 +80,26 @@ pub fn ladder(results: &Results) -> String {
         .chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio))
     {
         let r = &scene[0];
-        let dt = results
-            .references
-            .iter()
-            .find(|(n, ratio, _)| (*n, *ratio) == (r.segments, r.mass_ratio))
-            .map_or(f64::NAN, |(_, _, dt)| *dt);
-        let _ = writeln!(
+        let _ = write!(
             out,
-            "\n{} segments, load/segment mass ratio {}  (reference motion at Δt = 1/{:.0} s)",
+            "\n{} segments, load/segment mass ratio {}",
             r.segments,
-            ratio(r.mass_ratio),
-            1.0 / dt
+            ratio(r.mass_ratio)
         );
+        let same = |n: &&SceneNote| (n.segments, n.mass_ratio) == (r.segments, r.mass_ratio);
+        let note = results.scenes.iter().find(same);
+        if let Some(note) = note {
+            let verdict = note.failure.as_ref().map_or_else(
+                || "stable for 30 s".to_owned(),
+                |f| format!("unstable at {:.2} s", f.time),
+            );
+            let _ = write!(
+                out,
+                ": the step itself is {verdict} (reference motion at Δt = 1/{:.0} s)",
+                1.0 / note.reference_dt
+            );
+        }
+        out.push('\n');
         out.push_str(&scene_table(scene));
     }
     let _ = writeln!(
@@ -99,6 +107,7 @@ pub fn ladder(results: &Results) -> String {
         "\nFastest step within each relative error of the multipliers"
     );
     out.push_str(&fastest(&results.records));
+    out.push_str(&claims(&results.records));
     if !results.omissions.is_empty() {
         let _ = writeln!(out, "\nLeft out");
         for Omission { backend, reason } in &results.omissions {
@@ -120,7 +129,7 @@ fn scene_table(records: &[Record]) -> String {
         "unrefined",
         "elong.",
         "load m",
-        "stable",
+        "held",
         "fastest",
     ]);
     for r in records {
@@ -131,9 +140,8 @@ fn scene_table(records: &[Record]) -> String {
             }
             limit => limit.to_string(),
         };
-        let stable = match &r.failure {
-            None if r.stable => "yes".to_owned(),
-            None => "-".to_owned(),
+        let held = match &r.failure {
+            None => format!("≥{} s", r.simulated_s),
             Some(failure) => format!("{:.2} s", failure.time),
         };
         let forward = if r.error.is_some() {
@@ -152,11 +160,36 @@ fn scene_table(records: &[Record]) -> String {
             error(Some(r.forward_error_unrefined)),
             error(r.elongation_error),
             error(r.load_error_m),
-            stable,
-            marks(&r.fastest_at),
+            held,
+            marks(&r.fastest_at, r.refinements),
         ]);
     }
     text(&t)
+}
+
+/// How often the iterations' own claim of convergence was true.
+fn claims(records: &[Record]) -> String {
+    let mut families: Vec<(&str, usize, usize)> = Vec::new();
+    for r in records {
+        let (Some(claimed), Some(verified)) = (r.claimed_converged, r.verified_converged) else {
+            continue;
+        };
+        match families.iter_mut().find(|(name, ..)| *name == r.backend) {
+            Some((_, c, v)) => (*c, *v) = (*c + claimed, *v + verified),
+            None => families.push((&r.backend, claimed, verified)),
+        }
+    }
+    if families.is_empty() {
+        return String::new();
+    }
+    let mut t = table(&["solver", "claimed", "true"]);
+    for (name, claimed, verified) in families {
+        t.add_row([name.to_owned(), claimed.to_string(), verified.to_string()]);
+    }
+    format!(
+        "\nConvergence claimed by the iteration's own test, and true by the residual in extended precision (frames)\n{}",
+        text(&t)
+    )
 }
 
 fn fastest(records: &[Record]) -> String {
@@ -167,17 +200,16 @@ fn fastest(records: &[Record]) -> String {
     for scene in records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio)) {
         let mut row = vec![scene[0].segments.to_string(), ratio(scene[0].mass_ratio)];
         row.extend(LEVELS.iter().map(|level| {
-            scene
-                .iter()
-                .find(|r| r.fastest_at.contains(level))
-                .map_or("none".to_owned(), |r| {
-                    let iterations = if r.iterations > 0 {
-                        format!(" {}×", r.iterations)
-                    } else {
-                        String::new()
-                    };
-                    format!("{}{iterations} {}", r.backend, nanoseconds(r.step_ns))
-                })
+            let at = |r: &Record| r.fastest_at.iter().find(|f| f.level == *level).copied();
+            let found = scene.iter().find_map(|r| Some((r, at(r)?)));
+            found.map_or("none".to_owned(), |(r, f)| {
+                let how = match (r.iterations, r.refinements > 0 && !f.refined) {
+                    (0, true) => " r0".to_owned(),
+                    (0, false) => String::new(),
+                    (n, _) => format!(" {n}×"),
+                };
+                format!("{}{how} {}", r.backend, nanoseconds(f.step_ns))
+            })
         }));
         t.add_row(row);
     }

@@ -134,6 +134,14 @@ pub struct SolveReport {
 }
 
 impl SolveReport {
+    /// What an iterative backend reports of A x = 0.
+    #[allow(dead_code)] // where none is compiled in
+    pub(crate) const ZERO: Self = Self {
+        status: Status::Converged,
+        iterations: 0,
+        residual: 0.0,
+    };
+
     /// The report of a direct solve.
     pub(crate) const DIRECT: Self = Self {
         status: Status::Direct,

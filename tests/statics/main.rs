@@ -1,9 +1,12 @@
 //! The experiments on the hanging cable: the same functions that the tables of `taut static` come from.
 
+use nalgebra::Vector3;
 use taut_bench::Choice;
 use taut_bench::statics::{hold, iterations_needed, settle};
-use taut_integrator::StepOptions;
-use taut_model::HoistParams;
+use taut_integrator::{Form, StepOptions, Stepper};
+use taut_model::{Body, Frame, HoistParams, Scene};
+use taut_solver::{Backend, DenseOptions};
+use taut_tests::scenes::joint;
 use taut_tests::{Worst, compiled_direct, compiled_iterative};
 
 const DT: f64 = 1.0 / 60.0;
@@ -157,4 +160,38 @@ fn levels_beyond_the_limit_have_no_answer() {
     if let Some(choice) = choice("gauss-seidel:joints") {
         assert_eq!(needed(&choice, 1e5, false, 50), [None; 3]);
     }
+}
+
+/// A rod on a soft twist joint under a constant torque turns until ε λ = twist: here 25 rad, four turns, which the
+/// winding number has to count. The angle is the sum of what the body turned, not the joint's own idea of it.
+#[test]
+fn a_constant_torque_twists_a_joint_through_several_turns() {
+    const TORQUE: f64 = 2.5;
+    let mut worst = Worst::default();
+    for kind in ["cosserat", "paper"] {
+        for form in [Form::Schur, Form::Kkt] {
+            let mut scene = Scene::new("twist");
+            let mut rod = Body::rod(1.0, 0.05, 1.0).at(Vector3::new(0.0, 0.0, -0.5));
+            rod.torque = Vector3::new(0.0, 0.0, TORQUE);
+            scene.add_body("rod", rod);
+            let held = Frame::world(Vector3::zeros());
+            let top = Frame::body(0, Vector3::new(0.0, 0.0, 0.5));
+            // Compliance 10 rad/(N m), damped critically: 2/ω with ω² = 1/(10 · 1.25·10⁻³ kg m²).
+            let twisting = joint(kind, [held, top], 1e-6, 10.0, 0.22);
+            scene.add_constraint("joint", twisting, 0);
+            let backend = Backend::Dense(DenseOptions::default());
+            let choice = Choice { backend, form };
+            let mut stepper = Stepper::new(scene, choice.options(1.0 / 240.0)).expect("sound");
+            let mut angle = 0.0;
+            for _ in 0..240 * 8 {
+                stepper.step().expect("stable");
+                angle += stepper.scene().bodies.angular_velocity[0].z / 240.0;
+            }
+            worst.see(
+                (angle / (10.0 * TORQUE) - 1.0).abs(),
+                format_args!("{kind}, {form}"),
+            );
+        }
+    }
+    worst.expect_measured("twist", 9.8e-15);
 }

@@ -158,8 +158,12 @@ impl LinearSolver for ConjugateGradient {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
-        check_finite(a.pattern(), "guess", x)?;
         let scale = dot(b, b).sqrt();
+        if scale == 0.0 {
+            x.fill(0.0);
+            return Ok(SolveReport::ZERO);
+        }
+        check_finite(a.pattern(), "guess", x)?;
         let target = self.options.tolerance * scale;
         let mut report = SolveReport {
             status: Status::IterationLimit,

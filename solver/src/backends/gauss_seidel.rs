@@ -197,12 +197,16 @@ impl LinearSolver for GaussSeidel {
                 needs: "analyze",
             });
         };
+        let norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
+        if norm == 0.0 {
+            x.fill(0.0);
+            return Ok(SolveReport::ZERO);
+        }
         if self.options.start == Start::Trial {
             x.copy_from_slice(b);
             plan.inner.solve(x);
         }
         check_finite(a.pattern(), "guess", x)?;
-        let norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
         let mut report = SolveReport {
             status: Status::IterationLimit,
             iterations: 0,
@@ -214,7 +218,7 @@ impl LinearSolver for GaussSeidel {
             report.residual = if met == 0.0 {
                 0.0
             } else {
-                met / norm.max(f64::MIN_POSITIVE)
+                met / norm
             };
             if report.residual <= self.options.tolerance {
                 report.status = Status::Converged;
