@@ -1,6 +1,6 @@
 //! The choice of a backend as a value: names, options, what is compiled in.
 
-use crate::backends::{self, dense};
+use crate::backends;
 use crate::{LinearSolver, SolveError};
 use std::fmt;
 use std::str::FromStr;
@@ -287,7 +287,7 @@ impl Backend {
             Self::NalgebraSparse => Ok(Box::new(
                 backends::nalgebra_sparse::NalgebraSparse::default(),
             )),
-            Self::Dense(o) => Ok(dense::create(*o)),
+            Self::Dense(o) => Ok(backends::dense::create(*o)),
             #[allow(unreachable_patterns)] // with every feature on
             other => Err(SolveError::NotCompiled {
                 backend: other.name(),

@@ -84,7 +84,7 @@ fn rows(mut each: impl FnMut(String, Vec<Option<f64>>)) {
             let most = usize::from(!choice.backend.is_iterative());
             for refinements in 0..=most {
                 let errors = RATIOS.map(|ratio| measure(scene, &choice, refinements, ratio));
-                let key = format!("{:18} {:20} {refinements}", scene.0, choice.family());
+                let key = format!("{:18} {:22} {refinements}", scene.0, choice.family());
                 each(key, errors.to_vec());
             }
         }
@@ -152,7 +152,7 @@ fn the_table_allows_refined_solvers_little_more_than_roundoff() {
 #[ignore = "prints what scenes.txt holds"]
 fn print_the_table() {
     println!(
-        "# {:16} {:20} refinements, ratios {RATIOS:?}",
+        "# {:16} {:22} refinements, ratios {RATIOS:?}",
         "scene", "solver"
     );
     rows(|key, errors| {

@@ -215,11 +215,7 @@ impl LinearSolver for GaussSeidel {
         while report.iterations < self.options.iterations {
             let met = plan.sweep(a.pattern(), b, x).sqrt();
             report.iterations += 1;
-            report.residual = if met == 0.0 {
-                0.0
-            } else {
-                met / norm
-            };
+            report.residual = if met == 0.0 { 0.0 } else { met / norm };
             if report.residual <= self.options.tolerance {
                 report.status = Status::Converged;
                 break;
