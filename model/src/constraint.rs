@@ -228,6 +228,10 @@ impl Constraint {
 
 /// The value of `angle` + 2πk nearest to `reference` (rad): the winding number of \[SL (22)], tracked.
 fn unwrap_angle(angle: f64, reference: f64) -> f64 {
+    // A reference left by a state that was not finite counts for nothing: the next good state starts anew.
+    if !reference.is_finite() {
+        return angle;
+    }
     angle + TAU * ((reference - angle) / TAU).round()
 }
 

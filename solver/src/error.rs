@@ -33,7 +33,7 @@ pub enum SolveError {
     },
     /// A NaN or an infinity.
     NonFinite {
-        /// Where it stands: `"matrix"`, `"right-hand side"`, `"guess"` or `"solution"`.
+        /// Where it stands: `"matrix"`, `"right-hand side"` (or its norm), `"guess"`, `"factor"` or `"solution"`.
         what: &'static str,
         /// Block row of the first one.
         block: usize,

@@ -159,6 +159,14 @@ impl LinearSolver for ConjugateGradient {
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         let scale = dot(b, b).sqrt();
+        if !scale.is_finite() {
+            // The squares overflow, and with them every test of convergence.
+            let largest = b.iter().position(|&x| x.abs() == crate::norm_inf(b));
+            return Err(SolveError::NonFinite {
+                what: "norm of the right-hand side",
+                block: a.pattern().block_of_row(largest.unwrap_or(0)),
+            });
+        }
         if scale == 0.0 {
             x.fill(0.0);
             return Ok(SolveReport::ZERO);

@@ -30,13 +30,18 @@ struct Dense<T> {
     /// Row of A that each row of `lu` came from.
     pivot: Vec<usize>,
     work: Vec<T>,
+    /// Largest number that each column ever held.
+    scale: Vec<f64>,
 }
 
 impl<T: Scalar> Dense<T> {
     /// LU of the matrix in `lu`; the column that depends on those before it, to rounding, as an error.
     fn eliminate(&mut self, n: usize) -> Result<(), usize> {
         // A pivot is noise if it is at roundoff of the largest number that its column ever held.
-        let mut scale: Vec<f64> = (0..n).map(|c| column_max(&self.lu, n, 0, c)).collect();
+        for c in 0..n {
+            self.scale[c] = column_max(&self.lu, n, 0, c);
+        }
+        let scale = &mut self.scale;
         for k in 0..n {
             let best = (k..n).max_by(|&p, &q| {
                 let size = |r: usize| self.lu[r * n + k].to_f64().abs();
@@ -97,6 +102,7 @@ impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
         self.lu = vec![T::default(); n * n];
         self.pivot = (0..n).collect();
         self.work = vec![T::default(); n];
+        self.scale = vec![0.0; n];
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport {
             factor_entries: Some(n * n),

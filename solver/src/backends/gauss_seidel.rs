@@ -205,6 +205,7 @@ impl LinearSolver for GaussSeidel {
         if self.options.start == Start::Trial {
             x.copy_from_slice(b);
             plan.inner.solve(x);
+            check_solution(a, x)?;
         }
         check_finite(a.pattern(), "guess", x)?;
         let mut report = SolveReport {
