@@ -297,10 +297,10 @@ fn hoist(defaults: &HoistParams, overrides: &[(&str, &str)]) -> Result<HoistPara
 
 /// What the columns of the main job's tables are.
 const BENCH_LEGEND: &str = "\
-step, solve: median time, with one refinement for direct solvers (umfpack/kkt: its own); backw.: componentwise backward
-error; forward: error of the multipliers against extended precision (unrefined: without that refinement); elong.: of the
-hanging cable after ½ s; load m: distance from the reference motion; held: simulated time, or the time of the end;
-fastest: of this scene with forward and elongation error within that level (r0: without refinement)";
+step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
+its own); backw.: componentwise backward error; error: of the multipliers against extended precision (r0: without that
+refinement); elong.: of the hanging cable after ½ s; load m: distance from the reference motion; held: simulated time,
+or the time of the end; fastest: of this scene, with error and elong. within that level, with or without refinement";
 
 /// What the second table of the hanging cable is.
 const NEEDED_LEGEND: &str = "\
