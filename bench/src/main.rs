@@ -60,7 +60,7 @@ struct BenchArgs {
     /// Parameters of the hoist
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
-    /// Simulated time of the stability and load columns \[s]
+    /// Simulated time of the stability and load columns (s)
     #[arg(long, value_name = "S")]
     time: Option<f64>,
     /// A tenth of the work, under 10 s
@@ -116,10 +116,10 @@ struct RunArgs {
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
     #[arg(long, value_name = "K")]
     refine: Option<usize>,
-    /// Time step \[s]
+    /// Time step (s)
     #[arg(long, value_name = "S", default_value_t = 1.0 / 60.0)]
     dt: f64,
-    /// Simulated time \[s]
+    /// Simulated time (s)
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     time: f64,
     /// Writes one line a step to a CSV file
@@ -271,6 +271,11 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
     config.ratios.sort_by(f64::total_cmp);
     config.ratios.dedup();
     config.choices = choices(&args.backends)?;
+    if let Some(name) = args.backends.iter().find(|b| b.contains("iterations=")) {
+        return Err(Failure::Input(format!(
+            "`iterations=` in `{name}` has no effect on the main job: use `--iterations`"
+        )));
+    }
     let swept = |o: &&String| {
         let key = o.split('=').next().unwrap_or_default();
         ["segments", "mass_ratio", "load_mass"].contains(&key)
@@ -353,6 +358,11 @@ fn hang(args: &StaticArgs) -> Result<(), Failure> {
         dt: 1.0 / 60.0,
     };
     positive("a number of `--ratios`", &config.ratios)?;
+    if args.limit == 0 {
+        return Err(Failure::Input(
+            "`--limit` is 0: it must be at least 1".to_owned(),
+        ));
+    }
     let bar = progress(0).with_message("static");
     let results = statics::sweep(&config, &bar)?;
     bar.finish_and_clear();
@@ -386,13 +396,27 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
             options.refinements
         )));
     }
-    let bar = progress(steps(args.time, args.dt)? as u64);
+    let count = steps(args.time, args.dt)?;
+    if count == 0 {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s: it must be at least one step of {} s",
+            args.time, args.dt
+        )));
+    }
+    let to_stdout = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
+    if to_stdout(&args.out) && to_stdout(&args.json) {
+        return Err(Failure::Input(
+            "`--out -` and `--json -` cannot share standard output: give one of them a file"
+                .to_owned(),
+        ));
+    }
+    let bar = progress(count as u64);
     let (summary, trajectory) = run::run(&prepared, &options, args.time, &bar)?;
     bar.finish_and_clear();
     if let Some(path) = &args.out {
         output::write_text(path, &run::csv(&trajectory))?;
     }
-    if args.json.as_deref() != Some(Path::new("-")) {
+    if !to_stdout(&args.out) && !to_stdout(&args.json) {
         output::print(&run::text(&summary))?;
     }
     if let Some(path) = &args.json {

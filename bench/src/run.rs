@@ -134,6 +134,8 @@ pub struct Summary {
     pub stable: bool,
     /// Whether the motion was exactly planar, which hides instabilities out of the plane.
     pub planar: bool,
+    /// Steps whose iteration did not meet its tolerance.
+    pub unconverged_steps: usize,
     /// How it ended early.
     pub failure: Option<Failure>,
     /// Load positions, one a step.
@@ -188,6 +190,7 @@ pub fn run(
         steps: trajectory.samples.len(),
         stable: trajectory.failure.is_none(),
         planar: prepared.planar,
+        unconverged_steps: trajectory.samples.len().saturating_sub(trajectory.claimed),
         failure: trajectory.failure.clone(),
         load: LoadPath {
             time: trajectory.samples.iter().map(|s| s.time).collect(),
@@ -247,6 +250,10 @@ pub fn text(s: &Summary) -> String {
     let mut out = String::new();
     let ns = crate::table::nanoseconds;
     let verdict = match &s.failure {
+        None if s.unconverged_steps > 0 => format!(
+            "stable, but {} steps ran out of iterations: raise `iterations=`",
+            s.unconverged_steps
+        ),
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),
         Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
