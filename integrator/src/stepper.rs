@@ -193,7 +193,8 @@ impl Stepper {
     fn linearize(&mut self) -> Result<(), StepError> {
         self.solved = false;
         let (pieces, dt) = (&mut self.pieces, self.options.dt);
-        pieces.rows.update(&self.scene, self.time, self.time + dt);
+        pieces.rows.update(&self.scene, self.time);
+        pieces.rows.drive(&self.scene, self.time, self.time + dt);
         pieces
             .regularization
             .update(self.options.scheme, dt, &pieces.rows);

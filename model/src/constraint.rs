@@ -190,8 +190,13 @@ impl Constraint {
         self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
     }
 
-    /// Writes φ and the Jacobian blocks; an empty block slice stands for a side without one.
-    pub(crate) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+    /// Writes φ and the Jacobian blocks (an empty block slice stands for a side without one); returns both lever arms.
+    pub(crate) fn evaluate(
+        &self,
+        bodies: &Bodies,
+        t: f64,
+        rows: &mut Rows<'_>,
+    ) -> [Vector3<f64>; 2] {
         let [a, b] = self.frames();
         let (a, b) = (a.resolve(bodies, t), b.resolve(bodies, t));
         match self {
@@ -200,6 +205,7 @@ impl Constraint {
             Self::Cosserat(c) => c.evaluate(&a, &b, rows),
             Self::Lock(_) => lock::evaluate(&a, &b, rows),
         }
+        [a.lever, b.lever]
     }
 
     /// Writes ∂φ/∂t as the mean over \[t, t_next]: only the gap of a moved world side depends on time.

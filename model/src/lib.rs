@@ -19,7 +19,7 @@
 //! };
 //! let scene = params.hanging_equilibrium()?;
 //! let mut lin = Linearized::new(&scene);
-//! lin.update(&scene, 0.0, 0.0);
+//! lin.update(&scene, 0.0);
 //! // Row 2 of the anchor is its gap along z: tension = gap / compliance, here (5000 + 8) kg · 9.81 m/s².
 //! let tension = lin.phi[2] / lin.compliance[2];
 //! assert!((tension - 5008.0 * 9.81).abs() < 1e-6);

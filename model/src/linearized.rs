@@ -5,6 +5,8 @@
 
 use std::ops::Range;
 
+use nalgebra::Vector3;
+
 use crate::constraint::Rows;
 use crate::frame::Frame;
 use crate::scene::Scene;
@@ -41,6 +43,9 @@ pub struct Linearized {
     pub damping: Vec<f64>,
     /// All blocks, see [`Slot::offset`].
     pub jacobian: Vec<f64>,
+    /// Lever arm of each slot, world \[m]: from the body's centre to the attachment point. Zero where the constraint
+    /// has no stretch rows, which alone change with the lever's rotation.
+    pub levers: Vec<Vector3<f64>>,
 }
 
 impl Linearized {
@@ -71,15 +76,15 @@ impl Linearized {
         lin.compliance = vec![0.0; rows];
         lin.damping = vec![0.0; rows];
         lin.jacobian = vec![0.0; values];
+        lin.levers = vec![Vector3::zeros(); lin.slots.len()];
         lin
     }
 
-    /// Evaluates all constraints at time `t` (s), and ∂φ/∂t as the mean over \[`t`, `t_next`] with the bodies held;
-    /// it is zero when `t_next == t` or nothing is driven. Cost: O(rows). Allocates: no.
+    /// Evaluates φ, J and the laws of all constraints at time `t` (s). Cost: O(rows). Allocates: no.
     ///
     /// # Panics
     /// When the scene's constraints do not have the rows and bodies that [`Linearized::new`] saw.
-    pub fn update(&mut self, scene: &Scene, t: f64, t_next: f64) {
+    pub fn update(&mut self, scene: &Scene, t: f64) {
         assert_eq!(
             scene.constraints.len(),
             self.constraints(),
@@ -98,14 +103,31 @@ impl Linearized {
             let blocks = &mut self.jacobian[start..start + block * slots.len()];
             let (a, b) = blocks.split_at_mut(block * moving[0]);
             let mut out = Rows::new(&mut self.phi[rows.clone()], a, b);
-            c.evaluate(&scene.bodies, t, &mut out);
-            c.drive(t, t_next, &mut self.phi_t[rows.clone()]);
+            let levers = c.evaluate(&scene.bodies, t, &mut out);
+            if c.has_stretch_rows() {
+                let sides = levers.iter().zip(moving).filter(|(_, there)| *there == 1);
+                for (to, (from, _)) in self.levers[slots].iter_mut().zip(sides) {
+                    *to = *from;
+                }
+            }
             let mut row = rows.start;
             for (_, count, law) in c.parts() {
                 self.compliance[row..row + count].fill(law.compliance);
                 self.damping[row..row + count].fill(law.damping);
                 row += count;
             }
+        }
+    }
+
+    /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when
+    /// `t_next == t` or nothing is driven. Cost: O(rows). Allocates: no.
+    ///
+    /// # Panics
+    /// As [`Linearized::update`].
+    pub fn drive(&mut self, scene: &Scene, t: f64, t_next: f64) {
+        for (i, c) in scene.constraints.iter().enumerate() {
+            let rows = self.row_range(i);
+            c.drive(t, t_next, &mut self.phi_t[rows]);
         }
     }
 
@@ -218,7 +240,8 @@ mod tests {
         }
         let (t, dt) = (0.5, 1e-6);
         let mut lin = Linearized::new(&scene);
-        lin.update(&scene, t, t + dt);
+        lin.update(&scene, t);
+        lin.drive(&scene, t, t + dt);
         let mut next = scene.clone();
         for i in 0..next.bodies.len() {
             next.bodies.position[i] += next.bodies.velocity[i] * dt;
@@ -227,7 +250,8 @@ mod tests {
             next.bodies.orientation[i] = turn * next.bodies.orientation[i];
         }
         let mut after = lin.clone();
-        after.update(&next, t + dt, t + dt);
+        after.update(&next, t + dt);
+        after.drive(&next, t + dt, t + dt);
         for c in 0..lin.constraints() {
             for (row, k) in lin.row_range(c).enumerate() {
                 let change = (after.phi[k] - lin.phi[k]) / dt;
@@ -246,7 +270,7 @@ mod tests {
     fn drive_on_side_b_has_the_other_sign() {
         let mut scene = hoist();
         let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.2, 0.3);
+        lin.drive(&scene, 0.2, 0.3);
         let forward = lin.phi_t[0];
         scene.constraints[0].frames_mut().reverse();
         assert!(matches!(
@@ -254,7 +278,7 @@ mod tests {
             Side::World(Motion::Smooth { .. })
         ));
         let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.2, 0.3);
+        lin.drive(&scene, 0.2, 0.3);
         assert_eq!(lin.phi_t[0], -forward);
     }
 
@@ -262,7 +286,7 @@ mod tests {
     fn laws_are_those_of_the_rows() {
         let scene = hoist();
         let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0, 0.0);
+        lin.update(&scene, 0.0);
         for (i, c) in scene.constraints.iter().enumerate() {
             for (k, row) in lin.row_range(i).enumerate() {
                 assert_eq!(lin.compliance[row], c.row(k).1.compliance);
@@ -281,7 +305,7 @@ mod tests {
             };
             let scene = scene.hanging_equilibrium().expect("builds");
             let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0, 0.0);
+            lin.update(&scene, 0.0);
             for i in 0..lin.constraints() {
                 for (k, row) in lin.row_range(i).enumerate() {
                     if k != 2 {
@@ -300,6 +324,6 @@ mod tests {
         if let crate::Constraint::Cosserat(c) = &mut scene.constraints[1] {
             c.law.twist = None;
         }
-        lin.update(&scene, 0.0, 0.0);
+        lin.update(&scene, 0.0);
     }
 }

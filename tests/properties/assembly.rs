@@ -28,7 +28,8 @@ fn dense(a: &SymBlockMatrix) -> DMatrix<f64> {
 /// J, M⁻¹ and Σ as dense matrices, made from the scene without the integrator's maps.
 fn pieces(scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>, DMatrix<f64>) {
     let mut rows = Linearized::new(scene);
-    rows.update(scene, 0.0, DT);
+    rows.update(scene, 0.0);
+    rows.drive(scene, 0.0, DT);
     let (n, m) = (rows.rows(), 6 * scene.bodies.len());
     let mut jacobian = DMatrix::zeros(n, m);
     for (s, slot) in rows.slots.iter().enumerate() {

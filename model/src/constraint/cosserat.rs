@@ -172,7 +172,7 @@ mod tests {
             let relative = UnitQuaternion::from_scaled_axis(axis * PI);
             let scene = poses.pair(&relative, joint);
             let mut lin = crate::Linearized::new(&scene);
-            lin.update(&scene, 0.0, 0.0);
+            lin.update(&scene, 0.0);
             assert!(lin.phi.iter().chain(&lin.jacobian).all(|v| v.is_finite()));
             assert!((lin.phi[3].hypot(lin.phi[4]) - PI).abs() < 1e-12);
         }

@@ -176,7 +176,7 @@ mod tests {
         let mut poses = Poses::new(5);
         let scene = poses.pair(&bent(0.0, &Vector3::y(), 0.3), ordinary);
         let mut lin = crate::Linearized::new(&scene);
-        lin.update(&scene, 0.0, 0.0);
+        lin.update(&scene, 0.0);
         assert!(lin.phi.iter().chain(&lin.jacobian).all(|v| v.is_finite()));
         // Rounding of the axes leaves |d| ≈ 1e-16: its meaningless direction is damped to a few hundredths.
         let bend_row = &lin.block(1)[6 * 3 + 3..6 * 3 + 6];

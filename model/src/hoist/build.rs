@@ -163,7 +163,7 @@ mod tests {
 
     fn phi(scene: &Scene) -> Linearized {
         let mut lin = Linearized::new(scene);
-        lin.update(scene, 0.0, 0.0);
+        lin.update(scene, 0.0);
         lin
     }
 
