@@ -190,8 +190,8 @@ impl Default for Guard {
     fn default() -> Self {
         Self {
             tolerance: 0.005,
-            hold: 3,
-            substeps: 4,
+            hold: 1,
+            substeps: 1,
             passes: 6,
             halvings: 3,
         }
