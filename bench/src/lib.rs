@@ -5,12 +5,16 @@
 //! | module | holds |
 //! |---|---|
 //! | `ladder` | the main job: backends × mass ratios × iterations |
+//! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `choice` | a backend and a form as one value, with its text form |
+//! | `cache` | references kept in files |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
 
+pub mod accuracy;
+pub mod cache;
 pub mod choice;
 pub mod ladder;
 pub mod machine;

@@ -176,7 +176,7 @@ impl Stepper {
             let impulse = pieces.geometric.stiffness[i] * base * (dt * dt);
             pieces.inertia.add_angular_impulse(i, &impulse);
         }
-        self.pieces.regularize(1.0, dt);
+        self.pieces.regularize([1.0; 2], dt);
         clock.end(Phase::Linearize);
         self.solve_prepared(dt, clock, work)?;
         self.finish_velocity_change();

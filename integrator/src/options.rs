@@ -346,6 +346,8 @@ pub struct StepOptions {
     pub substeps: usize,
     /// The scheme.
     pub scheme: Scheme,
+    /// Another scheme for the rows that measure angles; `None` is the same.
+    pub angular_scheme: Option<Scheme>,
     /// The geometric stiffness.
     pub stiffness: GeometricStiffness,
     /// What to do where the linearisation does not hold; `None` takes every step as it comes.
@@ -370,6 +372,7 @@ impl Default for StepOptions {
             dt: 1.0 / 60.0,
             substeps: 1,
             scheme,
+            angular_scheme: None,
             stiffness: GeometricStiffness::inertia(scheme.default_alpha()),
             guard: Some(Guard::default()),
             form: Form::default(),
@@ -405,6 +408,7 @@ impl StepOptions {
         let some = (1..=MAX_SUBSTEPS).contains(&self.substeps);
         check("substeps", count, some, "between 1 and a million")?;
         self.scheme.validate()?;
+        self.angular_scheme.map_or(Ok(()), Scheme::validate)?;
         self.stiffness.validate()?;
         self.guard.map_or(Ok(()), Guard::validate)?;
         if self.form == Form::Kkt && !self.backend.accepts_indefinite() {

@@ -15,11 +15,13 @@ use crate::inertia::Inertia;
 use crate::products::{add_transposed, subtract_jacobian};
 use crate::regularization::Regularization;
 use nalgebra::Vector3;
-use taut_model::{Bodies, Linearized, Scene};
+use taut_model::{Bodies, Constraint, Linearized, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct Pieces {
     pub(crate) rows: Linearized,
+    /// Whether a row measures an angle.
+    pub(crate) angular: Vec<bool>,
     pub(crate) geometric: Geometric,
     pub(crate) inertia: Inertia,
     pub(crate) regularization: Regularization,
@@ -43,7 +45,11 @@ impl Pieces {
     pub(crate) fn new(scene: &Scene) -> Self {
         let rows = Linearized::new(scene);
         let (count, bodies) = (rows.rows(), 6 * scene.bodies.len());
+        let parts = scene.constraints.iter().flat_map(Constraint::parts);
+        let angular =
+            parts.flat_map(|(kind, rows, _)| std::iter::repeat_n(kind.is_angular(), rows));
         Self {
+            angular: angular.collect(),
             geometric: Geometric::new(scene, &rows),
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
@@ -71,8 +77,10 @@ impl Pieces {
         angular(&self.v, i)
     }
 
-    /// Σ and c for the scheme's weight `next` and what is `known`, then c − J v; Δv is set to zero.
-    pub(crate) fn regularize(&mut self, next: f64, dt: f64) {
+    /// Σ and c for the weights `next` of gaps and of angles and for what is `known`, then c − J v; Δv is set to zero.
+    pub(crate) fn regularize(&mut self, next: [f64; 2], dt: f64) {
+        let angular = &self.angular;
+        let next = |r: usize| next[usize::from(angular[r])];
         self.regularization
             .update(next, dt, &self.rows, &self.known);
         self.rate.copy_from_slice(&self.regularization.c);

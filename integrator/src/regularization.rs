@@ -28,10 +28,16 @@ impl Regularization {
         }
     }
 
-    /// Σ and c for the weight `next` (p) and `known` (h), one a row.
-    pub(crate) fn update(&mut self, next: f64, dt: f64, rows: &Linearized, known: &[f64]) {
+    /// Σ and c for each row's weight `next` (p) and `known` (h).
+    pub(crate) fn update(
+        &mut self,
+        next: impl Fn(usize) -> f64,
+        dt: f64,
+        rows: &Linearized,
+        known: &[f64],
+    ) {
         for (r, known) in known.iter().enumerate() {
-            let d = next * dt + rows.damping[r];
+            let d = next(r) * dt + rows.damping[r];
             self.sigma[r] = rows.compliance[r] / (dt * d);
             self.c[r] = (dt * known - rows.phi[r]) / d - rows.phi_t[r];
         }

@@ -13,6 +13,7 @@ use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Energy {
     /// ½ m v² + ½ ω·Iω.
     pub kinetic: f64,
@@ -208,7 +209,10 @@ impl Stepper {
     fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.solved = false;
         let dt = self.substep();
-        let weights = self.options.scheme.weights();
+        let scheme = self.options.scheme;
+        let angular_scheme = self.options.angular_scheme.unwrap_or(scheme);
+        let weights = scheme.weights();
+        let both = [weights, angular_scheme.weights()];
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
         // r_n: the driven part is that of the step that led here.
@@ -222,11 +226,13 @@ impl Stepper {
             history.v.copy_from_slice(&pieces.v);
         }
         let rates = history.rate_now.iter().zip(&history.rate);
-        for (known, (now, before)) in pieces.known.iter_mut().zip(rates) {
+        let kinds = pieces.known.iter_mut().zip(&pieces.angular);
+        for ((known, angular), (now, before)) in kinds.zip(rates) {
+            let weights = both[usize::from(*angular)];
             *known = weights.now * now - weights.before * before;
         }
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
-        pieces.regularize(weights.next, dt);
+        pieces.regularize(both.map(|w| w.next), dt);
         let gamma = weights.before / weights.next;
         match stiffness {
             GeometricStiffness::Off => pieces.geometric.stiffness.fill(Matrix3::zeros()),

@@ -78,6 +78,17 @@ pub enum RowKind {
     Rotation,
 }
 
+impl RowKind {
+    /// Whether the row's φ is an angle \[rad], not a length \[m].
+    #[must_use]
+    pub fn is_angular(self) -> bool {
+        match self {
+            Self::Stretch => false,
+            Self::Bend | Self::Twist | Self::Rotation => true,
+        }
+    }
+}
+
 /// A constraint between two frames: a closed set of kinds, one file each.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
