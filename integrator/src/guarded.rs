@@ -176,7 +176,8 @@ impl Stepper {
             let impulse = pieces.geometric.stiffness[i] * base * (dt * dt);
             pieces.inertia.add_angular_impulse(i, &impulse);
         }
-        self.pieces.regularize([1.0; 2], dt);
+        self.pieces.soften_transverse_rows(&self.tension, true);
+        self.pieces.regularize([1.0; 3], dt);
         clock.end(Phase::Linearize);
         self.solve_prepared(dt, clock, work)?;
         self.finish_velocity_change();

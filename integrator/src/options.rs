@@ -1,6 +1,7 @@
 //! How a scene is stepped: scheme, geometric stiffness, guard, time step, form of the linear system, backend.
 
 use crate::StepError;
+use crate::pieces::RowWeights;
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
@@ -39,6 +40,13 @@ pub(crate) struct Weights {
     pub(crate) next: f64,
     pub(crate) now: f64,
     pub(crate) before: f64,
+}
+
+impl Weights {
+    /// Weight of the change of the rate in the step before, over that in this step.
+    pub(crate) fn history(self) -> f64 {
+        self.before / self.next
+    }
 }
 
 impl Scheme {
@@ -393,6 +401,25 @@ impl StepOptions {
             guard: None,
             ..Self::default()
         }
+    }
+
+    /// Weights of lengths, of angles, and of transverse rows: these last are the geometric stiffness of links, and take
+    /// its weight α with the scheme's filter.
+    pub(crate) fn row_weights(&self, stiffness: GeometricStiffness) -> RowWeights {
+        let scheme = self.scheme.weights();
+        let (alpha, history) = (stiffness.alpha(), scheme.history());
+        let transverse = if alpha > 0.0 {
+            Weights {
+                next: alpha,
+                now: alpha * (1.0 + history),
+                before: alpha * history,
+            }
+        } else {
+            // Soft rows do nothing with any weight but 0.
+            Scheme::LinearlyImplicit.weights()
+        };
+        let angular = self.angular_scheme.unwrap_or(self.scheme);
+        [scheme, angular.weights(), transverse]
     }
 
     /// Checks what the type system does not.

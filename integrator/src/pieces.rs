@@ -12,16 +12,20 @@
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
+use crate::options::Weights;
 use crate::products::{add_transposed, subtract_jacobian};
 use crate::regularization::Regularization;
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Linearized, Scene};
+use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct Pieces {
     pub(crate) rows: Linearized,
-    /// Whether a row measures an angle.
-    pub(crate) angular: Vec<bool>,
+    /// Which weights a row takes.
+    weighting: Vec<Weighting>,
+    /// Length over which each constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the
+    /// length of a link; 0 where φ is linear in the positions \[m].
+    turning_length: Vec<f64>,
     pub(crate) geometric: Geometric,
     pub(crate) inertia: Inertia,
     pub(crate) regularization: Regularization,
@@ -46,10 +50,12 @@ impl Pieces {
         let rows = Linearized::new(scene);
         let (count, bodies) = (rows.rows(), 6 * scene.bodies.len());
         let parts = scene.constraints.iter().flat_map(Constraint::parts);
-        let angular =
-            parts.flat_map(|(kind, rows, _)| std::iter::repeat_n(kind.is_angular(), rows));
+        let weighting = parts
+            .flat_map(|(kind, rows, _)| std::iter::repeat_n(Weighting::of(kind), rows))
+            .collect();
         Self {
-            angular: angular.collect(),
+            weighting,
+            turning_length: scene.constraints.iter().map(turning_length).collect(),
             geometric: Geometric::new(scene, &rows),
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
@@ -77,10 +83,36 @@ impl Pieces {
         angular(&self.v, i)
     }
 
-    /// Σ and c for the weights `next` of gaps and of angles and for what is `known`, then c − J v; Δv is set to zero.
-    pub(crate) fn regularize(&mut self, next: [f64; 2], dt: f64) {
-        let angular = &self.angular;
-        let next = |r: usize| next[usize::from(angular[r])];
+    /// What is known of the rates beforehand: q r_n − s r_{n−1} with each row's weights.
+    pub(crate) fn combine_rates(&mut self, weights: &RowWeights, now: &[f64], before: &[f64]) {
+        let rates = now.iter().zip(before);
+        let known = self.known.iter_mut().zip(&self.weighting);
+        for ((known, weighting), (now, before)) in known.zip(rates) {
+            let w = &weights[*weighting as usize];
+            *known = w.now * now - w.before * before;
+        }
+    }
+
+    /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
+    /// tension of a link resists its turning with. A slack link's rows are so soft that they do nothing, and all are
+    /// without `stiff`.
+    pub(crate) fn soften_transverse_rows(&mut self, lambda: &[f64], stiff: bool) {
+        /// Small in newtons and in metres.
+        const SMALL: f64 = 1e-9;
+        let rows = &mut self.rows;
+        for i in 0..rows.transverse.len() {
+            let link = &rows.transverse[i];
+            let tension = if stiff { -lambda[link.length_row] } else { 0.0 };
+            let compliance = link.distance.max(SMALL) / tension.max(SMALL);
+            let range = link.rows();
+            rows.compliance[range].fill(compliance);
+        }
+    }
+
+    /// Σ and c for the weights `next` (p) and for what is `known`, then c − J v; Δv is set to zero.
+    pub(crate) fn regularize(&mut self, next: [f64; 3], dt: f64) {
+        let weighting = &self.weighting;
+        let next = |r: usize| next[weighting[r] as usize];
         self.regularization
             .update(next, dt, &self.rows, &self.known);
         self.rate.copy_from_slice(&self.regularization.c);
@@ -137,26 +169,60 @@ impl Pieces {
         }
     }
 
-    /// Largest distance of a gap from its prediction, over the longer lever arm of its constraint. NaN where a gap is.
+    /// Largest distance of a gap from its prediction, over the length that turns. NaN where a gap is.
     pub(crate) fn disagreement(&self) -> f64 {
         let rows = &self.rows;
         let mut worst = 0.0_f64;
-        for c in 0..rows.constraints() {
-            let levers = &rows.levers[rows.slot_range(c)];
-            let lever = levers.iter().map(Vector3::norm_squared).fold(0.0, f64::max);
-            if lever == 0.0 {
-                // Linear in the positions: there is nothing to disagree about.
+        for (c, &length) in self.turning_length.iter().enumerate() {
+            if length == 0.0 {
                 continue;
             }
             let range = rows.row_range(c);
-            let both = rows.phi[range.clone()].iter().zip(&self.predicted[range]);
-            let gap: f64 = both.take(3).map(|(a, b)| (a - b) * (a - b)).sum();
-            let relative = gap / lever;
+            let gap: f64 = range
+                .take(3)
+                .filter(|r| self.weighting[*r] == Weighting::Length)
+                .map(|r| (rows.phi[r] - self.predicted[r]).powi(2))
+                .sum();
+            let relative = gap / (length * length);
             if relative > worst || relative.is_nan() {
                 worst = relative;
             }
         }
         worst.sqrt()
+    }
+}
+
+/// Scheme weights of lengths, angles and transverse rows.
+pub(crate) type RowWeights = [Weights; 3];
+
+/// Which of [`RowWeights`] a row takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Weighting {
+    Length,
+    Angle,
+    Transverse,
+}
+
+impl Weighting {
+    fn of(kind: RowKind) -> Self {
+        match kind {
+            RowKind::Transverse => Self::Transverse,
+            kind if kind.is_angular() => Self::Angle,
+            _ => Self::Length,
+        }
+    }
+}
+
+fn turning_length(constraint: &Constraint) -> f64 {
+    let on_bodies = constraint
+        .frames()
+        .iter()
+        .filter(|f| f.body_index().is_some());
+    let lever = on_bodies.map(|f| f.point.norm()).fold(0.0, f64::max);
+    match constraint {
+        Constraint::Distance(link) => lever.max(link.length),
+        _ if constraint.has_stretch_rows() => lever,
+        _ => 0.0,
     }
 }
 

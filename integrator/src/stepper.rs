@@ -209,10 +209,7 @@ impl Stepper {
     fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.solved = false;
         let dt = self.substep();
-        let scheme = self.options.scheme;
-        let angular_scheme = self.options.angular_scheme.unwrap_or(scheme);
-        let weights = scheme.weights();
-        let both = [weights, angular_scheme.weights()];
+        let weights = self.options.row_weights(stiffness);
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
         // r_n: the driven part is that of the step that led here.
@@ -225,15 +222,12 @@ impl Stepper {
             history.rate.copy_from_slice(&history.rate_now);
             history.v.copy_from_slice(&pieces.v);
         }
-        let rates = history.rate_now.iter().zip(&history.rate);
-        let kinds = pieces.known.iter_mut().zip(&pieces.angular);
-        for ((known, angular), (now, before)) in kinds.zip(rates) {
-            let weights = both[usize::from(*angular)];
-            *known = weights.now * now - weights.before * before;
-        }
+        pieces.combine_rates(&weights, &history.rate_now, &history.rate);
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
-        pieces.regularize(both.map(|w| w.next), dt);
-        let gamma = weights.before / weights.next;
+        let stiff = stiffness != GeometricStiffness::Off;
+        pieces.soften_transverse_rows(&self.tension, stiff);
+        pieces.regularize(weights.map(|w| w.next), dt);
+        let gamma = self.options.scheme.weights().history();
         match stiffness {
             GeometricStiffness::Off => pieces.geometric.stiffness.fill(Matrix3::zeros()),
             _ => pieces.geometric.update(&pieces.rows, &self.tension),
@@ -242,7 +236,7 @@ impl Stepper {
             pieces.geometric.update_chords(&self.scene, self.time, dt);
         }
         self.update_inertia(dt, stiffness.alpha())?;
-        if stiffness != GeometricStiffness::Off {
+        if stiff {
             let Self {
                 pieces, history, ..
             } = self;

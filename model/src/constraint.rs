@@ -89,7 +89,7 @@ impl RowKind {
     #[must_use]
     pub fn is_angular(self) -> bool {
         match self {
-            Self::Stretch => false,
+            Self::Stretch | Self::Length | Self::Transverse => false,
             Self::Bend | Self::Twist | Self::Rotation => true,
         }
     }
