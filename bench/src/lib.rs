@@ -6,13 +6,17 @@
 //! |---|---|
 //! | `ladder` | the main job: backends × mass ratios × iterations |
 //! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
+//! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `choice` | a backend and a form as one value, with its text form |
+//! | `cache` | references kept in files |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
 
+pub mod accuracy;
+pub mod cache;
 pub mod choice;
 pub mod ladder;
 pub mod linear;

@@ -1,8 +1,9 @@
-//! The motion that the steps at Δt = 1/60 s are judged by: the same scheme at a time step so small that it is stable
+//! The motion that the steps at Δt = 1/60 s are judged by: the paper's step at a time step so small that it is stable
 //! and its first-order error small (at most 1/40 of theirs), sampled at the frames.
 
 use crate::trajectory::load_position;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Bodies, HoistParams, Scene, SceneError};
 use taut_solver::Backend;
@@ -55,6 +56,62 @@ pub fn scene(params: &HoistParams) -> Result<Scene, SceneError> {
     }
 }
 
+/// Largest gap of a joint of the hanging cable, and a segment's length: beyond their sum a run is not that of a cable
+/// any more \[m].
+///
+/// # Errors
+/// Parameters that are not sound.
+pub fn most_gap(params: &HoistParams) -> Result<f64, SceneError> {
+    let hoist = params.resolve()?;
+    let hanging = hoist.gaps(params.gravity).fold(0.0, f64::max);
+    Ok(hanging + hoist.segment_length)
+}
+
+/// A motion of the load that the step is compared with, converged in Δt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Converged {
+    /// Time between the positions \[s].
+    pub frame: f64,
+    /// Steps a frame of the finer of the two runs that it is extrapolated from.
+    pub substeps: usize,
+    /// Load positions after each frame \[m].
+    pub load: Vec<[f64; 3]>,
+    /// Largest distance of the extrapolated positions from the finer run's: the first-order error of that run, which
+    /// the extrapolation removes but for its square, and so a bound that is wide of the mark \[m].
+    pub uncertainty: f64,
+}
+
+/// Most of Δt that a converged reference's finer run may have: 1/24000 s.
+const FINEST: f64 = 24_000.0;
+
+/// The paper's step at Δt ≤ 1/24000 s and at twice that, extrapolated to Δt = 0 (it is of first order). Kept in a file
+/// under `target/taut/reference`, since it takes up to minutes.
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn converged(params: &HoistParams, frame: f64, frames: usize) -> Result<Converged, StepError> {
+    let stable = stable_substeps(params, frame)?;
+    let coarse = stable.max((0.5 * FINEST * frame).ceil() as usize);
+    let key = format!("converged 1 {params:?} {frame:e} {frames} {coarse}");
+    crate::cache::cached(&key, || {
+        let run = |substeps| compute(params, frame, substeps, frames, 0..0);
+        let (half, quarter) = (run(2 * coarse)?, run(coarse)?);
+        let pairs = half.load.iter().zip(&quarter.load);
+        let (mut load, mut uncertainty) = (Vec::with_capacity(frames), 0.0_f64);
+        for (fine, coarse) in pairs {
+            let change = fine - coarse;
+            uncertainty = uncertainty.max(change.norm());
+            load.push((fine + change).into());
+        }
+        Ok(Converged {
+            frame,
+            substeps: 2 * coarse,
+            load,
+            uncertainty,
+        })
+    })
+}
+
 /// Steps the scene for `frames` frames of length `frame` (s) with `substeps` each; keeps the states before the frames
 /// in `keep`.
 ///
@@ -78,7 +135,7 @@ pub fn compute(
         dt,
         backend,
         refinements: 0,
-        ..StepOptions::default()
+        ..StepOptions::paper()
     };
     let mut stepper = Stepper::new(scene(params)?, options)?;
     let mut reference = Reference {

@@ -1,11 +1,11 @@
 //! `taut run`: one scene, one solver, and everything that a run tells.
 
-use crate::trajectory::{Energy, Failure, Timing, Trajectory, energy, simulate};
+use crate::trajectory::{Failure, Timing, Trajectory, simulate};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::fmt::Write;
 use std::path::Path;
-use taut_integrator::{Phase, StepError, StepOptions, Stepper};
+use taut_integrator::{Energy, Phase, StepError, StepOptions, Stepper};
 use taut_model::{Scene, SceneError, SceneSource};
 
 /// A scene to be run, with what only its parameters know.
@@ -92,9 +92,9 @@ pub struct LoadPath {
 /// Energies at both ends of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct EnergySpan {
-    /// After the first step.
+    /// At the beginning.
     pub start: Energy,
-    /// After the last.
+    /// At the beginning of the last sub-step.
     pub end: Energy,
 }
 
@@ -167,10 +167,11 @@ pub fn run(
     progress: &ProgressBar,
 ) -> Result<(Summary, Trajectory), StepError> {
     let mut stepper = Stepper::new(prepared.scene.clone(), options.clone())?;
-    let initial = energy(&stepper);
     let trajectory = simulate(&mut stepper, time, prepared.max_gap, |_| progress.inc(1));
-    // Elastic energy is known from the first step's multipliers on.
-    let start = trajectory.samples.first().map_or(initial, |s| s.energy);
+    let start = trajectory
+        .samples
+        .first()
+        .map_or_else(Energy::default, |s| s.energy);
     let elongation_error = prepared.cable.map(|(length, exact)| {
         let sums = trajectory
             .samples

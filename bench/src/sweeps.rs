@@ -90,10 +90,11 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
     let records = linear::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s\n{LINEAR_LEGEND}\n{}",
+        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n{LINEAR_LEGEND}\n{}",
         Machine::current(),
         config.max_strain,
-        1.0 / config.dt,
+        1.0 / config.step.dt,
+        config.step.scheme,
         table::linear(&records, &config.omissions())
     );
     deliver(args.json.as_deref(), Sweep::Linear.name(), &text, &records)

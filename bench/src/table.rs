@@ -12,7 +12,7 @@ use std::fmt::Write;
 use taut_solver::Backend;
 
 /// An empty table with right-aligned columns but the first.
-fn table(header: &[&str]) -> Table {
+pub(crate) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(NOTHING).set_header(header);
     for column in table.column_iter_mut().skip(1) {
@@ -22,7 +22,7 @@ fn table(header: &[&str]) -> Table {
 }
 
 /// The table's lines without the blanks at their ends.
-fn text(table: &Table) -> String {
+pub(crate) fn text(table: &Table) -> String {
     let mut out = String::new();
     for line in table.lines() {
         out.push_str(line.trim_end());
@@ -58,7 +58,7 @@ fn error(e: Option<f64>) -> String {
     }
 }
 
-fn ratio(r: f64) -> String {
+pub(crate) fn ratio(r: f64) -> String {
     if r >= 1e4 {
         format!("{r:.0e}")
     } else {

@@ -3,28 +3,9 @@
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::time::Duration;
-use taut_integrator::{PhaseTimes, Stepper};
+use taut_integrator::{Energy, PhaseTimes, Stepper};
 use taut_model::Scene;
 use taut_solver::Status;
-
-/// Energies at one instant \[J].
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Energy {
-    /// ½ m v² + ½ ω·Iω.
-    pub kinetic: f64,
-    /// m g z, zero at z = 0.
-    pub gravity: f64,
-    /// ½ ε λ².
-    pub elastic: f64,
-}
-
-impl Energy {
-    /// Their sum.
-    #[must_use]
-    pub fn total(&self) -> f64 {
-        self.kinetic + self.gravity + self.elastic
-    }
-}
 
 /// The state after a step, in the numbers that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,14 +14,20 @@ pub struct Sample {
     pub time: f64,
     /// Centre of the load, or of the last body where the scene names no load \[m].
     pub load: Vector3<f64>,
-    /// Energies; the elastic one from the multipliers of the step that led here.
+    /// Energies at the beginning of the step's last sub-step ([`Stepper::energy`]).
     pub energy: Energy,
-    /// Largest gap of a joint at the beginning of the step \[m].
+    /// Largest gap of a joint \[m].
     pub violation: f64,
-    /// Sum of all joints' gaps at the beginning of the step: the elongation of a cable \[m].
+    /// Sum of all joints' gaps: the elongation of a cable \[m].
     pub gap_sum: f64,
     /// Iterations of the step's solves.
     pub iterations: usize,
+    /// Linear systems solved.
+    pub solves: usize,
+    /// Whether the guard took the linear step back.
+    pub redone: bool,
+    /// Implicit sub-steps that the guard took.
+    pub implicit_substeps: usize,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
 }
@@ -125,7 +112,7 @@ impl Timing {
     }
 }
 
-/// Gaps of all joints with stretch rows, as linearised last \[m].
+/// Gaps of all joints with stretch rows \[m].
 fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
     let with_gap = scene
@@ -147,17 +134,6 @@ fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
 pub fn load_position(scene: &Scene) -> Vector3<f64> {
     let load = scene.load.or_else(|| scene.bodies.len().checked_sub(1));
     load.map_or_else(Vector3::zeros, |i| scene.bodies.position[i])
-}
-
-/// Energies of the present state.
-#[must_use]
-pub fn energy(stepper: &Stepper) -> Energy {
-    let scene = stepper.scene();
-    Energy {
-        kinetic: scene.kinetic_energy(),
-        gravity: scene.potential_energy(),
-        elastic: stepper.elastic_energy(),
-    }
 }
 
 /// Rotation in one step beyond which a linearised step means nothing: an eighth of a turn \[rad].
@@ -195,10 +171,13 @@ pub fn simulate(
         let sample = Sample {
             time: report.time,
             load: load_position(stepper.scene()),
-            energy: energy(stepper),
+            energy: stepper.energy(),
             violation: gaps(stepper).fold(0.0, |m, g| if g > m || g.is_nan() { g } else { m }),
             gap_sum: gaps(stepper).sum(),
             iterations: report.iterations,
+            solves: report.solves,
+            redone: report.redone,
+            implicit_substeps: report.implicit_substeps,
             phases: report.phases,
         };
         after_step(&sample);

@@ -462,7 +462,7 @@ fn the_linear_sweep_reads_what_narrows_it() {
     for words in [
         "straight, 3 segments",
         "bent, 4 segments",
-        "1e-12 with all 2",
+        "at most 1e-12 with",
     ] {
         assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
     }

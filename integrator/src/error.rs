@@ -36,6 +36,13 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
+    /// No static equilibrium was found.
+    NoEquilibrium {
+        /// Solves made.
+        passes: usize,
+        /// Change of the positions in the last of them, over the scene's extent.
+        change: f64,
+    },
     /// The state is no longer finite: the step has become unstable.
     NonFinite {
         /// Name of the first body concerned.
@@ -72,6 +79,11 @@ impl fmt::Display for StepError {
                 }
                 source.fmt(f)
             }
+            Self::NoEquilibrium { passes, change } => write!(
+                f,
+                "no static equilibrium found in {passes} solves (the last moved the scene by {change:.1e} of its extent): \
+                 is every body held?"
+            ),
             Self::NonFinite { body, time } => write!(
                 f,
                 "the state of body `{body}` is not finite at t = {time:.4} s: the step is unstable (use a smaller Δt, \

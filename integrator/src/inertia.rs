@@ -1,8 +1,10 @@
 //! Effective inertia M̃ of all bodies at the beginning of a step, and products with it.
 //!
-//! M̃ = diag(m I₃, R I Rᵀ) block by block, [SL (3)]. This is the one place where it is computed; whatever a scheme adds
-//! to the inertia belongs here.
+//! M̃ = diag(m I₃, R I Rᵀ + α Δt² K) block by block, [SL (3)] with the geometric stiffness K of [`crate::geometric`].
+//! This is the one place where it is computed.
 
+use crate::geometric::Geometric;
+use crate::gyroscopic;
 use nalgebra::{Matrix3, Vector3};
 use taut_model::{Bodies, Scene};
 
@@ -33,21 +35,41 @@ impl Inertia {
         }
     }
 
-    /// M̃ and Δt f of the scene's present state. `Err(body)` where the inertia has no inverse.
-    pub(crate) fn update(&mut self, scene: &Scene, dt: f64) -> Result<(), usize> {
+    /// M̃ and Δt f of the scene's present state, with the geometric stiffness times `alpha`. `Err(body)` where the
+    /// inertia has no inverse.
+    pub(crate) fn update(
+        &mut self,
+        scene: &Scene,
+        dt: f64,
+        geometric: &Geometric,
+        alpha: f64,
+    ) -> Result<(), usize> {
         let bodies = &scene.bodies;
         for i in 0..bodies.len() {
-            let inertia = bodies.inertia_world(i);
+            let rotation = bodies.rotation(i);
+            let world = rotation * bodies.inertia[i] * rotation.transpose();
+            let inertia = world + geometric.stiffness[i] * (alpha * dt * dt);
             let inverse = inertia.try_inverse().ok_or(i)?;
-            let omega = bodies.angular_velocity[i];
+            let omega = &bodies.angular_velocity[i];
             let force = bodies.mass[i] * scene.gravity + bodies.force[i];
-            let torque = bodies.torque[i] - omega.cross(&(inertia * omega));
+            let gyroscopic = gyroscopic::impulse(&bodies.inertia[i], &rotation, &world, omega, dt);
+            let angular = dt * bodies.torque[i] + gyroscopic;
             self.impulse[6 * i..6 * i + 3].copy_from_slice((dt * force).as_slice());
-            self.impulse[6 * i + 3..6 * i + 6].copy_from_slice((dt * torque).as_slice());
+            self.impulse[6 * i + 3..6 * i + 6].copy_from_slice(angular.as_slice());
             self.angular[i] = inertia;
             self.inverse_angular[i] = inverse;
         }
         Ok(())
+    }
+
+    /// Adds an impulse's angular part to Δt f of body `i`.
+    pub(crate) fn add_angular_impulse(&mut self, i: usize, impulse: &Vector3<f64>) {
+        for (to, p) in self.impulse[6 * i + 3..6 * i + 6]
+            .iter_mut()
+            .zip(impulse.iter())
+        {
+            *to += p;
+        }
     }
 
     /// y = M̃ v for body `i`.

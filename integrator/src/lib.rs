@@ -34,16 +34,23 @@
 //! | `products` | J v and Jᵀ μ |
 //! | `report` | what a step did, and the time of each phase |
 
+mod equilibrium;
 mod error;
+mod geometric;
+mod guarded;
+mod gyroscopic;
+mod history;
 mod inertia;
 mod options;
+mod pieces;
 mod plan;
 mod products;
 mod regularization;
 mod report;
 mod stepper;
 
+pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use options::{Form, Scheme, StepOptions, UnknownName};
+pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};
-pub use stepper::Stepper;
+pub use stepper::{Energy, Stepper};

@@ -1,29 +1,238 @@
-//! How a scene is stepped: scheme, time step, form of the linear system, backend.
+//! How a scene is stepped: scheme, geometric stiffness, guard, time step, form of the linear system, backend.
 
 use crate::StepError;
+use crate::pieces::RowWeights;
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
 
-/// How positions, velocities and multipliers are advanced over one step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// At which mean of past and future states the constraint forces are evaluated: the order of the step and what it damps.
+///
+/// With the rates r = J v + ∂φ/∂t of the rows, all schemes are one formula,
+///
+/// ```text
+/// ε λ = −(φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) + τ r_{n+1})
+/// ```
+///
+/// The velocity v_n belongs to the time t_n − Δt/2 in the two second-order schemes.
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Scheme {
-    /// Symplectic Euler with linearly implicit constraint forces, [SL (8)–(11)]: first order, damps stiff modes.
-    #[default]
+    /// (p, q, s) = (1, 0, 0): symplectic Euler with implicit constraint forces, [SL (8)–(11)]. First order; damps each
+    /// deformation mode ω by (1 + ω²Δt²)^(−1/2) a step.
     LinearlyImplicit,
+    /// (¼, ¼, 0): the trapezoidal member of SPOOK (Lacoursière 2007). Second order; damps by τ only, and at ε = 0 needs
+    /// τ of 2 to 3 Δt.
+    Spook,
+    /// (a + γ, a + 2γ, γ): φ is taken at φ_n + a δ²φ + γ δ³φ, with backward differences that end at t_{n+1}. Second
+    /// order; damps the highest frequencies only. Stable for a > ¼, γ ≤ 0 and 1 − 4a − 8γ ≤ 0.
+    ThirdDifference {
+        /// Weight of the second difference.
+        a: f64,
+        /// Weight of the third difference.
+        gamma: f64,
+    },
+}
+
+/// The (p, q, s) of [`Scheme`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Weights {
+    pub(crate) next: f64,
+    pub(crate) now: f64,
+    pub(crate) before: f64,
+}
+
+impl Weights {
+    /// Weight of the change of the rate in the step before, over that in this step.
+    pub(crate) fn history(self) -> f64 {
+        self.before / self.next
+    }
 }
 
 impl Scheme {
-    /// All schemes.
-    pub const ALL: [Self; 1] = [Self::LinearlyImplicit];
+    /// The third-difference scheme with its default weights: spectral radius 0.64 at infinite frequency.
+    pub const THIRD_DIFFERENCE: Self = Self::ThirdDifference {
+        a: 0.5,
+        gamma: -0.1,
+    };
+
+    /// One of each kind, with default weights.
+    pub const KINDS: [Self; 3] = [Self::LinearlyImplicit, Self::Spook, Self::THIRD_DIFFERENCE];
+
+    pub(crate) fn weights(self) -> Weights {
+        let (next, now, before) = match self {
+            Self::LinearlyImplicit => (1.0, 0.0, 0.0),
+            Self::Spook => (0.25, 0.25, 0.0),
+            Self::ThirdDifference { a, gamma } => (a + gamma, a + 2.0 * gamma, gamma),
+        };
+        Weights { next, now, before }
+    }
+
+    /// Whether velocities belong to half a step before the positions.
+    #[must_use]
+    pub fn is_staggered(self) -> bool {
+        !matches!(self, Self::LinearlyImplicit)
+    }
+
+    /// The weight α that the geometric stiffness has by default: that of the rows in [`Scheme::ThirdDifference`], ½
+    /// elsewhere, since the tension that it is made of is one step old and ¼ is the limit.
+    #[must_use]
+    pub fn default_alpha(self) -> f64 {
+        match self {
+            Self::ThirdDifference { a, gamma } => a + gamma,
+            _ => 0.5,
+        }
+    }
+
+    fn validate(self) -> Result<(), StepError> {
+        let Self::ThirdDifference { a, gamma } = self else {
+            return Ok(());
+        };
+        check("a", a, a.is_finite() && a > 0.25, "a finite number > 1/4")?;
+        // Of a mode with frequency → ∞ the Nyquist root must not grow: a + 2γ ≥ ¼.
+        let stable = gamma <= 0.0 && 1.0 - 4.0 * a - 8.0 * gamma <= 0.0;
+        check(
+            "gamma",
+            gamma,
+            stable,
+            "between (1 − 4 a)/8 and 0: the step is unstable elsewhere",
+        )
+    }
+}
+
+impl Default for Scheme {
+    fn default() -> Self {
+        Self::THIRD_DIFFERENCE
+    }
 }
 
 impl fmt::Display for Scheme {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::LinearlyImplicit => "linearly-implicit",
-        })
+        match self {
+            Self::LinearlyImplicit => f.write_str("linearly-implicit"),
+            Self::Spook => f.write_str("spook"),
+            &Self::THIRD_DIFFERENCE => f.write_str("third-difference"),
+            Self::ThirdDifference { a, gamma } => {
+                write!(f, "third-difference:a={a}:gamma={gamma}")
+            }
+        }
+    }
+}
+
+/// How the geometric stiffness K of stretch rows acts: the change of the lever arms with rotation, which the step would
+/// else treat explicitly ([T], [A] of the crate's documentation). Rotational inertia becomes I + α Δt² K.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum GeometricStiffness {
+    /// No such term: the paper. Δt² times tension over a segment's mass × length is then limited.
+    Off,
+    /// On the change of the angular velocity, with the scheme's own filter: damps nothing but what the scheme damps.
+    Inertia {
+        /// Weight α > 0; ¼ is the limit of stability.
+        alpha: f64,
+    },
+    /// On the angular velocity relative to that of the chord from end to end of the constraint's group: damps rotation
+    /// relative to the cable's overall motion.
+    Relative {
+        /// Weight α > 0.
+        alpha: f64,
+    },
+}
+
+impl GeometricStiffness {
+    /// α; 0 for [`GeometricStiffness::Off`].
+    #[must_use]
+    pub fn alpha(self) -> f64 {
+        match self {
+            Self::Off => 0.0,
+            Self::Inertia { alpha } | Self::Relative { alpha } => alpha,
+        }
+    }
+
+    /// The inertia form with weight `alpha`, off for 0.
+    #[must_use]
+    pub fn inertia(alpha: f64) -> Self {
+        if alpha == 0.0 {
+            Self::Off
+        } else {
+            Self::Inertia { alpha }
+        }
+    }
+
+    fn validate(self) -> Result<(), StepError> {
+        let alpha = self.alpha();
+        let sound = alpha.is_finite() && alpha >= 0.0;
+        check("alpha", alpha, sound, "a finite number ≥ 0 (0 is off)")
+    }
+}
+
+impl fmt::Display for GeometricStiffness {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Off => f.write_str("off"),
+            Self::Inertia { alpha } => write!(f, "{alpha}"),
+            Self::Relative { alpha } => write!(f, "relative:{alpha}"),
+        }
+    }
+}
+
+/// Watches over the linearisation: where a step's gaps φ(q⁺) disagree with what the linear step predicted, it is taken
+/// back and redone in implicit sub-steps with Newton passes.
+///
+/// A disagreement δ is compared with the longer lever arm r of its constraint: δ/r ≈ θ²/2 for a segment that turns by θ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Guard {
+    /// Largest disagreement over lever arm that a step may have, > 0.
+    pub tolerance: f64,
+    /// Steps after the redone one that go the same way at once, so that the shock's ringing is damped too.
+    pub hold: usize,
+    /// Sub-steps that the redone step starts with, ≥ 1; each is halved where its Newton passes do not converge.
+    pub substeps: usize,
+    /// Newton passes (solves) of a sub-step at most, ≥ 1.
+    pub passes: usize,
+    /// Halvings of a sub-step at most.
+    pub halvings: u32,
+}
+
+impl Default for Guard {
+    fn default() -> Self {
+        Self {
+            tolerance: 0.005,
+            hold: 1,
+            substeps: 1,
+            passes: 6,
+            halvings: 3,
+        }
+    }
+}
+
+impl Guard {
+    fn validate(self) -> Result<(), StepError> {
+        let Self {
+            tolerance,
+            substeps,
+            passes,
+            halvings,
+            ..
+        } = self;
+        check(
+            "guard.tolerance",
+            tolerance,
+            tolerance > 0.0,
+            "a number > 0",
+        )?;
+        let range = |field, value: usize, most: usize| {
+            let allowed = "between 1 and 1000";
+            check(field, value as f64, (1..=most).contains(&value), allowed)
+        };
+        range("guard.substeps", substeps, 1000)?;
+        range("guard.passes", passes, 1000)?;
+        check(
+            "guard.halvings",
+            f64::from(halvings),
+            halvings <= 20,
+            "at most 20",
+        )
     }
 }
 
@@ -48,10 +257,10 @@ impl fmt::Display for Form {
     }
 }
 
-/// A name that is none of the known ones.
+/// A name that is none of the known ones, or one with options that it does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownName {
-    /// What was to be named: `"scheme"`, `"form"`.
+    /// What was to be named: `"scheme"`, `"form"`, `"stiffness"`.
     pub what: &'static str,
     /// The name given.
     pub name: String,
@@ -71,35 +280,68 @@ impl fmt::Display for UnknownName {
 
 impl std::error::Error for UnknownName {}
 
-fn named<T: Copy + fmt::Display>(
-    what: &'static str,
-    all: &[T],
-    name: &str,
-) -> Result<T, UnknownName> {
-    all.iter()
-        .copied()
-        .find(|v| v.to_string() == name)
-        .ok_or_else(|| {
-            let known = all.iter().map(T::to_string).collect::<Vec<_>>().join(", ");
-            UnknownName {
-                what,
-                name: name.to_owned(),
-                known,
-            }
-        })
-}
-
 impl FromStr for Scheme {
     type Err = UnknownName;
-    fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("scheme", &Self::ALL, name)
+
+    /// `linearly-implicit`, `spook`, `third-difference[:a=A][:gamma=G]`.
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let unknown = || UnknownName {
+            what: "scheme",
+            name: text.to_owned(),
+            known: "linearly-implicit, spook, third-difference[:a=A][:gamma=G]".to_owned(),
+        };
+        let (name, options) = text.split_once(':').unwrap_or((text, ""));
+        let options = options.split(':').filter(|o| !o.is_empty());
+        let mut scheme = Self::KINDS
+            .into_iter()
+            .find(|s| s.to_string() == name)
+            .ok_or_else(unknown)?;
+        for option in options {
+            let (key, value) = option.split_once('=').ok_or_else(unknown)?;
+            let value: f64 = value.parse().map_err(|_| unknown())?;
+            match (&mut scheme, key) {
+                (Self::ThirdDifference { a, .. }, "a") => *a = value,
+                (Self::ThirdDifference { gamma, .. }, "gamma") => *gamma = value,
+                _ => return Err(unknown()),
+            }
+        }
+        Ok(scheme)
+    }
+}
+
+impl FromStr for GeometricStiffness {
+    type Err = UnknownName;
+
+    /// `off`, a weight α, or `relative:α`.
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        let unknown = |_| UnknownName {
+            what: "stiffness",
+            name: text.to_owned(),
+            known: "off, a weight such as 0.4, relative:WEIGHT".to_owned(),
+        };
+        if text == "off" {
+            return Ok(Self::Off);
+        }
+        match text.strip_prefix("relative:") {
+            Some(alpha) => Ok(Self::Relative {
+                alpha: alpha.parse().map_err(unknown)?,
+            }),
+            None => Ok(Self::inertia(text.parse().map_err(unknown)?)),
+        }
     }
 }
 
 impl FromStr for Form {
     type Err = UnknownName;
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        named("form", &[Self::Schur, Self::Kkt], name)
+        [Self::Schur, Self::Kkt]
+            .into_iter()
+            .find(|f| f.to_string() == name)
+            .ok_or_else(|| UnknownName {
+                what: "form",
+                name: name.to_owned(),
+                known: "schur, kkt".to_owned(),
+            })
     }
 }
 
@@ -108,8 +350,16 @@ impl FromStr for Form {
 pub struct StepOptions {
     /// Time step Δt > 0 \[s].
     pub dt: f64,
+    /// Equal sub-steps that each step is made of, ≥ 1: each is a whole step of the scheme with Δt/`substeps`.
+    pub substeps: usize,
     /// The scheme.
     pub scheme: Scheme,
+    /// Another scheme for the rows that measure angles; `None` is the same.
+    pub angular_scheme: Option<Scheme>,
+    /// The geometric stiffness.
+    pub stiffness: GeometricStiffness,
+    /// What to do where the linearisation does not hold; `None` takes every step as it comes.
+    pub guard: Option<Guard>,
     /// The linear system.
     pub form: Form,
     /// The solver.
@@ -121,12 +371,18 @@ pub struct StepOptions {
 }
 
 impl Default for StepOptions {
-    /// 1/60 s, the paper's scheme on the Schur complement, the first backend compiled in, one refinement.
+    /// 1/60 s, the third-difference scheme with geometric stiffness and guard, the Schur complement, the first backend
+    /// compiled in, one refinement.
     fn default() -> Self {
         let backend = Backend::preferred().unwrap_or(Backend::Banded);
+        let scheme = Scheme::default();
         Self {
             dt: 1.0 / 60.0,
-            scheme: Scheme::default(),
+            substeps: 1,
+            scheme,
+            angular_scheme: None,
+            stiffness: GeometricStiffness::inertia(scheme.default_alpha()),
+            guard: Some(Guard::default()),
             form: Form::default(),
             refinements: usize::from(!backend.is_iterative()),
             backend,
@@ -136,15 +392,52 @@ impl Default for StepOptions {
 }
 
 impl StepOptions {
+    /// The paper's step, [SL (8)–(11)]: linearly implicit, without geometric stiffness, without guard.
+    #[must_use]
+    pub fn paper() -> Self {
+        Self {
+            scheme: Scheme::LinearlyImplicit,
+            stiffness: GeometricStiffness::Off,
+            guard: None,
+            ..Self::default()
+        }
+    }
+
+    /// Weights of lengths, of angles, and of transverse rows: these last are the geometric stiffness of links, and take
+    /// its weight α with the scheme's filter.
+    pub(crate) fn row_weights(&self, stiffness: GeometricStiffness) -> RowWeights {
+        let scheme = self.scheme.weights();
+        let (alpha, history) = (stiffness.alpha(), scheme.history());
+        let transverse = if alpha > 0.0 {
+            Weights {
+                next: alpha,
+                now: alpha * (1.0 + history),
+                before: alpha * history,
+            }
+        } else {
+            // Soft rows do nothing with any weight but 0.
+            Scheme::LinearlyImplicit.weights()
+        };
+        let angular = self.angular_scheme.unwrap_or(self.scheme);
+        [scheme, angular.weights(), transverse]
+    }
+
     /// Checks what the type system does not.
     pub(crate) fn validate(&self) -> Result<(), StepError> {
-        if !(self.dt > 0.0 && self.dt.is_finite()) {
-            return Err(StepError::InvalidOption {
-                field: "dt",
-                value: self.dt,
-                allowed: "a positive finite number of seconds",
-            });
-        }
+        let positive = self.dt > 0.0 && self.dt.is_finite();
+        check(
+            "dt",
+            self.dt,
+            positive,
+            "a positive finite number of seconds",
+        )?;
+        let count = self.substeps as f64;
+        let some = (1..=MAX_SUBSTEPS).contains(&self.substeps);
+        check("substeps", count, some, "between 1 and a million")?;
+        self.scheme.validate()?;
+        self.angular_scheme.map_or(Ok(()), Scheme::validate)?;
+        self.stiffness.validate()?;
+        self.guard.map_or(Ok(()), Guard::validate)?;
         if self.form == Form::Kkt && !self.backend.accepts_indefinite() {
             return Err(StepError::FormNotAccepted {
                 backend: self.backend.to_string(),
@@ -152,5 +445,142 @@ impl StepOptions {
             });
         }
         Ok(())
+    }
+}
+
+const MAX_SUBSTEPS: usize = 1_000_000;
+
+fn check(
+    field: &'static str,
+    value: f64,
+    sound: bool,
+    allowed: &'static str,
+) -> Result<(), StepError> {
+    if sound {
+        return Ok(());
+    }
+    Err(StepError::InvalidOption {
+        field,
+        value,
+        allowed,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_round_trip() {
+        let other = Scheme::ThirdDifference {
+            a: 0.75,
+            gamma: -0.2,
+        };
+        for scheme in Scheme::KINDS.into_iter().chain([other]) {
+            assert_eq!(scheme.to_string().parse(), Ok(scheme));
+        }
+        for stiffness in [
+            GeometricStiffness::Off,
+            GeometricStiffness::Inertia { alpha: 0.4 },
+            GeometricStiffness::Relative { alpha: 0.5 },
+        ] {
+            assert_eq!(stiffness.to_string().parse(), Ok(stiffness));
+        }
+        for bad in [
+            "spook:a=1",
+            "third-difference:a",
+            "third-difference:b=1",
+            "euler",
+        ] {
+            assert!(bad.parse::<Scheme>().is_err(), "{bad}");
+        }
+        assert!("relative".parse::<GeometricStiffness>().is_err());
+    }
+
+    #[test]
+    fn options_out_of_range_are_named() {
+        let field = |options: &StepOptions| match options.validate() {
+            Err(StepError::InvalidOption { field, .. }) => field,
+            other => panic!("{other:?}"),
+        };
+        let d = StepOptions::default;
+        for dt in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(field(&StepOptions { dt, ..d() }), "dt");
+        }
+        for alpha in [-0.1, f64::NAN, f64::INFINITY] {
+            for stiffness in [
+                GeometricStiffness::Inertia { alpha },
+                GeometricStiffness::Relative { alpha },
+            ] {
+                assert_eq!(field(&StepOptions { stiffness, ..d() }), "alpha");
+            }
+        }
+        let third = |a, gamma| StepOptions {
+            scheme: Scheme::ThirdDifference { a, gamma },
+            ..d()
+        };
+        assert_eq!(field(&third(0.25, 0.0)), "a");
+        assert_eq!(field(&third(f64::NAN, 0.0)), "a");
+        assert_eq!(field(&third(0.5, 0.1)), "gamma");
+        assert_eq!(field(&third(0.5, -0.2)), "gamma");
+        assert_eq!(field(&third(0.5, f64::NAN)), "gamma");
+        assert_eq!(field(&StepOptions { substeps: 0, ..d() }), "substeps");
+        let guard = |guard| StepOptions {
+            guard: Some(guard),
+            ..d()
+        };
+        let g = Guard::default;
+        assert_eq!(
+            field(&guard(Guard {
+                tolerance: f64::NAN,
+                ..g()
+            })),
+            "guard.tolerance"
+        );
+        assert_eq!(field(&guard(Guard { passes: 0, ..g() })), "guard.passes");
+        assert!(d().validate().is_ok() && StepOptions::paper().validate().is_ok());
+    }
+
+    /// Roots of (z³ − 2z² + z) + Ω²[z² + a(z³ − 2z² + z) + γ(z − 1)³]: none outside the unit circle for any Ω where the
+    /// weights are accepted, and some just beyond the limits.
+    #[test]
+    fn accepted_weights_are_stable_at_every_frequency() {
+        let growth = |a: f64, gamma: f64| {
+            let mut worst = 0.0_f64;
+            for k in -40..=40 {
+                let w = 10.0_f64.powf(f64::from(k) / 8.0);
+                let c3 = 1.0 + w * (a + gamma);
+                let c2 = -2.0 + w * (1.0 - 2.0 * a - 3.0 * gamma);
+                let c1 = 1.0 + w * (a + 3.0 * gamma);
+                let c0 = -w * gamma;
+                let companion = nalgebra::Matrix3::new(
+                    -c2 / c3,
+                    -c1 / c3,
+                    -c0 / c3,
+                    1.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    1.0,
+                    0.0,
+                );
+                let radius = companion.complex_eigenvalues().map(|z| z.norm()).max();
+                worst = worst.max(radius);
+            }
+            worst
+        };
+        for (a, gamma) in [
+            (0.5, -0.1),
+            (0.75, -0.2),
+            (0.3, -0.02),
+            (0.6, -0.15),
+            (1.0, -0.3),
+        ] {
+            let scheme = Scheme::ThirdDifference { a, gamma };
+            assert!(scheme.validate().is_ok(), "{scheme}");
+            assert!(growth(a, gamma) < 1.0 + 1e-9, "{scheme}");
+        }
+        assert!(growth(0.5, -0.14) > 1.0 + 1e-3);
+        assert!(growth(0.5, 0.05) > 1.0 + 1e-3);
     }
 }

@@ -1,9 +1,14 @@
 //! From compliance to the linear system: the diagonal Σ and the constant c of J v⁺ + Σ μ = c.
 //!
-//! ε λ = −(φ + τ φ̇) at the end of the step, with φ⁺ = φ + Δt (J v⁺ + ∂φ/∂t) and μ = Δt λ. This is the one place where
-//! a scheme's weights are computed.
+//! A step takes the rows at φ̄ = φ + Δt (p r⁺ − h) with r⁺ = J v⁺ + ∂φ/∂t, the scheme's weight p and what is known, h
+//! (of past rates, or of the last Newton pass). With ε λ = −(φ̄ + τ r⁺) and μ = Δt λ,
+//!
+//! ```text
+//! Σ = ε/(Δt d),    c = (Δt h − φ)/d − ∂φ/∂t,    d = p Δt + τ
+//! ```
+//!
+//! which for p = 1, h = 0 is [SL (8)–(11)] with Υ = 1/(1 + τ/Δt). This is the one place where it is computed.
 
-use crate::Scheme;
 use taut_model::Linearized;
 
 /// Σ and c of all rows.
@@ -23,16 +28,18 @@ impl Regularization {
         }
     }
 
-    /// Σ = Υ ε/Δt² and c = −Υ φ/Δt − ∂φ/∂t with Υ = 1/(1 + τ/Δt), [SL (8)–(11)] with damping.
-    pub(crate) fn update(&mut self, scheme: Scheme, dt: f64, rows: &Linearized) {
-        match scheme {
-            Scheme::LinearlyImplicit => {
-                for r in 0..self.sigma.len() {
-                    let upsilon = 1.0 / (1.0 + rows.damping[r] / dt);
-                    self.sigma[r] = upsilon * rows.compliance[r] / (dt * dt);
-                    self.c[r] = -upsilon * rows.phi[r] / dt - rows.phi_t[r];
-                }
-            }
+    /// Σ and c for each row's weight `next` (p) and `known` (h).
+    pub(crate) fn update(
+        &mut self,
+        next: impl Fn(usize) -> f64,
+        dt: f64,
+        rows: &Linearized,
+        known: &[f64],
+    ) {
+        for (r, known) in known.iter().enumerate() {
+            let d = next(r) * dt + rows.damping[r];
+            self.sigma[r] = rows.compliance[r] / (dt * d);
+            self.c[r] = (dt * known - rows.phi[r]) / d - rows.phi_t[r];
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a step did, and how long its phases took.
 
 use std::time::{Duration, Instant};
-use taut_solver::SolveReport;
+use taut_solver::{SolveReport, Status};
 
 /// The phases of a step, in order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,12 +92,66 @@ impl PhaseClock {
 pub struct StepReport {
     /// Time at the end of the step \[s].
     pub time: f64,
-    /// What the solver said of its first solve.
+    /// What the solver said of the step's solve, before refinement: of the first that fell short, else of the last.
     pub solve: SolveReport,
     /// Iterations of all solves of the step, refinements included; 0 for direct backends.
     pub iterations: usize,
-    /// Refinement sweeps made.
+    /// Refinement sweeps made after each solve.
     pub refinements: usize,
+    /// Linear systems solved: one a sub-step, those of the start and of the guard's Newton passes besides.
+    pub solves: usize,
+    /// Implicit sub-steps that the guard took instead; 0 where the linear steps were accepted.
+    pub implicit_substeps: usize,
+    /// Implicit sub-steps whose Newton passes did not converge at the smallest length.
+    pub unconverged_substeps: usize,
+    /// Whether the guard took a step back and redid it.
+    pub redone: bool,
+    /// Largest disagreement that the guard found, accepted or not; 0 without guard.
+    pub disagreement: f64,
     /// Time of each phase.
     pub phases: PhaseTimes,
+}
+
+/// What a step has done so far.
+#[derive(Debug, Default)]
+pub(crate) struct Work {
+    solve: Option<SolveReport>,
+    iterations: usize,
+    solves: usize,
+    pub(crate) implicit_substeps: usize,
+    pub(crate) unconverged_substeps: usize,
+    pub(crate) redone: bool,
+    pub(crate) disagreement: f64,
+}
+
+impl Work {
+    /// One system was solved, with `refined` iterations in its refinement.
+    pub(crate) fn add(&mut self, solve: SolveReport, refined: usize) {
+        self.iterations += solve.iterations + refined;
+        self.solves += 1;
+        // A claim of convergence holds for a step only if it holds for each of its solves.
+        let worse = |status| !matches!(status, Status::Direct | Status::Converged);
+        if self.solve.is_none_or(|last| !worse(last.status)) {
+            self.solve = Some(solve);
+        }
+    }
+
+    pub(crate) fn report(self, time: f64, refinements: usize, phases: PhaseTimes) -> StepReport {
+        StepReport {
+            time,
+            solve: self.solve.unwrap_or(SolveReport {
+                status: Status::Direct,
+                iterations: 0,
+                residual: f64::NAN,
+            }),
+            iterations: self.iterations,
+            refinements,
+            solves: self.solves,
+            implicit_substeps: self.implicit_substeps,
+            unconverged_substeps: self.unconverged_substeps,
+            redone: self.redone,
+            disagreement: self.disagreement,
+            phases,
+        }
+    }
 }

@@ -1,30 +1,41 @@
-//! The step, [SL Algorithm 1] for one group: linearise, assemble, factorise, solve, refine, update.
-//!
-//! The unknown is the velocity *change* Δv together with the impulses μ. Both are kept through the refinement, and its
-//! residual comes from the pieces,
-//!
-//! ```text
-//! Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv),    r = (c − J v) − J Δv − Σ μ
-//! ```
-//!
-//! not from the assembled S, whose diagonal has rounded small inverse masses away. With μ = Δv = 0 the same two lines
-//! give the right-hand side of the Schur form.
+//! The step, [SL Algorithm 1] for one group: linearise, assemble, factorise, solve, refine, update. Where the guard finds
+//! that the linearisation did not hold, [`crate::guarded`] redoes it.
 
-use crate::inertia::Inertia;
+use crate::history::{History, State};
+use crate::pieces::{Pieces, angular};
 use crate::plan::{BlockOf, Plan};
-use crate::products::{add_transposed, subtract_jacobian};
-use crate::regularization::Regularization;
-use crate::report::PhaseClock;
-use crate::{Form, Phase, StepError, StepOptions, StepReport};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::products::subtract_jacobian;
+use crate::report::{PhaseClock, Work};
+use crate::{Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use taut_model::{Bodies, Linearized, Scene, update_windings};
-use taut_solver::{LinearSolver, RefineScratch, SolveError, SolveReport, SymBlockMatrix};
+use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
+
+/// Energies at one instant \[J].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Energy {
+    /// ½ m v² + ½ ω·Iω.
+    pub kinetic: f64,
+    /// −m g·x, zero at the origin.
+    pub gravity: f64,
+    /// ½ ε λ².
+    pub elastic: f64,
+}
+
+impl Energy {
+    /// Their sum.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.gravity + self.elastic
+    }
+}
 
 /// A scene in motion: its state, its linear system and the solver.
 pub struct Stepper {
-    scene: Scene,
-    options: StepOptions,
-    time: f64,
+    pub(crate) scene: Scene,
+    pub(crate) options: StepOptions,
+    pub(crate) time: f64,
     solver: Box<dyn LinearSolver>,
     plan: Plan,
     matrix: SymBlockMatrix,
@@ -32,80 +43,55 @@ pub struct Stepper {
     rhs: Vec<f64>,
     x: Vec<f64>,
     scratch: RefineScratch,
-    pieces: Pieces,
+    /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
+    pub(crate) pieces: Pieces,
+    pub(crate) history: History,
     /// Impulses μ = Δt λ of the last solve, one a row.
-    mu: Vec<f64>,
+    pub(crate) mu: Vec<f64>,
+    /// Length of the step that `mu` belongs to \[s].
+    pub(crate) mu_dt: f64,
+    /// λ that the geometric stiffness is made of, one a row \[N, N m].
+    pub(crate) tension: Vec<f64>,
+    /// Whether `tension` is that of some solve, and whether the first step has begun.
+    tension_known: bool,
+    started: bool,
     /// Whether `mu` belongs to the present state, which then may be advanced.
     solved: bool,
-}
-
-/// What the linear system is made of, and the velocity change that goes with the present multipliers.
-struct Pieces {
-    rows: Linearized,
-    inertia: Inertia,
-    regularization: Regularization,
-    /// W = J M̃⁻¹, laid out as the Jacobian.
-    w: Vec<f64>,
-    /// c − J v, one a row.
-    rate: Vec<f64>,
-    /// Δv, 6 numbers a body.
-    dv: Vec<f64>,
-    /// An impulse or a momentum, 6 numbers a body.
-    impulse: Vec<f64>,
-}
-
-impl Pieces {
-    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
-    fn update_velocity_change(&mut self, mu: &[f64]) {
-        let inertia = &self.inertia;
-        self.impulse.copy_from_slice(&inertia.impulse);
-        add_transposed(&self.rows, mu, &mut self.impulse);
-        let (impulses, _) = self.impulse.as_chunks_mut::<6>();
-        let (dvs, _) = self.dv.as_chunks_mut::<6>();
-        for (i, (p, dv)) in impulses.iter_mut().zip(dvs).enumerate() {
-            let mut buffer = [0.0; 6];
-            inertia.apply(i, dv, &mut buffer);
-            for (p, momentum) in p.iter_mut().zip(&buffer) {
-                *p -= momentum;
-            }
-            inertia.apply_inverse(i, p, &mut buffer);
-            for (dv, correction) in dv.iter_mut().zip(&buffer) {
-                *dv += correction;
-            }
-        }
-    }
-
-    /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
-    fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
-        self.update_velocity_change(mu);
-        for (r, ((rate, sigma), mu)) in r
-            .iter_mut()
-            .zip(self.rate.iter().zip(&self.regularization.sigma).zip(mu))
-        {
-            *r = rate - sigma * mu;
-        }
-        subtract_jacobian(&self.rows, &self.dv, r);
-    }
+    /// Steps that the guard still takes implicitly.
+    pub(crate) holding: usize,
+    /// States at the beginning of the step and of its sub-step.
+    pub(crate) step_start: State,
+    pub(crate) substep_start: State,
 }
 
 impl Stepper {
-    /// A stepper for a scene, at time 0. Allocates everything that the steps need, but for what libraries allocate.
+    /// A stepper for a scene, at time 0. Allocates everything that the steps need, but for what libraries allocate. A
+    /// scene that asks for its static equilibrium is put there.
     ///
     /// # Errors
-    /// An invalid scene or option, a backend that is not compiled in or does not take the form.
-    pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
+    /// An invalid scene or option, a backend that is not compiled in or does not take the form, no equilibrium.
+    pub fn new(mut scene: Scene, options: StepOptions) -> Result<Self, StepError> {
         scene.validate()?;
         options.validate()?;
+        if std::mem::take(&mut scene.start_in_equilibrium) {
+            scene = equilibrium::static_equilibrium(scene, &options.backend)?;
+        }
         let at_start = |source| StepError::Solve {
             source,
             culprit: None,
             time: 0.0,
         };
-        let rows = Linearized::new(&scene);
-        let plan = Plan::new(options.form, &scene, &rows).map_err(at_start)?;
+        let mut pieces = Pieces::new(&scene);
+        let plan = Plan::new(options.form, &scene, &pieces.rows).map_err(at_start)?;
         let mut solver = options.backend.create().map_err(at_start)?;
         solver.analyze(&plan.pattern).map_err(at_start)?;
-        let (dim, bodies) = (plan.pattern.dim(), 6 * scene.bodies.len());
+        pieces.rows.update(&scene, 0.0);
+        let (dim, rows) = (plan.pattern.dim(), pieces.rows.rows());
+        let dt = options.dt / options.substeps as f64;
+        pieces.rows.drive(&scene, -dt, 0.0);
+        let mut history = History::new(rows, scene.bodies.len());
+        history.forget(&pieces.rows.phi_t);
+        let state = State::new(&scene.bodies, rows);
         Ok(Self {
             time: 0.0,
             solver,
@@ -113,63 +99,182 @@ impl Stepper {
             rhs: vec![0.0; dim],
             x: vec![0.0; dim],
             scratch: RefineScratch::new(dim),
-            mu: vec![0.0; rows.rows()],
+            history,
+            mu: vec![0.0; rows],
+            mu_dt: dt,
+            tension: vec![0.0; rows],
+            tension_known: false,
+            started: false,
             solved: false,
-            pieces: Pieces {
-                inertia: Inertia::new(&scene.bodies),
-                regularization: Regularization::new(rows.rows()),
-                w: vec![0.0; rows.jacobian.len()],
-                rate: vec![0.0; rows.rows()],
-                dv: vec![0.0; bodies],
-                impulse: vec![0.0; bodies],
-                rows,
-            },
+            holding: 0,
+            step_start: state.clone(),
+            substep_start: state,
+            pieces,
             plan,
             scene,
             options,
         })
     }
 
+    /// Length of a sub-step \[s].
+    pub(crate) fn substep(&self) -> f64 {
+        self.options.dt / self.options.substeps as f64
+    }
+
     /// Advances the scene by one time step. Allocates nothing with the project's own backends.
     ///
     /// # Errors
-    /// [`StepError::Solve`] (the state is then that at the beginning of the step) and [`StepError::NonFinite`].
+    /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step) and [`StepError::NonFinite`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let mut clock = PhaseClock::start();
-        let (solve, iterations) = self.solve_timed(&mut clock)?;
-        self.advance()?;
-        clock.end(Phase::Update);
-        Ok(StepReport {
-            time: self.time,
-            solve,
-            iterations,
-            refinements: self.options.refinements,
-            phases: clock.times(),
-        })
+        let mut work = Work::default();
+        if !self.started {
+            self.start(&mut clock, &mut work)?;
+        }
+        for _ in 0..self.options.substeps {
+            match self.options.guard {
+                None => self.plain_step(&mut clock, &mut work)?,
+                Some(guard) => self.guarded_step(guard, &mut clock, &mut work)?,
+            }
+        }
+        Ok(self.report(work, &clock))
     }
 
-    /// The first half of a step: solves for the impulses of the present state, which stays as it is. With
-    /// [`advance`](Self::advance) after it this is [`step`](Self::step).
+    fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
+        work.report(self.time, self.options.refinements, clock.times())
+    }
+
+    pub(crate) fn plain_step(
+        &mut self,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.solve_scheme(self.options.stiffness, clock, work)?;
+        self.advance()?;
+        clock.end(Phase::Update);
+        Ok(())
+    }
+
+    /// The first half of a sub-step: solves for the impulses of the present state, which stays as it is. With
+    /// [`advance`](Self::advance) after it this is an unguarded [`step`](Self::step) without its sub-steps.
     ///
     /// # Errors
     /// [`StepError::Solve`].
     pub fn solve(&mut self) -> Result<StepReport, StepError> {
         let mut clock = PhaseClock::start();
-        let (solve, iterations) = self.solve_timed(&mut clock)?;
-        let refinements = self.options.refinements;
-        Ok(StepReport {
-            time: self.time,
-            solve,
-            iterations,
-            refinements,
-            phases: clock.times(),
-        })
+        let mut work = Work::default();
+        if self.options.stiffness != GeometricStiffness::Off && !self.tension_known {
+            self.solve_scheme(GeometricStiffness::Off, &mut clock, &mut work)?;
+        }
+        self.solve_scheme(self.options.stiffness, &mut clock, &mut work)?;
+        Ok(self.report(work, &clock))
     }
 
-    fn solve_timed(&mut self, clock: &mut PhaseClock) -> Result<(SolveReport, usize), StepError> {
-        self.linearize()?;
+    /// What comes before the first step: the multipliers of the starting state, for the geometric stiffness; and
+    /// velocities half a step back for the schemes that keep them there, v_0 − (Δt/2) a_0.
+    fn start(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
+        self.started = true;
+        let staggered = self.options.scheme.is_staggered();
+        let stiff = self.options.stiffness != GeometricStiffness::Off && !self.tension_known;
+        if !(staggered || stiff) {
+            return Ok(());
+        }
+        self.solve_scheme(GeometricStiffness::Off, clock, work)?;
+        if staggered {
+            self.solve_scheme(self.options.stiffness, clock, work)?;
+            self.pieces.update_velocity_change(&self.mu);
+            let bodies = &mut self.scene.bodies;
+            for (i, dv) in self.pieces.dv.chunks_exact(6).enumerate() {
+                bodies.velocity[i] -= Vector3::from_column_slice(&dv[..3]) * 0.5;
+                bodies.angular_velocity[i] -= Vector3::from_column_slice(&dv[3..]) * 0.5;
+            }
+        }
+        self.solved = false;
+        Ok(())
+    }
+
+    /// Solves the scheme's linear system at the present state.
+    pub(crate) fn solve_scheme(
+        &mut self,
+        stiffness: GeometricStiffness,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.prepare(stiffness)?;
         clock.end(Phase::Linearize);
-        self.assemble();
+        self.solve_prepared(self.substep(), clock, work)
+    }
+
+    /// M̃, Δt f, Σ and c of the scheme at the present state.
+    fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
+        self.solved = false;
+        let dt = self.substep();
+        let weights = self.options.row_weights(stiffness);
+        let (pieces, history) = (&mut self.pieces, &mut self.history);
+        pieces.load_velocities(&self.scene.bodies);
+        // r_n: the driven part is that of the step that led here.
+        history.rate_now.fill(0.0);
+        subtract_jacobian(&pieces.rows, &pieces.v, &mut history.rate_now);
+        for (rate, phi_t) in history.rate_now.iter_mut().zip(&history.phi_t) {
+            *rate = phi_t - *rate;
+        }
+        if !history.known {
+            history.rate.copy_from_slice(&history.rate_now);
+            history.v.copy_from_slice(&pieces.v);
+        }
+        pieces.combine_rates(&weights, &history.rate_now, &history.rate);
+        pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        let stiff = stiffness != GeometricStiffness::Off;
+        pieces.soften_transverse_rows(&self.tension, stiff);
+        pieces.regularize(weights.map(|w| w.next), dt);
+        let gamma = self.options.scheme.weights().history();
+        match stiffness {
+            GeometricStiffness::Off => pieces.geometric.stiffness.fill(Matrix3::zeros()),
+            _ => pieces.geometric.update(&pieces.rows, &self.tension),
+        }
+        if matches!(stiffness, GeometricStiffness::Relative { .. }) {
+            pieces.geometric.update_chords(&self.scene, self.time, dt);
+        }
+        self.update_inertia(dt, stiffness.alpha())?;
+        if stiff {
+            let Self {
+                pieces, history, ..
+            } = self;
+            for i in 0..self.scene.bodies.len() {
+                let now = pieces.angular_velocity(i);
+                let before = angular(&history.v, i);
+                let g = pieces.geometric.drive(stiffness, gamma, i, now, before);
+                let impulse = pieces.geometric.stiffness[i] * g * (dt * dt);
+                pieces.inertia.add_angular_impulse(i, &impulse);
+            }
+        }
+        Ok(())
+    }
+
+    pub(crate) fn update_inertia(&mut self, dt: f64, alpha: f64) -> Result<(), StepError> {
+        let Pieces {
+            inertia, geometric, ..
+        } = &mut self.pieces;
+        inertia
+            .update(&self.scene, dt, geometric, alpha)
+            .map_err(|i| self.not_finite(i))
+    }
+
+    pub(crate) fn not_finite(&self, body: usize) -> StepError {
+        StepError::NonFinite {
+            body: self.scene.body_names[body].clone(),
+            time: self.time,
+        }
+    }
+
+    /// Assembles, factorises, solves and refines the system of the pieces, for a step `dt` long.
+    pub(crate) fn solve_prepared(
+        &mut self,
+        dt: f64,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.assemble(dt);
         clock.end(Phase::Assemble);
         self.solver
             .factorize(&self.matrix)
@@ -182,40 +287,21 @@ impl Stepper {
         clock.end(Phase::Solve);
         let refined = self.refine().map_err(|e| self.culprit(e))?;
         clock.end(Phase::Refine);
+        work.add(report, refined);
         let sign = self.multiplier_sign();
         self.plan
             .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
-        self.solved = true;
-        Ok((report, report.iterations + refined))
-    }
-
-    /// φ, J, Σ, c, M̃, Δt f of the present state.
-    fn linearize(&mut self) -> Result<(), StepError> {
-        self.solved = false;
-        let (pieces, dt) = (&mut self.pieces, self.options.dt);
-        pieces.rows.update(&self.scene, self.time);
-        pieces.rows.drive(&self.scene, self.time, self.time + dt);
-        pieces
-            .regularization
-            .update(self.options.scheme, dt, &pieces.rows);
-        let no_inverse = |i: usize| StepError::NonFinite {
-            body: self.scene.body_names[i].clone(),
-            time: self.time,
-        };
-        pieces.inertia.update(&self.scene, dt).map_err(no_inverse)?;
-        let bodies = &self.scene.bodies;
-        for (i, v) in pieces.dv.chunks_exact_mut(6).enumerate() {
-            v[..3].copy_from_slice(bodies.velocity[i].as_slice());
-            v[3..].copy_from_slice(bodies.angular_velocity[i].as_slice());
+        self.mu_dt = dt;
+        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
+            *tension = mu / dt;
         }
-        pieces.rate.copy_from_slice(&pieces.regularization.c);
-        subtract_jacobian(&pieces.rows, &pieces.dv, &mut pieces.rate);
-        pieces.dv.fill(0.0);
+        self.tension_known = true;
+        self.solved = true;
         Ok(())
     }
 
     /// The matrix, the right-hand side, and the guess in `x`.
-    fn assemble(&mut self) {
+    fn assemble(&mut self, dt: f64) {
         let Pieces {
             rows,
             inertia,
@@ -226,6 +312,11 @@ impl Stepper {
         self.plan
             .fill(rows, inertia, regularization, w, &mut self.matrix);
         let sign = self.multiplier_sign();
+        if dt != self.mu_dt {
+            // The same forces over another time.
+            let factor = dt / self.mu_dt;
+            self.mu.iter_mut().for_each(|mu| *mu *= factor);
+        }
         match self.options.form {
             Form::Schur => {
                 self.x.fill(0.0);
@@ -274,12 +365,29 @@ impl Stepper {
         Ok(report?.map_or(0, |r| r.iterations))
     }
 
-    /// The second half of a step: velocities from the impulses of the last [`solve`](Self::solve), then positions.
+    /// Δv from the impulses of the last solve.
+    pub(crate) fn finish_velocity_change(&mut self) {
+        self.pieces.update_velocity_change(&self.mu);
+        if self.options.form == Form::Kkt {
+            // Δv started from zero here: the second pass removes the first one's roundoff, as a refinement of the Schur
+            // form does along the way.
+            self.pieces.update_velocity_change(&self.mu);
+        }
+    }
+
+    /// The second half of a sub-step: velocities from the impulses of the last [`solve`](Self::solve), then positions.
     ///
     /// # Errors
     /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] without a solve of the present state, and
     /// [`StepError::NonFinite`]; the state is then not to be used.
     pub fn advance(&mut self) -> Result<(), StepError> {
+        self.advance_unwound()?;
+        update_windings(&mut self.scene, self.time);
+        Ok(())
+    }
+
+    /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.
+    pub(crate) fn advance_unwound(&mut self) -> Result<(), StepError> {
         if !std::mem::take(&mut self.solved) {
             let source = SolveError::OutOfOrder {
                 called: "advance",
@@ -287,31 +395,50 @@ impl Stepper {
             };
             return Err(self.culprit(source));
         }
-        self.pieces.update_velocity_change(&self.mu);
-        if self.options.form == Form::Kkt {
-            // Δv started from zero here: the second pass removes the first one's roundoff, as a refinement of the Schur
-            // form does along the way.
-            self.pieces.update_velocity_change(&self.mu);
-        }
-        self.time += self.options.dt;
-        let (bodies, dt) = (&mut self.scene.bodies, self.options.dt);
-        for (i, dv) in self.pieces.dv.chunks_exact(6).enumerate() {
-            bodies.velocity[i] += Vector3::from_column_slice(&dv[..3]);
-            bodies.angular_velocity[i] += Vector3::from_column_slice(&dv[3..]);
+        self.started = true;
+        let dt = self.substep();
+        self.finish_velocity_change();
+        self.pieces.predict(dt, |_| 0.0);
+        self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
+        self.time += dt;
+        self.move_bodies(dt)?;
+        self.pieces.rows.update(&self.scene, self.time);
+        Ok(())
+    }
+
+    /// v⁺ = v + Δv from `pieces`, then positions, over `dt`.
+    pub(crate) fn move_bodies(&mut self, dt: f64) -> Result<(), StepError> {
+        let Self { pieces, scene, .. } = self;
+        let bodies = &mut scene.bodies;
+        let changes = pieces.v.chunks_exact(6).zip(pieces.dv.chunks_exact(6));
+        let mut lost = None;
+        for (i, (v, dv)) in changes.enumerate() {
+            bodies.velocity[i] =
+                Vector3::from_column_slice(&v[..3]) + Vector3::from_column_slice(&dv[..3]);
+            bodies.angular_velocity[i] =
+                Vector3::from_column_slice(&v[3..]) + Vector3::from_column_slice(&dv[3..]);
             bodies.position[i] += dt * bodies.velocity[i];
             let turn = UnitQuaternion::from_scaled_axis(dt * bodies.angular_velocity[i]);
             bodies.orientation[i] = turn * bodies.orientation[i];
             bodies.orientation[i].renormalize_fast();
             let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
-            if !(moved + bodies.velocity[i].sum() + bodies.angular_velocity[i].sum()).is_finite() {
-                return Err(StepError::NonFinite {
-                    body: self.scene.body_names[i].clone(),
-                    time: self.time,
-                });
+            let rates = bodies.velocity[i].sum() + bodies.angular_velocity[i].sum();
+            if lost.is_none() && !(moved + rates).is_finite() {
+                lost = Some(i);
             }
         }
-        update_windings(&mut self.scene, self.time);
-        Ok(())
+        lost.map_or(Ok(()), |i| Err(self.not_finite(i)))
+    }
+
+    /// Takes back what [`advance_unwound`](Self::advance_unwound) did since `saved`.
+    pub(crate) fn go_back(&mut self, saved: &State) {
+        self.time = saved.restore(&mut self.scene.bodies);
+        self.mu_dt = saved.restore_multipliers(&mut self.mu);
+        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
+            *tension = mu / self.mu_dt;
+        }
+        self.solved = false;
+        self.pieces.rows.update(&self.scene, self.time);
     }
 
     /// The unknown of the symmetric KKT form is −μ.
@@ -347,6 +474,12 @@ impl Stepper {
         &self.scene
     }
 
+    /// The scene in its present state, without the stepper.
+    #[must_use]
+    pub fn into_scene(self) -> Scene {
+        self.scene
+    }
+
     /// The options.
     #[must_use]
     pub fn options(&self) -> &StepOptions {
@@ -365,30 +498,51 @@ impl Stepper {
         &self.mu
     }
 
-    /// Replaces the impulses that the next solve starts from: those of another solve of the same scene.
+    /// Replaces the impulses that the next solve starts from: those of another solve of the same scene. The geometric
+    /// stiffness does not change: see [`set_tension`](Self::set_tension).
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`].
     pub fn set_multipliers(&mut self, mu: &[f64]) -> Result<(), StepError> {
-        if mu.len() != self.mu.len() {
-            let source = SolveError::Dimension {
-                what: "multipliers",
-                expected: self.mu.len(),
-                found: mu.len(),
-            };
-            return Err(StepError::Solve {
-                source,
-                culprit: None,
-                time: self.time,
-            });
-        }
+        self.check_rows(mu)?;
         self.mu.copy_from_slice(mu);
+        self.mu_dt = self.substep();
         self.solved = false;
         Ok(())
     }
 
-    /// Puts the bodies into another state of the same scene, at a time; multipliers stay, and each twist row unwraps to
-    /// the angle within half a turn of its last one. Allocates nothing.
+    /// Replaces the multipliers λ = μ/Δt that the next solve's geometric stiffness is made of, one a row \[N, N m]: so
+    /// that solvers can be compared on the same system.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] in [`StepError::Solve`].
+    pub fn set_tension(&mut self, lambda: &[f64]) -> Result<(), StepError> {
+        self.check_rows(lambda)?;
+        self.tension.copy_from_slice(lambda);
+        self.tension_known = true;
+        self.solved = false;
+        Ok(())
+    }
+
+    fn check_rows(&self, rows: &[f64]) -> Result<(), StepError> {
+        if rows.len() == self.mu.len() {
+            return Ok(());
+        }
+        let source = SolveError::Dimension {
+            what: "multipliers",
+            expected: self.mu.len(),
+            found: rows.len(),
+        };
+        Err(StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        })
+    }
+
+    /// Puts the bodies into another state of the same scene, at a time; multipliers stay, the past is taken to be like
+    /// that state, velocities are taken as they are, and each twist row unwraps to the angle within half a turn of its
+    /// last one. Allocates nothing.
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs.
@@ -414,6 +568,16 @@ impl Stepper {
             .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
         self.solved = false;
+        self.started = true;
+        self.holding = 0;
+        let rows = &mut self.pieces.rows;
+        rows.drive(
+            &self.scene,
+            time - self.options.dt / self.options.substeps as f64,
+            time,
+        );
+        self.history.forget(&rows.phi_t);
+        rows.update(&self.scene, time);
         update_windings(&mut self.scene, time);
         Ok(())
     }
@@ -425,10 +589,40 @@ impl Stepper {
         (&self.matrix, &self.rhs, &self.x)
     }
 
-    /// The constraints' linearisation at the last solve.
+    /// The constraints' linearisation at the present state; ∂φ/∂t is that of the last step or solve.
     #[must_use]
     pub fn linearized(&self) -> &Linearized {
         &self.pieces.rows
+    }
+
+    /// Energy in the middle of things \[J]: kinetic, gravitational and elastic at the beginning of the last sub-step, where
+    /// position, tension and the mean of the velocities before and after it belong to one instant. (With
+    /// [`crate::Scheme::LinearlyImplicit`] the tension belongs to the end, an error of first order.) Zeros before the
+    /// first step.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        let bodies = &self.scene.bodies;
+        let dt = self.mu_dt;
+        let mut energy = Energy {
+            elastic: self.elastic_energy(),
+            ..Energy::default()
+        };
+        for (i, (v, dv)) in self
+            .pieces
+            .v
+            .chunks_exact(6)
+            .zip(self.pieces.dv.chunks_exact(6))
+            .enumerate()
+        {
+            let mean = |k: usize| v[k] + 0.5 * dv[k];
+            let velocity = Vector3::new(mean(0), mean(1), mean(2));
+            let omega = Vector3::new(mean(3), mean(4), mean(5));
+            let middle = bodies.position[i] - bodies.velocity[i] * dt;
+            let spin = bodies.inertia_world(i) * omega;
+            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + omega.dot(&spin));
+            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&middle);
+        }
+        energy
     }
 
     /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]; not ½ φ²/ε, which overstates stiff rows. With
@@ -436,7 +630,7 @@ impl Stepper {
     /// energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let lambda = self.mu.iter().map(|mu| mu / self.options.dt);
+        let lambda = self.mu.iter().map(|mu| mu / self.mu_dt);
         0.5 * self
             .pieces
             .rows
@@ -447,13 +641,16 @@ impl Stepper {
             .sum::<f64>()
     }
 
-    /// The exact impulses of the present state, to the last digit: the KKT system of the pieces M̃, J, Σ, c (as rounded
+    /// The exact impulses of the next sub-step from the present state, to the last digit: the KKT system of the pieces M̃, J, Σ, c (as rounded
     /// to doubles) in extended precision. The oracle for every form and backend. Allocates.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
-        self.linearize()?;
+        if self.options.stiffness != GeometricStiffness::Off && !self.tension_known {
+            self.solve()?;
+        }
+        self.prepare(self.options.stiffness)?;
         let Pieces {
             rows,
             inertia,
@@ -493,7 +690,7 @@ mod tests {
             dt: DT,
             form,
             backend: dense,
-            ..StepOptions::default()
+            ..StepOptions::paper()
         }
     }
 

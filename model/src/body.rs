@@ -42,6 +42,13 @@ impl Body {
         }
     }
 
+    /// A point mass, `mass` in kg. A point has no inertia, and a body needs one: that of a solid sphere of radius 1 m
+    /// stands in. It takes no part as long as forces act at the centre only: a particle at rest never turns.
+    #[must_use]
+    pub fn particle(mass: f64) -> Self {
+        Self::sphere(1.0, mass)
+    }
+
     /// A cable segment: a solid cylinder with its axis along the body's z axis.
     ///
     /// `length` and `radius` in m, `mass` in kg. I_z = ½ m r², I_x = I_y = m (3 r² + l²)/12.
@@ -209,6 +216,7 @@ mod tests {
         assert!((cube.inertia - Matrix3::identity() * 4.0).norm() < 1e-14);
         let ball = Body::sphere(0.5, 2.0);
         assert!((ball.inertia[(1, 1)] - 0.2).abs() < 1e-15);
+        assert_eq!(Body::particle(3.0), Body::sphere(1.0, 3.0));
     }
 
     #[test]

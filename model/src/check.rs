@@ -8,7 +8,7 @@
 use nalgebra::{Matrix, UnitQuaternion, Vector3};
 
 use crate::body::Bodies;
-use crate::constraint::{Constraint, MAX_ROWS, Rows};
+use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// Result of [`check_jacobian`].
@@ -25,7 +25,8 @@ pub struct JacobianCheck {
 
 /// Compares the Jacobian of constraint number `constraint` at t = 0 with extrapolated finite differences.
 ///
-/// Agreement to 10⁻⁷ and better is to be expected; `uncertainty` says what the differences can resolve.
+/// Agreement to 10⁻⁷ and better is to be expected; `uncertainty` says what the differences can resolve. Rows of kind
+/// [`RowKind::Transverse`] have no φ to differentiate: theirs are zero unless the Jacobian is not finite.
 ///
 /// # Panics
 /// When there is no such constraint, or it names a body that is not there.
@@ -66,7 +67,10 @@ pub fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck {
             let part = column / 3;
             for row in 0..rows {
                 let analytic = block[6 * row + column];
-                let (value, doubt) = numeric[row];
+                let (value, doubt) = match c.row(row).0 {
+                    RowKind::Transverse => (analytic, 0.0),
+                    _ => numeric[row],
+                };
                 error[row][part] = error[row][part].max_nan((value - analytic).abs());
                 uncertainty[row][part] = uncertainty[row][part].max_nan(doubt);
                 largest[row][part] = largest[row][part].max_nan(analytic.abs());

@@ -7,6 +7,7 @@
 //! that on ω_b.
 
 mod cosserat;
+mod distance;
 mod lock;
 mod paper;
 mod spherical;
@@ -14,6 +15,7 @@ mod spherical;
 mod testing;
 
 pub use cosserat::Cosserat;
+pub use distance::Distance;
 pub use lock::Lock;
 pub use paper::{Paper, TwistDefinition};
 pub use spherical::Spherical;
@@ -76,6 +78,21 @@ pub enum RowKind {
     Twist,
     /// A component of a rotation vector \[rad].
     Rotation,
+    /// A distance between attachment points, less the length of the link \[m].
+    Length,
+    /// Nothing: φ = 0 \[m]. Resists the motion across a link; its compliance is the time stepper's, see [`Distance`].
+    Transverse,
+}
+
+impl RowKind {
+    /// Whether the row's φ is an angle \[rad], not a length \[m].
+    #[must_use]
+    pub fn is_angular(self) -> bool {
+        match self {
+            Self::Stretch | Self::Length | Self::Transverse => false,
+            Self::Bend | Self::Twist | Self::Rotation => true,
+        }
+    }
 }
 
 /// A constraint between two frames: a closed set of kinds, one file each.
@@ -90,6 +107,8 @@ pub enum Constraint {
     Cosserat(Cosserat),
     /// All six relative coordinates, 6 rows.
     Lock(Lock),
+    /// Link of a particle chain, 1 row, or 3 with the transverse ones.
+    Distance(Distance),
 }
 
 impl Constraint {
@@ -101,7 +120,7 @@ impl Constraint {
 
     /// The rows in their order, as (kind, number of rows, law).
     pub fn parts(&self) -> impl Iterator<Item = (RowKind, usize, RowLaw)> {
-        use RowKind::{Bend, Rotation, Stretch, Twist};
+        use RowKind::{Bend, Length, Rotation, Stretch, Transverse, Twist};
         let joint = |law: &JointLaw, bend_rows| {
             [
                 (Stretch, 3, law.stretch),
@@ -122,6 +141,11 @@ impl Constraint {
                 (Rotation, 3, Some(c.angular)),
                 (Twist, 0, None),
             ],
+            Self::Distance(c) => [
+                (Length, 1, Some(c.law)),
+                (Transverse, 2, c.transverse.then_some(RowLaw::RIGID)),
+                (Twist, 0, None),
+            ],
         };
         let present = |(kind, rows, law): (_, _, Option<_>)| Some((kind, rows, law?));
         parts.into_iter().filter_map(present)
@@ -135,6 +159,7 @@ impl Constraint {
             Self::Paper(c) => &c.frames,
             Self::Cosserat(c) => &c.frames,
             Self::Lock(c) => &c.frames,
+            Self::Distance(c) => &c.frames,
         }
     }
 
@@ -145,6 +170,7 @@ impl Constraint {
             Self::Paper(c) => &mut c.frames,
             Self::Cosserat(c) => &mut c.frames,
             Self::Lock(c) => &mut c.frames,
+            Self::Distance(c) => &mut c.frames,
         }
     }
 
@@ -171,7 +197,12 @@ impl Constraint {
         first.is_some_and(|(kind, ..)| kind == RowKind::Stretch)
     }
 
-    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`.
+    /// Whether a force acts at the attachment points, so that the Jacobian changes with the rotation of the levers.
+    pub(crate) fn acts_at_points(&self) -> bool {
+        self.has_stretch_rows() || matches!(self, Self::Distance(_))
+    }
+
+    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`.
     #[must_use]
     pub fn kind_name(&self) -> &'static str {
         match self {
@@ -179,6 +210,7 @@ impl Constraint {
             Self::Paper(_) => "paper",
             Self::Cosserat(_) => "cosserat",
             Self::Lock(_) => "lock",
+            Self::Distance(_) => "distance",
         }
     }
 
@@ -204,20 +236,31 @@ impl Constraint {
             Self::Paper(c) => c.evaluate(&a, &b, rows),
             Self::Cosserat(c) => c.evaluate(&a, &b, rows),
             Self::Lock(_) => lock::evaluate(&a, &b, rows),
+            Self::Distance(c) => c.evaluate(&a, &b, rows),
         }
         [a.lever, b.lever]
     }
 
-    /// Writes ∂φ/∂t as the mean over \[t, t_next]: only the gap of a moved world side depends on time.
-    pub(crate) fn drive(&self, t: f64, t_next: f64, phi_t: &mut [f64]) {
+    /// Writes ∂φ/∂t as the mean over \[t, t_next] with the bodies held: only a moved world side depends on time, and
+    /// only in its point.
+    pub(crate) fn drive(&self, bodies: &Bodies, t: f64, t_next: f64, phi_t: &mut [f64]) {
         phi_t.fill(0.0);
-        if t_next == t || !self.has_stretch_rows() {
+        if t_next == t || !self.acts_at_points() {
             return;
         }
         let [a, b] = self.frames();
         let change = |f: &Frame| f.displacement(t_next) - f.displacement(t);
-        let rate = (change(a) - change(b)) / (t_next - t);
-        phi_t[..3].copy_from_slice(rate.as_slice());
+        let change = change(a) - change(b);
+        let time = t_next - t;
+        match self {
+            // A link at rest needs no direction.
+            Self::Distance(_) if change == Vector3::zeros() => {}
+            Self::Distance(c) => {
+                let d = gap(&a.resolve(bodies, t), &b.resolve(bodies, t));
+                c.drive(&d, &change, time, phi_t);
+            }
+            _ => phi_t[..3].copy_from_slice((change / time).as_slice()),
+        }
     }
 
     /// Moves the unwrapping reference of a twist row to the twist at time `t`.
@@ -225,7 +268,7 @@ impl Constraint {
         let [a, b] = self.frames();
         let (a, b) = (a.resolve(bodies, t), b.resolve(bodies, t));
         match self {
-            Self::Spherical(_) | Self::Lock(_) => {}
+            Self::Spherical(_) | Self::Lock(_) | Self::Distance(_) => {}
             Self::Paper(c) => c.twist_reference = c.twist(&a, &b).0,
             Self::Cosserat(c) => c.twist_reference = c.twist(&a, &b).0,
         }
@@ -241,6 +284,11 @@ fn unwrap_angle(angle: f64, reference: f64) -> f64 {
     angle + TAU * ((reference - angle) / TAU).round()
 }
 
+/// p_a − p_b \[m]. Centres first: neighbours are near each other, so the difference is the better conditioned.
+fn gap(a: &Resolved, b: &Resolved) -> Vector3<f64> {
+    (a.centre - b.centre) + (a.lever - b.lever)
+}
+
 /// Where a constraint writes: φ and the blocks of its two sides (rows × 6, row-major, columns \[linear, angular];
 /// empty for a side that does not move).
 pub(crate) struct Rows<'a> {
@@ -248,17 +296,24 @@ pub(crate) struct Rows<'a> {
     a: &'a mut [f64],
     b: &'a mut [f64],
     next: usize,
+    /// |p_a − p_b| \[m], written by [`Distance`] alone.
+    pub(crate) distance: f64,
 }
 
 impl<'a> Rows<'a> {
     pub(crate) fn new(phi: &'a mut [f64], a: &'a mut [f64], b: &'a mut [f64]) -> Self {
-        Self { phi, a, b, next: 0 }
+        Self {
+            phi,
+            a,
+            b,
+            next: 0,
+            distance: 0.0,
+        }
     }
 
     /// Three rows φ = x_a + r_a − x_b − r_b; J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].
     fn stretch(&mut self, a: &Resolved, b: &Resolved) {
-        // Centres first: neighbours are near each other, so the difference is the better conditioned.
-        let gap = (a.centre - b.centre) + (a.lever - b.lever);
+        let gap = gap(a, b);
         for (k, axis) in [Vector3::x(), Vector3::y(), Vector3::z()]
             .into_iter()
             .enumerate()

@@ -46,6 +46,8 @@
 //! | λ | | multiplier: force or torque of a row, force on the bodies Jᵀ λ | N or N m |
 //! | θ, β | | bend angle; its two components | rad |
 //! | Ω | `twist_reference` | twist angle with its winding, at the last step | rad |
+//! | d, n | [`Transverse::distance`] | between attachment points of a link, a minus b; d/\|d\| | m, – |
+//! | t₁, t₂ | | unit vectors across a link ([`Distance`]) | – |
 //! | s₀ | [`Paper::safeguard`] | keeps d/(s₀ + \|d\|) finite | – |
 //! | Y, ν, ρ | [`Material`] | Young's modulus, Poisson's ratio, density | Pa, –, kg/m³ |
 //! | A, I_a, J_t | [`CrossSection`] | area, second moment, torsion constant | m², m⁴, m⁴ |
@@ -62,7 +64,7 @@
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
-//! | [`hoist`], [`mod@named`] | the main scene and its parameters; scenes by name |
+//! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | `scene_file` (feature `toml`) | scenes from TOML text with overrides |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
 //!
@@ -84,23 +86,26 @@ pub mod linearized;
 pub mod material;
 mod motion;
 pub mod named;
+pub mod particles;
 pub mod scene;
 #[cfg(feature = "toml")]
 pub mod scene_file;
+mod seed;
 
 pub use body::{Bodies, Body};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
-    Constraint, Cosserat, JointLaw, Lock, MAX_ROWS, Paper, RowKind, RowLaw, Spherical,
+    Constraint, Cosserat, Distance, JointLaw, Lock, MAX_ROWS, Paper, RowKind, RowLaw, Spherical,
     TwistDefinition,
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use hoist::{End, Hoist, HoistParams, JointKind};
-pub use linearized::{Linearized, Slot, update_windings};
+pub use linearized::{Linearized, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
+pub use particles::ParticleChainParams;
 pub use scene::Scene;
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use crate::constraint::Rows;
+use crate::constraint::{RowKind, Rows};
 use crate::frame::Frame;
 use crate::scene::Scene;
 
@@ -21,6 +21,31 @@ pub struct Slot {
     /// Where in [`Linearized::jacobian`] the block starts: rows × 6, row-major, columns 0..3 on the velocity and
     /// 3..6 on the angular velocity, both in the world frame.
     pub offset: usize,
+}
+
+/// The transverse rows of a link ([`Distance`](crate::Distance)), in terms of rows of the scene.
+///
+/// They stand for the geometric stiffness |λ|/|d| of the link's tension. After [`Linearized::update`], which sets their
+/// ε to 0, a time stepper with the multipliers λ \[N] of its last step writes
+/// `compliance[link.rows()].fill(link.distance / lambda[link.length_row].abs())`, with its own bounds for a link without
+/// tension, where ε = ∞ stands for no such rows, and for a link of length zero, where ε = 0 is rigid.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Transverse {
+    /// The link's length row, whose multiplier is the tension.
+    pub length_row: usize,
+    /// The first of the two transverse rows.
+    pub first_row: usize,
+    /// |d|, distance between the attachment points at t \[m], ≥ 0.
+    pub distance: f64,
+}
+
+impl Transverse {
+    /// The two transverse rows.
+    #[must_use]
+    pub fn rows(&self) -> Range<usize> {
+        self.first_row..self.first_row + 2
+    }
 }
 
 /// Violations, laws and Jacobian of all constraints of a scene.
@@ -37,16 +62,21 @@ pub struct Linearized {
     pub phi: Vec<f64>,
     /// ∂φ/∂t of prescribed motions, as the mean over \[t, t_next], one a row \[m/s or rad/s].
     pub phi_t: Vec<f64>,
-    /// Compliances ε, one a row \[m/N or rad/(N m)].
+    /// Compliances ε, one a row \[m/N or rad/(N m)]. Those of transverse rows are zero until the time stepper sets
+    /// them: see [`Transverse`].
     pub compliance: Vec<f64>,
     /// Damping times τ, one a row \[s].
     pub damping: Vec<f64>,
     /// All blocks, see [`Slot::offset`].
     pub jacobian: Vec<f64>,
     /// Lever arm of each slot, world \[m]: from the body's centre to the attachment point. Zero where the constraint
-    /// has no stretch rows, which alone change with the lever's rotation.
+    /// has neither stretch nor length rows, which alone change with the lever's rotation.
     pub levers: Vec<Vector3<f64>>,
+    /// Links with transverse rows, in the order of the scene.
+    pub transverse: Vec<Transverse>,
 }
+
+const ANOTHER_TOPOLOGY: &str = "has another topology than at Linearized::new";
 
 impl Linearized {
     /// Sizes and slots from the scene's topology; all values are zero until [`Linearized::update`]. Allocates: yes.
@@ -59,6 +89,13 @@ impl Linearized {
         };
         let (mut rows, mut values) = (0, 0);
         for (constraint, c) in scene.constraints.iter().enumerate() {
+            if c.parts().any(|(kind, ..)| kind == RowKind::Transverse) {
+                lin.transverse.push(Transverse {
+                    length_row: rows,
+                    first_row: rows + 1,
+                    distance: 0.0,
+                });
+            }
             rows += c.rows();
             for body in c.frames().iter().filter_map(Frame::body_index) {
                 lin.slots.push(Slot {
@@ -90,6 +127,7 @@ impl Linearized {
             self.constraints(),
             "the scene has another number of constraints than at Linearized::new"
         );
+        let mut links = 0;
         for (i, c) in scene.constraints.iter().enumerate() {
             let (rows, slots) = (self.row_range(i), self.slot_range(i));
             let block = 6 * rows.len();
@@ -97,26 +135,39 @@ impl Linearized {
             assert_eq!(
                 (rows.len(), slots.len()),
                 (c.rows(), moving[0] + moving[1]),
-                "constraint {i} has another topology than at Linearized::new"
+                "constraint {i} {ANOTHER_TOPOLOGY}"
             );
             let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
             let blocks = &mut self.jacobian[start..start + block * slots.len()];
             let (a, b) = blocks.split_at_mut(block * moving[0]);
             let mut out = Rows::new(&mut self.phi[rows.clone()], a, b);
             let levers = c.evaluate(&scene.bodies, t, &mut out);
-            if c.has_stretch_rows() {
+            let distance = out.distance;
+            if c.acts_at_points() {
                 let sides = levers.iter().zip(moving).filter(|(_, there)| *there == 1);
                 for (to, (from, _)) in self.levers[slots].iter_mut().zip(sides) {
                     *to = *from;
                 }
             }
             let mut row = rows.start;
-            for (_, count, law) in c.parts() {
+            for (kind, count, law) in c.parts() {
+                if kind == RowKind::Transverse {
+                    let link = self.transverse.get_mut(links);
+                    let link = link.filter(|link| link.first_row == row);
+                    link.unwrap_or_else(|| panic!("constraint {i} {ANOTHER_TOPOLOGY}"))
+                        .distance = distance;
+                    links += 1;
+                }
                 self.compliance[row..row + count].fill(law.compliance);
                 self.damping[row..row + count].fill(law.damping);
                 row += count;
             }
         }
+        assert_eq!(
+            links,
+            self.transverse.len(),
+            "a constraint {ANOTHER_TOPOLOGY}"
+        );
     }
 
     /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when
@@ -127,7 +178,7 @@ impl Linearized {
     pub fn drive(&mut self, scene: &Scene, t: f64, t_next: f64) {
         for (i, c) in scene.constraints.iter().enumerate() {
             let rows = self.row_range(i);
-            c.drive(t, t_next, &mut self.phi_t[rows]);
+            c.drive(&scene.bodies, t, t_next, &mut self.phi_t[rows]);
         }
     }
 
@@ -314,6 +365,49 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn transverse_rows_are_found_among_others() {
+        let chain = crate::ParticleChainParams {
+            particles: 3,
+            transverse: true,
+            ..Default::default()
+        };
+        let mut scene = chain.build().expect("builds");
+        if let crate::Constraint::Distance(link) = &mut scene.constraints[1] {
+            link.transverse = false;
+        }
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        assert_eq!(lin.row_start, [0, 3, 4, 7]);
+        let rows: Vec<_> = lin.transverse.iter().map(Transverse::rows).collect();
+        assert_eq!(rows, [1..3, 5..7]);
+        assert_eq!(lin.transverse[1].length_row, 4);
+        assert!(lin.transverse.iter().all(|link| link.distance == 1.0));
+        // Setting the compliances lasts until the next update.
+        for link in &lin.transverse {
+            lin.compliance[link.rows()].fill(link.distance / 50.0);
+        }
+        assert_eq!(lin.compliance[1..3], [0.02, 0.02]);
+        lin.update(&scene, 0.0);
+        assert_eq!(lin.compliance[1..3], [0.0, 0.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "another topology")]
+    fn another_kind_with_as_many_rows_is_refused() {
+        let chain = crate::ParticleChainParams {
+            transverse: true,
+            ..Default::default()
+        };
+        let mut scene = chain.build().expect("builds");
+        let mut lin = Linearized::new(&scene);
+        scene.constraints[4] = crate::Constraint::Spherical(crate::Spherical {
+            frames: *scene.constraints[4].frames(),
+            stretch: crate::RowLaw::RIGID,
+        });
+        lin.update(&scene, 0.0);
     }
 
     #[test]

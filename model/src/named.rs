@@ -2,10 +2,11 @@
 
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
+use crate::particles::{self, ParticleChainParams};
 use crate::scene::Scene;
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 1] = ["hoist"];
+pub const NAMES: [&str; 2] = ["hoist", particles::NAME];
 
 /// The scene called `name`, with its default parameters.
 ///
@@ -14,6 +15,7 @@ pub const NAMES: [&str; 1] = ["hoist"];
 pub fn named(name: &str) -> Result<Scene, SceneError> {
     match name {
         "hoist" => HoistParams::default().build(),
+        particles::NAME => ParticleChainParams::default().build(),
         _ => Err(unknown(name)),
     }
 }
@@ -43,7 +45,7 @@ mod tests {
         let message = named("hoits").expect_err("no such scene").to_string();
         assert_eq!(
             message,
-            "no scene is called `hoits`: choose one of hoist, or give a TOML file"
+            "no scene is called `hoits`: choose one of hoist, particles-a, or give a TOML file"
         );
     }
 }

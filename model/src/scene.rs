@@ -27,6 +27,9 @@ pub struct Scene {
     pub groups: Vec<u32>,
     /// The body whose position reports follow: the load.
     pub load: Option<usize>,
+    /// Whether a simulation is to start from the static equilibrium near this pose instead of from the pose itself;
+    /// velocities are those given.
+    pub start_in_equilibrium: bool,
 }
 
 impl Scene {

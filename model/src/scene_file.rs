@@ -1,7 +1,7 @@
 //! Scenes from TOML text, with overrides `KEY=VALUE`.
 //!
-//! Two kinds of text: a table `[hoist]` with the fields of [`HoistParams`], or a list of `[[body]]` and `[[joint]]`
-//! entries, see [`SceneText`]. Unknown keys are errors that list the valid ones.
+//! Three kinds of text: a table `[hoist]` with the fields of [`HoistParams`], a table `[particles-a]` with those of
+//! [`ParticleChainParams`], or a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors that list the valid ones.
 
 mod entries;
 mod joint;
@@ -18,6 +18,7 @@ use toml::{Table, Value};
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
 use crate::named::unknown;
+use crate::particles::{self, ParticleChainParams};
 use crate::scene::Scene;
 
 /// Where a scene comes from: its parameters, before it is built.
@@ -26,6 +27,8 @@ use crate::scene::Scene;
 pub enum SceneSource {
     /// The hoist and its parameters.
     Hoist(Box<HoistParams>),
+    /// The particle chain and its parameters.
+    Particles(Box<ParticleChainParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -36,6 +39,16 @@ struct HoistText {
     hoist: HoistParams,
 }
 
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ParticlesText {
+    #[serde(rename = "particles-a")]
+    particles: ParticleChainParams,
+}
+
+/// The tables that hold all parameters of a scene: an override need not name them.
+const TABLES: [&str; 2] = ["hoist", particles::NAME];
+
 impl SceneSource {
     /// The scene of that name, with `overrides` of (key, value) as in [`SceneSource::parse`].
     ///
@@ -44,13 +57,14 @@ impl SceneSource {
     pub fn load(name: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         match name {
             "hoist" => Self::parse("[hoist]", overrides),
+            particles::NAME => Self::parse("[particles-a]", overrides),
             _ => Err(unknown(name)),
         }
     }
 
     /// Reads TOML text, with `overrides` of (key, value) merged in before the keys are checked.
     ///
-    /// A key is a path: `mass_ratio` in a hoist; `gravity`, `body.hook.mass` or `joint.anchor.ei` (by name or number
+    /// A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass` or `joint.anchor.ei` (by name or number
     /// from 0) in an explicit scene. A value is TOML, or else taken as a string: `joint=paper` needs no quotes.
     ///
     /// # Errors
@@ -60,6 +74,9 @@ impl SceneSource {
         if table.contains_key("hoist") {
             let read = |HoistText { hoist }| Self::Hoist(Box::new(hoist));
             merge::<HoistText>(text, &mut table, overrides).map(read)
+        } else if table.contains_key(particles::NAME) {
+            let read = |text: ParticlesText| Self::Particles(Box::new(text.particles));
+            merge::<ParticlesText>(text, &mut table, overrides).map(read)
         } else {
             let read = |scene| Self::Explicit(Box::new(scene));
             merge::<SceneText>(text, &mut table, overrides).map(read)
@@ -73,6 +90,7 @@ impl SceneSource {
     pub fn build(&self) -> Result<Scene, SceneError> {
         match self {
             Self::Hoist(hoist) => hoist.build(),
+            Self::Particles(chain) => chain.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -85,6 +103,9 @@ impl SceneSource {
         let text = match self {
             Self::Hoist(hoist) => toml::to_string(&HoistText {
                 hoist: (**hoist).clone(),
+            }),
+            Self::Particles(chain) => toml::to_string(&ParticlesText {
+                particles: (**chain).clone(),
             }),
             Self::Explicit(scene) => toml::to_string(&**scene),
         };
@@ -129,8 +150,10 @@ fn merge<T: DeserializeOwned>(
 /// Puts `value` at the path `key`. Entries of lists are found by their `name` or their number.
 fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     let mut parts: Vec<&str> = key.trim().split('.').map(str::trim).collect();
-    if table.contains_key("hoist") && parts[0] != "hoist" {
-        parts.insert(0, "hoist");
+    if let Some(all) = TABLES.iter().find(|name| table.contains_key(**name))
+        && parts[0] != *all
+    {
+        parts.insert(0, all);
     }
     let Some((last, path)) = parts.split_last() else {
         return Err("the key is empty".into());
@@ -188,7 +211,7 @@ mod tests {
     fn hoist(source: &SceneSource) -> &HoistParams {
         match source {
             SceneSource::Hoist(params) => params,
-            SceneSource::Explicit(_) => panic!("not a hoist"),
+            _ => panic!("not a hoist"),
         }
     }
 
@@ -235,9 +258,39 @@ mod tests {
     }
 
     #[test]
+    fn particle_chains_by_name_and_text() {
+        let overrides = [
+            ("particles", "9"),
+            ("load_mass", "1e3"),
+            ("particles-a.transverse", "true"),
+            ("compliance", "1.2345678901234567e-9"),
+            ("seed", "3"),
+        ];
+        let source = SceneSource::load("particles-a", &overrides).expect("loads");
+        let scene = source.build().expect("builds");
+        assert_eq!((scene.bodies.len(), scene.bodies.mass[8]), (9, 1e3));
+        assert_eq!(scene.constraints[0].rows(), 3);
+        let text = source.to_toml().expect("writes");
+        assert!(text.starts_with("[particles-a]"), "{text}");
+        let again = SceneSource::parse(&text, &[]).expect("reads");
+        assert_eq!(again, source);
+        assert_eq!(again.build(), Ok(scene));
+        let text = fault("[particles-a]\nspacing = -1\n", &[]);
+        assert_eq!(text.split(':').next(), Some("spacing is -1"));
+        let text = fault("[particles-a]", &[("spcaing", "2")]);
+        assert!(text.starts_with("override `spcaing`: unknown"), "{text}");
+        assert!(fault("[particles-a]", &[("mass", "nan")]).contains("mass is NaN"));
+        assert!(fault("[particles-a]\n[hoist]", &[]).contains("unknown field"));
+    }
+
+    #[test]
     fn faults_say_where() {
         let unknown = SceneSource::load("hoits", &[]).expect_err("no such scene");
-        assert!(unknown.to_string().contains("choose one of hoist"));
+        assert!(
+            unknown
+                .to_string()
+                .contains("choose one of hoist, particles-a")
+        );
         assert!(fault("", &[]).contains("no bodies"));
         let text = fault("[hoist]\nsegments = 3\nlenght = 2.0\n", &[]);
         assert!(

@@ -72,8 +72,11 @@ fn bar(verdicts: &[Verdict]) -> String {
     let who = if missed.is_empty() {
         format!("all {} direct solvers", verdicts.len())
     } else {
-        let held = verdicts.len() - missed.len();
-        format!("{held} of {} direct solvers", verdicts.len())
+        let (held, all) = (verdicts.len() - missed.len(), verdicts.len());
+        format!(
+            "{held} of {all} direct solvers, not with\n{}",
+            missed.join(", ")
+        )
     };
     let mut t = table(&["solver", "kept up to", "largest", "at ratio", "cable"]);
     for Verdict {

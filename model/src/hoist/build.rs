@@ -3,8 +3,6 @@
 use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector3};
-use rand_xoshiro::Xoshiro256PlusPlus;
-use rand_xoshiro::rand_core::{Rng, SeedableRng};
 
 use super::{End, Hoist, HoistParams, JointKind};
 use crate::body::Body;
@@ -14,6 +12,7 @@ use crate::frame::Frame;
 use crate::material::Material;
 use crate::motion::Motion;
 use crate::scene::Scene;
+use crate::seed;
 
 impl HoistParams {
     /// Builds the scene with an unstrained cable. Bodies: the segments from the top, then the load. Constraints: the
@@ -148,10 +147,9 @@ impl HoistParams {
         if self.seed == 0 {
             return;
         }
-        let mut random = Xoshiro256PlusPlus::seed_from_u64(self.seed);
-        let mut uniform = || (random.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0;
+        let mut random = seed::vectors(self.seed);
         for omega in &mut scene.bodies.angular_velocity[..segments] {
-            *omega = Vector3::new(uniform(), uniform(), uniform()) * self.seed_rate;
+            *omega = random() * self.seed_rate;
         }
     }
 }

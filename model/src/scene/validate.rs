@@ -15,7 +15,7 @@ const AXES_TOLERANCE: f64 = 1e-9;
 
 impl Scene {
     /// Checks that the scene can be simulated: finite numbers, positive masses, definite inertias, orthonormal axes,
-    /// joints with rows between two different sides, different names.
+    /// joints with rows between two different sides, links with a length, different names.
     ///
     /// # Errors
     /// The first fault found, with the body or joint that has it.
@@ -111,6 +111,9 @@ impl Scene {
         match c {
             Constraint::Paper(p) if !(p.safeguard > 0.0 && p.safeguard < 1.0) => {
                 check(of("safeguard"), p.safeguard, false, "between 0 and 1")?;
+            }
+            Constraint::Distance(d) if !(d.length > 0.0 && d.length.is_finite()) => {
+                check(of("length"), d.length, false, "> 0 m")?;
             }
             _ => {}
         }
@@ -232,7 +235,7 @@ fn positive_definite(inertia: &Matrix3<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::{Cosserat, JointLaw};
+    use crate::constraint::{Cosserat, Distance, JointLaw};
     use crate::hoist::{HoistParams, JointKind};
     use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -249,6 +252,35 @@ mod tests {
         let text = error.to_string();
         assert!(!text.contains('\n'));
         text
+    }
+
+    #[test]
+    fn faults_of_links() {
+        let says = |change: fn(&mut Distance), words: &str| {
+            let text = after(|scene| {
+                let mut link = Distance {
+                    frames: *scene.constraints[0].frames(),
+                    length: 2.0,
+                    law: crate::RowLaw::RIGID,
+                    transverse: true,
+                };
+                scene.constraints[0] = Constraint::Distance(link);
+                assert_eq!(scene.validate(), Ok(()));
+                change(&mut link);
+                scene.constraints[0] = Constraint::Distance(link);
+            });
+            assert!(text.contains(words), "{text}");
+        };
+        says(
+            |d| d.length = -1.0,
+            "joint `anchor`: length is -1: it has to be > 0 m",
+        );
+        says(|d| d.length = 0.0, "length is 0");
+        says(|d| d.length = f64::NAN, "length is NaN");
+        says(|d| d.length = f64::INFINITY, "length is inf");
+        says(|d| d.law.compliance = f64::NAN, "compliance is NaN");
+        says(|d| d.law.damping = -1.0, "damping is -1");
+        says(|d| d.frames[1].point.x = f64::NAN, "attachment point");
     }
 
     fn stretch(scene: &mut Scene) -> &mut crate::RowLaw {

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Bodies;
 use crate::constraint::{
-    Constraint, Cosserat, JointLaw, Lock, Paper, RowLaw, Spherical, TwistDefinition,
+    Constraint, Cosserat, Distance, JointLaw, Lock, Paper, RowLaw, Spherical, TwistDefinition,
 };
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
@@ -26,12 +26,15 @@ pub enum Kind {
     Paper,
     /// Gap and rotation vector; rigid unless compliances are given.
     Lock,
+    /// Link of a particle chain: the distance of its points.
+    Distance,
 }
 
 /// A joint between a and b, `world` or names of bodies.
 ///
 /// Its rows: `stretch`, `bend`, `twist` as compliances, or `ea`, `ei`, `gj` with `length`; rows without either are not
-/// there. A lock has `stretch` and `rotation`, rigid by default.
+/// there. A lock has `stretch` and `rotation`, rigid by default. A distance has `length`, `stretch` or `ea`, and may have
+/// `transverse`; its points are `point_a` and `point_b`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointEntry {
@@ -55,7 +58,7 @@ pub struct JointEntry {
     pub axes_a: Option<[[f64; 3]; 3]>,
     /// Columns u, v, w of side b in its body frame; instead of `axis`.
     pub axes_b: Option<[[f64; 3]; 3]>,
-    /// Length of cable that the joint stands for \[m], for `ea`, `ei`, `gj`.
+    /// Length of cable that the joint stands for \[m], for `ea`, `ei`, `gj`; length at rest of a distance.
     pub length: Option<f64>,
     /// Axial stiffness \[N].
     pub ea: Option<f64>,
@@ -63,7 +66,7 @@ pub struct JointEntry {
     pub ei: Option<f64>,
     /// Torsional stiffness \[N m²].
     pub gj: Option<f64>,
-    /// Compliance of the stretch rows \[m/N]; 0 is rigid.
+    /// Compliance of the stretch rows, or of a distance \[m/N]; 0 is rigid.
     pub stretch: Option<f64>,
     /// Compliance of the bend rows \[rad/(N m)]; 0 is rigid.
     pub bend: Option<f64>,
@@ -77,6 +80,8 @@ pub struct JointEntry {
     /// Group for block Gauss–Seidel.
     #[serde(default)]
     pub group: u32,
+    /// Whether a distance has transverse rows, for time steppers that know them; default `false`.
+    pub transverse: Option<bool>,
     /// `ordinary` or `alternative`, for the paper's joint.
     pub twist_definition: Option<TwistDefinition>,
     /// Motion of the world side.
@@ -127,19 +132,24 @@ impl JointEntry {
         if self.rotation.is_some() && self.kind != Kind::Lock {
             return Err(self.conflict("rotation", "is for locks: use bend and twist"));
         }
-        if matches!(self.kind, Kind::Spherical | Kind::Lock) && (law.bend.or(law.twist)).is_some() {
+        let no_angles = matches!(self.kind, Kind::Spherical | Kind::Lock | Kind::Distance);
+        if no_angles && (law.bend.or(law.twist)).is_some() {
             let reason = "bend, twist, ei, gj need kind = \"cosserat\" or \"paper\"";
             return Err(self.conflict("kind", reason));
         }
         if self.twist_definition.is_some() && self.kind != Kind::Paper {
             return Err(self.conflict("twist_definition", "needs kind = \"paper\""));
         }
+        if self.transverse.is_some() && self.kind != Kind::Distance {
+            return Err(self.conflict("transverse", "needs kind = \"distance\""));
+        }
+        let no_rows = || SceneError::NoRows {
+            joint: self.name.clone(),
+        };
         Ok(match self.kind {
             Kind::Spherical => Constraint::Spherical(Spherical {
                 frames,
-                stretch: law.stretch.ok_or_else(|| SceneError::NoRows {
-                    joint: self.name.clone(),
-                })?,
+                stretch: law.stretch.ok_or_else(no_rows)?,
             }),
             Kind::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
             Kind::Paper => Constraint::Paper(Paper {
@@ -151,7 +161,25 @@ impl JointEntry {
                 linear: law.stretch.unwrap_or(RowLaw::new(0.0, self.damping)),
                 angular: RowLaw::new(self.rotation.unwrap_or(0.0), self.damping),
             }),
+            Kind::Distance => Constraint::Distance(Distance {
+                frames,
+                length: self.distance()?,
+                law: law.stretch.ok_or_else(no_rows)?,
+                transverse: self.transverse.unwrap_or(false),
+            }),
         })
+    }
+
+    /// Length at rest of a distance.
+    fn distance(&self) -> Result<f64, SceneError> {
+        if self.point.is_some() {
+            let reason = "puts both ends of the distance in one place: give point_a and point_b";
+            return Err(self.conflict("point", reason));
+        }
+        let Some(length) = self.length else {
+            return Err(self.conflict("length", "is needed: metres between the points at rest"));
+        };
+        check(self.what("length"), length, length > 0.0, "> 0 m")
     }
 
     fn what(&self, key: &str) -> String {

@@ -163,6 +163,88 @@ fn locks_and_papers_and_boxes() {
     assert_eq!(scene.constraints[1].rows(), 1);
 }
 
+const LINKS: &str = r#"
+[[body]]
+name = "bead"
+mass = 1
+shape = { sphere = { radius = 1 } }
+position = [0, 0, -1.5]
+[[body]]
+name = "ball"
+mass = 3
+shape = { sphere = { radius = 0.1 } }
+position = [0, 0.1, -3]
+[[joint]]
+name = "top"
+kind = "distance"
+a = "world"
+b = "bead"
+point_a = [0, 0, 0.5]
+point_b = [0, 0, 0]
+length = 2
+ea = 1e6
+transverse = true
+motion = { smooth = { displacement = [0, 0.5, 0], duration = 2 } }
+[[joint]]
+name = "low"
+kind = "distance"
+a = "bead"
+b = "ball"
+point_a = [0, 0, 0]
+point_b = [0, 0, 0.1]
+length = 1.25
+stretch = 1e-7
+damping = 0.5
+"#;
+
+#[test]
+fn distances_are_as_written() {
+    let scene = load(LINKS);
+    assert_eq!(
+        scene.bodies.get(0).inertia,
+        crate::Body::particle(1.0).inertia
+    );
+    let [Constraint::Distance(top), Constraint::Distance(low)] = scene.constraints[..] else {
+        panic!("two distances");
+    };
+    assert_eq!((top.length, top.law), (2.0, RowLaw::new(2e-6, 0.0)));
+    assert_eq!((low.length, low.law), (1.25, RowLaw::new(1e-7, 0.5)));
+    assert!(top.transverse && !low.transverse);
+    assert!(matches!(
+        top.frames[0].side,
+        Side::World(Motion::Smooth { duration: 2.0, .. })
+    ));
+    let mut lin = Linearized::new(&scene);
+    lin.update(&scene, 0.0);
+    assert_eq!((lin.rows(), lin.phi[0]), (4, 0.0));
+    for i in 0..2 {
+        assert!(crate::check_jacobian(&scene, i).max < 1e-9);
+    }
+    let says = |from: &str, to: &str, words: &str| {
+        assert!(LINKS.contains(from), "{from}");
+        let text = fault(&LINKS.replacen(from, to, 1));
+        assert!(text.contains(words), "{text}");
+    };
+    let needs = "joint `low`: length is -1.25: it has to be > 0 m";
+    says("length = 1.25", "length = -1.25", needs);
+    says("length = 2", "length = 0", "joint `top`: length is 0");
+    says("length = 1.25", "length = nan", "length is NaN");
+    says("length = 1.25", "", "joint `low`: length: is needed");
+    says("ea = 1e6", "", "joint `top` has no rows");
+    says("ea = 1e6", "ea = 1e6\nbend = 1", "need kind");
+    says("stretch = 1e-7", "stretch = nan", "compliance is NaN");
+    says(
+        "stretch = 1e-7",
+        "stretch = 1\nrotation = 1",
+        "is for locks",
+    );
+    says("transverse = true", "transverse = 1", "invalid type");
+    let points = "point_a = [0, 0, 0]\npoint_b = [0, 0, 0.1]";
+    says(points, "point = [0, 0, 0]", "give point_a and point_b");
+    let text = fault(&CRANE.replacen("stretch = 1e-7", "stretch = 0\ntransverse = true", 1));
+    assert!(text.contains("transverse: needs kind"), "{text}");
+}
+
 /// Asserts that the crane with one change fails with a message that contains `words`.
 fn says(from: &str, to: &str, words: &str) {
     assert!(CRANE.contains(from), "{from}");

@@ -1,0 +1,110 @@
+//! Static equilibrium by pseudo-transient continuation: implicit steps from rest, each one linear solve, with the
+//! velocity set to zero in between and a time step that grows as the linearisation comes to hold. For long steps a pass
+//! is Newton's method on f + Jᵀ λ = 0, ε λ = −φ.
+
+use crate::report::{PhaseClock, Work};
+use crate::stepper::Stepper;
+use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
+use nalgebra::Vector3;
+use taut_model::Scene;
+use taut_solver::Backend;
+
+/// Solves at most.
+const PASSES: usize = 400;
+/// Longest pseudo time step \[s]: modes of a second are then reduced a thousandfold a pass.
+const LONGEST: f64 = 30.0;
+/// Largest disagreement of a pass that is accepted.
+const ACCEPTED: f64 = 0.05;
+/// Change of the positions, over the scene's extent, at which the state is an equilibrium.
+const TOLERANCE: f64 = 1e-11;
+
+/// The scene at rest where its forces balance at t = 0, nearest in the sense of damped motion from its present pose.
+/// Velocities are kept as they are for the start. Orientation about an axis without resistance stays as it is.
+///
+/// # Errors
+/// [`StepError::NoEquilibrium`] where none is found in 400 solves (a body that nothing holds, a mechanism in free
+/// fall); else as [`Stepper::step`].
+pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
+    let options = StepOptions {
+        dt: 1.0 / 60.0,
+        scheme: Scheme::LinearlyImplicit,
+        stiffness: GeometricStiffness::Off,
+        guard: None,
+        backend: backend.clone(),
+        ..StepOptions::default()
+    };
+    let bodies = &scene.bodies;
+    let (velocity, spin) = (bodies.velocity.clone(), bodies.angular_velocity.clone());
+    let mut stepper = Stepper::new(
+        Scene {
+            start_in_equilibrium: false,
+            ..scene
+        },
+        options,
+    )?;
+    let (mut clock, mut work) = (PhaseClock::start(), Work::default());
+    let mut dt = 1.0 / 60.0;
+    let mut change = f64::INFINITY;
+    for _ in 0..PASSES {
+        let done = stepper.relax(dt, &mut clock, &mut work)?;
+        match done {
+            Some(moved) => {
+                change = moved;
+                if dt >= LONGEST && change <= TOLERANCE {
+                    let mut scene = stepper.into_scene();
+                    scene.bodies.velocity = velocity;
+                    scene.bodies.angular_velocity = spin;
+                    return Ok(scene);
+                }
+                dt = (4.0 * dt).min(LONGEST);
+            }
+            None => dt *= 0.25,
+        }
+    }
+    Err(StepError::NoEquilibrium {
+        passes: PASSES,
+        change,
+    })
+}
+
+impl Stepper {
+    /// One pass from rest: the largest change of a position over the scene's extent, or `None` where the linearisation
+    /// did not hold and the state is as before.
+    fn relax(
+        &mut self,
+        dt: f64,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<Option<f64>, StepError> {
+        let bodies = &mut self.scene.bodies;
+        bodies.velocity.fill(Vector3::zeros());
+        bodies.angular_velocity.fill(Vector3::zeros());
+        self.substep_start
+            .save(bodies, self.time, &self.mu, self.mu_dt);
+        self.pieces.load_velocities(bodies);
+        self.pieces.dv.fill(0.0);
+        self.pieces.rows.drive(&self.scene, self.time, self.time);
+        let before = &self.scene.bodies.position;
+        let extent = before.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        let disagreement = match self.newton_pass(true, dt, self.time, clock, work) {
+            Ok(d) => d,
+            Err(StepError::NonFinite { .. }) => f64::INFINITY,
+            Err(e) => return Err(e),
+        };
+        if disagreement <= ACCEPTED {
+            let moved = self.scene.bodies.velocity.iter().map(|v| v.norm() * dt);
+            let turned = self
+                .scene
+                .bodies
+                .angular_velocity
+                .iter()
+                .map(|w| w.norm() * dt);
+            let moved = moved.fold(0.0, f64::max) / extent.max(f64::MIN_POSITIVE);
+            return Ok(Some(turned.fold(moved, f64::max)));
+        }
+        let start = std::mem::take(&mut self.substep_start);
+        self.go_back(&start);
+        self.substep_start = start;
+        Ok(None)
+    }
+}

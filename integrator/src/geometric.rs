@@ -1,0 +1,205 @@
+//! Geometric stiffness of stretch rows: how the torque r × F of an attachment changes when the body, and with it the
+//! lever arm r, turns under a constraint force F.
+//!
+//! The exact derivative, −∂(r × F)/∂θ = (F·r) I − r Fᵀ, is not symmetric. Its symmetric part with negative eigenvalues
+//! removed ([T], [A]) has its null direction midway between r and F: a transverse torque then spins a thin segment about
+//! its axis, where it has next to no inertia, and heavy loads (10⁶ segments' masses) are lost to that spin. Here F is
+//! projected on the lever arm instead,
+//!
+//! ```text
+//! K = Σ_k max(F_k·r_k, 0) (I − r_k r_kᵀ/|r_k|²)
+//! ```
+//!
+//! which is exact where F ∥ r (a taut cable at rest), positive semidefinite without an eigenvalue problem, and leaves
+//! the spin about r free.
+
+use crate::GeometricStiffness;
+use nalgebra::{Matrix3, Vector3};
+use taut_model::{Linearized, Scene, Side};
+
+/// K of all bodies, and the angular velocities that the relative form refers to.
+#[derive(Debug, Clone)]
+pub(crate) struct Geometric {
+    /// K of each body, world frame \[N m].
+    pub(crate) stiffness: Vec<Matrix3<f64>>,
+    /// Group of each body: that of its first constraint; `None` for a body without one.
+    group: Vec<Option<usize>>,
+    /// Each group's first and last constraint: the chord's ends.
+    chords: Vec<(usize, usize)>,
+    /// Angular velocity of each chord \[rad/s].
+    turning: Vec<Vector3<f64>>,
+}
+
+impl Geometric {
+    pub(crate) fn new(scene: &Scene, rows: &Linearized) -> Self {
+        let mut names: Vec<u32> = scene.groups.clone();
+        names.sort_unstable();
+        names.dedup();
+        let index = |c: usize| names.binary_search(&scene.groups[c]).unwrap_or(0);
+        let mut group = vec![None; scene.bodies.len()];
+        for slot in &rows.slots {
+            group[slot.body].get_or_insert(index(slot.constraint));
+        }
+        let mut chords = vec![(usize::MAX, 0); names.len()];
+        for c in 0..scene.constraints.len() {
+            let (first, last) = &mut chords[index(c)];
+            *first = (*first).min(c);
+            *last = c;
+        }
+        Self {
+            stiffness: vec![Matrix3::zeros(); scene.bodies.len()],
+            group,
+            turning: vec![Vector3::zeros(); chords.len()],
+            chords,
+        }
+    }
+
+    /// K from multipliers λ (N), at the attachments as linearised.
+    pub(crate) fn update(&mut self, rows: &Linearized, lambda: &[f64]) {
+        self.stiffness.fill(Matrix3::zeros());
+        for (slot, r) in rows.slots.iter().zip(&rows.levers) {
+            let square = r.norm_squared();
+            if square == 0.0 {
+                continue;
+            }
+            let range = rows.row_range(slot.constraint);
+            let (jacobian, _) =
+                rows.jacobian[slot.offset..slot.offset + 6 * range.len()].as_chunks::<6>();
+            let force: Vector3<f64> = jacobian
+                .iter()
+                .zip(&lambda[range])
+                .map(|(j, lambda)| Vector3::new(j[0], j[1], j[2]) * *lambda)
+                .sum();
+            let tension = force.dot(r);
+            if tension > 0.0 {
+                let along = r * (tension / square);
+                self.stiffness[slot.body] +=
+                    Matrix3::from_diagonal_element(tension) - along * r.transpose();
+            }
+        }
+    }
+
+    /// Angular velocity of the chord of each group, from the first constraint's side a to the last one's side b.
+    pub(crate) fn update_chords(&mut self, scene: &Scene, t: f64, dt: f64) {
+        let bodies = &scene.bodies;
+        for (turning, &(first, last)) in self.turning.iter_mut().zip(&self.chords) {
+            let [a, _] = scene.constraints[first].frames();
+            let [_, b] = scene.constraints[last].frames();
+            let end = |frame: &taut_model::Frame| match frame.side {
+                Side::Body(i) => (bodies.position[i], bodies.velocity[i]),
+                Side::World(motion) => (
+                    frame.point + motion.displacement(t),
+                    (motion.displacement(t) - motion.displacement(t - dt)) / dt,
+                ),
+            };
+            let ((xa, va), (xb, vb)) = (end(a), end(b));
+            let chord = xb - xa;
+            let square = chord.norm_squared();
+            *turning = if square > 0.0 {
+                chord.cross(&(vb - va)) / square
+            } else {
+                Vector3::zeros()
+            };
+        }
+    }
+
+    /// Angular velocity that body `i` is to turn with in the relative form.
+    pub(crate) fn reference(&self, i: usize) -> Vector3<f64> {
+        self.group[i].map_or_else(Vector3::zeros, |g| self.turning[g])
+    }
+
+    /// The vector g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are the
+    /// body's angular velocities, `gamma` the scheme's weight of the third difference over that of K.
+    pub(crate) fn drive(
+        &self,
+        form: GeometricStiffness,
+        gamma: f64,
+        i: usize,
+        now: Vector3<f64>,
+        before: Vector3<f64>,
+    ) -> Vector3<f64> {
+        match form {
+            GeometricStiffness::Off => Vector3::zeros(),
+            GeometricStiffness::Inertia { alpha } => (now - before) * (gamma * alpha),
+            GeometricStiffness::Relative { alpha } => (self.reference(i) - now) * alpha,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use taut_model::{HoistParams, update_windings};
+
+    /// −∂(torque of fixed forces)/∂θ of a hanging cable, by central differences, is K.
+    #[test]
+    fn stiffness_is_the_derivative_of_the_torque_of_a_taut_cable() {
+        let mut scene = HoistParams {
+            load_offset: 0.3,
+            ..HoistParams::default()
+        }
+        .hanging_equilibrium()
+        .unwrap();
+        let mut rows = Linearized::new(&scene);
+        rows.update(&scene, 0.0);
+        let mu: Vec<f64> = rows
+            .phi
+            .iter()
+            .zip(&rows.compliance)
+            .map(|(phi, e)| -phi / e)
+            .collect();
+        let mut geometric = Geometric::new(&scene, &rows);
+        geometric.update(&rows, &mu);
+        let torque = |rows: &Linearized, body: usize| {
+            let mut p = vec![0.0; 6 * 25];
+            crate::products::add_transposed(rows, &mu, &mut p);
+            Vector3::from_column_slice(&p[6 * body + 3..6 * body + 6])
+        };
+        for body in [0, 11, 24] {
+            let k = geometric.stiffness[body];
+            assert!(k.norm() > 1.0);
+            for axis in 0..3 {
+                let h = 1e-5;
+                let mut difference = Vector3::zeros();
+                for sign in [1.0, -1.0] {
+                    let at = scene.bodies.orientation[body];
+                    let mut turn = Vector3::zeros();
+                    turn[axis] = sign * h;
+                    scene.bodies.orientation[body] = UnitQuaternion::from_scaled_axis(turn) * at;
+                    rows.update(&scene, 0.0);
+                    difference += torque(&rows, body) * sign;
+                    scene.bodies.orientation[body] = at;
+                }
+                let exact = -difference / (2.0 * h);
+                let error = (k.column(axis) - exact).norm();
+                assert!(error < 1e-6 * k.norm(), "body {body} axis {axis}: {error}");
+            }
+        }
+        update_windings(&mut scene, 0.0);
+    }
+
+    #[test]
+    fn a_pushed_body_has_none() {
+        let scene = HoistParams::default().hanging_equilibrium().unwrap();
+        let mut rows = Linearized::new(&scene);
+        rows.update(&scene, 0.0);
+        let pushed: Vec<f64> = rows.phi.clone();
+        let mut geometric = Geometric::new(&scene, &rows);
+        geometric.update(&rows, &pushed);
+        assert!(geometric.stiffness.iter().all(|k| *k == Matrix3::zeros()));
+    }
+
+    #[test]
+    fn the_chord_turns_with_a_rigid_swing() {
+        let mut scene = HoistParams::default().hanging_equilibrium().unwrap();
+        let omega = Vector3::new(0.2, -0.3, 0.0);
+        for i in 0..scene.bodies.len() {
+            scene.bodies.velocity[i] = omega.cross(&scene.bodies.position[i]);
+        }
+        let rows = Linearized::new(&scene);
+        let mut geometric = Geometric::new(&scene, &rows);
+        geometric.update_chords(&scene, 0.0, 0.1);
+        assert!((geometric.reference(3) - omega).norm() < 1e-12);
+    }
+}

@@ -1,0 +1,192 @@
+//! The guarded step: the scheme's linear step where its linearisation holds, implicit sub-steps where it does not.
+//!
+//! After a linear step the gaps φ(q⁺) are compared with their prediction φ + Δt (J v⁺ + ∂φ/∂t). A rotation by θ leaves
+//! them r θ²/2 apart, and through a stiff cable that is a force without a cause in the motion: energy from nowhere. A
+//! step that disagrees is taken back and redone by the implicit Euler method on the nonlinear equations,
+//!
+//! ```text
+//! M (v⁺ − v) = Δt f + J(q⁺)ᵀ μ,    ε μ/Δt + φ(q⁺) + τ J v⁺ = 0,    q⁺ = q ⊕ Δt v⁺
+//! ```
+//!
+//! solved by Newton passes, each the same linear system with rows and geometric stiffness taken at the last q⁺. It is of
+//! first order and damps every motion that it cannot resolve, which is what a shock leaves behind.
+
+use crate::products::subtract_jacobian;
+use crate::report::{PhaseClock, Work};
+use crate::stepper::Stepper;
+use crate::{Guard, Phase, StepError};
+use taut_model::update_windings;
+
+/// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
+const CONVERGED: f64 = 0.01;
+
+impl Stepper {
+    /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
+    pub(crate) fn guarded_step(
+        &mut self,
+        guard: Guard,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.step_start
+            .save(&self.scene.bodies, self.time, &self.mu, self.mu_dt);
+        if self.holding > 0 {
+            self.holding -= 1;
+        } else {
+            match self.linear_step(clock, work) {
+                Ok(disagreement) => {
+                    // NaN counts as a disagreement, and so does infinity.
+                    work.disagreement = work.disagreement.max(disagreement);
+                    if disagreement <= guard.tolerance {
+                        update_windings(&mut self.scene, self.time);
+                        clock.end(Phase::Update);
+                        return Ok(());
+                    }
+                }
+                Err(StepError::NonFinite { .. }) => work.disagreement = f64::INFINITY,
+                Err(other) => return Err(other),
+            }
+            self.return_to_start();
+            self.holding = guard.hold;
+            work.redone = true;
+            clock.end(Phase::Update);
+        }
+        let result = self.implicit_step(guard, clock, work);
+        if let Err(StepError::Solve { .. }) = result {
+            self.return_to_start();
+        }
+        result
+    }
+
+    fn return_to_start(&mut self) {
+        let start = std::mem::take(&mut self.step_start);
+        self.go_back(&start);
+        self.step_start = start;
+    }
+
+    /// The scheme's step, and how far the gaps are from their prediction.
+    fn linear_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<f64, StepError> {
+        self.solve_scheme(self.options.stiffness, clock, work)?;
+        self.advance_unwound()?;
+        Ok(self.pieces.disagreement())
+    }
+
+    /// Implicit sub-steps over one step's time, halved where Newton's method does not converge.
+    fn implicit_step(
+        &mut self,
+        guard: Guard,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        let (begin, whole) = (self.time, self.substep());
+        let first = whole / guard.substeps as f64;
+        let least = first / f64::from(1u32 << guard.halvings);
+        let (mut done, mut length) = (0.0, first);
+        // In units of the least length all sums are exact to far less than half of it.
+        while whole - done > 0.5 * least {
+            let dt = length.min(whole - done);
+            let converged = self.implicit_substep(dt, guard, clock, work)?;
+            if !converged && length > least {
+                self.return_to_substep_start();
+                length *= 0.5;
+                continue;
+            }
+            work.unconverged_substeps += usize::from(!converged);
+            work.implicit_substeps += 1;
+            done += dt;
+            self.time = begin + done;
+            update_windings(&mut self.scene, self.time);
+            self.history.forget(&self.pieces.rows.phi_t);
+            length = (2.0 * length).min(first);
+        }
+        self.time = begin + whole;
+        Ok(())
+    }
+
+    fn return_to_substep_start(&mut self) {
+        let start = std::mem::take(&mut self.substep_start);
+        self.go_back(&start);
+        self.substep_start = start;
+    }
+
+    /// One implicit Euler step over `dt`: whether Newton's method converged. An error of the last pass is one of the
+    /// sub-step only where it cannot be made shorter, and counts as not converged.
+    fn implicit_substep(
+        &mut self,
+        dt: f64,
+        guard: Guard,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<bool, StepError> {
+        self.substep_start
+            .save(&self.scene.bodies, self.time, &self.mu, self.mu_dt);
+        self.pieces.load_velocities(&self.scene.bodies);
+        self.pieces.dv.fill(0.0);
+        self.pieces
+            .rows
+            .drive(&self.scene, self.time, self.time + dt);
+        let mut last = f64::INFINITY;
+        for pass in 0..guard.passes {
+            let disagreement = self.newton_pass(pass == 0, dt, self.time + dt, clock, work)?;
+            if disagreement <= CONVERGED * guard.tolerance {
+                return Ok(true);
+            }
+            // Passes that lead away will not come back.
+            if disagreement.is_nan() || (pass > 1 && disagreement > 4.0 * last) {
+                return Ok(false);
+            }
+            last = disagreement;
+        }
+        Ok(false)
+    }
+
+    /// One solve about the present iterate of q⁺ (`first`: about q itself), and the move to the next iterate, where the
+    /// driven sides are as at the time `end`.
+    pub(crate) fn newton_pass(
+        &mut self,
+        first: bool,
+        dt: f64,
+        end: f64,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<f64, StepError> {
+        let pieces = &mut self.pieces;
+        // The rate whose effect the rows' φ already contains: that of the last iterate.
+        pieces.known.fill(0.0);
+        if !first {
+            subtract_jacobian(&pieces.rows, &pieces.v, &mut pieces.known);
+            subtract_jacobian(&pieces.rows, &pieces.dv, &mut pieces.known);
+            for (known, phi_t) in pieces.known.iter_mut().zip(&pieces.rows.phi_t) {
+                *known = phi_t - *known;
+            }
+        }
+        pieces.geometric.update(&pieces.rows, &self.tension);
+        // The inertia is that of the beginning.
+        self.substep_start.restore(&mut self.scene.bodies);
+        self.update_inertia(dt, 1.0)?;
+        for i in 0..self.scene.bodies.len() {
+            let pieces = &mut self.pieces;
+            // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
+            let last = crate::pieces::angular(&pieces.dv, i);
+            let base = if first {
+                -pieces.angular_velocity(i)
+            } else {
+                last
+            };
+            let impulse = pieces.geometric.stiffness[i] * base * (dt * dt);
+            pieces.inertia.add_angular_impulse(i, &impulse);
+        }
+        self.pieces.soften_transverse_rows(&self.tension, true);
+        self.pieces.regularize([1.0; 3], dt);
+        clock.end(Phase::Linearize);
+        self.solve_prepared(dt, clock, work)?;
+        self.finish_velocity_change();
+        let known = std::mem::take(&mut self.pieces.known);
+        self.pieces.predict(dt, |r| known[r]);
+        self.pieces.known = known;
+        self.move_bodies(dt)?;
+        self.pieces.rows.update(&self.scene, end);
+        clock.end(Phase::Update);
+        Ok(self.pieces.disagreement())
+    }
+}

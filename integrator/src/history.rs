@@ -1,0 +1,99 @@
+//! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
+
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_model::Bodies;
+
+/// The moving part of [`Bodies`], and the multipliers that go with it.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct State {
+    position: Vec<Vector3<f64>>,
+    orientation: Vec<UnitQuaternion<f64>>,
+    velocity: Vec<Vector3<f64>>,
+    angular_velocity: Vec<Vector3<f64>>,
+    mu: Vec<f64>,
+    mu_dt: f64,
+    time: f64,
+}
+
+impl State {
+    pub(crate) fn new(bodies: &Bodies, rows: usize) -> Self {
+        Self {
+            position: bodies.position.clone(),
+            orientation: bodies.orientation.clone(),
+            velocity: bodies.velocity.clone(),
+            angular_velocity: bodies.angular_velocity.clone(),
+            mu: vec![0.0; rows],
+            mu_dt: 1.0,
+            time: 0.0,
+        }
+    }
+
+    /// Takes the state of the bodies at `time`, and impulses `mu` of a step of `mu_dt`. Allocates nothing.
+    pub(crate) fn save(&mut self, bodies: &Bodies, time: f64, mu: &[f64], mu_dt: f64) {
+        self.position.copy_from_slice(&bodies.position);
+        self.orientation.copy_from_slice(&bodies.orientation);
+        self.velocity.copy_from_slice(&bodies.velocity);
+        self.angular_velocity
+            .copy_from_slice(&bodies.angular_velocity);
+        self.mu.copy_from_slice(mu);
+        (self.mu_dt, self.time) = (mu_dt, time);
+    }
+
+    /// Puts the bodies back; returns their time.
+    pub(crate) fn restore(&self, bodies: &mut Bodies) -> f64 {
+        bodies.position.copy_from_slice(&self.position);
+        bodies.orientation.copy_from_slice(&self.orientation);
+        bodies.velocity.copy_from_slice(&self.velocity);
+        bodies
+            .angular_velocity
+            .copy_from_slice(&self.angular_velocity);
+        self.time
+    }
+
+    /// Puts the impulses back; returns the length of their step.
+    pub(crate) fn restore_multipliers(&self, mu: &mut [f64]) -> f64 {
+        mu.copy_from_slice(&self.mu);
+        self.mu_dt
+    }
+}
+
+/// Rates of the step before: r_{n−1} of the rows, v_{n−1} of the bodies.
+#[derive(Debug, Clone)]
+pub(crate) struct History {
+    /// Whether the rest is that of the step before; else the past is taken to be like the present.
+    pub(crate) known: bool,
+    /// r_{n−1} = J v + ∂φ/∂t, one a row.
+    pub(crate) rate: Vec<f64>,
+    /// r_n of the step under way, one a row.
+    pub(crate) rate_now: Vec<f64>,
+    /// ∂φ/∂t of the last step, one a row.
+    pub(crate) phi_t: Vec<f64>,
+    /// v_{n−1}, 6 numbers a body.
+    pub(crate) v: Vec<f64>,
+}
+
+impl History {
+    pub(crate) fn new(rows: usize, bodies: usize) -> Self {
+        Self {
+            known: false,
+            rate: vec![0.0; rows],
+            rate_now: vec![0.0; rows],
+            phi_t: vec![0.0; rows],
+            v: vec![0.0; 6 * bodies],
+        }
+    }
+
+    /// The step under way is done: `v` is what it started from, `phi_t` its ∂φ/∂t.
+    pub(crate) fn accept(&mut self, v: &[f64], phi_t: &[f64]) {
+        std::mem::swap(&mut self.rate, &mut self.rate_now);
+        self.v.copy_from_slice(v);
+        self.phi_t.copy_from_slice(phi_t);
+        self.known = true;
+    }
+
+    /// The past no longer belongs to the present; `phi_t` is that of the last step.
+    pub(crate) fn forget(&mut self, phi_t: &[f64]) {
+        self.phi_t.copy_from_slice(phi_t);
+        self.known = false;
+    }
+}

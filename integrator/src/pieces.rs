@@ -1,0 +1,232 @@
+//! What the linear system of a step is made of, and its residual.
+//!
+//! The unknown is the velocity *change* Δv together with the impulses μ. Both are kept through the refinement, and its
+//! residual comes from the pieces,
+//!
+//! ```text
+//! Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv),    r = (c − J v) − J Δv − Σ μ
+//! ```
+//!
+//! not from the assembled S, whose diagonal has rounded small inverse masses away. With μ = Δv = 0 the same two lines
+//! give the right-hand side of the Schur form.
+
+use crate::geometric::Geometric;
+use crate::inertia::Inertia;
+use crate::options::Weights;
+use crate::products::{add_transposed, subtract_jacobian};
+use crate::regularization::Regularization;
+use nalgebra::Vector3;
+use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
+
+/// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
+pub(crate) struct Pieces {
+    pub(crate) rows: Linearized,
+    /// Which weights a row takes.
+    weighting: Vec<Weighting>,
+    /// Length over which each constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the
+    /// length of a link; 0 where φ is linear in the positions \[m].
+    turning_length: Vec<f64>,
+    pub(crate) geometric: Geometric,
+    pub(crate) inertia: Inertia,
+    pub(crate) regularization: Regularization,
+    /// W = J M̃⁻¹, laid out as the Jacobian.
+    pub(crate) w: Vec<f64>,
+    /// c − J v, one a row.
+    pub(crate) rate: Vec<f64>,
+    /// v at the beginning of the step, 6 numbers a body.
+    pub(crate) v: Vec<f64>,
+    /// Δv, 6 numbers a body.
+    pub(crate) dv: Vec<f64>,
+    /// What a scheme knows of the rates beforehand (h of [`crate::regularization`]), one a row.
+    pub(crate) known: Vec<f64>,
+    /// φ at the end of the step as the linearisation predicts it, one a row.
+    pub(crate) predicted: Vec<f64>,
+    /// An impulse or a momentum, 6 numbers a body.
+    impulse: Vec<f64>,
+}
+
+impl Pieces {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let rows = Linearized::new(scene);
+        let (count, bodies) = (rows.rows(), 6 * scene.bodies.len());
+        let parts = scene.constraints.iter().flat_map(Constraint::parts);
+        let weighting = parts
+            .flat_map(|(kind, rows, _)| std::iter::repeat_n(Weighting::of(kind), rows))
+            .collect();
+        Self {
+            weighting,
+            turning_length: scene.constraints.iter().map(turning_length).collect(),
+            geometric: Geometric::new(scene, &rows),
+            inertia: Inertia::new(&scene.bodies),
+            regularization: Regularization::new(count),
+            w: vec![0.0; rows.jacobian.len()],
+            rate: vec![0.0; count],
+            v: vec![0.0; bodies],
+            dv: vec![0.0; bodies],
+            known: vec![0.0; count],
+            predicted: vec![0.0; count],
+            impulse: vec![0.0; bodies],
+            rows,
+        }
+    }
+
+    /// Copies the velocities into `v`.
+    pub(crate) fn load_velocities(&mut self, bodies: &Bodies) {
+        for (i, v) in self.v.chunks_exact_mut(6).enumerate() {
+            v[..3].copy_from_slice(bodies.velocity[i].as_slice());
+            v[3..].copy_from_slice(bodies.angular_velocity[i].as_slice());
+        }
+    }
+
+    /// Angular velocity of body `i` in `v`.
+    pub(crate) fn angular_velocity(&self, i: usize) -> Vector3<f64> {
+        angular(&self.v, i)
+    }
+
+    /// What is known of the rates beforehand: q r_n − s r_{n−1} with each row's weights.
+    pub(crate) fn combine_rates(&mut self, weights: &RowWeights, now: &[f64], before: &[f64]) {
+        let rates = now.iter().zip(before);
+        let known = self.known.iter_mut().zip(&self.weighting);
+        for ((known, weighting), (now, before)) in known.zip(rates) {
+            let w = &weights[*weighting as usize];
+            *known = w.now * now - w.before * before;
+        }
+    }
+
+    /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
+    /// tension of a link resists its turning with. A slack link's rows are so soft that they do nothing, and all are
+    /// without `stiff`.
+    pub(crate) fn soften_transverse_rows(&mut self, lambda: &[f64], stiff: bool) {
+        /// Small in newtons and in metres.
+        const SMALL: f64 = 1e-9;
+        let rows = &mut self.rows;
+        for i in 0..rows.transverse.len() {
+            let link = &rows.transverse[i];
+            let tension = if stiff { -lambda[link.length_row] } else { 0.0 };
+            let compliance = link.distance.max(SMALL) / tension.max(SMALL);
+            let range = link.rows();
+            rows.compliance[range].fill(compliance);
+        }
+    }
+
+    /// Σ and c for the weights `next` (p) and for what is `known`, then c − J v; Δv is set to zero.
+    pub(crate) fn regularize(&mut self, next: [f64; 3], dt: f64) {
+        let weighting = &self.weighting;
+        let next = |r: usize| next[weighting[r] as usize];
+        self.regularization
+            .update(next, dt, &self.rows, &self.known);
+        self.rate.copy_from_slice(&self.regularization.c);
+        subtract_jacobian(&self.rows, &self.v, &mut self.rate);
+        self.dv.fill(0.0);
+    }
+
+    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
+    pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
+        let inertia = &self.inertia;
+        self.impulse.copy_from_slice(&inertia.impulse);
+        add_transposed(&self.rows, mu, &mut self.impulse);
+        let (impulses, _) = self.impulse.as_chunks_mut::<6>();
+        let (dvs, _) = self.dv.as_chunks_mut::<6>();
+        for (i, (p, dv)) in impulses.iter_mut().zip(dvs).enumerate() {
+            let mut buffer = [0.0; 6];
+            inertia.apply(i, dv, &mut buffer);
+            for (p, momentum) in p.iter_mut().zip(&buffer) {
+                *p -= momentum;
+            }
+            inertia.apply_inverse(i, p, &mut buffer);
+            for (dv, correction) in dv.iter_mut().zip(&buffer) {
+                *dv += correction;
+            }
+        }
+    }
+
+    /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
+    pub(crate) fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
+        self.update_velocity_change(mu);
+        for (r, ((rate, sigma), mu)) in r
+            .iter_mut()
+            .zip(self.rate.iter().zip(&self.regularization.sigma).zip(mu))
+        {
+            *r = rate - sigma * mu;
+        }
+        subtract_jacobian(&self.rows, &self.dv, r);
+    }
+
+    /// φ + Δt (J (v + Δv) + ∂φ/∂t − `base`) into `predicted`, where `base` is a rate already contained in φ.
+    pub(crate) fn predict(&mut self, dt: f64, base: impl Fn(usize) -> f64) {
+        let Self {
+            rows,
+            v,
+            dv,
+            predicted,
+            ..
+        } = self;
+        predicted.fill(0.0);
+        subtract_jacobian(rows, v, predicted);
+        subtract_jacobian(rows, dv, predicted);
+        for (r, p) in predicted.iter_mut().enumerate() {
+            *p = rows.phi[r] + dt * (rows.phi_t[r] - *p - base(r));
+        }
+    }
+
+    /// Largest distance of a gap from its prediction, over the length that turns. NaN where a gap is.
+    pub(crate) fn disagreement(&self) -> f64 {
+        let rows = &self.rows;
+        let mut worst = 0.0_f64;
+        for (c, &length) in self.turning_length.iter().enumerate() {
+            if length == 0.0 {
+                continue;
+            }
+            let range = rows.row_range(c);
+            let gap: f64 = range
+                .take(3)
+                .filter(|r| self.weighting[*r] == Weighting::Length)
+                .map(|r| (rows.phi[r] - self.predicted[r]).powi(2))
+                .sum();
+            let relative = gap / (length * length);
+            if relative > worst || relative.is_nan() {
+                worst = relative;
+            }
+        }
+        worst.sqrt()
+    }
+}
+
+/// Scheme weights of lengths, angles and transverse rows.
+pub(crate) type RowWeights = [Weights; 3];
+
+/// Which of [`RowWeights`] a row takes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Weighting {
+    Length,
+    Angle,
+    Transverse,
+}
+
+impl Weighting {
+    fn of(kind: RowKind) -> Self {
+        match kind {
+            RowKind::Transverse => Self::Transverse,
+            kind if kind.is_angular() => Self::Angle,
+            _ => Self::Length,
+        }
+    }
+}
+
+fn turning_length(constraint: &Constraint) -> f64 {
+    let on_bodies = constraint
+        .frames()
+        .iter()
+        .filter(|f| f.body_index().is_some());
+    let lever = on_bodies.map(|f| f.point.norm()).fold(0.0, f64::max);
+    match constraint {
+        Constraint::Distance(link) => lever.max(link.length),
+        _ if constraint.has_stretch_rows() => lever,
+        _ => 0.0,
+    }
+}
+
+/// The angular part of body `i` in a vector of 6 numbers a body.
+pub(crate) fn angular(v: &[f64], i: usize) -> Vector3<f64> {
+    Vector3::from_column_slice(&v[6 * i + 3..6 * i + 6])
+}

@@ -1,0 +1,272 @@
+//! Particle chains: point masses on a string of links, the models of \[SL §III].
+//!
+//! The chain starts at the world's origin. N links of equal length d hold N particles; the last particle is the load.
+
+use nalgebra::Vector3;
+
+use crate::body::Body;
+use crate::constraint::{Constraint, Distance, RowLaw};
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
+use crate::hoist::MAX_SEGMENTS;
+use crate::scene::Scene;
+use crate::seed;
+
+/// Name of the chain of links alone.
+pub(crate) const NAME: &str = "particles-a";
+
+/// Parameters of a chain of particles and links alone: model (a) of \[SL §III]. SI units.
+///
+/// The defaults are those of \[SL, Table I], with a load well below the largest that is stable there.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
+pub struct ParticleChainParams {
+    /// Number N of particles, with the load, and of links: 1 to 10 million.
+    pub particles: usize,
+    /// Length d of a link at rest \[m].
+    pub spacing: f64,
+    /// Mass of a particle \[kg].
+    pub mass: f64,
+    /// Mass of the last particle \[kg].
+    pub load_mass: f64,
+    /// Compliance ε of a link \[m/N], ≥ 0; 0 is rigid.
+    pub compliance: f64,
+    /// Damping time τ of the links \[s].
+    pub damping: f64,
+    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+    pub gravity: f64,
+    /// Whether links have transverse rows, for time steppers that set their compliance ([`Distance`]).
+    pub transverse: bool,
+    /// Whether the chain starts along +x; else it hangs along −z.
+    pub horizontal: bool,
+    /// Seed of random velocities of the particles above the load; 0 is none.
+    pub seed: u64,
+    /// Bound of each component of the random velocities \[m/s].
+    pub seed_velocity: f64,
+}
+
+impl Default for ParticleChainParams {
+    fn default() -> Self {
+        Self {
+            particles: 5,
+            spacing: 1.0,
+            mass: 1.0,
+            load_mass: 10.0,
+            compliance: 1e-8,
+            damping: 0.0,
+            gravity: 10.0,
+            transverse: false,
+            horizontal: true,
+            seed: 0,
+            seed_velocity: 1e-6,
+        }
+    }
+}
+
+impl ParticleChainParams {
+    /// Builds the scene with unstrained links, at rest but for the random velocities. Bodies: the particles from the
+    /// anchor, the load last. Constraints: the links from the anchor; side a is the one nearer to the anchor. Groups:
+    /// the link of the load is 1 (when it is not the only one), the others 0.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, and what it has to be.
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        self.check_ranges()?;
+        let mut scene = Scene::new(NAME);
+        scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
+        let along = if self.horizontal {
+            Vector3::x()
+        } else {
+            -Vector3::z()
+        };
+        let last = self.particles - 1;
+        for i in 0..self.particles {
+            let (name, mass) = if i == last {
+                ("load".to_owned(), self.load_mass)
+            } else {
+                (format!("particle-{}", i + 1), self.mass)
+            };
+            let place = along * (self.spacing * (i + 1) as f64);
+            scene.add_body(name, Body::particle(mass).at(place));
+        }
+        scene.load = Some(last);
+        let at = |i: usize| match i {
+            0 => Frame::world(Vector3::zeros()),
+            i => Frame::body(i - 1, Vector3::zeros()),
+        };
+        for i in 0..self.particles {
+            let link = Constraint::Distance(Distance {
+                frames: [at(i), at(i + 1)],
+                length: self.spacing,
+                law: RowLaw::new(self.compliance, self.damping),
+                transverse: self.transverse,
+            });
+            let group = u32::from(i == last && last > 0);
+            scene.add_constraint(format!("link-{}", i + 1), link, group);
+        }
+        if self.seed != 0 {
+            let mut random = seed::vectors(self.seed);
+            for v in &mut scene.bodies.velocity[..last] {
+                *v = random() * self.seed_velocity;
+            }
+        }
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        if self.particles > MAX_SEGMENTS {
+            return Err(SceneError::TooLarge {
+                what: "particles",
+                value: self.particles,
+                limit: MAX_SEGMENTS,
+            });
+        }
+        let n = self.particles as f64;
+        check("particles", n, self.particles > 0, "at least 1")?;
+        // Far from where squares and inverses under- or overflow.
+        let representable = |value: f64| (1e-150..=1e150).contains(&value);
+        for (what, value, needs) in [
+            ("spacing", self.spacing, "> 0 m, 1e-150 to 1e150"),
+            ("mass", self.mass, "> 0 kg, 1e-150 to 1e150"),
+            ("load_mass", self.load_mass, "> 0 kg, 1e-150 to 1e150"),
+        ] {
+            check(what, value, representable(value), needs)?;
+        }
+        for (what, value, needs) in [
+            ("compliance", self.compliance, "≥ 0 m/N; 0 is rigid"),
+            ("damping", self.damping, "≥ 0 s"),
+            ("gravity", self.gravity, "≥ 0 m/s²"),
+            ("seed_velocity", self.seed_velocity, "≥ 0 m/s"),
+        ] {
+            check(what, value, value >= 0.0, needs)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Linearized, check_jacobian};
+    use proptest::prelude::*;
+
+    #[test]
+    fn the_default_is_the_chain_of_table_i() {
+        let scene = ParticleChainParams::default().build().expect("builds");
+        assert_eq!((scene.bodies.len(), scene.load), (5, Some(4)));
+        assert_eq!(scene.bodies.mass, [1.0, 1.0, 1.0, 1.0, 10.0]);
+        assert_eq!(scene.bodies.position[4], Vector3::new(5.0, 0.0, 0.0));
+        assert_eq!(scene.gravity, Vector3::new(0.0, 0.0, -10.0));
+        assert_eq!(scene.groups, [0, 0, 0, 0, 1]);
+        assert_eq!(scene.body_names[0], "particle-1");
+        assert_eq!(scene.constraint_names[4], "link-5");
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        assert_eq!(lin.phi, [0.0; 5]);
+        assert_eq!(lin.compliance, [1e-8; 5]);
+        assert!((0..5).all(|i| check_jacobian(&scene, i).max < 1e-9));
+    }
+
+    #[test]
+    fn hanging_chains_with_transverse_rows_keep_exact_zeros() {
+        let params = ParticleChainParams {
+            particles: 7,
+            spacing: 0.1,
+            horizontal: false,
+            transverse: true,
+            ..ParticleChainParams::default()
+        };
+        let scene = params.build().expect("builds");
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        assert_eq!((lin.rows(), lin.transverse.len()), (21, 7));
+        for (s, slot) in lin.slots.iter().enumerate() {
+            let sign = [1.0, -1.0][usize::from(slot.body == slot.constraint)];
+            let rows = [[0.0, 0.0, sign], [sign, 0.0, 0.0], [0.0, sign, 0.0]];
+            for (row, direction) in lin.block(s).chunks_exact(6).zip(rows) {
+                assert_eq!((&row[..3], &row[3..]), (&direction[..], &[0.0; 3][..]));
+            }
+        }
+    }
+
+    #[test]
+    fn seeds_are_reproducible_and_bounded() {
+        let with = |seed| {
+            let params = ParticleChainParams {
+                seed,
+                seed_velocity: 0.01,
+                ..ParticleChainParams::default()
+            };
+            params.build().expect("builds").bodies.velocity
+        };
+        assert_eq!(with(5), with(5));
+        assert_ne!(with(5), with(6));
+        assert!(
+            with(5)[..4]
+                .iter()
+                .all(|v| v.amax() <= 0.01 && v.amin() > 0.0)
+        );
+        assert_eq!(with(5)[4], Vector3::zeros());
+        assert!(with(0).iter().all(|v| *v == Vector3::zeros()));
+    }
+
+    #[test]
+    fn faults_name_the_parameter() {
+        let says = |change: fn(&mut ParticleChainParams), words: &str| {
+            let mut params = ParticleChainParams::default();
+            change(&mut params);
+            let text = params.build().expect_err("a fault").to_string();
+            assert!(text.starts_with(words), "{text}");
+        };
+        says(|p| p.particles = 0, "particles is 0: it has to be at least");
+        says(|p| p.particles = 20_000_000, "particles is 20000000");
+        says(|p| p.spacing = -1.0, "spacing is -1: it has to be > 0 m");
+        says(|p| p.mass = f64::NAN, "mass is NaN");
+        says(|p| p.load_mass = 0.0, "load_mass is 0");
+        says(|p| p.compliance = -1e-9, "compliance is -");
+        says(|p| p.damping = f64::INFINITY, "damping is inf");
+        says(|p| p.gravity = f64::NAN, "gravity is NaN");
+        says(|p| p.seed_velocity = -1.0, "seed_velocity is -1");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+        /// Whatever the numbers: a valid scene with finite rows or a one-line error, never a panic.
+        #[test]
+        fn any_numbers_build_or_are_refused(
+            particles in 0_usize..10,
+            v in proptest::collection::vec(proptest::num::f64::ANY, 7),
+            given in proptest::collection::vec(any::<bool>(), 7),
+            flags in any::<[bool; 2]>(),
+            seed in any::<u64>(),
+        ) {
+            let base = ParticleChainParams::default();
+            let of = |i: usize, default: f64| if given[i] { v[i].abs() } else { default };
+            let params = ParticleChainParams {
+                particles,
+                spacing: of(0, base.spacing),
+                mass: of(1, base.mass),
+                load_mass: of(2, base.load_mass),
+                compliance: of(3, base.compliance),
+                damping: of(4, base.damping),
+                gravity: of(5, base.gravity),
+                seed_velocity: of(6, base.seed_velocity),
+                transverse: flags[0],
+                horizontal: flags[1],
+                seed,
+            };
+            match params.build() {
+                Ok(scene) => {
+                    prop_assert_eq!(scene.validate(), Ok(()));
+                    let mut lin = Linearized::new(&scene);
+                    lin.update(&scene, 0.0);
+                    prop_assert!(lin.phi.iter().chain(&lin.jacobian).all(|x| x.is_finite()));
+                }
+                Err(error) => prop_assert!(!error.to_string().contains('\n')),
+            }
+        }
+    }
+}
