@@ -5,10 +5,12 @@
 //! | module | holds |
 //! |---|---|
 //! | `ladder` | the main job: backends × mass ratios × iterations |
+//! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `choice` | a backend and a form as one value, with its text form |
 //! | `cache` | references kept in files |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
@@ -17,8 +19,11 @@ pub mod accuracy;
 pub mod cache;
 pub mod choice;
 pub mod ladder;
+pub mod linear;
 pub mod machine;
 pub mod output;
+pub mod poses;
+pub mod random;
 pub mod reference;
 pub mod run;
 pub mod statics;

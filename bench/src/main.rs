@@ -1,10 +1,14 @@
 //! The command line `taut`. Tables go to standard output, progress and errors to standard error; exit code 2 stands
 //! for bad input, 1 for a run that became unstable.
 
+mod sweeps;
+
 use clap::{Args, Parser, Subcommand};
 use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use sweeps::Sweep;
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
@@ -26,7 +30,7 @@ struct Cli {
 enum Command {
     /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
     #[command(
-        after_help = "Example: taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group"
+        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24"
     )]
     Bench(BenchArgs),
     /// The cable hanging at rest: elongation of every direct solver, iterations that the others need
@@ -45,6 +49,9 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct BenchArgs {
+    /// Measures something else than the main job
+    #[arg(long, value_enum, value_name = "NAME")]
+    sweep: Option<Sweep>,
     /// Numbers of segments
     #[arg(long, value_delimiter = ',', value_name = "N")]
     segments: Vec<usize>,
@@ -253,6 +260,17 @@ fn positive(what: &str, numbers: &[f64]) -> Result<(), Failure> {
     }
 }
 
+/// Puts the ratios given, if any, in place of the default ones: ascending, each once.
+fn take_ratios(given: &[f64], ratios: &mut Vec<f64>) -> Result<(), Failure> {
+    if !given.is_empty() {
+        *ratios = given.to_vec();
+    }
+    positive("a number of `--ratios`", ratios)?;
+    ratios.sort_by(f64::total_cmp);
+    ratios.dedup();
+    Ok(())
+}
+
 fn config(args: &BenchArgs) -> Result<Config, Failure> {
     let mut config = if args.quick {
         Config::quick()
@@ -273,10 +291,7 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
             "`--iterations` holds 0: each limit must be at least 1".to_owned(),
         ));
     }
-    if !args.ratios.is_empty() {
-        config.ratios.clone_from(&args.ratios);
-    }
-    positive("a number of `--ratios`", &config.ratios)?;
+    take_ratios(&args.ratios, &mut config.ratios)?;
     if let Some(time) = args.time {
         config.time = time;
     }
@@ -286,8 +301,6 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
             config.time, config.dt
         )));
     }
-    config.ratios.sort_by(f64::total_cmp);
-    config.ratios.dedup();
     config.choices = choices(&args.backends)?;
     if let Some(name) = args.backends.iter().find(|b| b.contains("iterations=")) {
         return Err(Failure::Input(format!(
@@ -332,28 +345,43 @@ A straight cable is a chain of scalar systems, on which conjugate gradient ends 
 joints; for a bent, swinging one see `taut bench`.";
 
 fn bench(args: &BenchArgs) -> Result<(), Failure> {
+    if let Some(sweep) = args.sweep {
+        return sweeps::run(sweep, args);
+    }
     let config = config(args)?;
     let bar = progress(0);
     let results = ladder::run(&config, &bar)?;
     bar.finish_and_clear();
-    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    let text = format!(
+        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}\n{}",
+        Machine::current(),
+        config.scene.length,
+        config.scene.resolve()?.segment_mass,
+        1.0 / config.dt,
+        config.scene.move_x,
+        config.time,
+        table::ladder(&results)
+    );
+    deliver(args.json.as_deref(), "bench", &text, &results.records)
+}
+
+/// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard
+/// output they stand there alone.
+fn deliver(
+    json: Option<&Path>,
+    name: &str,
+    text: &str,
+    rows: &impl Serialize,
+) -> Result<(), Failure> {
+    let only_json = json == Some(Path::new("-"));
     if !only_json {
-        output::print(&format!(
-            "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}\n{}",
-            Machine::current(),
-            config.scene.length,
-            config.scene.resolve()?.segment_mass,
-            1.0 / config.dt,
-            config.scene.move_x,
-            config.time,
-            table::ladder(&results)
-        ))?;
+        output::print(text)?;
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &results.records)?;
+    if let Some(path) = json {
+        output::write_json(path, rows)?;
     }
-    let default = PathBuf::from("target/taut/bench.json");
-    if let Err(e) = output::write_json(&default, &results.records) {
+    let default = PathBuf::from(format!("target/taut/{name}.json"));
+    if let Err(e) = output::write_json(&default, rows) {
         // The table is out and the file asked for is written: this costs the copy only.
         eprintln!("taut: {e}");
         return Ok(());

@@ -1,5 +1,9 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
+mod linear;
+
+pub use linear::linear;
+
 use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
 use comfy_table::presets::NOTHING;
@@ -109,11 +113,18 @@ pub fn ladder(results: &Results) -> String {
     );
     out.push_str(&fastest(&results.records));
     out.push_str(&claims(&results.records));
-    if !results.omissions.is_empty() {
+    out.push_str(&omissions(&results.omissions));
+    out
+}
+
+/// What has no rows, and why; nothing where there is nothing.
+fn omissions(omissions: &[Omission]) -> String {
+    let mut out = String::new();
+    if !omissions.is_empty() {
         let _ = writeln!(out, "\nLeft out");
-        for Omission { backend, reason } in &results.omissions {
-            let _ = writeln!(out, "  {backend}: {reason}");
-        }
+    }
+    for Omission { backend, reason } in omissions {
+        let _ = writeln!(out, "  {backend}: {reason}");
     }
     out
 }

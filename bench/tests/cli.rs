@@ -418,6 +418,83 @@ fn the_main_job_writes_records_with_their_fields() {
 }
 
 #[test]
+fn the_linear_sweep_writes_records_with_their_fields() {
+    let at = folder("linear");
+    let records = json(&at, "bench --sweep linear --quick --json -");
+    let records = records.as_array().expect("a list of records");
+    for record in records {
+        for field in ["mass_ratio", "ea", "forward_error", "backward_error"] {
+            let sound = |x: f64| x.is_finite() && x >= 0.0;
+            assert!(
+                record[field].as_f64().is_some_and(sound),
+                "{field}: {record}"
+            );
+        }
+        for field in ["pose", "backend", "options"] {
+            assert!(
+                record[field].as_str().is_some_and(|s| !s.is_empty()),
+                "{field}: {record}"
+            );
+        }
+        assert_eq!(record["segments"], 24, "{record}");
+        assert_eq!(record["error"], Value::Null, "{record}");
+    }
+    let compiled = taut_bench::Choice::all()
+        .into_iter()
+        .filter(|c| c.check().is_ok());
+    for choice in compiled {
+        let rows = records
+            .iter()
+            .filter(|r| r["backend"] == *choice.family())
+            .count();
+        // Two poses, five ratios, three refinements.
+        assert_eq!(rows, 30, "{choice}");
+    }
+}
+
+#[test]
+fn the_linear_sweep_reads_what_narrows_it() {
+    let at = folder("linear_narrow");
+    let stdout = good(
+        &at,
+        "bench --sweep linear --segments 4,3,3 --ratios 1e9,10 --backends dense,dense,dense/kkt",
+    );
+    for words in [
+        "straight, 3 segments",
+        "bent, 4 segments",
+        "at most 1e-12 with",
+    ] {
+        assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
+    }
+    let rows = fs::read_to_string(at.join("target/taut/linear.json")).expect("the copy");
+    let rows: Value = serde_json::from_str(&rows).expect("JSON");
+    // Two solvers, two cables, two ratios, two poses, three refinements.
+    assert_eq!(rows.as_array().map(Vec::len), Some(48));
+}
+
+#[test]
+fn sweeps_refuse_what_has_no_effect_on_them() {
+    let at = folder("sweeps");
+    refused(&at, "bench --sweep crane", &["crane", "--sweep", "linear"]);
+    refused(&at, "bench --sweep", &["--sweep", "--help"]);
+    for option in ["--iterations 5", "--set length=5", "--time 1"] {
+        let name = option.split(' ').next().unwrap_or_default();
+        refused(
+            &at,
+            &format!("bench --sweep linear {option}"),
+            &[name, "no effect on `--sweep linear`"],
+        );
+    }
+    refused(&at, "--sweep linear --ratios 0", &["--ratios", "positive"]);
+    refused(&at, "bench --sweep linear --segments 0", &["segments is 0"]);
+    refused(
+        &at,
+        "bench --sweep linear --backends superlu",
+        &["superlu", "banded"],
+    );
+}
+
+#[test]
 fn json_goes_to_a_file_beside_the_table() {
     let at = folder("bench_file");
     let stdout = good(

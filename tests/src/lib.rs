@@ -3,7 +3,7 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | `random` | one generator; every failure message names its seed |
+//! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
@@ -15,9 +15,10 @@
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
 //! | `structure` | allocations, imports, features, unsafe code, the top level |
 
-pub mod random;
 pub mod scenes;
 pub mod systems;
+
+pub use taut_bench::random;
 
 use std::fmt;
 use taut_bench::Choice;

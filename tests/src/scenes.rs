@@ -2,22 +2,18 @@
 
 use crate::random::Random;
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_bench::poses;
 use taut_model::{
     Body, Constraint, Cosserat, Frame, HoistParams, JointKind, JointLaw, Lock, Motion, Paper,
     RowLaw, Scene, Side, Spherical,
 };
 
-/// The pose of a hoist.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Pose {
-    /// Hanging in equilibrium, with random angular velocities of 10⁻³ rad/s.
-    Straight,
-    /// On a space curve that turns by about 0.1 rad a joint, under the tension of the hanging cable, with random
-    /// velocities.
-    Bent,
-}
+pub use taut_bench::poses::Pose;
 
-/// A hoist with the given joints in the given pose.
+/// A hoist with the given joints in the given pose; the straight one has random angular velocities of 10⁻³ rad/s.
+///
+/// # Panics
+/// Where the parameters are refused.
 #[must_use]
 pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> Scene {
     let params = HoistParams {
@@ -27,34 +23,7 @@ pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> 
         seed: 7,
         ..HoistParams::default()
     };
-    match pose {
-        Pose::Straight => params.hanging_equilibrium().expect("sound parameters"),
-        Pose::Bent => {
-            let mut scene = params.build().expect("sound parameters");
-            let cable = params.resolve().expect("sound parameters");
-            let gaps: Vec<f64> = cable.gaps(params.gravity).collect();
-            bend(&mut scene, cable.segment_length, &gaps, 11);
-            scene
-        }
-    }
-}
-
-/// Lays the cable of an unstrained hoist along a space curve, with gaps along it, and gives all bodies velocities.
-fn bend(scene: &mut Scene, segment: f64, gaps: &[f64], seed: u64) {
-    let mut random = Random::new(seed);
-    let bodies = &mut scene.bodies;
-    let (mut end, mut turn) = (Vector3::zeros(), UnitQuaternion::identity());
-    let load = bodies.len() - 1;
-    for (i, gap) in gaps.iter().enumerate() {
-        turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.02, 0.1, 0.01)) * turn;
-        let down = turn * -Vector3::z();
-        let half = if i == load { 0.0 } else { 0.5 * segment };
-        bodies.position[i] = end + down * (gap + half);
-        bodies.orientation[i] = turn;
-        bodies.velocity[i] = random.vector(0.3);
-        bodies.angular_velocity[i] = random.vector(0.3);
-        end += down * (gap + 2.0 * half);
-    }
+    poses::hoist(&params, pose).expect("sound parameters")
 }
 
 /// The four kinds of joint.
