@@ -67,6 +67,9 @@ struct BenchArgs {
     /// Parameters of the hoist
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
+    /// Time steps of the accuracy sweep (s), fractions such as 1/60 too; the first is what all schemes run at
+    #[arg(long, value_delimiter = ',', value_name = "S", value_parser = number)]
+    dt: Vec<f64>,
     /// Simulated time of the stability and load columns (s)
     #[arg(long, value_name = "S")]
     time: Option<f64>,
@@ -142,7 +145,7 @@ struct RunArgs {
     #[arg(long, value_name = "K")]
     refine: Option<usize>,
     /// Time step (s)
-    #[arg(long, value_name = "S", default_value_t = 1.0 / 60.0)]
+    #[arg(long, value_name = "S", default_value = "1/60", value_parser = number)]
     dt: f64,
     /// Simulated time (s)
     #[arg(long, value_name = "S", default_value_t = 10.0)]
@@ -203,6 +206,15 @@ fn main() -> ExitCode {
             eprintln!("taut: {message}");
             ExitCode::from(1)
         }
+    }
+}
+
+/// A number, or a fraction of two.
+fn number(text: &str) -> Result<f64, String> {
+    let parse = |t: &str| t.trim().parse::<f64>().map_err(|e| e.to_string());
+    match text.split_once('/') {
+        None => parse(text),
+        Some((a, b)) => Ok(parse(a)? / parse(b)?),
     }
 }
 
@@ -306,6 +318,11 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
         return Err(Failure::Input(format!(
             "`iterations=` in `{name}` has no effect on the main job: use `--iterations`"
         )));
+    }
+    if !args.dt.is_empty() {
+        return Err(Failure::Input(
+            "`--dt` has no effect on the main job: use `--sweep accuracy`".to_owned(),
+        ));
     }
     let swept = |o: &&String| {
         let key = o.split('=').next().unwrap_or_default();

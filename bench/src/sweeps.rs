@@ -1,14 +1,15 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
-use crate::{BenchArgs, Failure, choices, deliver, progress, take_ratios};
+use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
-use taut_bench::linear;
 use taut_bench::machine::Machine;
-use taut_bench::table;
+use taut_bench::{accuracy, linear, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Sweep {
+    /// Error of whole motions against cost: every scheme, time step, solver and number of refinements
+    Accuracy,
     /// Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²
     Linear,
 }
@@ -17,7 +18,23 @@ impl Sweep {
     /// Its name on the command line, and of its file.
     fn name(self) -> &'static str {
         match self {
+            Self::Accuracy => "accuracy",
             Self::Linear => "linear",
+        }
+    }
+
+    /// The options of the main job that it reads as well, besides `--quick` and `--json`.
+    fn reads(self) -> &'static [&'static str] {
+        match self {
+            Self::Accuracy => &[
+                "--segments",
+                "--ratios",
+                "--backends",
+                "--iterations",
+                "--dt",
+                "--time",
+            ],
+            Self::Linear => &["--segments", "--ratios", "--backends"],
         }
     }
 }
@@ -26,34 +43,106 @@ impl Sweep {
 pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
     refuse_without_effect(sweep, args)?;
     match sweep {
+        Sweep::Accuracy => accuracy(args),
         Sweep::Linear => linear(args),
     }
 }
 
 /// Fails where an option is given that the sweep does not read.
 fn refuse_without_effect(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
-    let unread = match sweep {
-        Sweep::Linear => [
-            (
-                "--iterations",
-                !args.iterations.is_empty(),
-                "give a solver its own, such as cg:iterations=50",
-            ),
-            (
-                "--set",
-                !args.overrides.is_empty(),
-                "its cables are its own",
-            ),
-            ("--time", args.time.is_some(), "it solves single states"),
-        ],
-    };
-    match unread.into_iter().find(|(_, given, _)| *given) {
+    let given = [
+        ("--segments", !args.segments.is_empty()),
+        ("--ratios", !args.ratios.is_empty()),
+        ("--backends", !args.backends.is_empty()),
+        ("--iterations", !args.iterations.is_empty()),
+        ("--dt", !args.dt.is_empty()),
+        ("--set", !args.overrides.is_empty()),
+        ("--time", args.time.is_some()),
+    ];
+    let unread = given
+        .into_iter()
+        .find(|(option, given)| *given && !sweep.reads().contains(option));
+    match unread {
         None => Ok(()),
-        Some((option, _, instead)) => Err(Failure::Input(format!(
-            "`{option}` has no effect on `--sweep {}`: {instead}",
-            sweep.name()
+        Some((option, _)) => Err(Failure::Input(format!(
+            "`{option}` has no effect on `--sweep {}`, which reads {}, --quick and --json",
+            sweep.name(),
+            sweep.reads().join(", ")
         ))),
     }
+}
+
+/// The numbers given, in order and once each; those of `default` where none is given.
+fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
+    let mut numbers = if given.is_empty() {
+        default
+    } else {
+        given.to_vec()
+    };
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
+fn accuracy(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        accuracy::Config::quick()
+    } else {
+        accuracy::Config::default()
+    };
+    let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
+    ratios.sort_by(f64::total_cmp);
+    ratios.dedup();
+    take_ratios(&args.ratios, &mut ratios)?;
+    if !args.ratios.is_empty() {
+        config.choice_ratios.clone_from(&ratios);
+    }
+    let segments = config.cases.iter().map(|c| c.segments).collect();
+    config.cases = accuracy::cases(&sorted(&args.segments, segments), &ratios);
+    if !args.backends.is_empty() {
+        config.choices = choices(&args.backends)?;
+    }
+    config.iterations = sorted(&args.iterations, config.iterations);
+    if config.iterations.first() == Some(&0) {
+        return Err(Failure::Input(
+            "`--iterations` holds 0: each limit must be at least 1".to_owned(),
+        ));
+    }
+    if !args.dt.is_empty() {
+        positive("a number of `--dt`", &args.dt)?;
+        config.rates = args.dt.iter().map(|dt| 1.0 / dt).collect();
+        config.rates.sort_by(f64::total_cmp);
+        config.rates.dedup();
+        let first = config.rates[0];
+        let whole = |rate: &f64| ((rate / first).round() - rate / first).abs() < 1e-9;
+        if !config.rates.iter().all(whole) {
+            return Err(Failure::Input(
+                "`--dt`: the largest must be a whole multiple of each of the others, so that they meet".to_owned(),
+            ));
+        }
+    }
+    config.time = args.time.unwrap_or(config.time);
+    if steps(config.time, 1.0 / config.rates[0])? == 0 {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s: it must be at least one step",
+            config.time
+        )));
+    }
+    let bar = progress(0).with_message(Sweep::Accuracy.name());
+    let results = accuracy::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\n{} s of the hoist, 10 m, segments of 1 kg, YA = 2·10⁷ N{}",
+        Machine::current(),
+        config.time,
+        accuracy::tables(&results)
+    );
+    deliver(
+        args.json.as_deref(),
+        Sweep::Accuracy.name(),
+        &text,
+        &results,
+    )
 }
 
 /// What the columns of the sweep's tables are.
@@ -67,11 +156,7 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
     } else {
         linear::Config::default()
     };
-    if !args.segments.is_empty() {
-        config.segments.clone_from(&args.segments);
-        config.segments.sort_unstable();
-        config.segments.dedup();
-    }
+    config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     if !args.backends.is_empty() {
         config.choices.clear();
