@@ -473,11 +473,114 @@ fn the_linear_sweep_reads_what_narrows_it() {
 }
 
 #[test]
+fn the_accuracy_sweep_compares_every_scheme_with_the_reference() {
+    let at = folder("accuracy");
+    let line = "bench --sweep accuracy --segments 4 --ratios 100 --dt 1/60,1/120,1/240 --time 1 \
+                --backends banded,cg:group --iterations 20 --json -";
+    let results = json(&at, line);
+    let records = results["records"].as_array().expect("a list of records");
+    let of = |setting: &str, dt: f64| {
+        let found = records.iter().find(|r| {
+            r["setting"] == setting
+                && r["joint"] == "cosserat"
+                && r["drive"] == "aside"
+                && r["dt"].as_f64().is_some_and(|x| (x - dt).abs() < 1e-12)
+                && r["refinements"] == 1
+        });
+        found.unwrap_or_else(|| panic!("no record of {setting} at {dt}"))
+    };
+    let error = |r: &Value| {
+        let of = |field: &str| r[field].as_f64().expect("a number");
+        of("horizontal_m").hypot(of("vertical_m"))
+    };
+    let errors = [60.0, 120.0, 240.0].map(|rate: f64| error(of("default", 1.0 / rate)));
+    for pair in errors.windows(2) {
+        assert!((pair[0] / pair[1]).log2() > 1.8, "{errors:?}");
+    }
+    assert!(errors[0] < 1e-4, "{errors:?}");
+    for record in records {
+        assert!(
+            record["step_ns"].as_f64().is_some_and(|ns| ns > 0.0),
+            "{record}"
+        );
+        assert!(
+            record["reference_m"].as_f64().is_some_and(|e| e < 1e-5),
+            "{record}"
+        );
+    }
+    assert_eq!(of("default", 1.0 / 60.0)["stable"], true);
+    assert!(records.iter().any(|r| r["iterations"] == 20));
+    assert!(results["costs"].as_array().is_some_and(|c| c.len() == 5));
+    // The references are kept: the same again is the same, to the last bit.
+    assert!(at.join("target/taut/reference").is_dir());
+    let again = json(&at, line);
+    for (a, b) in records
+        .iter()
+        .zip(again["records"].as_array().expect("a list"))
+    {
+        assert_eq!(a["horizontal_m"], b["horizontal_m"], "{a}");
+    }
+}
+
+#[test]
+fn runs_take_schemes_stiffness_guard_and_substeps() {
+    let at = folder("options");
+    let run = |options: &str| {
+        json(
+            &at,
+            &format!("run hoist --set segments=4 --time 0.5 {options} --json -"),
+        )
+    };
+    let default = run("");
+    assert_eq!(default["scheme"], "third-difference");
+    assert_eq!(
+        (&default["stiffness"], &default["guard"]),
+        (&Value::from("0.4"), &Value::from(0.005))
+    );
+    let paper = run("--scheme linearly-implicit --stiffness off --guard off --dt 1/120");
+    assert_eq!(
+        (&paper["stiffness"], &paper["guard"]),
+        (&Value::from("off"), &Value::Null)
+    );
+    assert_eq!(paper["steps"], 60);
+    let relative = run(
+        "--scheme spook --stiffness relative:0.5 --angular-scheme linearly-implicit --substeps 2",
+    );
+    assert_eq!(relative["stiffness"], "relative:0.5");
+    assert_eq!(relative["substeps"], 2);
+    let resting = run("--set equilibrium=true");
+    assert!(
+        resting["max_elongation_error"]
+            .as_f64()
+            .is_some_and(|e| e < 1e-9),
+        "{resting}"
+    );
+    for (options, word) in [
+        ("--stiffness=-1", "alpha"),
+        ("--stiffness nan", "alpha"),
+        ("--stiffness soft", "stiffness"),
+        ("--guard=-1", "guard.tolerance"),
+        ("--guard never", "--guard"),
+        ("--substeps 0", "substeps"),
+        ("--scheme third-difference:a=0.1", "`a`"),
+        ("--scheme third-difference:gamma=1", "gamma"),
+        ("--scheme euler", "third-difference"),
+        ("--dt=-1", "--dt"),
+        ("--dt nan", "--dt"),
+        ("--dt 1/0", "--dt"),
+        ("--set damping=-1", "damping"),
+        ("--set ea=0", "ea"),
+    ] {
+        refused(&at, &format!("run hoist {options}"), &[word]);
+    }
+}
+
+#[test]
 fn sweeps_refuse_what_has_no_effect_on_them() {
     let at = folder("sweeps");
     refused(&at, "bench --sweep crane", &["crane", "--sweep", "linear"]);
     refused(&at, "bench --sweep", &["--sweep", "--help"]);
-    for option in ["--iterations 5", "--set length=5", "--time 1"] {
+    for option in ["--iterations 5", "--set length=5", "--time 1", "--dt 1/60"] {
         let name = option.split(' ').next().unwrap_or_default();
         refused(
             &at,
