@@ -13,7 +13,7 @@ use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, run, table, trajectory};
-use taut_integrator::{Scheme, StepOptions};
+use taut_integrator::{GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::HoistParams;
 
 /// Sparse linear solvers on hoisting cables: speed against error.
@@ -117,9 +117,27 @@ struct RunArgs {
     /// Backend with options after colons, `/kkt` for the KKT form (default: the first one compiled in)
     #[arg(long, value_name = "B")]
     backend: Option<String>,
-    /// Integration scheme
+    /// Integration scheme: linearly-implicit (the paper's), spook, third-difference[:a=A][:gamma=G]
     #[arg(long, value_name = "NAME", default_value_t = Scheme::default())]
     scheme: Scheme,
+    /// Another scheme for the rows that measure angles
+    #[arg(long, value_name = "NAME")]
+    angular_scheme: Option<Scheme>,
+    /// Geometric stiffness as inertia: off, its weight α, or relative:α (default: 0.4; a + γ of a third difference, else
+    /// 0.5)
+    #[arg(long, value_name = "WEIGHT", allow_hyphen_values = true)]
+    stiffness: Option<GeometricStiffness>,
+    /// Redo steps whose linearisation does not hold: off, or the tolerance (of lever arms)
+    #[arg(
+        long,
+        value_name = "TOLERANCE",
+        default_value = "0.005",
+        allow_hyphen_values = true
+    )]
+    guard: String,
+    /// Sub-steps that each step is made of
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    substeps: usize,
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
     #[arg(long, value_name = "K")]
     refine: Option<usize>,
@@ -407,6 +425,22 @@ fn hang(args: &StaticArgs) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The guard with the tolerance of the text, or none.
+fn guard(text: &str) -> Result<Option<Guard>, Failure> {
+    if text == "off" {
+        return Ok(None);
+    }
+    let tolerance: f64 = text.parse().map_err(|_| {
+        Failure::Input(format!(
+            "`--guard {text}` is neither `off` nor a tolerance such as 0.005"
+        ))
+    })?;
+    Ok(Some(Guard {
+        tolerance,
+        ..Guard::default()
+    }))
+}
+
 fn simulate(args: &RunArgs) -> Result<(), Failure> {
     let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
     let mut options = StepOptions::default();
@@ -416,7 +450,13 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
         options = choice.options(args.dt);
     }
     options.dt = args.dt;
+    options.substeps = args.substeps;
     options.scheme = args.scheme;
+    options.angular_scheme = args.angular_scheme;
+    options.stiffness = args
+        .stiffness
+        .unwrap_or(GeometricStiffness::inertia(args.scheme.default_alpha()));
+    options.guard = guard(&args.guard)?;
     options.refinements = args.refine.unwrap_or(options.refinements);
     if options.refinements > MAX_REFINEMENTS {
         return Err(Failure::Input(format!(

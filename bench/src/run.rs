@@ -67,8 +67,9 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
     let (cable, max_gap) = match &source {
         SceneSource::Hoist(p) => (
             Some((p.length, p.exact_elongation())),
-            p.length / p.segments as f64,
+            crate::reference::most_gap(p).map_err(PrepareError::Scene)?,
         ),
+        SceneSource::Particles(p) => (None, p.spacing),
         _ => (None, f64::INFINITY),
     };
     let planar = matches!(&source, SceneSource::Hoist(p) if p.seed == 0 && p.circle_radius == 0.0);
@@ -124,7 +125,19 @@ pub struct Summary {
     pub form: String,
     /// Scheme.
     pub scheme: String,
-    /// Refinement sweeps a step.
+    /// Weight and form of the geometric stiffness.
+    pub stiffness: String,
+    /// Tolerance of the guard; none is off.
+    pub guard: Option<f64>,
+    /// Steps that the guard took back.
+    pub redone_steps: usize,
+    /// Implicit sub-steps that it took.
+    pub implicit_substeps: usize,
+    /// Largest number of linear systems solved in a step.
+    pub most_solves: usize,
+    /// Sub-steps of a step.
+    pub substeps: usize,
+    /// Refinement sweeps a solve.
     pub refinements: usize,
     /// Δt \[s].
     pub dt: f64,
@@ -186,6 +199,17 @@ pub fn run(
         backend: options.backend.to_string(),
         form: options.form.to_string(),
         scheme: options.scheme.to_string(),
+        stiffness: options.stiffness.to_string(),
+        guard: options.guard.map(|g| g.tolerance),
+        redone_steps: trajectory.samples.iter().filter(|s| s.redone).count(),
+        implicit_substeps: trajectory.samples.iter().map(|s| s.implicit_substeps).sum(),
+        most_solves: trajectory
+            .samples
+            .iter()
+            .map(|s| s.solves)
+            .max()
+            .unwrap_or(0),
+        substeps: options.substeps,
         refinements: options.refinements,
         dt: options.dt,
         steps: trajectory.samples.len(),
@@ -276,7 +300,20 @@ pub fn text(s: &Summary) -> String {
         ),
         (
             "steps",
-            format!("{} of {:.6} s, {}", s.steps, s.dt, s.scheme),
+            format!(
+                "{} of {:.6} s, {}, geometric stiffness {}",
+                s.steps, s.dt, s.scheme, s.stiffness
+            ),
+        ),
+        (
+            "guard",
+            match s.guard {
+                None => "off".to_owned(),
+                Some(_) => format!(
+                    "{} steps redone, {} implicit sub-steps, at most {} solves a step",
+                    s.redone_steps, s.implicit_substeps, s.most_solves
+                ),
+            },
         ),
         ("verdict", verdict),
         (

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use serde::Serialize;
 use std::time::Duration;
 use taut_integrator::{Energy, PhaseTimes, Stepper};
-use taut_model::Scene;
+use taut_model::{RowKind, Scene};
 use taut_solver::Status;
 
 /// The state after a step, in the numbers that are compared.
@@ -112,21 +112,21 @@ impl Timing {
     }
 }
 
-/// Gaps of all joints with stretch rows \[m].
+/// Gaps of all joints with stretch rows, and by how much links are too long or too short \[m].
 fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
-    let with_gap = scene
+    scene
         .constraints
         .iter()
         .enumerate()
-        .filter(|(_, c)| c.has_stretch_rows());
-    with_gap.map(|(c, _)| {
-        rows.phi[rows.row_range(c)][..3]
-            .iter()
-            .map(|x| x * x)
-            .sum::<f64>()
-            .sqrt()
-    })
+        .filter_map(|(i, constraint)| {
+            let count = match constraint.parts().next()? {
+                (RowKind::Stretch, count, _) | (RowKind::Length, count, _) => count,
+                _ => return None,
+            };
+            let phi = &rows.phi[rows.row_range(i)][..count];
+            Some(phi.iter().map(|x| x * x).sum::<f64>().sqrt())
+        })
 }
 
 /// Position of the load (or of the last body).

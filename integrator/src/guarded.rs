@@ -180,7 +180,7 @@ impl Stepper {
         self.pieces.regularize([1.0; 3], dt);
         clock.end(Phase::Linearize);
         self.solve_prepared(dt, clock, work)?;
-        self.finish_velocity_change();
+        self.pieces.update_velocity_change(&self.mu);
         let known = std::mem::take(&mut self.pieces.known);
         self.pieces.predict(dt, |r| known[r]);
         self.pieces.known = known;

@@ -120,22 +120,25 @@ impl Pieces {
         self.dv.fill(0.0);
     }
 
-    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
+    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about
+    /// their axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
         let inertia = &self.inertia;
         self.impulse.copy_from_slice(&inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
-        let (impulses, _) = self.impulse.as_chunks_mut::<6>();
+        let (impulses, _) = self.impulse.as_chunks::<6>();
         let (dvs, _) = self.dv.as_chunks_mut::<6>();
-        for (i, (p, dv)) in impulses.iter_mut().zip(dvs).enumerate() {
-            let mut buffer = [0.0; 6];
-            inertia.apply(i, dv, &mut buffer);
-            for (p, momentum) in p.iter_mut().zip(&buffer) {
-                *p -= momentum;
-            }
-            inertia.apply_inverse(i, p, &mut buffer);
-            for (dv, correction) in dv.iter_mut().zip(&buffer) {
-                *dv += correction;
+        for (i, (impulse, dv)) in impulses.iter().zip(dvs).enumerate() {
+            for _ in 0..2 {
+                let (mut momentum, mut correction) = ([0.0; 6], [0.0; 6]);
+                inertia.apply(i, dv, &mut momentum);
+                for (m, p) in momentum.iter_mut().zip(impulse) {
+                    *m = p - *m;
+                }
+                inertia.apply_inverse(i, &momentum, &mut correction);
+                for (dv, correction) in dv.iter_mut().zip(&correction) {
+                    *dv += correction;
+                }
             }
         }
     }

@@ -365,16 +365,6 @@ impl Stepper {
         Ok(report?.map_or(0, |r| r.iterations))
     }
 
-    /// Δv from the impulses of the last solve.
-    pub(crate) fn finish_velocity_change(&mut self) {
-        self.pieces.update_velocity_change(&self.mu);
-        if self.options.form == Form::Kkt {
-            // Δv started from zero here: the second pass removes the first one's roundoff, as a refinement of the Schur
-            // form does along the way.
-            self.pieces.update_velocity_change(&self.mu);
-        }
-    }
-
     /// The second half of a sub-step: velocities from the impulses of the last [`solve`](Self::solve), then positions.
     ///
     /// # Errors
@@ -397,7 +387,7 @@ impl Stepper {
         }
         self.started = true;
         let dt = self.substep();
-        self.finish_velocity_change();
+        self.pieces.update_velocity_change(&self.mu);
         self.pieces.predict(dt, |_| 0.0);
         self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;

@@ -84,6 +84,8 @@ pub struct HoistParams {
     pub load_offset: f64,
     /// Rotation of the straight cable with its load about the y axis through the anchor, at the start \[rad].
     pub initial_angle: f64,
+    /// Whether a simulation starts from the static equilibrium near this pose, not from the unstrained cable.
+    pub equilibrium: bool,
     /// Seed of the segments' random angular velocities; 0 is none.
     pub seed: u64,
     /// Bound of each component of the random angular velocities \[rad/s].
@@ -124,6 +126,7 @@ impl Default for HoistParams {
             attachment: End::Spherical,
             load_offset: 0.0,
             initial_angle: 0.0,
+            equilibrium: false,
             seed: 0,
             seed_rate: 1e-3,
             damping: 0.0,

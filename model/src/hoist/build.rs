@@ -24,7 +24,9 @@ impl HoistParams {
     pub fn build(&self) -> Result<Scene, SceneError> {
         let hoist = self.resolve()?;
         let gaps = vec![0.0; hoist.segments + 1];
-        self.assemble(&hoist, &gaps, self.initial_angle)
+        let mut scene = self.assemble(&hoist, &gaps, self.initial_angle)?;
+        scene.start_in_equilibrium = self.equilibrium;
+        Ok(scene)
     }
 
     /// The scene with its bodies at the static equilibrium of the hanging cable, straight down: each joint open by

@@ -15,6 +15,7 @@ use crate::scene::{Scene, first_names};
 ///
 /// ```toml
 /// gravity = [0, 0, -9.81]          # m/s²; this is the default
+/// equilibrium = true               # start from the static equilibrium near this pose; default false
 /// load = "hook"                    # the body that reports follow
 ///
 /// [[body]]
@@ -41,6 +42,9 @@ pub struct SceneText {
     /// Acceleration of gravity, world \[m/s²].
     #[serde(default = "default_gravity")]
     pub gravity: [f64; 3],
+    /// Whether to start from the static equilibrium near the pose given.
+    #[serde(default)]
+    pub equilibrium: bool,
     /// Name of the body that reports follow.
     pub load: Option<String>,
     /// The bodies.
@@ -126,6 +130,7 @@ impl SceneText {
     pub fn build(&self) -> Result<Scene, SceneError> {
         let mut scene = Scene::new(self.name.clone());
         scene.gravity = self.gravity.into();
+        scene.start_in_equilibrium = self.equilibrium;
         for entry in &self.body {
             scene.add_body(entry.name.clone(), entry.build()?);
         }
