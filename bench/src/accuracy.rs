@@ -161,7 +161,7 @@ pub struct Config {
     pub settings: Vec<Setting>,
     /// Steps a second; the first is what all settings run at, the default runs at each.
     pub rates: Vec<f64>,
-    /// Solvers that the default also runs with, on the Cosserat joint with 24 segments.
+    /// Solvers that the default also runs with, on the Cosserat joint with the fewest segments.
     pub choices: Vec<Choice>,
     /// Mass ratios of those runs.
     pub choice_ratios: Vec<f64>,
@@ -319,6 +319,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
             reference
         })
         .collect::<Result<_, _>>()?;
+    let fewest = config.cases.iter().map(|c| c.segments).min();
     let mut tasks = Vec::new();
     for (case, reference) in config.cases.iter().zip(&references) {
         for setting in &config.settings {
@@ -330,7 +331,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
         }
         let chosen = case.joint == JointKind::Cosserat
             && case.drive == Drive::Aside
-            && case.segments == 24
+            && Some(case.segments) == fewest
             && config.choice_ratios.contains(&case.mass_ratio);
         if chosen {
             for setting in solver_settings(config) {

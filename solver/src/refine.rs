@@ -25,7 +25,7 @@ impl RefineScratch {
 }
 
 /// Improves `x` by `sweeps` corrections A d = r(x), x ← x + d, where `residual(x, r)` writes r. Returns the last
-/// correction's report. Allocates nothing.
+/// correction's report with the iterations of all. Allocates nothing.
 ///
 /// # Errors
 /// Those of [`LinearSolver::solve`]; `x` then holds the last good iterate.
@@ -38,11 +38,13 @@ pub fn refine(
     mut residual: impl FnMut(&[f64], &mut [f64]),
 ) -> Result<Option<SolveReport>, SolveError> {
     crate::error::expect_len("refinement scratch", x.len(), scratch.residual.len())?;
-    let mut last = None;
+    let mut last: Option<SolveReport> = None;
     for _ in 0..sweeps {
         residual(x, &mut scratch.residual);
         scratch.correction.fill(0.0);
-        last = Some(solver.solve(a, &scratch.residual, &mut scratch.correction)?);
+        let mut report = solver.solve(a, &scratch.residual, &mut scratch.correction)?;
+        report.iterations += last.map_or(0, |r| r.iterations);
+        last = Some(report);
         for (x, d) in x.iter_mut().zip(&scratch.correction) {
             *x += d;
         }
