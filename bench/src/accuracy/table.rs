@@ -135,6 +135,7 @@ fn orders(group: &[&Record]) -> String {
             .filter(|r| r.setting == "default" && r.case.mass_ratio == ratio_ && r.stable)
             .collect();
         runs.sort_by(|a, b| b.dt.total_cmp(&a.dt));
+        runs.dedup_by(|a, b| a.dt == b.dt);
         let orders: Vec<_> = runs
             .windows(2)
             .map(|w| {
