@@ -20,6 +20,18 @@ use taut_model::update_windings;
 /// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
 const CONVERGED: f64 = 0.01;
 
+/// About what a Newton pass linearises.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Pass {
+    /// The state at the beginning.
+    First,
+    /// The last iterate of q⁺.
+    Next,
+    /// The state at the beginning, which is at rest; bodies are as inert as their constraint forces with this
+    /// acceleration (m/s²) demand. The equilibrium knows no inertia.
+    FromRest(f64),
+}
+
 impl Stepper {
     /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
     pub(crate) fn guarded_step(
@@ -127,7 +139,8 @@ impl Stepper {
             .drive(&self.scene, self.time, self.time + dt);
         let mut last = f64::INFINITY;
         for pass in 0..guard.passes {
-            let disagreement = self.newton_pass(pass == 0, dt, self.time + dt, clock, work)?;
+            let kind = if pass == 0 { Pass::First } else { Pass::Next };
+            let disagreement = self.newton_pass(kind, dt, self.time + dt, clock, work)?;
             if disagreement <= CONVERGED * guard.tolerance {
                 return Ok(true);
             }
@@ -140,11 +153,11 @@ impl Stepper {
         Ok(false)
     }
 
-    /// One solve about the present iterate of q⁺ (`first`: about q itself), and the move to the next iterate, where the
-    /// driven sides are as at the time `end`.
+    /// One solve about the present iterate of q⁺, and the move to the next iterate, where the driven sides are as at the
+    /// time `end`.
     pub(crate) fn newton_pass(
         &mut self,
-        first: bool,
+        pass: Pass,
         dt: f64,
         end: f64,
         clock: &mut PhaseClock,
@@ -153,7 +166,7 @@ impl Stepper {
         let pieces = &mut self.pieces;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
         pieces.known.fill(0.0);
-        if !first {
+        if pass == Pass::Next {
             subtract_jacobian(&pieces.rows, &pieces.v, &mut pieces.known);
             subtract_jacobian(&pieces.rows, &pieces.dv, &mut pieces.known);
             for (known, phi_t) in pieces.known.iter_mut().zip(&pieces.rows.phi_t) {
@@ -164,14 +177,18 @@ impl Stepper {
         // The inertia is that of the beginning.
         self.substep_start.restore(&mut self.scene.bodies);
         self.update_inertia(dt, 1.0)?;
+        if let Pass::FromRest(acceleration) = pass {
+            let done = self.pieces.add_ballast(&self.tension, acceleration);
+            done.map_err(|i| self.not_finite(i))?;
+        }
         for i in 0..self.scene.bodies.len() {
             let pieces = &mut self.pieces;
             // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
             let last = crate::pieces::angular(&pieces.dv, i);
-            let base = if first {
-                -pieces.angular_velocity(i)
-            } else {
+            let base = if pass == Pass::Next {
                 last
+            } else {
+                -pieces.angular_velocity(i)
             };
             let impulse = pieces.geometric.stiffness[i] * base * (dt * dt);
             pieces.inertia.add_angular_impulse(i, &impulse);
