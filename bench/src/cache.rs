@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Where the files are, from the directory that the program runs in.
 const DIRECTORY: &str = "target/taut/reference";
@@ -46,7 +47,9 @@ fn cached_in<T: Serialize + DeserializeOwned, E>(
     };
     if let Ok(text) = serde_json::to_string(&entry) {
         // Under another name first, so that a file is whole or not there.
-        let part = path.with_extension(format!("{}.part", std::process::id()));
+        static PARTS: AtomicUsize = AtomicUsize::new(0);
+        let part = PARTS.fetch_add(1, Ordering::Relaxed);
+        let part = path.with_extension(format!("{}-{part}.part", std::process::id()));
         let written = std::fs::create_dir_all(directory).and_then(|()| std::fs::write(&part, text));
         if written.is_ok() {
             let _ = std::fs::rename(&part, &path);

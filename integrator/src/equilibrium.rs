@@ -1,7 +1,13 @@
 //! Static equilibrium by pseudo-transient continuation: implicit steps from rest, each one linear solve, with the
 //! velocity set to zero in between and a time step that grows as the linearisation comes to hold. For long steps a pass
 //! is Newton's method on f + Jᵀ λ = 0, ε λ = −φ.
+//!
+//! A long step from rest divides what rounding leaves of the balance of forces, u F, by the body's inertia: light
+//! segments of a cable that carries 10⁶ times their weight would jump about by micrometres, and spin about their axes.
+//! Inertia has no part in an equilibrium, so each body gets what its constraint forces accelerate with
+//! [`ACCELERATION`] on top of its own.
 
+use crate::guarded::Pass;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
@@ -11,8 +17,13 @@ use taut_solver::Backend;
 
 /// Solves at most.
 const PASSES: usize = 400;
+/// Pseudo time step below which a system that cannot be solved will not be solvable \[s].
+const SHORTEST: f64 = 1e-6;
 /// Longest pseudo time step \[s]: modes of a second are then reduced a thousandfold a pass.
 const LONGEST: f64 = 30.0;
+/// Acceleration that constraint forces give to the inertia added for them \[m/s²]: about gravity's, so that a segment is
+/// as inert as what hangs on it.
+const ACCELERATION: f64 = 10.0;
 /// Largest disagreement of a pass that is accepted.
 const ACCEPTED: f64 = 0.05;
 /// Change of the positions, over the scene's extent, at which the state is an equilibrium.
@@ -25,12 +36,24 @@ const TOLERANCE: f64 = 1e-11;
 /// [`StepError::NoEquilibrium`] where none is found in 400 solves (a body that nothing holds, a mechanism in free
 /// fall); else as [`Stepper::step`].
 pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
+    // An iteration that stops early leaves the forces out of balance.
+    let backend = match backend {
+        iterative if iterative.is_iterative() => {
+            if Backend::Banded.is_compiled() {
+                Backend::Banded
+            } else {
+                Backend::Dense(taut_solver::DenseOptions::default())
+            }
+        }
+        direct => direct.clone(),
+    };
     let options = StepOptions {
         dt: 1.0 / 60.0,
+        refinements: 1,
         scheme: Scheme::LinearlyImplicit,
         stiffness: GeometricStiffness::Off,
         guard: None,
-        backend: backend.clone(),
+        backend,
         ..StepOptions::default()
     };
     let bodies = &scene.bodies;
@@ -84,27 +107,42 @@ impl Stepper {
         self.pieces.load_velocities(bodies);
         self.pieces.dv.fill(0.0);
         self.pieces.rows.drive(&self.scene, self.time, self.time);
-        let before = &self.scene.bodies.position;
-        let extent = before.iter().map(Vector3::norm).fold(0.0, f64::max);
-        let disagreement = match self.newton_pass(true, dt, self.time, clock, work) {
+        let pass = Pass::FromRest(ACCELERATION);
+        let disagreement = match self.newton_pass(pass, dt, self.time, clock, work) {
             Ok(d) => d,
             Err(StepError::NonFinite { .. }) => f64::INFINITY,
+            // A shorter step is nearer to a regular one.
+            Err(StepError::Solve { .. }) if dt > SHORTEST => f64::INFINITY,
             Err(e) => return Err(e),
         };
         if disagreement <= ACCEPTED {
-            let moved = self.scene.bodies.velocity.iter().map(|v| v.norm() * dt);
-            let turned = self
-                .scene
-                .bodies
-                .angular_velocity
-                .iter()
-                .map(|w| w.norm() * dt);
-            let moved = moved.fold(0.0, f64::max) / extent.max(f64::MIN_POSITIVE);
-            return Ok(Some(turned.fold(moved, f64::max)));
+            return Ok(Some(self.largest_motion(dt)));
         }
         let start = std::mem::take(&mut self.substep_start);
         self.go_back(&start);
         self.substep_start = start;
         Ok(None)
+    }
+
+    /// Largest way of a body's centre or attachment in `dt`, over the scene's extent. Turning about a lever arm moves
+    /// nothing.
+    fn largest_motion(&self, dt: f64) -> f64 {
+        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        let mut moved = bodies
+            .velocity
+            .iter()
+            .map(Vector3::norm)
+            .fold(0.0, f64::max);
+        let mut extent = 0.0_f64;
+        if let Some(first) = bodies.position.first() {
+            let way = bodies.position.iter().map(|x| (x - first).norm());
+            extent = way.fold(0.0, f64::max);
+        }
+        for (slot, lever) in rows.slots.iter().zip(&rows.levers) {
+            moved = moved.max(bodies.angular_velocity[slot.body].cross(lever).norm());
+            extent = extent.max(lever.norm());
+        }
+        // A single body held at its centre has no extent: metres then.
+        dt * moved / if extent > 0.0 { extent } else { 1.0 }
     }
 }

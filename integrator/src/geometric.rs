@@ -15,7 +15,7 @@
 
 use crate::GeometricStiffness;
 use nalgebra::{Matrix3, Vector3};
-use taut_model::{Linearized, Scene, Side};
+use taut_model::{Linearized, Scene, Side, Slot};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
@@ -62,14 +62,7 @@ impl Geometric {
             if square == 0.0 {
                 continue;
             }
-            let range = rows.row_range(slot.constraint);
-            let (jacobian, _) =
-                rows.jacobian[slot.offset..slot.offset + 6 * range.len()].as_chunks::<6>();
-            let force: Vector3<f64> = jacobian
-                .iter()
-                .zip(&lambda[range])
-                .map(|(j, lambda)| Vector3::new(j[0], j[1], j[2]) * *lambda)
-                .sum();
+            let (force, _) = wrench(rows, slot, lambda);
             let tension = force.dot(r);
             if tension > 0.0 {
                 let along = r * (tension / square);
@@ -124,6 +117,22 @@ impl Geometric {
             GeometricStiffness::Relative { alpha } => (self.reference(i) - now) * alpha,
         }
     }
+}
+
+/// Force (N) and torque (N m) of multipliers `lambda` on the body of `slot`.
+pub(crate) fn wrench(
+    rows: &Linearized,
+    slot: &Slot,
+    lambda: &[f64],
+) -> (Vector3<f64>, Vector3<f64>) {
+    let range = rows.row_range(slot.constraint);
+    let (jacobian, _) = rows.jacobian[slot.offset..slot.offset + 6 * range.len()].as_chunks::<6>();
+    let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+    for (j, lambda) in jacobian.iter().zip(&lambda[range]) {
+        force += Vector3::new(j[0], j[1], j[2]) * *lambda;
+        torque += Vector3::new(j[3], j[4], j[5]) * *lambda;
+    }
+    (force, torque)
 }
 
 #[cfg(test)]

@@ -20,6 +20,18 @@ use taut_model::update_windings;
 /// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
 const CONVERGED: f64 = 0.01;
 
+/// About what a Newton pass linearises.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Pass {
+    /// The state at the beginning.
+    First,
+    /// The last iterate of q⁺.
+    Next,
+    /// The state at the beginning, which is at rest; bodies are as inert as their constraint forces with this
+    /// acceleration (m/s²) demand. The equilibrium knows no inertia.
+    FromRest(f64),
+}
+
 impl Stepper {
     /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
     pub(crate) fn guarded_step(
@@ -35,15 +47,14 @@ impl Stepper {
         } else {
             match self.linear_step(clock, work) {
                 Ok(disagreement) => {
-                    // NaN counts as a disagreement, and so does infinity.
-                    work.disagreement = work.disagreement.max(disagreement);
+                    work.see(disagreement);
                     if disagreement <= guard.tolerance {
                         update_windings(&mut self.scene, self.time);
                         clock.end(Phase::Update);
                         return Ok(());
                     }
                 }
-                Err(StepError::NonFinite { .. }) => work.disagreement = f64::INFINITY,
+                Err(StepError::NonFinite { .. }) => work.see(f64::INFINITY),
                 Err(other) => return Err(other),
             }
             self.return_to_start();
@@ -54,6 +65,14 @@ impl Stepper {
         let result = self.implicit_step(guard, clock, work);
         if let Err(StepError::Solve { .. }) = result {
             self.return_to_start();
+            self.holding = 0;
+            // The past is that of the step that could not be made.
+            let dt = self.substep();
+            self.pieces
+                .rows
+                .drive(&self.scene, self.time - dt, self.time);
+            self.history.forget(&self.pieces.rows.phi_t);
+            update_windings(&mut self.scene, self.time);
         }
         result
     }
@@ -85,10 +104,15 @@ impl Stepper {
         // In units of the least length all sums are exact to far less than half of it.
         while whole - done > 0.5 * least {
             let dt = length.min(whole - done);
-            let converged = self.implicit_substep(dt, guard, clock, work)?;
-            if !converged && length > least {
+            let shortest = dt <= 1.5 * least;
+            let converged = match self.implicit_substep(dt, guard, clock, work) {
+                Ok(converged) => converged,
+                Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
+                Err(error) => return Err(error),
+            };
+            if !converged && !shortest {
                 self.return_to_substep_start();
-                length *= 0.5;
+                length = 0.5 * dt;
                 continue;
             }
             work.unconverged_substeps += usize::from(!converged);
@@ -97,7 +121,7 @@ impl Stepper {
             self.time = begin + done;
             update_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
-            length = (2.0 * length).min(first);
+            length = (2.0 * dt).min(first);
         }
         self.time = begin + whole;
         Ok(())
@@ -109,8 +133,7 @@ impl Stepper {
         self.substep_start = start;
     }
 
-    /// One implicit Euler step over `dt`: whether Newton's method converged. An error of the last pass is one of the
-    /// sub-step only where it cannot be made shorter, and counts as not converged.
+    /// One implicit Euler step over `dt`: whether Newton's method converged.
     fn implicit_substep(
         &mut self,
         dt: f64,
@@ -127,7 +150,8 @@ impl Stepper {
             .drive(&self.scene, self.time, self.time + dt);
         let mut last = f64::INFINITY;
         for pass in 0..guard.passes {
-            let disagreement = self.newton_pass(pass == 0, dt, self.time + dt, clock, work)?;
+            let kind = if pass == 0 { Pass::First } else { Pass::Next };
+            let disagreement = self.newton_pass(kind, dt, self.time + dt, clock, work)?;
             if disagreement <= CONVERGED * guard.tolerance {
                 return Ok(true);
             }
@@ -140,11 +164,11 @@ impl Stepper {
         Ok(false)
     }
 
-    /// One solve about the present iterate of q⁺ (`first`: about q itself), and the move to the next iterate, where the
-    /// driven sides are as at the time `end`.
+    /// One solve about the present iterate of q⁺, and the move to the next iterate, where the driven sides are as at the
+    /// time `end`.
     pub(crate) fn newton_pass(
         &mut self,
-        first: bool,
+        pass: Pass,
         dt: f64,
         end: f64,
         clock: &mut PhaseClock,
@@ -153,7 +177,7 @@ impl Stepper {
         let pieces = &mut self.pieces;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
         pieces.known.fill(0.0);
-        if !first {
+        if pass == Pass::Next {
             subtract_jacobian(&pieces.rows, &pieces.v, &mut pieces.known);
             subtract_jacobian(&pieces.rows, &pieces.dv, &mut pieces.known);
             for (known, phi_t) in pieces.known.iter_mut().zip(&pieces.rows.phi_t) {
@@ -164,14 +188,18 @@ impl Stepper {
         // The inertia is that of the beginning.
         self.substep_start.restore(&mut self.scene.bodies);
         self.update_inertia(dt, 1.0)?;
+        if let Pass::FromRest(acceleration) = pass {
+            let done = self.pieces.add_ballast(&self.tension, acceleration);
+            done.map_err(|i| self.not_finite(i))?;
+        }
         for i in 0..self.scene.bodies.len() {
             let pieces = &mut self.pieces;
             // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
             let last = crate::pieces::angular(&pieces.dv, i);
-            let base = if first {
-                -pieces.angular_velocity(i)
-            } else {
+            let base = if pass == Pass::Next {
                 last
+            } else {
+                -pieces.angular_velocity(i)
             };
             let impulse = pieces.geometric.stiffness[i] * base * (dt * dt);
             pieces.inertia.add_angular_impulse(i, &impulse);

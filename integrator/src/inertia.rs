@@ -62,6 +62,19 @@ impl Inertia {
         Ok(())
     }
 
+    /// M̃ of body `i` grows by `mass` (kg) and by `angular` (kg m²) about every axis; Δt f stays. `false` where there is
+    /// no inverse.
+    pub(crate) fn add_ballast(&mut self, i: usize, mass: f64, angular: f64) -> bool {
+        self.mass[i] += mass;
+        self.inverse_mass[i] = 1.0 / self.mass[i];
+        self.angular[i] += Matrix3::from_diagonal_element(angular);
+        let inverse = self.angular[i].try_inverse();
+        inverse.is_some_and(|inverse| {
+            self.inverse_angular[i] = inverse;
+            true
+        })
+    }
+
     /// Adds an impulse's angular part to Δt f of body `i`.
     pub(crate) fn add_angular_impulse(&mut self, i: usize, impulse: &Vector3<f64>) {
         for (to, p) in self.impulse[6 * i + 3..6 * i + 6]

@@ -160,9 +160,9 @@ impl GeometricStiffness {
     }
 
     fn validate(self) -> Result<(), StepError> {
-        let alpha = self.alpha();
-        let sound = alpha.is_finite() && alpha >= 0.0;
-        check("alpha", alpha, sound, "a finite number ≥ 0 (0 is off)")
+        let (alpha, off) = (self.alpha(), self == Self::Off);
+        let sound = off || (alpha.is_finite() && alpha > 0.0);
+        check("alpha", alpha, sound, "a finite number > 0, or off")
     }
 }
 
@@ -184,7 +184,8 @@ impl fmt::Display for GeometricStiffness {
 pub struct Guard {
     /// Largest disagreement over lever arm that a step may have, > 0.
     pub tolerance: f64,
-    /// Steps after the redone one that go the same way at once, so that the shock's ringing is damped too.
+    /// Steps (sub-steps of the options) after the redone one that go the same way at once, so that the shock's ringing is
+    /// damped too.
     pub hold: usize,
     /// Sub-steps that the redone step starts with, ≥ 1; each is halved where its Newton passes do not converge.
     pub substeps: usize,
@@ -323,8 +324,9 @@ impl FromStr for GeometricStiffness {
             return Ok(Self::Off);
         }
         match text.strip_prefix("relative:") {
-            Some(alpha) => Ok(Self::Relative {
-                alpha: alpha.parse().map_err(unknown)?,
+            Some(alpha) => Ok(match alpha.parse().map_err(unknown)? {
+                0.0 => Self::Off,
+                alpha => Self::Relative { alpha },
             }),
             None => Ok(Self::inertia(text.parse().map_err(unknown)?)),
         }

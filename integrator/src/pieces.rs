@@ -10,7 +10,7 @@
 //! not from the assembled S, whose diagonal has rounded small inverse masses away. With μ = Δv = 0 the same two lines
 //! give the right-hand side of the Schur form.
 
-use crate::geometric::Geometric;
+use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
 use crate::products::{add_transposed, subtract_jacobian};
@@ -118,6 +118,21 @@ impl Pieces {
         self.rate.copy_from_slice(&self.regularization.c);
         subtract_jacobian(&self.rows, &self.v, &mut self.rate);
         self.dv.fill(0.0);
+    }
+
+    /// M̃ of every body grows by what the constraint forces of multipliers `lambda` would move with `acceleration`
+    /// (m/s²), about every axis as at the distance of their lever arms. `Err(body)` where the inertia has no inverse.
+    pub(crate) fn add_ballast(&mut self, lambda: &[f64], acceleration: f64) -> Result<(), usize> {
+        let Self { rows, inertia, .. } = self;
+        for (slot, lever) in rows.slots.iter().zip(&rows.levers) {
+            let (force, torque) = wrench(rows, slot, lambda);
+            let (force, arm) = (force.norm(), lever.norm());
+            let angular = (force * arm + torque.norm()) * arm;
+            if !inertia.add_ballast(slot.body, force / acceleration, angular / acceleration) {
+                return Err(slot.body);
+            }
+        }
+        Ok(())
     }
 
     /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about

@@ -121,7 +121,7 @@ pub(crate) struct Work {
     pub(crate) implicit_substeps: usize,
     pub(crate) unconverged_substeps: usize,
     pub(crate) redone: bool,
-    pub(crate) disagreement: f64,
+    disagreement: f64,
 }
 
 impl Work {
@@ -134,6 +134,16 @@ impl Work {
         if self.solve.is_none_or(|last| !worse(last.status)) {
             self.solve = Some(solve);
         }
+    }
+
+    /// Keeps the largest disagreement; NaN is infinite.
+    pub(crate) fn see(&mut self, disagreement: f64) {
+        let size = if disagreement.is_nan() {
+            f64::INFINITY
+        } else {
+            disagreement
+        };
+        self.disagreement = self.disagreement.max(size);
     }
 
     pub(crate) fn report(self, time: f64, refinements: usize, phases: PhaseTimes) -> StepReport {

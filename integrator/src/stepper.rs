@@ -316,6 +316,7 @@ impl Stepper {
             // The same forces over another time.
             let factor = dt / self.mu_dt;
             self.mu.iter_mut().for_each(|mu| *mu *= factor);
+            self.mu_dt = dt;
         }
         match self.options.form {
             Form::Schur => {

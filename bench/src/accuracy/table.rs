@@ -154,12 +154,14 @@ fn orders(group: &[&Record]) -> String {
 fn verdicts(results: &Results) -> String {
     let default = |r: &&Record| r.setting == "default" && is_motion(r);
     let first = results.records.iter().map(|r| r.dt).fold(0.0, f64::max);
-    let runs: Vec<&Record> = results
+    let mut runs: Vec<&Record> = results
         .records
         .iter()
         .filter(default)
         .filter(|r| r.dt == first)
         .collect();
+    // The sweep over solvers repeats some.
+    runs.dedup_by(|a, b| a.case == b.case);
     let stable = runs.iter().filter(|r| r.stable).count();
     let heavy = || runs.iter().filter(|r| r.case.mass_ratio >= 100.0);
     let worst = |of: fn(&Record) -> f64| heavy().map(|r| of(r)).fold(0.0, f64::max);
