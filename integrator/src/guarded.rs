@@ -117,6 +117,7 @@ impl Stepper {
             }
             work.unconverged_substeps += usize::from(!converged);
             work.implicit_substeps += 1;
+            self.advanced = dt;
             done += dt;
             self.time = begin + done;
             update_windings(&mut self.scene, self.time);

@@ -70,6 +70,11 @@ impl Pieces {
         }
     }
 
+    /// Whether a row is one of the geometric stiffness of a link.
+    pub(crate) fn is_transverse(&self, row: usize) -> bool {
+        self.weighting[row] == Weighting::Transverse
+    }
+
     /// Copies the velocities into `v`.
     pub(crate) fn load_velocities(&mut self, bodies: &Bodies) {
         for (i, v) in self.v.chunks_exact_mut(6).enumerate() {

@@ -57,6 +57,8 @@ pub struct Stepper {
     started: bool,
     /// Whether `mu` belongs to the present state, which then may be advanced.
     solved: bool,
+    /// Length of the sub-step that led to the present state and that `pieces` still hold; 0 for none \[s].
+    pub(crate) advanced: f64,
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
     /// States at the beginning of the step and of its sub-step.
@@ -106,6 +108,7 @@ impl Stepper {
             tension_known: false,
             started: false,
             solved: false,
+            advanced: 0.0,
             holding: 0,
             step_start: state.clone(),
             substep_start: state,
@@ -208,6 +211,7 @@ impl Stepper {
     /// M̃, Δt f, Σ and c of the scheme at the present state.
     fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.solved = false;
+        self.advanced = 0.0;
         let dt = self.substep();
         let weights = self.options.row_weights(stiffness);
         let (pieces, history) = (&mut self.pieces, &mut self.history);
@@ -393,6 +397,7 @@ impl Stepper {
         self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
+        self.advanced = dt;
         self.pieces.rows.update(&self.scene, self.time);
         Ok(())
     }
@@ -429,6 +434,7 @@ impl Stepper {
             *tension = mu / self.mu_dt;
         }
         self.solved = false;
+        self.advanced = 0.0;
         self.pieces.rows.update(&self.scene, self.time);
     }
 
@@ -559,6 +565,7 @@ impl Stepper {
             .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
         self.solved = false;
+        self.advanced = 0.0;
         self.started = true;
         self.holding = 0;
         let rows = &mut self.pieces.rows;
@@ -586,32 +593,32 @@ impl Stepper {
         &self.pieces.rows
     }
 
-    /// Energy in the middle of things \[J]: kinetic, gravitational and elastic at the beginning of the last sub-step, where
-    /// position, tension and the mean of the velocities before and after it belong to one instant. (With
-    /// [`crate::Scheme::LinearlyImplicit`] the tension belongs to the end, an error of first order.) Zeros before the
-    /// first step.
+    /// Kinetic, gravitational and elastic energy \[J] at the beginning of the last sub-step, where position, tension and the
+    /// mean of the velocities before and after it belong to one instant. (With [`crate::Scheme::LinearlyImplicit`] the
+    /// tension belongs to the end, an error of first order.) Before a step of the present state: that of its positions
+    /// and velocities as they are, and the elastic energy of the last solve.
     #[must_use]
     pub fn energy(&self) -> Energy {
         let bodies = &self.scene.bodies;
-        let dt = self.mu_dt;
+        let dt = self.advanced;
         let mut energy = Energy {
             elastic: self.elastic_energy(),
             ..Energy::default()
         };
-        for (i, (v, dv)) in self
-            .pieces
-            .v
-            .chunks_exact(6)
-            .zip(self.pieces.dv.chunks_exact(6))
-            .enumerate()
-        {
-            let mean = |k: usize| v[k] + 0.5 * dv[k];
-            let velocity = Vector3::new(mean(0), mean(1), mean(2));
-            let omega = Vector3::new(mean(3), mean(4), mean(5));
-            let middle = bodies.position[i] - bodies.velocity[i] * dt;
-            let spin = bodies.inertia_world(i) * omega;
-            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + omega.dot(&spin));
-            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&middle);
+        for i in 0..bodies.len() {
+            let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            let position = bodies.position[i] - velocity * dt;
+            let turned_back = UnitQuaternion::from_scaled_axis(omega * -dt);
+            let orientation = turned_back * bodies.orientation[i];
+            if dt > 0.0 {
+                let change = &self.pieces.dv[6 * i..6 * i + 6];
+                velocity -= Vector3::from_column_slice(&change[..3]) * 0.5;
+                omega -= Vector3::from_column_slice(&change[3..]) * 0.5;
+            }
+            let y = orientation.inverse() * omega;
+            let spin = y.dot(&(bodies.inertia[i] * y));
+            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + spin);
+            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
         }
         energy
     }
@@ -621,14 +628,11 @@ impl Stepper {
     /// energy alone.
     #[must_use]
     pub fn elastic_energy(&self) -> f64 {
-        let lambda = self.mu.iter().map(|mu| mu / self.mu_dt);
-        0.5 * self
-            .pieces
-            .rows
-            .compliance
-            .iter()
-            .zip(lambda)
-            .map(|(e, l)| e * l * l)
+        // Transverse rows are a filter, not a spring.
+        let energies = (0..self.mu.len()).filter(|r| !self.pieces.is_transverse(*r));
+        let compliance = &self.pieces.rows.compliance;
+        0.5 * energies
+            .map(|r| compliance[r] * (self.mu[r] / self.mu_dt).powi(2))
             .sum::<f64>()
     }
 
