@@ -106,6 +106,16 @@ impl Choice {
         }
     }
 
+    /// [`Choice::options`] without the guard: each step is one solve, whatever its error. For comparing solvers, since a
+    /// solve that falls short would set the guard off and be paid for many times.
+    #[must_use]
+    pub fn plain_options(&self, dt: f64) -> StepOptions {
+        StepOptions {
+            guard: None,
+            ..self.options(dt)
+        }
+    }
+
     /// Fails where the backend is not compiled in or an option is out of its range.
     ///
     /// # Errors

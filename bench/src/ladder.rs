@@ -1,12 +1,13 @@
-//! The main job: every solver on the hoist, speed against error, over mass ratios.
+//! The main job: every solver on the hoist, speed against error, over mass ratios, in the default step.
 //!
 //! Three measurements make a row. (1) *Algebra and time*: a sequence of consecutive frames of a finely stepped
-//! reference motion gives every solver the same states; its multipliers are compared with those of the KKT system in
-//! extended precision, and the step is timed there. (2) *Physics*: the scene is run at Δt with the solver and compared
-//! with the reference motion; where the step itself is unstable the row says so. (3) *Statics*: the cable hangs at rest
-//! in its exact discrete equilibrium, the multipliers start cold, and half a second later its length is compared.
-//! Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the step itself is stable, whatever the
-//! solver, is settled once a scene by 30 s with a direct solver.
+//! reference motion gives every solver the same states and the same tension for the geometric stiffness, and so the same
+//! linear systems; its multipliers are compared with those of the KKT system in extended precision, and the step is
+//! timed there. (2) *Physics*: the scene is run at Δt with
+//! the solver and compared with the reference motion. (3) *Statics*: the cable hangs at rest in its exact discrete
+//! equilibrium, the multipliers start cold, and half a second later its length is compared. Measurements 2 and 3 run in
+//! parallel, the timing afterwards alone. All are without the guard, which solves falling short would set off. Whether the step itself is stable, whatever the solver, is settled once a
+//! scene by 30 s with a direct solver.
 
 use crate::choice::Choice;
 use crate::reference::{self, Reference};
@@ -205,7 +206,7 @@ pub struct SceneNote {
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Time step of the reference motion \[s].
+    /// Time step of the reference motion, before its extrapolation from this and twice this \[s].
     pub reference_dt: f64,
     /// How the step itself, solved directly, ended before its 30 s.
     pub failure: Option<Failure>,
@@ -324,11 +325,11 @@ impl Case {
         // From the middle of the run on, where the cable is in motion.
         let first = (frames / 2).min(frames - FRAMES - 1);
         let kept = first..first + FRAMES + 1;
-        let reference = reference::compute(&params, config.dt, substeps, frames, kept)?;
+        let (reference, _) = reference::extrapolated(&params, config.dt, substeps, frames, kept)?;
         let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
         let mut exact = Vec::new();
-        for (time, bodies) in &reference.states[1..] {
-            stepper.set_state(bodies, *time)?;
+        for state in &reference.states[1..] {
+            state.put(&mut stepper)?;
             exact.push(stepper.reference_multipliers()?);
         }
         let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
@@ -364,7 +365,7 @@ fn direct(dt: f64) -> StepOptions {
     } else {
         dense
     };
-    Choice::schur(backend).options(dt)
+    Choice::schur(backend).plain_options(dt)
 }
 
 impl Task {
@@ -408,7 +409,7 @@ impl Record {
             iterations: rung,
             iterations_used: 0.0,
             dt: config.dt,
-            refinements: choice.options(config.dt).refinements,
+            refinements: choice.plain_options(config.dt).refinements,
             step_ns: f64::NAN,
             step_ns_min: f64::NAN,
             solve_ns: f64::NAN,
@@ -456,7 +457,7 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Re
         Err(e) => row.error = Some(e.to_string()),
     }
     // A cable that is not held at all has no elongation, which is a result and no fault of the row's other figures.
-    if let Ok(held) = statics::hold(&case.params, &choice.options(config.dt)) {
+    if let Ok(held) = statics::hold(&case.params, &choice.plain_options(config.dt)) {
         claimed += held.claimed;
         row.elongation_error = Some(held.error);
         row.elongation_error_continuum = Some(held.error_continuum);
@@ -474,7 +475,7 @@ fn measure_algebra(
     choice: &Choice,
     row: &mut Record,
 ) -> Result<(), StepError> {
-    let options = choice.options(config.dt);
+    let options = choice.plain_options(config.dt);
     let unrefined = StepOptions {
         refinements: 0,
         ..options.clone()
@@ -482,8 +483,8 @@ fn measure_algebra(
     let tolerance = tolerance_of(choice);
     let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
     let (mut iterations, mut claimed, mut verified) = (0, 0, 0);
-    for (i, (time, bodies)) in case.reference.states.iter().enumerate() {
-        stepper.set_state(bodies, *time)?;
+    for (i, state) in case.reference.states.iter().enumerate() {
+        state.put(&mut stepper)?;
         let report = stepper.solve()?;
         let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
             continue;
@@ -493,7 +494,7 @@ fn measure_algebra(
         let solve_error = |source| StepError::Solve {
             source,
             culprit: None,
-            time: *time,
+            time: state.time,
         };
         let errors = backward_error(a, b, x).map_err(solve_error)?;
         keep_worst(&mut row.backward_error, errors.normwise);
@@ -513,8 +514,8 @@ fn measure_algebra(
     if options.refinements > 0 {
         let mut stepper = Stepper::new(reference::scene(&case.params)?, options)?;
         row.forward_error = 0.0;
-        for ((time, bodies), exact) in case.reference.states[1..].iter().zip(&case.exact) {
-            stepper.set_state(bodies, *time)?;
+        for (state, exact) in case.reference.states[1..].iter().zip(&case.exact) {
+            state.put(&mut stepper)?;
             stepper.solve()?;
             let error = forward_error(stepper.multipliers(), exact);
             keep_worst(&mut row.forward_error, error);
@@ -544,7 +545,10 @@ fn tolerance_of(choice: &Choice) -> f64 {
 }
 
 fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajectory, StepError> {
-    let mut stepper = Stepper::new(reference::scene(&case.params)?, choice.options(config.dt))?;
+    let mut stepper = Stepper::new(
+        reference::scene(&case.params)?,
+        choice.plain_options(config.dt),
+    )?;
     let segment = segment_length(&case.params);
     Ok(simulate(&mut stepper, config.time, segment, |_| {}))
 }
@@ -577,17 +581,21 @@ fn time_rows(
     }
 }
 
-/// Steps from the common states in turn, warm started as in a run: [step, minimum, solve, refine] in ns.
+/// Steps from the common states in turn, warm started as in a run, taken as they come: [step, minimum, solve, refine]
+/// in ns.
 fn time_row(config: &Config, case: &Case, choice: &Choice) -> Result<[f64; 4], StepError> {
-    let mut stepper = Stepper::new(reference::scene(&case.params)?, choice.options(config.dt))?;
+    let mut stepper = Stepper::new(
+        reference::scene(&case.params)?,
+        choice.plain_options(config.dt),
+    )?;
     let cold = vec![0.0; stepper.multipliers().len()];
     let mut reports: Vec<StepReport> = Vec::new();
     let start = Instant::now();
     let mut warmed_up = false;
     while reports.is_empty() || start.elapsed() < config.timing_budget {
         stepper.set_multipliers(&cold)?;
-        for (i, (time, bodies)) in case.reference.states.iter().enumerate() {
-            stepper.set_state(bodies, *time)?;
+        for (i, state) in case.reference.states.iter().enumerate() {
+            state.put(&mut stepper)?;
             let report = stepper.step()?;
             if i > 0 {
                 reports.push(report);
@@ -680,7 +688,12 @@ mod tests {
         assert_eq!(results.omissions.len(), Choice::all().len() - compiled);
         for r in &results.records {
             assert_eq!(r.error, None, "{}", r.options);
-            assert!(r.step_ns > 0.0 && r.solve_ns > 0.0 && r.stable, "{r:?}");
+            assert!(r.step_ns > 0.0 && r.solve_ns > 0.0, "{r:?}");
+            // One iteration a step is not always enough to stay stable: then the row says so.
+            assert!(
+                r.stable || (r.iterations == 1 && r.failure.is_some()),
+                "{r:?}"
+            );
             if r.iterations == 0 {
                 assert!(
                     r.forward_error < 1e-12 && r.elongation_error.unwrap() < 1e-9,

@@ -1,5 +1,5 @@
-//! The motion that the steps at Δt = 1/60 s are judged by: the paper's step at a time step so small that it is stable
-//! and its first-order error small (at most 1/40 of theirs), sampled at the frames.
+//! The motion that the steps at Δt = 1/60 s are judged by: the paper's step at a time step so small that it is stable,
+//! sampled at the frames, and its first-order error taken away by extrapolation from two such time steps.
 
 use crate::trajectory::load_position;
 use nalgebra::Vector3;
@@ -15,8 +15,30 @@ pub struct Reference {
     pub dt: f64,
     /// Load position after each frame, from the first on \[m].
     pub load: Vec<Vector3<f64>>,
-    /// States at the frames wanted, with their times.
-    pub states: Vec<(f64, Bodies)>,
+    /// States at the frames wanted.
+    pub states: Vec<Snapshot>,
+}
+
+/// A state that solvers are compared on: with the tension it makes the same linear system for all.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// Time \[s].
+    pub time: f64,
+    /// State of the bodies.
+    pub bodies: Bodies,
+    /// Multipliers of the step that led there, one a row; zeros at the beginning \[N, N m].
+    pub tension: Vec<f64>,
+}
+
+impl Snapshot {
+    /// Puts a stepper of the same scene there.
+    ///
+    /// # Errors
+    /// As [`Stepper::set_state`].
+    pub fn put(&self, stepper: &mut Stepper) -> Result<(), StepError> {
+        stepper.set_state(&self.bodies, self.time)?;
+        stepper.set_tension(&self.tension)
+    }
 }
 
 /// Sub-steps a frame for which the paper's step is stable on this scene: segments that rotate against the tension
@@ -94,22 +116,37 @@ pub fn converged(params: &HoistParams, frame: f64, frames: usize) -> Result<Conv
     let coarse = stable.max((0.5 * FINEST * frame).ceil() as usize);
     let key = format!("converged 1 {params:?} {frame:e} {frames} {coarse}");
     crate::cache::cached(&key, || {
-        let run = |substeps| compute(params, frame, substeps, frames, 0..0);
-        let (half, quarter) = (run(2 * coarse)?, run(coarse)?);
-        let pairs = half.load.iter().zip(&quarter.load);
-        let (mut load, mut uncertainty) = (Vec::with_capacity(frames), 0.0_f64);
-        for (fine, coarse) in pairs {
-            let change = fine - coarse;
-            uncertainty = uncertainty.max(change.norm());
-            load.push((fine + change).into());
-        }
+        let (finer, uncertainty) = extrapolated(params, frame, coarse, frames, 0..0)?;
         Ok(Converged {
             frame,
             substeps: 2 * coarse,
-            load,
+            load: finer.load.into_iter().map(Into::into).collect(),
             uncertainty,
         })
     })
+}
+
+/// The motion with `2 substeps` a frame, its load positions extrapolated to Δt = 0 from those and the ones with
+/// `substeps`; and the largest distance that this moves them \[m].
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn extrapolated(
+    params: &HoistParams,
+    frame: f64,
+    substeps: usize,
+    frames: usize,
+    keep: std::ops::Range<usize>,
+) -> Result<(Reference, f64), StepError> {
+    let coarse = compute(params, frame, substeps, frames, 0..0)?;
+    let mut finer = compute(params, frame, 2 * substeps, frames, keep)?;
+    let mut moved = 0.0_f64;
+    for (fine, coarse) in finer.load.iter_mut().zip(&coarse.load) {
+        let change = *fine - coarse;
+        moved = moved.max(change.norm());
+        *fine += change;
+    }
+    Ok((finer, moved))
 }
 
 /// Steps the scene for `frames` frames of length `frame` (s) with `substeps` each; keeps the states before the frames
@@ -145,9 +182,11 @@ pub fn compute(
     };
     for i in 0..frames {
         if keep.contains(&i) {
-            reference
-                .states
-                .push((i as f64 * frame, stepper.scene().bodies.clone()));
+            reference.states.push(Snapshot {
+                time: i as f64 * frame,
+                bodies: stepper.scene().bodies.clone(),
+                tension: stepper.multipliers().iter().map(|mu| mu / dt).collect(),
+            });
         }
         for _ in 0..substeps {
             stepper.step()?;

@@ -80,7 +80,8 @@ pub struct Settled {
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// Steps until the length no longer changed by 10⁻¹³ of the elongation in 30 steps, or the limit.
+    /// Steps until the length had stayed within 10⁻¹³ of the elongation, or within the rounding of the load's position,
+    /// for 30 steps; or the limit.
     pub steps: usize,
     /// Elongation at the end \[m].
     pub elongation_m: f64,
@@ -103,19 +104,21 @@ pub fn settle(
     limit: usize,
 ) -> Result<Settled, StepError> {
     let params = hanging(params)?;
-    let mut stepper = Stepper::new(params.build()?, choice.options(dt))?;
+    let mut stepper = Stepper::new(params.build()?, choice.plain_options(dt))?;
     let exact = params.exact_elongation();
+    // At rest the load may still go to and fro between two neighbouring numbers.
+    let rest = (1e-13 * exact).max(f64::EPSILON * (params.length + params.load_offset));
     let (mut steps, mut last, mut quiet) = (0, f64::INFINITY, 0);
+    let mut since_quiet = f64::INFINITY;
     while steps < limit && quiet < 30 {
         stepper.step()?;
         steps += 1;
-        let now = elongation(&params, stepper.scene());
-        quiet = if (now - last).abs() <= 1e-13 * exact {
-            quiet + 1
+        last = elongation(&params, stepper.scene());
+        if (last - since_quiet).abs() <= rest {
+            quiet += 1;
         } else {
-            0
-        };
-        last = now;
+            (quiet, since_quiet) = (0, last);
+        }
     }
     let sideways = stepper
         .scene()
@@ -290,7 +293,7 @@ fn sweep_one(config: &Config, params: &HoistParams, choice: &Choice) -> Result<R
     for warm_start in [true, false] {
         let options = StepOptions {
             warm_start,
-            ..choice.options(config.dt)
+            ..choice.plain_options(config.dt)
         };
         let rows = iterations_needed(
             params,

@@ -103,7 +103,7 @@ impl Stepper {
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
         self.substep_start
-            .save(bodies, self.time, &self.mu, self.mu_dt);
+            .save(bodies, self.time, (&self.mu, self.mu_dt), &self.tension);
         self.pieces.load_velocities(bodies);
         self.pieces.dv.fill(0.0);
         self.pieces.rows.drive(&self.scene, self.time, self.time);

@@ -40,8 +40,12 @@ impl Stepper {
         clock: &mut PhaseClock,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        self.step_start
-            .save(&self.scene.bodies, self.time, &self.mu, self.mu_dt);
+        self.step_start.save(
+            &self.scene.bodies,
+            self.time,
+            (&self.mu, self.mu_dt),
+            &self.tension,
+        );
         if self.holding > 0 {
             self.holding -= 1;
         } else {
@@ -142,8 +146,12 @@ impl Stepper {
         clock: &mut PhaseClock,
         work: &mut Work,
     ) -> Result<bool, StepError> {
-        self.substep_start
-            .save(&self.scene.bodies, self.time, &self.mu, self.mu_dt);
+        self.substep_start.save(
+            &self.scene.bodies,
+            self.time,
+            (&self.mu, self.mu_dt),
+            &self.tension,
+        );
         self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.dv.fill(0.0);
         self.pieces

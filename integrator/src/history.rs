@@ -12,6 +12,8 @@ pub(crate) struct State {
     angular_velocity: Vec<Vector3<f64>>,
     mu: Vec<f64>,
     mu_dt: f64,
+    /// λ of the geometric stiffness, which need not be `mu` over `mu_dt`.
+    tension: Vec<f64>,
     time: f64,
 }
 
@@ -24,18 +26,26 @@ impl State {
             angular_velocity: bodies.angular_velocity.clone(),
             mu: vec![0.0; rows],
             mu_dt: 1.0,
+            tension: vec![0.0; rows],
             time: 0.0,
         }
     }
 
-    /// Takes the state of the bodies at `time`, and impulses `mu` of a step of `mu_dt`. Allocates nothing.
-    pub(crate) fn save(&mut self, bodies: &Bodies, time: f64, mu: &[f64], mu_dt: f64) {
+    /// Takes the state of the bodies at `time`, impulses `mu` of a step of `mu_dt`, and the tension. Allocates nothing.
+    pub(crate) fn save(
+        &mut self,
+        bodies: &Bodies,
+        time: f64,
+        (mu, mu_dt): (&[f64], f64),
+        tension: &[f64],
+    ) {
         self.position.copy_from_slice(&bodies.position);
         self.orientation.copy_from_slice(&bodies.orientation);
         self.velocity.copy_from_slice(&bodies.velocity);
         self.angular_velocity
             .copy_from_slice(&bodies.angular_velocity);
         self.mu.copy_from_slice(mu);
+        self.tension.copy_from_slice(tension);
         (self.mu_dt, self.time) = (mu_dt, time);
     }
 
@@ -50,9 +60,10 @@ impl State {
         self.time
     }
 
-    /// Puts the impulses back; returns the length of their step.
-    pub(crate) fn restore_multipliers(&self, mu: &mut [f64]) -> f64 {
+    /// Puts the impulses and the tension back; returns the length of the impulses' step.
+    pub(crate) fn restore_multipliers(&self, mu: &mut [f64], tension: &mut [f64]) -> f64 {
         mu.copy_from_slice(&self.mu);
+        tension.copy_from_slice(&self.tension);
         self.mu_dt
     }
 }

@@ -131,16 +131,29 @@ impl Stepper {
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let mut clock = PhaseClock::start();
         let mut work = Work::default();
-        if !self.started {
-            self.start(&mut clock, &mut work)?;
+        let done = self.whole_step(&mut clock, &mut work);
+        self.drop_tension_unless(done.is_ok());
+        done.map(|()| self.report(work, &clock))
+    }
+
+    fn whole_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
+        if self.started {
+            self.find_tension(clock, work)?;
+        } else {
+            self.start(clock, work)?;
         }
         for _ in 0..self.options.substeps {
             match self.options.guard {
-                None => self.plain_step(&mut clock, &mut work)?,
-                Some(guard) => self.guarded_step(guard, &mut clock, &mut work)?,
+                None => self.plain_step(clock, work)?,
+                Some(guard) => self.guarded_step(guard, clock, work)?,
             }
         }
-        Ok(self.report(work, &clock))
+        Ok(())
+    }
+
+    /// What led to a failure may be of any size: the next solve finds its tension anew.
+    fn drop_tension_unless(&mut self, good: bool) {
+        self.tension_known &= good;
     }
 
     fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
@@ -166,24 +179,26 @@ impl Stepper {
     pub fn solve(&mut self) -> Result<StepReport, StepError> {
         let mut clock = PhaseClock::start();
         let mut work = Work::default();
-        if self.options.stiffness != GeometricStiffness::Off && !self.tension_known {
-            self.solve_scheme(GeometricStiffness::Off, &mut clock, &mut work)?;
+        let found = self.find_tension(&mut clock, &mut work);
+        let done =
+            found.and_then(|()| self.solve_scheme(self.options.stiffness, &mut clock, &mut work));
+        self.drop_tension_unless(done.is_ok());
+        done.map(|()| self.report(work, &clock))
+    }
+
+    /// A solve without geometric stiffness, where there are no multipliers to make it of.
+    fn find_tension(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
+        if self.options.stiffness == GeometricStiffness::Off || self.tension_known {
+            return Ok(());
         }
-        self.solve_scheme(self.options.stiffness, &mut clock, &mut work)?;
-        Ok(self.report(work, &clock))
+        self.solve_scheme(GeometricStiffness::Off, clock, work)
     }
 
     /// What comes before the first step: the multipliers of the starting state, for the geometric stiffness; and
     /// velocities half a step back for the schemes that keep them there, v_0 − (Δt/2) a_0.
     fn start(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
-        self.started = true;
-        let staggered = self.options.scheme.is_staggered();
-        let stiff = self.options.stiffness != GeometricStiffness::Off && !self.tension_known;
-        if !(staggered || stiff) {
-            return Ok(());
-        }
-        self.solve_scheme(GeometricStiffness::Off, clock, work)?;
-        if staggered {
+        self.find_tension(clock, work)?;
+        if self.options.scheme.is_staggered() {
             self.solve_scheme(self.options.stiffness, clock, work)?;
             self.pieces.update_velocity_change(&self.mu);
             let bodies = &mut self.scene.bodies;
@@ -193,6 +208,7 @@ impl Stepper {
             }
         }
         self.solved = false;
+        self.started = true;
         Ok(())
     }
 
@@ -376,7 +392,9 @@ impl Stepper {
     /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] without a solve of the present state, and
     /// [`StepError::NonFinite`]; the state is then not to be used.
     pub fn advance(&mut self) -> Result<(), StepError> {
-        self.advance_unwound()?;
+        let done = self.advance_unwound();
+        self.drop_tension_unless(done.is_ok());
+        done?;
         update_windings(&mut self.scene, self.time);
         Ok(())
     }
@@ -429,10 +447,7 @@ impl Stepper {
     /// Takes back what [`advance_unwound`](Self::advance_unwound) did since `saved`.
     pub(crate) fn go_back(&mut self, saved: &State) {
         self.time = saved.restore(&mut self.scene.bodies);
-        self.mu_dt = saved.restore_multipliers(&mut self.mu);
-        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
-            *tension = mu / self.mu_dt;
-        }
+        self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.solved = false;
         self.advanced = 0.0;
         self.pieces.rows.update(&self.scene, self.time);
@@ -642,9 +657,7 @@ impl Stepper {
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
-        if self.options.stiffness != GeometricStiffness::Off && !self.tension_known {
-            self.solve()?;
-        }
+        self.find_tension(&mut PhaseClock::start(), &mut Work::default())?;
         self.prepare(self.options.stiffness)?;
         let Pieces {
             rows,
@@ -813,5 +826,67 @@ mod tests {
             .step()
             .unwrap_err();
         assert!(error.to_string().contains("`again`"), "{error}");
+    }
+
+    /// A hanging cable, and a stepper on it with the default scheme and stiffness.
+    fn hanging(guard: Option<crate::Guard>) -> Stepper {
+        let params = taut_model::HoistParams {
+            segments: 3,
+            seed: 1,
+            // A twist row would remember the turns of a motion that is lost.
+            twist: Some(false),
+            ..taut_model::HoistParams::default()
+        };
+        let options = StepOptions {
+            guard,
+            ..StepOptions {
+                backend: options(Form::Schur).backend,
+                ..StepOptions::default()
+            }
+        };
+        Stepper::new(params.hanging_equilibrium().unwrap(), options).unwrap()
+    }
+
+    /// The tension of a motion that is lost makes M̃ overflow: with it, no later step would succeed.
+    #[test]
+    fn a_failed_step_leaves_no_tension_behind() {
+        for guard in [None, Some(crate::Guard::default())] {
+            let mut stepper = hanging(guard);
+            let good = stepper.scene().bodies.clone();
+            let from_good = |stepper: &mut Stepper| {
+                stepper.set_state(&good, 0.0).unwrap();
+                stepper.step().map(|_| stepper.multipliers().to_vec())
+            };
+            let expected = from_good(&mut hanging(guard));
+            assert!(expected.is_ok());
+            for speed in [1e100, 1e160, 1e200, 1e300] {
+                let mut bad = good.clone();
+                bad.velocity[0].x = speed;
+                stepper.set_state(&bad, 0.0).unwrap();
+                let failed = (0..1000).any(|_| stepper.step().is_err());
+                assert!(failed, "{speed:e}, {guard:?}");
+                assert_eq!(from_good(&mut stepper), expected, "{speed:e}, {guard:?}");
+            }
+        }
+    }
+
+    /// A step that is redone has the tension that it began with, whatever guess its solves start from.
+    #[test]
+    fn the_tension_of_a_step_that_is_taken_back_comes_back() {
+        let guard = crate::Guard {
+            tolerance: f64::MIN_POSITIVE,
+            ..crate::Guard::default()
+        };
+        let [a, b] = [0.0, -10.0].map(|guess| {
+            let mut stepper = hanging(Some(guard));
+            let bodies = stepper.scene().bodies.clone();
+            let rows = stepper.multipliers().len();
+            stepper.set_state(&bodies, 0.0).unwrap();
+            stepper.set_multipliers(&vec![guess; rows]).unwrap();
+            stepper.set_tension(&vec![-100.0; rows]).unwrap();
+            assert!(stepper.step().unwrap().redone);
+            stepper.into_scene()
+        });
+        assert_eq!(a, b);
     }
 }

@@ -2,7 +2,7 @@ use taut_bench::Choice;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{HoistParams, Scene};
 use taut_tests::scenes::random_scene;
-use taut_tests::{compiled, compiled_direct};
+use taut_tests::{compiled, compiled_direct, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -51,12 +51,12 @@ fn the_same_run_gives_the_same_bits() {
     }
 }
 
-/// A direct step depends on the state alone: not on what the stepper did before.
+/// A direct step of the paper depends on the state alone: not on what the stepper did before.
 #[test]
 fn a_direct_step_from_a_state_does_not_depend_on_the_past() {
     let step_from = |choice: &Choice, warmed_up: bool| {
         let scene = random_scene(4);
-        let mut stepper = Stepper::new(scene.clone(), choice.options(DT)).expect("sound");
+        let mut stepper = Stepper::new(scene.clone(), paper(choice, DT)).expect("sound");
         if warmed_up {
             for _ in 0..7 {
                 stepper.step().expect("solvable");
@@ -75,16 +75,71 @@ fn a_direct_step_from_a_state_does_not_depend_on_the_past() {
     }
 }
 
-/// `solve` and then `advance` is `step`.
+/// One of the default depends on the state and the tension, where both are set: not on earlier velocities, nor on
+/// whether the guard was at work.
+#[test]
+fn a_direct_default_step_depends_on_the_state_and_the_tension() {
+    let step_from = |choice: &Choice, warmed_up: bool| {
+        let scene = random_scene(4);
+        let mut stepper = Stepper::new(scene.clone(), choice.options(DT)).expect("sound");
+        if warmed_up {
+            for _ in 0..7 {
+                stepper.step().expect("solvable");
+            }
+        }
+        let rows = stepper.multipliers().len();
+        let tension: Vec<f64> = (0..rows).map(|r| (r as f64).sin() * 300.0).collect();
+        stepper.set_state(&scene.bodies, 0.0).expect("same scene");
+        stepper.set_tension(&tension).expect("as many rows");
+        for _ in 0..2 {
+            stepper.step().expect("solvable");
+        }
+        bits(&stepper)
+    };
+    for choice in compiled_direct() {
+        assert_eq!(
+            step_from(&choice, false),
+            step_from(&choice, true),
+            "{choice}"
+        );
+    }
+}
+
+/// `solve` and then `advance` is `step`: of the paper's step always, of an unguarded default step after the first, which
+/// makes the start as well.
 #[test]
 fn the_two_halves_of_a_step_are_the_step() {
     for choice in compiled() {
-        let whole = run(random_scene(5), choice.options(DT), 5);
-        let mut stepper = Stepper::new(random_scene(5), choice.options(DT)).expect("sound");
-        for _ in 0..5 {
-            stepper.solve().expect("solvable");
-            stepper.advance().expect("finite");
+        for (options, first) in [(paper(&choice, DT), 0), (unguarded(&choice, DT), 1)] {
+            let whole = run(random_scene(5), options.clone(), 5);
+            let mut stepper = Stepper::new(random_scene(5), options).expect("sound");
+            for _ in 0..first {
+                stepper.step().expect("a stable run");
+            }
+            for _ in first..5 {
+                stepper.solve().expect("solvable");
+                stepper.advance().expect("finite");
+            }
+            assert_eq!(whole, bits(&stepper), "{choice}");
         }
-        assert_eq!(whole, bits(&stepper), "{choice}");
+    }
+}
+
+/// The same where a state is set: `step` finds the tension that it needs, as `solve` does.
+#[test]
+fn the_two_halves_of_a_step_from_a_set_state_are_the_step() {
+    let scene = random_scene(5);
+    for choice in compiled() {
+        let steppers = [(); 2].map(|()| {
+            let made = Stepper::new(scene.clone(), unguarded(&choice, DT));
+            let mut stepper = made.expect("sound");
+            stepper.set_state(&scene.bodies, 0.0).expect("same scene");
+            stepper
+        });
+        let [mut whole, mut halves] = steppers;
+        whole.step().expect("solvable");
+        halves.solve().expect("solvable");
+        halves.advance().expect("finite");
+        assert_eq!(bits(&whole), bits(&halves), "{choice}");
     }
 }

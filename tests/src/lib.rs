@@ -22,6 +22,7 @@ pub use taut_bench::random;
 
 use std::fmt;
 use taut_bench::Choice;
+use taut_integrator::StepOptions;
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// All solvers that are compiled in, in both forms where they take them.
@@ -49,6 +50,34 @@ pub fn compiled_iterative() -> Vec<Choice> {
     let mut choices = compiled();
     choices.retain(|c| c.backend.is_iterative());
     choices
+}
+
+/// The paper's step with the solver, form and refinements of a choice: for laws of that step, and for what depends on
+/// the present state alone.
+#[must_use]
+pub fn paper(choice: &Choice, dt: f64) -> StepOptions {
+    let StepOptions {
+        form,
+        backend,
+        refinements,
+        ..
+    } = choice.options(dt);
+    StepOptions {
+        dt,
+        form,
+        backend,
+        refinements,
+        ..StepOptions::paper()
+    }
+}
+
+/// The default step likewise, every step as it comes.
+#[must_use]
+pub fn unguarded(choice: &Choice, dt: f64) -> StepOptions {
+    StepOptions {
+        guard: None,
+        ..choice.options(dt)
+    }
 }
 
 /// The dense oracle.
