@@ -7,6 +7,7 @@
 //! | `ladder` | the main job: backends × mass ratios × iterations |
 //! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
+//! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
@@ -26,6 +27,7 @@ pub mod poses;
 pub mod random;
 pub mod reference;
 pub mod run;
+pub mod shocks;
 pub mod statics;
 pub mod table;
 pub mod trajectory;

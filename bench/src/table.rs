@@ -50,7 +50,7 @@ pub fn nanoseconds(ns: f64) -> String {
 }
 
 /// An error in two digits, `-` where there is none.
-fn error(e: Option<f64>) -> String {
+pub(crate) fn error(e: Option<f64>) -> String {
     match e {
         None => "-".to_owned(),
         Some(e) if e.is_nan() => "nan".to_owned(),

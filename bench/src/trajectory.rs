@@ -1,7 +1,7 @@
 //! Runs a stepper and records what a user of the simulation would see: the load, energies, gaps, times, stability.
 
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_integrator::{Energy, PhaseTimes, Stepper};
 use taut_model::{RowKind, Scene};
@@ -44,7 +44,7 @@ pub struct Trajectory {
 }
 
 /// The end of an unstable run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Failure {
     /// When \[s].
     pub time: f64,
@@ -113,7 +113,7 @@ impl Timing {
 }
 
 /// Gaps of all joints with stretch rows, and by how much links are too long or too short \[m].
-fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
+pub(crate) fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
     scene
         .constraints
