@@ -94,7 +94,7 @@ impl Stepper {
         self.pieces.dv.fill(0.0);
         self.pieces.rows.drive(&self.scene, self.time, self.time);
         let before = &self.scene.bodies.position;
-        let extent = before.iter().map(|x| x.norm()).fold(0.0, f64::max);
+        let extent = before.iter().map(Vector3::norm).fold(0.0, f64::max);
         let disagreement =
             match self.newton_pass(Pass::FromRest(ACCELERATION), dt, self.time, clock, work) {
                 Ok(d) => d,

@@ -10,6 +10,9 @@
 //! v⁺ = v + Δv,   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e,   multipliers λ = μ/Δt
 //! ```
 //!
+//! Bodies with an axis of symmetry, as segments are, turn exactly about their angular momentum instead (module
+//! `gyroscopic`).
+//!
 //! ```
 //! use taut_integrator::{StepOptions, Stepper};
 //! use taut_model::HoistParams;

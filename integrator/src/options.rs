@@ -126,7 +126,7 @@ pub enum GeometricStiffness {
     /// On the angular velocity relative to that of the chord from end to end of the constraint's group: damps rotation
     /// relative to the cable's overall motion.
     Relative {
-        /// Weight α > 0.
+        /// Weight α > 0; ½ is the limit of stability: a segment's fast rotation is multiplied by 1 − 1/α in each step.
         alpha: f64,
     },
 }
@@ -533,7 +533,10 @@ mod tests {
                     1.0,
                     0.0,
                 );
-                let radius = companion.complex_eigenvalues().map(|z| z.norm()).max();
+                let radius = companion
+                    .complex_eigenvalues()
+                    .map(nalgebra::Complex::norm)
+                    .max();
                 worst = worst.max(radius);
             }
             worst

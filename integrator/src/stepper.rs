@@ -6,8 +6,10 @@ use crate::pieces::{Pieces, angular};
 use crate::plan::{BlockOf, Plan};
 use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
-use crate::{Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use crate::{
+    Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, gyroscopic,
+};
+use nalgebra::{Matrix3, Vector3};
 use taut_model::{Bodies, Linearized, Scene, update_windings};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
@@ -418,9 +420,9 @@ impl Stepper {
             bodies.angular_velocity[i] =
                 Vector3::from_column_slice(&v[3..]) + Vector3::from_column_slice(&dv[3..]);
             bodies.position[i] += dt * bodies.velocity[i];
-            let turn = UnitQuaternion::from_scaled_axis(dt * bodies.angular_velocity[i]);
-            bodies.orientation[i] = turn * bodies.orientation[i];
-            bodies.orientation[i].renormalize_fast();
+            let (orientation, omega) =
+                (&mut bodies.orientation[i], &mut bodies.angular_velocity[i]);
+            gyroscopic::turn(&bodies.inertia[i], orientation, omega, dt);
             let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
             let rates = bodies.velocity[i].sum() + bodies.angular_velocity[i].sum();
             if lost.is_none() && !(moved + rates).is_finite() {
@@ -618,7 +620,13 @@ impl Stepper {
             let velocity = Vector3::new(mean(0), mean(1), mean(2));
             let omega = Vector3::new(mean(3), mean(4), mean(5));
             let middle = bodies.position[i] - bodies.velocity[i] * dt;
-            let spin = bodies.inertia_world(i) * omega;
+            let rotation = gyroscopic::turned_back(
+                &bodies.inertia[i],
+                &bodies.orientation[i],
+                &bodies.angular_velocity[i],
+                dt,
+            );
+            let spin = rotation * (bodies.inertia[i] * (rotation.inverse() * omega));
             energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + omega.dot(&spin));
             energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&middle);
         }
