@@ -6,17 +6,21 @@
 //! |---|---|
 //! | `ladder` | the main job: backends × mass ratios × iterations |
 //! | `statics` | the hanging cable: elongation, iterations needed |
+//! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
+//! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `choice` | a backend and a form as one value, with its text form |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
 
 pub mod choice;
+pub mod energy;
 pub mod ladder;
 pub mod machine;
 pub mod output;
 pub mod reference;
 pub mod run;
+pub mod stability;
 pub mod statics;
 pub mod table;
 pub mod trajectory;

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use taut_solver::Backend;
 
 /// An empty table with right-aligned columns but the first.
-fn table(header: &[&str]) -> Table {
+pub(crate) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(NOTHING).set_header(header);
     for column in table.column_iter_mut().skip(1) {
@@ -18,7 +18,7 @@ fn table(header: &[&str]) -> Table {
 }
 
 /// The table's lines without the blanks at their ends.
-fn text(table: &Table) -> String {
+pub(crate) fn text(table: &Table) -> String {
     let mut out = String::new();
     for line in table.lines() {
         out.push_str(line.trim_end());
@@ -46,7 +46,7 @@ pub fn nanoseconds(ns: f64) -> String {
 }
 
 /// An error in two digits, `-` where there is none.
-fn error(e: Option<f64>) -> String {
+pub(crate) fn error(e: Option<f64>) -> String {
     match e {
         None => "-".to_owned(),
         Some(e) if e.is_nan() => "nan".to_owned(),
