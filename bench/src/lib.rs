@@ -9,6 +9,8 @@
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
 //! | `statics` | the hanging cable: elongation, iterations needed |
+//! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
+//! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
@@ -19,6 +21,7 @@
 pub mod accuracy;
 pub mod cache;
 pub mod choice;
+pub mod energy;
 pub mod ladder;
 pub mod linear;
 pub mod machine;
@@ -28,6 +31,7 @@ pub mod random;
 pub mod reference;
 pub mod run;
 pub mod shocks;
+pub mod stability;
 pub mod statics;
 pub mod table;
 pub mod trajectory;

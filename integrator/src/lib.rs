@@ -10,6 +10,9 @@
 //! v⁺ = v + Δv,   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e,   multipliers λ = μ/Δt
 //! ```
 //!
+//! Bodies with an axis of symmetry, as segments are, turn exactly about their angular momentum instead (module
+//! `gyroscopic`).
+//!
 //! # Schemes and what keeps heavy loads stable
 //! [`Scheme`] sets Σ and c; [`GeometricStiffness`] adds α Δt² K to the rotational inertia in M̃, for the tension's
 //! resistance to rotation, which the paper's step treats explicitly and which ends it at mass ratios from 10² on;

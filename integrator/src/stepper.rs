@@ -6,8 +6,10 @@ use crate::pieces::{Pieces, angular};
 use crate::plan::{BlockOf, Plan};
 use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
-use crate::{Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use crate::{
+    Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, gyroscopic,
+};
+use nalgebra::{Matrix3, Vector3};
 use taut_model::{Bodies, Linearized, Scene, update_windings};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
@@ -432,9 +434,9 @@ impl Stepper {
             bodies.angular_velocity[i] =
                 Vector3::from_column_slice(&v[3..]) + Vector3::from_column_slice(&dv[3..]);
             bodies.position[i] += dt * bodies.velocity[i];
-            let turn = UnitQuaternion::from_scaled_axis(dt * bodies.angular_velocity[i]);
-            bodies.orientation[i] = turn * bodies.orientation[i];
-            bodies.orientation[i].renormalize_fast();
+            let (orientation, omega) =
+                (&mut bodies.orientation[i], &mut bodies.angular_velocity[i]);
+            gyroscopic::turn(&bodies.inertia[i], orientation, omega, dt);
             let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
             let rates = bodies.velocity[i].sum() + bodies.angular_velocity[i].sum();
             if lost.is_none() && !(moved + rates).is_finite() {
@@ -621,14 +623,14 @@ impl Stepper {
             ..Energy::default()
         };
         for i in 0..bodies.len() {
+            let position = bodies.position[i] - bodies.velocity[i] * dt;
             let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            let position = bodies.position[i] - velocity * dt;
-            let turned_back = UnitQuaternion::from_scaled_axis(omega * -dt);
-            let orientation = turned_back * bodies.orientation[i];
+            let orientation =
+                gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
             if dt > 0.0 {
-                let change = &self.pieces.dv[6 * i..6 * i + 6];
-                velocity -= Vector3::from_column_slice(&change[..3]) * 0.5;
-                omega -= Vector3::from_column_slice(&change[3..]) * 0.5;
+                let mean = |k: usize| self.pieces.v[6 * i + k] + 0.5 * self.pieces.dv[6 * i + k];
+                velocity = Vector3::new(mean(0), mean(1), mean(2));
+                omega = Vector3::new(mean(3), mean(4), mean(5));
             }
             let y = orientation.inverse() * omega;
             let spin = y.dot(&(bodies.inertia[i] * y));

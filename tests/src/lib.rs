@@ -11,6 +11,7 @@
 //! |---|---|
 //! | `properties` | what holds whatever the numbers: symmetry, conservation, invariance, determinism |
 //! | `agreement` | every backend against extended precision, on random systems and on scenes |
+//! | `dynamics` | what the time step does: damping laws, static shapes, the rigid limit, orders |
 //! | `statics` | the experiments on the hanging cable |
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
 //! | `structure` | allocations, imports, features, unsafe code, the top level |

@@ -1,0 +1,328 @@
+//! What the schemes keep and what they lose: the swing of a load over a minute, the energy over a million steps, the
+//! angular momentum of a free cable.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `swing` | amplitude of the load after 5 s and after 60 s |
+//! | `band` | energy over many steps: the width of its band, and whether the band drifts |
+//! | `spin` | angular momentum of a free, taut, spinning cable, with its order in Δt |
+
+mod band;
+mod spin;
+mod swing;
+
+pub use band::{Band, BandCase};
+pub use spin::{Spin, free_cable};
+pub use swing::{Amplitude, Swing, amplitude};
+
+use crate::table::{error, table, text};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::fmt::Write;
+use taut_integrator::{GeometricStiffness, Guard, Scheme, StepError, StepOptions};
+use taut_model::HoistParams;
+
+/// A scheme with its geometric stiffness.
+pub type Setting = (Scheme, GeometricStiffness);
+
+/// What [`run`] runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Segments of the swinging cables.
+    pub segments: usize,
+    /// Their mass ratios load/segment.
+    pub ratios: Vec<f64>,
+    /// Schemes of all three experiments; the swing's have the guard on, the free cable's have it off.
+    pub settings: Vec<Setting>,
+    /// Swings at Δt and, with the default scheme, at Δt/`finer`.
+    pub finer: usize,
+    /// Times at which the amplitudes are taken \[s].
+    pub moments: [f64; 2],
+    /// Cases of the energy band.
+    pub bands: Vec<BandCase>,
+    /// Steps of the energy band.
+    pub steps: usize,
+    /// Time steps of the free cable \[s], descending.
+    pub spin_dts: Vec<f64>,
+    /// Simulated time of the free cable \[s].
+    pub spin_time: f64,
+    /// Δt elsewhere \[s].
+    pub dt: f64,
+}
+
+/// The three schemes with the geometric stiffness in both its forms.
+fn settings() -> Vec<Setting> {
+    let with = |scheme: Scheme| {
+        let inertia = GeometricStiffness::inertia(scheme.default_alpha());
+        [inertia, GeometricStiffness::Relative { alpha: 1.0 }].map(|stiffness| (scheme, stiffness))
+    };
+    [Scheme::default(), Scheme::Spook, Scheme::LinearlyImplicit]
+        .into_iter()
+        .flat_map(with)
+        .collect()
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        let case = |segments, mass_ratio, (scheme, stiffness), guarded, seeded| BandCase {
+            segments,
+            mass_ratio,
+            scheme,
+            stiffness,
+            guarded,
+            seeded,
+        };
+        let settings = settings();
+        let (third, spook) = (settings[0], settings[2]);
+        let bands = vec![
+            case(24, 1e2, third, true, true),
+            case(24, 1e4, third, true, true),
+            case(24, 1e6, third, true, true),
+            case(6, 1e2, third, true, true),
+            case(6, 1e4, third, true, true),
+            case(6, 1e4, third, false, false),
+            case(6, 1e4, spook, false, false),
+            case(24, 1e4, spook, false, false),
+            case(6, 1e4, spook, true, true),
+        ];
+        Self {
+            segments: 24,
+            ratios: vec![1e2, 1e4, 1e6],
+            settings,
+            finer: 8,
+            moments: [5.0, 60.0],
+            bands,
+            steps: 1_000_000,
+            spin_dts: [60.0, 120.0, 240.0, 480.0].map(|f| 1.0 / f).to_vec(),
+            spin_time: 10.0,
+            dt: 1.0 / 60.0,
+        }
+    }
+}
+
+impl Config {
+    /// One ratio, six segments, 20 000 steps.
+    #[must_use]
+    pub fn quick() -> Self {
+        let full = Self::default();
+        let bands = full.bands.into_iter().filter(|b| b.segments == 6);
+        Self {
+            segments: 6,
+            ratios: vec![1e4],
+            bands: bands.collect(),
+            finer: 4,
+            steps: 20_000,
+            spin_dts: full.spin_dts[..2].to_vec(),
+            spin_time: 2.0,
+            ..full
+        }
+    }
+}
+
+/// The rows of the three experiments.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Results {
+    /// Swings.
+    pub swings: Vec<Swing>,
+    /// Energy bands.
+    pub bands: Vec<Band>,
+    /// Free cables.
+    pub spins: Vec<Spin>,
+}
+
+/// The scene of the swing and of the energy band: a hanging cable whose anchor moves by 0.5 m within 2 s.
+fn moved(segments: usize, mass_ratio: f64, seeded: bool) -> HoistParams {
+    HoistParams {
+        segments,
+        mass_ratio,
+        seed: u64::from(seeded),
+        move_x: MOVE,
+        move_duration: MOVE_TIME,
+        ..HoistParams::default()
+    }
+}
+
+const MOVE: f64 = 0.5;
+const MOVE_TIME: f64 = 2.0;
+
+fn options((scheme, stiffness): Setting, dt: f64, guarded: bool) -> StepOptions {
+    StepOptions {
+        dt,
+        scheme,
+        stiffness,
+        guard: guarded.then(Guard::default),
+        ..StepOptions::default()
+    }
+}
+
+/// One run of one of the experiments.
+enum Task<'a> {
+    Swing(f64, Setting, usize),
+    Band(&'a BandCase),
+    Spin(Setting, f64),
+}
+
+enum Row {
+    Swing(Swing),
+    Band(Band),
+    Spin(Spin),
+}
+
+/// Runs the three experiments, in parallel. `progress` advances once for each run.
+///
+/// # Errors
+/// Scenes and options that are not sound; an unstable run is none.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+    // The longest runs come first.
+    let mut tasks: Vec<Task<'_>> = config.bands.iter().map(Task::Band).collect();
+    for &ratio in &config.ratios {
+        tasks.push(Task::Swing(ratio, config.settings[0], config.finer));
+        let coarse = config.settings.iter();
+        tasks.extend(coarse.map(|&setting| Task::Swing(ratio, setting, 1)));
+    }
+    for &setting in &config.settings {
+        let dts = config.spin_dts.iter();
+        tasks.extend(dts.map(|&dt| Task::Spin(setting, dt)));
+    }
+    progress.set_length(tasks.len() as u64);
+    let rows: Vec<Row> = tasks
+        .par_iter()
+        .with_max_len(1)
+        .map(|task| {
+            let row = match *task {
+                Task::Swing(ratio, setting, finer) => {
+                    swing::run(config, ratio, setting, finer).map(Row::Swing)
+                }
+                Task::Band(case) => {
+                    band::run(case, config.steps, config.dt, progress).map(Row::Band)
+                }
+                Task::Spin(setting, dt) => spin::run(setting, dt, config.spin_time).map(Row::Spin),
+            };
+            progress.inc(1);
+            row
+        })
+        .collect::<Result<_, _>>()?;
+    let mut results = Results::default();
+    for row in rows {
+        match row {
+            Row::Swing(r) => results.swings.push(r),
+            Row::Band(r) => results.bands.push(r),
+            Row::Spin(r) => results.spins.push(r),
+        }
+    }
+    swing::compare(&mut results.swings);
+    spin::orders(&mut results.spins);
+    Ok(results)
+}
+
+/// The three tables.
+#[must_use]
+pub fn text_tables(results: &Results, config: &Config) -> String {
+    let [early, late] = config.moments;
+    let mut out = String::new();
+    let _ = writeln!(
+        out,
+        "Swing amplitude of the load, fitted to two periods from {early} s and from {late} s on; anchor moved by {MOVE} m\n\
+         in {MOVE_TIME} s, guard on. \
+         `vs fine` is the change over that of the default scheme with 1/{} of the time step.",
+        config.finer
+    );
+    out.push_str(&swings(&results.swings));
+    let _ = writeln!(
+        out,
+        "\nEnergy over {} steps at Δt = 1/{:.0} s, over the swing's energy: width of the band in its first and last {} s,\n\
+         drift of its middle (last tenth against first tenth).",
+        config.steps,
+        1.0 / config.dt,
+        band::WINDOW as f64 * config.dt
+    );
+    out.push_str(&bands(&results.bands));
+    let _ = writeln!(
+        out,
+        "\nAngular momentum of a free, taut, spinning cable about its centre of mass: largest |ΔL|/|L| over {} s, and its\n\
+         order in Δt against the row above.",
+        config.spin_time
+    );
+    out.push_str(&spins(&results.spins));
+    out
+}
+
+fn swings(rows: &[Swing]) -> String {
+    let mut t = table(&[
+        "ratio", "scheme", "K", "1/Δt", "early m", "late m", "change", "vs fine", "redone",
+        "remark",
+    ]);
+    for r in rows {
+        let (early, late) = r.amplitudes.map_or_else(
+            || ("-".to_owned(), "-".to_owned()),
+            |a| (format!("{:.6}", a.early_m), format!("{:.6}", a.late_m)),
+        );
+        t.add_row([
+            format!("{:.0e}", r.mass_ratio),
+            r.scheme.clone(),
+            r.stiffness.clone(),
+            format!("{:.0}", 1.0 / r.dt),
+            early,
+            late,
+            error(r.amplitudes.map(|a| a.change())),
+            error(r.change_over_fine),
+            r.redone.to_string(),
+            remark(r.failure.as_ref()),
+        ]);
+    }
+    text(&t)
+}
+
+fn bands(rows: &[Band]) -> String {
+    let mut t = table(&[
+        "ratio",
+        "N",
+        "scheme",
+        "K",
+        "guard",
+        "seeded",
+        "band, first",
+        "last",
+        "drift",
+        "redone",
+        "remark",
+    ]);
+    let yes = |b: bool| if b { "yes" } else { "no" }.to_owned();
+    for r in rows {
+        t.add_row([
+            format!("{:.0e}", r.mass_ratio),
+            r.segments.to_string(),
+            r.scheme.clone(),
+            r.stiffness.clone(),
+            yes(r.guarded),
+            yes(r.seeded),
+            error(r.first_band),
+            error(r.last_band),
+            error(r.drift),
+            r.redone.to_string(),
+            remark(r.failure.as_ref()),
+        ]);
+    }
+    text(&t)
+}
+
+fn spins(rows: &[Spin]) -> String {
+    let mut t = table(&["scheme", "K", "1/Δt", "|ΔL|/|L|", "order", "remark"]);
+    for r in rows {
+        t.add_row([
+            r.scheme.clone(),
+            r.stiffness.clone(),
+            format!("{:.0}", 1.0 / r.dt),
+            error(r.drift),
+            r.order
+                .map_or_else(|| "-".to_owned(), |order| format!("{order:.2}")),
+            remark(r.failure.as_ref()),
+        ]);
+    }
+    text(&t)
+}
+
+fn remark(failure: Option<&crate::trajectory::Failure>) -> String {
+    failure.map_or_else(String::new, |f| format!("lost at {:.2} s", f.time))
+}

@@ -1,0 +1,12 @@
+//! What the time step does to a motion.
+
+/// Deformation modes and gaps: the laws by which each scheme damps them.
+mod modes;
+/// Swings: order in Δt, sub-steps, the guard, fast spins.
+mod motion;
+/// Static shapes, however they are reached.
+mod rest;
+/// Rigid rows, and compliant ones near that limit.
+mod rigid;
+/// The experiments on stability and energy, in small.
+mod sweeps;

@@ -1,0 +1,209 @@
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_bench::Choice;
+use taut_integrator::{
+    GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
+};
+use taut_model::{Body, End, HoistParams, Scene};
+use taut_solver::Backend;
+use taut_tests::{Worst, compiled_direct, compiled_iterative};
+
+const DT: f64 = 1.0 / 60.0;
+const LENGTH: f64 = 10.0;
+
+fn backend() -> Backend {
+    StepOptions::default().backend
+}
+
+/// Six segments of a stiff cable (EI = 2·10⁴ N m²) clamped to the world at an angle of 0.5 rad, a load of their own mass
+/// pushed sideways with 180 N: bending, not weight, brings it to rest, and soon.
+fn bent(damping: f64) -> Scene {
+    let params = HoistParams {
+        segments: 6,
+        mass_ratio: 1.0,
+        anchor: End::Clamped,
+        initial_angle: 0.5,
+        ei: Some(2e4),
+        gj: Some(1.5e4),
+        damping,
+        ..HoistParams::default()
+    };
+    let mut scene = params.build().expect("sound");
+    let clamp = &mut scene.constraints[0].frames_mut()[0];
+    let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.5);
+    clamp.axes = turn.to_rotation_matrix() * clamp.axes;
+    let load = scene.load.expect("a load");
+    scene.bodies.force[load] = Vector3::new(150.0, 100.0, 0.0);
+    scene
+}
+
+/// Steps until nothing moves any more.
+fn settled(scene: Scene, options: StepOptions) -> Scene {
+    let dt = options.dt;
+    let mut stepper = Stepper::new(scene, options).expect("sound");
+    let steps = (60.0 / dt) as usize;
+    for _ in 0..steps {
+        stepper.step().expect("stable");
+        let rates = stepper.scene().bodies.velocity.iter();
+        if rates.map(Vector3::norm).fold(0.0, f64::max) < 1e-12 {
+            break;
+        }
+    }
+    stepper.into_scene()
+}
+
+/// Largest distance of a body from where it is in the other scene, over the cable's length.
+fn distance(a: &Scene, b: &Scene) -> f64 {
+    let pairs = a.bodies.position.iter().zip(&b.bodies.position);
+    pairs.map(|(x, y)| (x - y).norm()).fold(0.0, f64::max) / LENGTH
+}
+
+/// H13: the shape at rest depends on the forces and the compliances only. It bends by more than 0.3 rad.
+#[test]
+fn the_static_shape_depends_on_nothing_dynamic() {
+    let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");
+    let turned = shape.bodies.orientation[5].angle_to(&shape.bodies.orientation[0]);
+    assert!(turned > 0.3, "{turned}");
+    let mut worst = Worst::default();
+    let base = || StepOptions {
+        guard: None,
+        ..StepOptions::default()
+    };
+    let mut see = |damping: f64, options: StepOptions| {
+        let place = format!(
+            "τ = {damping}, Δt = {}, {}, K {}, {}/{}",
+            options.dt, options.scheme, options.stiffness, options.backend, options.form
+        );
+        worst.see(distance(&settled(bent(damping), options), &shape), place);
+    };
+    for scheme in Scheme::KINDS {
+        for stiffness in [
+            GeometricStiffness::Off,
+            GeometricStiffness::Inertia { alpha: 0.5 },
+            GeometricStiffness::Relative { alpha: 1.0 },
+        ] {
+            let options = StepOptions {
+                scheme,
+                stiffness,
+                ..base()
+            };
+            see(0.3, options);
+        }
+    }
+    for damping in [0.2, 0.6] {
+        see(damping, base());
+    }
+    for dt in [1.0 / 30.0, 1.0 / 240.0] {
+        see(0.3, StepOptions { dt, ..base() });
+    }
+    for choice in compiled_direct() {
+        let Choice { backend, form } = choice;
+        see(
+            0.3,
+            StepOptions {
+                backend,
+                form,
+                ..base()
+            },
+        );
+    }
+    worst.expect_measured("static shape", 3.4e-12);
+}
+
+/// From the unstrained cable to the exact gaps ε_j T_j in closed form.
+#[test]
+fn the_equilibrium_of_a_hanging_cable_is_exact() {
+    let mut worst = Worst::default();
+    for mass_ratio in [1.0, 1e3, 1e6] {
+        for segments in [6, 24] {
+            let params = HoistParams {
+                segments,
+                mass_ratio,
+                ..HoistParams::default()
+            };
+            let exact = params.hanging_equilibrium().expect("sound");
+            let found = static_equilibrium(params.build().expect("sound"), &backend());
+            let place = format!("ratio {mass_ratio:e}, {segments} segments");
+            worst.see(distance(&found.expect("an equilibrium"), &exact), place);
+        }
+    }
+    worst.expect_measured("hanging equilibrium", 5.4e-13);
+}
+
+/// The same shape with every direct backend, and from another pose.
+#[test]
+fn the_equilibrium_depends_on_neither_backend_nor_start() {
+    let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");
+    let mut worst = Worst::default();
+    for Choice { backend, .. } in compiled_direct() {
+        let found = static_equilibrium(bent(0.0), &backend).expect("an equilibrium");
+        worst.see(distance(&found, &shape), backend);
+    }
+    // Thrown about first.
+    let mut scene = bent(0.01);
+    for (i, v) in scene.bodies.velocity.iter_mut().enumerate() {
+        *v = Vector3::new((3.0 * i as f64).sin(), (5.0 * i as f64).cos(), 0.0);
+    }
+    let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+    for _ in 0..30 {
+        stepper.step().expect("stable");
+    }
+    let thrown = stepper.into_scene();
+    assert!(distance(&thrown, &shape) > 0.01);
+    let found = static_equilibrium(thrown, &backend()).expect("an equilibrium");
+    worst.see(distance(&found, &shape), "another start");
+    worst.expect_measured("equilibrium", 2.1e-13);
+}
+
+/// A run that starts at rest in its equilibrium stays there.
+#[test]
+fn a_scene_can_start_in_equilibrium() {
+    let mut scene = bent(0.0);
+    scene.start_in_equilibrium = true;
+    let shape = static_equilibrium(scene.clone(), &backend()).expect("an equilibrium");
+    let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+    for _ in 0..120 {
+        stepper.step().expect("stable");
+    }
+    let mut worst = Worst::default();
+    worst.see(distance(stepper.scene(), &shape), "after 2 s");
+    worst.expect_measured("drift from equilibrium", 1.1e-12);
+}
+
+#[test]
+fn what_falls_has_no_equilibrium() {
+    let mut scene = Scene::new("falling");
+    scene.gravity = Vector3::new(0.0, 0.0, -9.81);
+    scene.add_body("ball", Body::sphere(0.1, 2.0));
+    let found = static_equilibrium(scene.clone(), &backend());
+    assert!(
+        matches!(found, Err(StepError::NoEquilibrium { passes, change }) if passes > 0 && change > 0.0),
+        "{found:?}"
+    );
+    scene.start_in_equilibrium = true;
+    let stepper = Stepper::new(scene, StepOptions::default());
+    assert!(matches!(
+        stepper.err(),
+        Some(StepError::NoEquilibrium { .. })
+    ));
+}
+
+/// Iterations that converge lead to the same shape.
+#[test]
+fn converged_iterations_find_the_same_shape() {
+    let shape = static_equilibrium(bent(0.0), &backend()).expect("an equilibrium");
+    let mut worst = Worst::default();
+    for Choice { backend, .. } in compiled_iterative() {
+        if !backend.to_string().starts_with("cg") {
+            continue;
+        }
+        let options = StepOptions {
+            dt: DT,
+            refinements: 0,
+            backend: backend.with_iterations(500).with_tolerance(1e-14),
+            guard: None,
+            ..StepOptions::default()
+        };
+        worst.see(distance(&settled(bent(0.3), options), &shape), &backend);
+    }
+    worst.expect_measured("static shape by iteration", 2.0e-12);
+}
