@@ -3,13 +3,19 @@
 use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
-use taut_bench::{accuracy, linear, table};
+use taut_bench::{accuracy, energy, linear, shocks, stability, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Sweep {
     /// Error of whole motions against cost: every scheme, time step, solver and number of refinements
     Accuracy,
+    /// Kicks, jerks and drops: what survives them, how well, at what cost
+    Shocks,
+    /// Largest stable mass ratio of schemes, stiffness, joints, segments and materials
+    Stability,
+    /// Swing amplitude over a minute, energy over a million steps, angular momentum of a free cable
+    Energy,
     /// Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²
     Linear,
 }
@@ -19,6 +25,9 @@ impl Sweep {
     fn name(self) -> &'static str {
         match self {
             Self::Accuracy => "accuracy",
+            Self::Shocks => "shocks",
+            Self::Stability => "stability",
+            Self::Energy => "energy",
             Self::Linear => "linear",
         }
     }
@@ -34,6 +43,8 @@ impl Sweep {
                 "--dt",
                 "--time",
             ],
+            Self::Shocks => &["--ratios", "--time"],
+            Self::Stability | Self::Energy => &[],
             Self::Linear => &["--segments", "--ratios", "--backends"],
         }
     }
@@ -44,6 +55,9 @@ pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
     refuse_without_effect(sweep, args)?;
     match sweep {
         Sweep::Accuracy => accuracy(args),
+        Sweep::Shocks => shocks(args),
+        Sweep::Stability => stability(args),
+        Sweep::Energy => energy(args),
         Sweep::Linear => linear(args),
     }
 }
@@ -65,9 +79,9 @@ fn refuse_without_effect(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> 
     match unread {
         None => Ok(()),
         Some((option, _)) => Err(Failure::Input(format!(
-            "`{option}` has no effect on `--sweep {}`, which reads {}, --quick and --json",
+            "`{option}` has no effect on `--sweep {}`, which reads {}",
             sweep.name(),
-            sweep.reads().join(", ")
+            [sweep.reads(), &["--quick", "--json"]].concat().join(", ")
         ))),
     }
 }
@@ -143,6 +157,66 @@ fn accuracy(args: &BenchArgs) -> Result<(), Failure> {
         &text,
         &results,
     )
+}
+
+fn shocks(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        shocks::Config::quick()
+    } else {
+        shocks::Config::default()
+    };
+    take_ratios(&args.ratios, &mut config.ratios)?;
+    config.time = args.time.unwrap_or(config.time);
+    if steps(config.time, 1.0 / 60.0)? < 60 {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s: the shocks need at least 1 s",
+            config.time
+        )));
+    }
+    let bar = progress(0).with_message(Sweep::Shocks.name());
+    let results = shocks::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!("{}\n{}", Machine::current(), shocks::table(&results));
+    deliver(args.json.as_deref(), Sweep::Shocks.name(), &text, &results)
+}
+
+fn stability(args: &BenchArgs) -> Result<(), Failure> {
+    let config = if args.quick {
+        stability::Config::quick()
+    } else {
+        stability::Config::default()
+    };
+    let bar = progress(0).with_message(Sweep::Stability.name());
+    let records = stability::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\n{}",
+        Machine::current(),
+        stability::text_tables(&records, &config)
+    );
+    deliver(
+        args.json.as_deref(),
+        Sweep::Stability.name(),
+        &text,
+        &records,
+    )
+}
+
+fn energy(args: &BenchArgs) -> Result<(), Failure> {
+    let config = if args.quick {
+        energy::Config::quick()
+    } else {
+        energy::Config::default()
+    };
+    let bar = progress(0).with_message(Sweep::Energy.name());
+    let results = energy::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\n{}",
+        Machine::current(),
+        energy::text_tables(&results, &config)
+    );
+    deliver(args.json.as_deref(), Sweep::Energy.name(), &text, &results)
 }
 
 /// What the columns of the sweep's tables are.
