@@ -23,11 +23,10 @@ pub fn table(results: &Results) -> String {
     out.push_str(&summary(&settings));
     let _ = writeln!(
         out,
-        "\nlength: elongation in the last second ≤ {STRETCH} × the reference's + {SLACK:.0e} L; energy: gained ≤ {} % of \
-         the largest kinetic\nenergy; swing: the load ends within {SWING} L, or 3 ×  ±, of the reference; chaotic: all \
-         but the swing, where ± exceeds {SWING} L;\nredone: steps; sub: implicit sub-steps, unconv.: not converged; \
-         solves: all (summary: a step), most: of a step; worst, median: step;\ngap: largest of the last second less \
-         that at rest, over a segment",
+        "\nlength: elongation in the last second ≤ {STRETCH} × the reference's + {SLACK:.0e} L; energy: gained ≤ {} % of\nits \
+         largest kinetic energy; swing: the load ends within {SWING} L, or 3 × ±, of the reference; chaotic: all but\nthe \
+         swing, where ± exceeds {SWING} L; redone: steps; sub: implicit sub-steps, unconv.: not converged; solves: all\n\
+         (above: a step); most: of a step; worst: step; gap: largest of the last second less that at rest, over a segment",
         100.0 * GAIN,
     );
     let _ = writeln!(out, "\nSetting `{}`", first[0].setting);
@@ -117,7 +116,7 @@ fn verdict(r: &Outcome) -> String {
 fn details(runs: &[Outcome]) -> String {
     let mut t = columns(&[
         "shock", "L m", "ratio", "verdict", "error mm", "± mm", "energy", "gap", "redone", "sub",
-        "unconv.", "solves", "most", "worst", "median",
+        "unconv.", "solves", "most", "worst",
     ]);
     let mut last = None;
     for r in runs {
@@ -142,7 +141,6 @@ fn details(runs: &[Outcome]) -> String {
             r.run.solves.to_string(),
             r.run.max_solves.to_string(),
             nanoseconds(r.worst_step_ns.unwrap_or(f64::NAN)),
-            nanoseconds(r.median_step_ns.unwrap_or(f64::NAN)),
         ]);
     }
     text(&t)
