@@ -138,8 +138,11 @@ pub fn extrapolated(
     frames: usize,
     keep: std::ops::Range<usize>,
 ) -> Result<(Reference, f64), StepError> {
-    let coarse = compute(params, frame, substeps, frames, 0..0)?;
-    let mut finer = compute(params, frame, 2 * substeps, frames, keep)?;
+    let (coarse, finer) = rayon::join(
+        || compute(params, frame, substeps, frames, 0..0),
+        || compute(params, frame, 2 * substeps, frames, keep),
+    );
+    let (coarse, mut finer) = (coarse?, finer?);
     let mut moved = 0.0_f64;
     for (fine, coarse) in finer.load.iter_mut().zip(&coarse.load) {
         let change = *fine - coarse;
