@@ -120,7 +120,7 @@ struct RunArgs {
     /// Backend with options after colons, `/kkt` for the KKT form (default: the first one compiled in)
     #[arg(long, value_name = "B")]
     backend: Option<String>,
-    /// Integration scheme: linearly-implicit (the paper's), spook, third-difference[:a=A][:gamma=G]
+    /// Integration scheme: linearly-implicit (the paper's), spook, `third-difference[:a=A][:gamma=G]`
     #[arg(long, value_name = "NAME", default_value_t = Scheme::default())]
     scheme: Scheme,
     /// Another scheme for the rows that measure angles

@@ -19,9 +19,9 @@
 //! [`Guard`] redoes steps whose linearisation did not hold. The default, [`Scheme::THIRD_DIFFERENCE`] with all of it, is
 //! of second order and carries loads of 10⁶ segments' masses at 60 steps a second; [`StepOptions::paper`] is the paper's.
 //!
-//! Sources besides the paper [SL]: Lacoursière, *Ghosts and Machines* (2007) for SPOOK; Tournier, Nesme, Gilles, Faure,
-//! *Stable Constrained Dynamics* (2015) [T] and Andrews, Teichmann, Kry, *Geometric Stiffness for Real-time Constrained
-//! Multibody Dynamics* (2017) [A] for K, in another form than here (see `geometric`).
+//! Sources besides the paper \[SL]: Lacoursière, *Ghosts and Machines* (2007) for SPOOK; Tournier, Nesme, Gilles, Faure,
+//! *Stable Constrained Dynamics* (2015) \[T] and Andrews, Teichmann, Kry, *Geometric Stiffness for Real-time Constrained
+//! Multibody Dynamics* (2017) \[A] for K, in another form than here (see `geometric`).
 //!
 //! ```
 //! use taut_integrator::{StepOptions, Stepper};

@@ -18,7 +18,7 @@ use taut_solver::Backend;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Scheme {
-    /// (p, q, s) = (1, 0, 0): symplectic Euler with implicit constraint forces, [SL (8)–(11)]. First order; damps each
+    /// (p, q, s) = (1, 0, 0): symplectic Euler with implicit constraint forces, \[SL (8)–(11)]. First order; damps each
     /// deformation mode ω by (1 + ω²Δt²)^(−1/2) a step.
     LinearlyImplicit,
     /// (¼, ¼, 0): the trapezoidal member of SPOOK (Lacoursière 2007). Second order; damps by τ only, and at ε = 0 needs
@@ -120,7 +120,7 @@ impl fmt::Display for Scheme {
 }
 
 /// How the geometric stiffness K of stretch rows acts: the change of the lever arms with rotation, which the step would
-/// else treat explicitly ([T], [A] of the crate's documentation). Rotational inertia becomes I + α Δt² K.
+/// else treat explicitly (\[T], \[A] of the crate's documentation). Rotational inertia becomes I + α Δt² K.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum GeometricStiffness {
@@ -394,7 +394,7 @@ impl Default for StepOptions {
 }
 
 impl StepOptions {
-    /// The paper's step, [SL (8)–(11)]: linearly implicit, without geometric stiffness, without guard.
+    /// The paper's step, \[SL (8)–(11)]: linearly implicit, without geometric stiffness, without guard.
     #[must_use]
     pub fn paper() -> Self {
         Self {
