@@ -13,6 +13,8 @@
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `paper` | the paper's tables, figures and claims, ours beside theirs |
+//! | `plot` | charts as SVG |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `choice` | a backend and a form as one value, with its text form |
 //! | `cache` | references kept in files |
@@ -26,6 +28,8 @@ pub mod ladder;
 pub mod linear;
 pub mod machine;
 pub mod output;
+pub mod paper;
+pub mod plot;
 pub mod poses;
 pub mod random;
 pub mod reference;

@@ -1,14 +1,15 @@
 //! The command line `taut`. Tables go to standard output, progress and errors to standard error; exit code 2 stands
 //! for bad input, 1 for a run that became unstable.
 
-mod sweeps;
+mod cli;
 
 use clap::{Args, Parser, Subcommand};
+use cli::paper::PaperArgs;
+use cli::sweeps::{self, Sweep};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use sweeps::Sweep;
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
@@ -43,6 +44,9 @@ enum Command {
         after_help = "Example: taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv"
     )]
     Run(RunArgs),
+    /// The paper's tables, figures and claims: what it prints beside what comes out here
+    #[command(after_help = "Example: taut paper table1 fig11 --out target/figures")]
+    Paper(PaperArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
 }
@@ -167,6 +171,8 @@ enum Failure {
     Input(String),
     /// A run that became unstable: code 1.
     Unstable(String),
+    /// A check that was missed: code 1.
+    Check(String),
 }
 
 impl<E: std::error::Error> From<E> for Failure {
@@ -194,6 +200,7 @@ fn main() -> ExitCode {
         Some(Command::Bench(args)) => bench(&args),
         Some(Command::Static(args)) => hang(&args),
         Some(Command::Run(args)) => simulate(&args),
+        Some(Command::Paper(args)) => cli::paper::run(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {
@@ -202,7 +209,7 @@ fn main() -> ExitCode {
             eprintln!("taut: {message}");
             ExitCode::from(2)
         }
-        Err(Failure::Unstable(message)) => {
+        Err(Failure::Unstable(message) | Failure::Check(message)) => {
             eprintln!("taut: {message}");
             ExitCode::from(1)
         }

@@ -1,0 +1,4 @@
+//! Commands of `taut` with a file of their own.
+
+pub(crate) mod paper;
+pub(crate) mod sweeps;

@@ -1,0 +1,102 @@
+//! `taut paper`: the paper's tables, figures and claims, ours beside theirs.
+
+use crate::{Failure, progress};
+use clap::Args;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use taut_bench::machine::Machine;
+use taut_bench::paper::{self, Check, Experiment, Verdict};
+use taut_bench::{output, table};
+
+#[derive(Debug, Args)]
+pub(crate) struct PaperArgs {
+    /// What to reproduce: table1, table2, fig2, … fig16, claims (default: all)
+    #[arg(value_name = "NAME", value_parser = experiment)]
+    names: Vec<Experiment>,
+    /// A short form, some seconds altogether
+    #[arg(long)]
+    quick: bool,
+    /// Folder for the CSV, JSON and SVG files
+    #[arg(long, value_name = "DIR", default_value = "target/taut/paper")]
+    out: PathBuf,
+    /// Writes all checks to a file as well (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+fn experiment(name: &str) -> Result<Experiment, String> {
+    let found = Experiment::ALL.into_iter().find(|e| e.name() == name);
+    let names = || Experiment::ALL.map(Experiment::name).join(", ");
+    found.ok_or_else(|| format!("choose one of {}; the other figures are drawings", names()))
+}
+
+/// What the columns of the checks are.
+const LEGEND: &str = "\
+pass, FAIL: our own bar on our error; holds, holds only if, does not hold: what the paper says, in our measurement";
+
+/// What `NAME.json` holds.
+#[derive(Serialize)]
+struct Record<'a> {
+    experiment: &'static str,
+    title: &'static str,
+    machine: String,
+    quick: bool,
+    checks: &'a [Check],
+}
+
+/// Runs the experiments, prints their tables, writes their files. Code 1 where a bar of our own is missed.
+pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
+    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    let mut names = args.names.clone();
+    if names.is_empty() {
+        names = Experiment::ALL.to_vec();
+    }
+    let machine = Machine::current().to_string();
+    if !only_json {
+        output::print(&format!("{machine}\n{LEGEND}\n"))?;
+    }
+    let mut all = Vec::new();
+    for experiment in names {
+        let bar = progress(0).with_message(experiment.name());
+        let outcome = experiment.run(args.quick, &bar)?;
+        bar.finish_and_clear();
+        let file = |extension| args.out.join(format!("{}.{extension}", experiment.name()));
+        output::write_text(&file("csv"), &outcome.csv)?;
+        let record = Record {
+            experiment: experiment.name(),
+            title: experiment.title(),
+            machine: machine.clone(),
+            quick: args.quick,
+            checks: &outcome.checks,
+        };
+        output::write_json(&file("json"), &record)?;
+        if let Some(picture) = paper::picture(&outcome)? {
+            output::write_text(&file("svg"), &picture)?;
+        }
+        if !only_json {
+            output::print(&format!(
+                "\n{}\n{}",
+                experiment.title(),
+                table::paper(&outcome)
+            ))?;
+        }
+        all.extend(outcome.checks);
+    }
+    if !only_json {
+        output::print(&format!(
+            "\nrows, checks and charts written to {}\n",
+            args.out.display()
+        ))?;
+    }
+    if let Some(path) = &args.json {
+        output::write_json(path, &all)?;
+    }
+    let failed = all.iter().filter(|c| c.verdict == Verdict::Fail).count();
+    if failed > 0 {
+        return Err(Failure::Check(format!(
+            "{failed} of {} checks miss their bar",
+            all.len()
+        )));
+    }
+    Ok(())
+}

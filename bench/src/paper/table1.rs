@@ -1,0 +1,8 @@
+//! Table I: the largest stable mass ratio of particle chains.
+
+use super::{Outcome, PaperError};
+use indicatif::ProgressBar;
+
+pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, PaperError> {
+    Ok(Outcome::default())
+}

@@ -1,0 +1,363 @@
+//! Charts as SVG text: lines, points and bars, linear or logarithmic axes, several panels beside each other.
+//!
+//! Colours are those of Okabe and Ito, which colour-blind readers can tell apart; every series also has its own place
+//! in the legend. The paper is white, whatever the reader's theme.
+
+use plotters::chart::SeriesAnno;
+use plotters::coord::Shift;
+use plotters::coord::types::RangedCoordf64;
+use plotters::prelude::*;
+use std::fmt;
+
+/// Colours of series, in order; after the last the first comes again.
+const COLOURS: [RGBColor; 7] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(0, 0, 0),
+];
+
+/// Width and height of a panel, in pixels.
+const PANEL: (u32, u32) = (640, 440);
+
+/// Panels beside each other at most.
+const ACROSS: usize = 2;
+
+/// An axis.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Axis {
+    /// What it shows, with its unit.
+    pub label: String,
+    /// Whether it is logarithmic: numbers that are not positive are then left out.
+    pub log: bool,
+    /// Its ends; those of the data where there are none.
+    pub range: Option<[f64; 2]>,
+}
+
+impl Axis {
+    /// A linear axis.
+    #[must_use]
+    pub fn linear(label: &str) -> Self {
+        Self {
+            label: label.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    /// A logarithmic axis.
+    #[must_use]
+    pub fn log(label: &str) -> Self {
+        Self {
+            log: true,
+            ..Self::linear(label)
+        }
+    }
+
+    /// The place of a number on the axis: its logarithm on a logarithmic one.
+    fn place(&self, value: f64) -> f64 {
+        if self.log { value.log10() } else { value }
+    }
+
+    /// The ends of the axis that holds all `values`, with a margin.
+    fn ends(&self, values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+        if let Some([low, high]) = self.range {
+            return self.place(low)..self.place(high);
+        }
+        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        for value in values.filter(|v| v.is_finite()) {
+            (low, high) = (low.min(value), high.max(value));
+        }
+        if low > high {
+            return 0.0..1.0;
+        }
+        // A single value stands in the middle of something.
+        let least = if self.log {
+            0.5
+        } else {
+            1e-12 + 0.1 * low.abs()
+        };
+        let margin = (0.04 * (high - low)).max(if high > low { 0.0 } else { least });
+        low - margin..high + margin
+    }
+
+    fn tick(&self, place: f64) -> String {
+        if !self.log {
+            return number(place);
+        }
+        let nearest = place.round();
+        if (place - nearest).abs() < 1e-9 {
+            power_of_ten(nearest as i32)
+        } else {
+            number(10_f64.powf(place))
+        }
+    }
+}
+
+/// Three digits, with a power of ten where the number is large or small.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size < 1e-300 {
+        "0".to_owned()
+    } else if (1e-3..1e5).contains(&size) {
+        let digits = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    } else {
+        format!("{value:.1e}")
+    }
+}
+
+/// 10 with a raised exponent.
+fn power_of_ten(exponent: i32) -> String {
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
+    });
+    "10".chars().chain(raised).collect()
+}
+
+/// How a series is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Mark {
+    /// Straight lines from point to point.
+    #[default]
+    Line,
+    /// Lines with a dot at each point.
+    LineAndPoints,
+    /// Dots.
+    Points,
+    /// Bars from zero, as wide as the distance of the first two points.
+    Bars,
+}
+
+/// A series of a chart.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Series {
+    /// Its name in the legend.
+    pub name: String,
+    /// Its points.
+    pub points: Vec<[f64; 2]>,
+    /// How it is drawn.
+    pub mark: Mark,
+}
+
+impl Series {
+    /// A series of points drawn with `mark`.
+    #[must_use]
+    pub fn new(name: impl Into<String>, points: Vec<[f64; 2]>, mark: Mark) -> Self {
+        Self {
+            name: name.into(),
+            points,
+            mark,
+        }
+    }
+}
+
+/// One panel.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Chart {
+    /// Title.
+    pub title: String,
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis.
+    pub y: Axis,
+    /// What is shown.
+    pub series: Vec<Series>,
+}
+
+/// A chart that could not be drawn.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlotError(String);
+
+impl fmt::Display for PlotError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cannot draw the chart: {}", self.0)
+    }
+}
+
+impl std::error::Error for PlotError {}
+
+fn failed(e: impl fmt::Display) -> PlotError {
+    PlotError(e.to_string())
+}
+
+/// The charts as panels of one picture, two beside each other.
+///
+/// # Errors
+/// [`PlotError`] with the drawing library's message.
+pub fn svg(charts: &[Chart]) -> Result<String, PlotError> {
+    let columns = charts.len().clamp(1, ACROSS);
+    let rows = charts.len().div_ceil(columns).max(1);
+    let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
+    let mut text = String::new();
+    {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        root.fill(&WHITE).map_err(failed)?;
+        let panels = root.split_evenly((rows, columns));
+        for (chart, area) in charts.iter().zip(&panels) {
+            draw(chart, area)?;
+        }
+        root.present().map_err(failed)?;
+    }
+    Ok(text)
+}
+
+type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+
+fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), PlotError> {
+    let places = |series: &Series| -> Vec<(f64, f64)> {
+        let place = |p: &[f64; 2]| (chart.x.place(p[0]), chart.y.place(p[1]));
+        let places = series.points.iter().map(place);
+        places
+            .filter(|(x, y)| x.is_finite() && y.is_finite())
+            .collect()
+    };
+    let all: Vec<_> = chart.series.iter().map(places).collect();
+    let x = chart.x.ends(all.iter().flatten().map(|p| p.0));
+    let bars = chart.series.iter().any(|s| s.mark == Mark::Bars);
+    let zero = bars.then_some(0.0);
+    let y = chart.y.ends(all.iter().flatten().map(|p| p.1).chain(zero));
+    let mut plane = ChartBuilder::on(area)
+        .caption(&chart.title, ("sans-serif", 18))
+        .margin(12)
+        .x_label_area_size(46)
+        .y_label_area_size(72)
+        .build_cartesian_2d(x, y)
+        .map_err(failed)?;
+    plane
+        .configure_mesh()
+        .x_desc(&chart.x.label)
+        .y_desc(&chart.y.label)
+        .x_label_formatter(&|v| chart.x.tick(*v))
+        .y_label_formatter(&|v| chart.y.tick(*v))
+        .x_labels(8)
+        .y_labels(8)
+        .light_line_style(WHITE)
+        .bold_line_style(RGBColor(220, 220, 220))
+        .label_style(("sans-serif", 13))
+        .axis_desc_style(("sans-serif", 15))
+        .draw()
+        .map_err(failed)?;
+    for (i, (series, points)) in chart.series.iter().zip(&all).enumerate() {
+        draw_series(&mut plane, series, points, COLOURS[i % COLOURS.len()])?;
+    }
+    if chart.series.iter().any(|s| !s.name.is_empty()) {
+        plane
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE.mix(0.85))
+            .border_style(RGBColor(200, 200, 200))
+            .label_font(("sans-serif", 13))
+            .draw()
+            .map_err(failed)?;
+    }
+    Ok(())
+}
+
+fn draw_series<'a, 'b: 'a>(
+    plane: &mut Plane<'a, 'b>,
+    series: &Series,
+    points: &[(f64, f64)],
+    colour: RGBColor,
+) -> Result<(), PlotError> {
+    let stroke = colour.stroke_width(2);
+    let dots = matches!(series.mark, Mark::Points | Mark::LineAndPoints);
+    let line = matches!(series.mark, Mark::Line | Mark::LineAndPoints);
+    // A cloud of thousands of points is drawn finely.
+    let radius = if points.len() > 400 { 1 } else { 3 };
+    let key =
+        move |(x, y): (i32, i32)| Rectangle::new([(x, y - 3), (x + 16, y + 3)], colour.filled());
+    if series.mark == Mark::Bars {
+        let width = points.windows(2).next().map_or(1.0, |w| w[1].0 - w[0].0);
+        let bar = |&(x, y): &(f64, f64)| {
+            Rectangle::new(
+                [(x - 0.45 * width, 0.0), (x + 0.45 * width, y)],
+                colour.mix(0.7).filled(),
+            )
+        };
+        label(
+            plane.draw_series(points.iter().map(bar)).map_err(failed)?,
+            series,
+            key,
+        );
+    }
+    if line {
+        let drawn = plane.draw_series(LineSeries::new(points.iter().copied(), stroke));
+        label(drawn.map_err(failed)?, series, key);
+    }
+    if dots {
+        let dot = |&p: &(f64, f64)| Circle::new(p, radius, colour.filled());
+        let drawn = plane.draw_series(points.iter().map(dot)).map_err(failed)?;
+        if !line {
+            label(drawn, series, key);
+        }
+    }
+    Ok(())
+}
+
+fn label<'a, 'b: 'a>(
+    drawn: &mut SeriesAnno<'a, SVGBackend<'b>>,
+    series: &Series,
+    key: impl Fn((i32, i32)) -> Rectangle<(i32, i32)> + 'a,
+) {
+    if !series.name.is_empty() {
+        drawn.label(series.name.clone()).legend(key);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_and_powers_are_short() {
+        assert_eq!(
+            [0.0, 1.0, 0.25, 1234.0, 1e7].map(number),
+            ["0", "1", "0.25", "1234", "1.0e7"]
+        );
+        assert_eq!([-12, 0, 3].map(power_of_ten), ["10⁻¹²", "10⁰", "10³"]);
+    }
+
+    #[test]
+    fn a_chart_holds_its_title_axes_names_and_points() {
+        let points = vec![[1.0, 1e-3], [10.0, 1e-6], [100.0, f64::NAN], [1000.0, -1.0]];
+        let chart = Chart {
+            title: "errors".to_owned(),
+            x: Axis::log("segments"),
+            y: Axis::log("error (m)"),
+            series: vec![
+                Series::new("ours", points.clone(), Mark::LineAndPoints),
+                Series::new("theirs", points, Mark::Points),
+            ],
+        };
+        let text = svg(&[chart.clone(), chart]).expect("draws");
+        for part in ["errors", "segments", "error (m)", "ours", "theirs", "10⁻⁶"] {
+            assert!(text.contains(part), "{part} is missing");
+        }
+        // Two panels of two series of the two points that a logarithmic axis can hold.
+        assert_eq!(text.matches("<circle").count(), 2 * 2 * 2);
+    }
+
+    #[test]
+    fn charts_without_data_are_drawn_too() {
+        assert!(svg(&[]).expect("draws").starts_with("<svg"));
+        let empty = Chart {
+            series: vec![Series::new("none", Vec::new(), Mark::Bars)],
+            ..Chart::default()
+        };
+        let text = svg(&[empty]).expect("draws");
+        assert!(!text.contains("NaN"));
+    }
+}
