@@ -72,12 +72,15 @@ impl Geometric {
         }
     }
 
-    /// Angular velocity of the chord of each group, from the first constraint's side a to the last one's side b.
+    /// Angular velocity of the chord of each group, from the first constraint's first side to the last one's last.
     pub(crate) fn update_chords(&mut self, scene: &Scene, t: f64, dt: f64) {
         let bodies = &scene.bodies;
         for (turning, &(first, last)) in self.turning.iter_mut().zip(&self.chords) {
-            let [a, _] = scene.constraints[first].frames();
-            let [_, b] = scene.constraints[last].frames();
+            let a = scene.constraints[first].frames().first();
+            let b = scene.constraints[last].frames().last();
+            let (Some(a), Some(b)) = (a, b) else {
+                continue;
+            };
             let end = |frame: &taut_model::Frame| match frame.side {
                 Side::Body(i) => (bodies.position[i], bodies.velocity[i]),
                 Side::World(motion) => (

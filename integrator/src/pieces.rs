@@ -244,6 +244,7 @@ fn turning_length(constraint: &Constraint) -> f64 {
     let lever = on_bodies.map(|f| f.point.norm()).fold(0.0, f64::max);
     match constraint {
         Constraint::Distance(link) => lever.max(link.length),
+        Constraint::MasslessCable(cable) => lever.max(cable.length),
         _ if constraint.has_stretch_rows() => lever,
         _ => 0.0,
     }

@@ -821,7 +821,7 @@ mod tests {
     #[test]
     fn a_failed_solve_names_the_constraint() {
         let mut scene = held(Vector3::zeros(), RowLaw::RIGID, Motion::Fixed);
-        let again = scene.constraints[0];
+        let again = scene.constraints[0].clone();
         scene.add_constraint("again", again, 0);
         let error = Stepper::new(scene, options(Form::Schur))
             .unwrap()

@@ -32,20 +32,24 @@ pub struct JacobianCheck {
 /// When there is no such constraint, or it names a body that is not there.
 #[must_use]
 pub fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck {
-    let mut c = scene.constraints[constraint];
+    let mut c = scene.constraints[constraint].clone();
     // Differences must not see the angle wrap.
     c.update_winding(&scene.bodies, 0.0);
     let rows = c.rows();
     let mut phi = [0.0; MAX_ROWS];
-    let mut blocks = [[0.0; 6 * MAX_ROWS]; 2];
-    let [block_a, block_b] = &mut blocks;
-    let mut out = Rows::new(&mut phi[..rows], block_a, block_b);
+    let mut blocks = vec![0.0; 6 * rows * c.bodies().count()];
+    let mut out = Rows::new(&mut phi[..rows], &mut blocks, &mut []);
     c.evaluate(&scene.bodies, 0.0, &mut out);
+    let mut moved: Vec<usize> = c.bodies().collect();
+    moved.sort_unstable();
+    moved.dedup();
 
     let mut noise = [0.0; MAX_ROWS];
     for (row, noise) in noise[..rows].iter_mut().enumerate() {
         // Directions are rounded to ε: φ to ε times its largest derivative.
-        let entries = blocks.iter().flat_map(|b| &b[6 * row..6 * row + 6]);
+        let entries = blocks
+            .chunks_exact(6 * rows)
+            .flat_map(|b| &b[6 * row..6 * row + 6]);
         let gradient = entries.fold(0.0_f64, |m, e| m.max(e.abs()));
         let offset = scene
             .bodies
@@ -58,10 +62,16 @@ pub fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck {
     let mut error = vec![[0.0_f64; 2]; rows];
     let mut uncertainty = vec![[0.0_f64; 2]; rows];
     let mut largest = vec![[0.0_f64; 2]; rows];
-    for (block, frame) in blocks.iter().zip(c.frames()) {
-        let Some(body) = frame.body_index() else {
-            continue;
-        };
+    for body in moved {
+        // A body that the constraint acts on twice moves with both of its blocks.
+        let mut block = vec![0.0; 6 * rows];
+        let sides = blocks.chunks_exact(6 * rows).zip(c.bodies());
+        for (part, _) in sides.filter(|(_, b)| *b == body) {
+            block
+                .iter_mut()
+                .zip(part)
+                .for_each(|(to, from)| *to += from);
+        }
         for column in 0..6 {
             let numeric = differentiate(&scene.bodies, &c, (body, column), &noise);
             let part = column / 3;

@@ -1,14 +1,17 @@
 //! Constraints: violations φ(q, t), Jacobians and the laws of their rows.
 //!
 //! Every row obeys ε λ = −(φ + τ φ̇) \[SL (7)] with compliance ε ≥ 0 and damping time τ ≥ 0. The Jacobian is that of
-//! φ̇ = J v + ∂φ/∂t with v = \[v; ω] of the two sides in the world frame. Side a comes first.
+//! φ̇ = J v + ∂φ/∂t with v = \[v; ω] of the sides in the world frame. Joints have two sides, a first; [`LinkBend`] has
+//! three and [`MasslessCable`] any number.
 //!
-//! All angular rows depend on the relative rotation of the two sides only: their Jacobian on ω_a is the negative of
-//! that on ω_b.
+//! All angular rows of joints depend on the relative rotation of the two sides only: their Jacobian on ω_a is the
+//! negative of that on ω_b.
 
 mod cosserat;
 mod distance;
+mod link_bend;
 mod lock;
+mod massless_cable;
 mod paper;
 mod spherical;
 #[cfg(test)]
@@ -16,7 +19,9 @@ mod testing;
 
 pub use cosserat::Cosserat;
 pub use distance::Distance;
+pub use link_bend::{BendDefinition, LinkBend};
 pub use lock::Lock;
+pub use massless_cable::MasslessCable;
 pub use paper::{Paper, TwistDefinition};
 pub use spherical::Spherical;
 
@@ -95,8 +100,8 @@ impl RowKind {
     }
 }
 
-/// A constraint between two frames: a closed set of kinds, one file each.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// A constraint between frames: a closed set of kinds, one file each.
+#[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Constraint {
     /// Ball joint, 3 rows.
@@ -109,6 +114,10 @@ pub enum Constraint {
     Lock(Lock),
     /// Link of a particle chain, 1 row, or 3 with the transverse ones.
     Distance(Distance),
+    /// Total length through any number of points, 1 row.
+    MasslessCable(MasslessCable),
+    /// Angle between two links that share a point, 1 or 2 rows.
+    LinkBend(LinkBend),
 }
 
 impl Constraint {
@@ -146,32 +155,47 @@ impl Constraint {
                 (Transverse, 2, c.transverse.then_some(RowLaw::RIGID)),
                 (Twist, 0, None),
             ],
+            Self::MasslessCable(c) => [(Length, 1, Some(c.law)), (Bend, 0, None), (Twist, 0, None)],
+            Self::LinkBend(c) => [
+                (Bend, c.definition.rows(), Some(c.law)),
+                (Stretch, 0, None),
+                (Twist, 0, None),
+            ],
         };
         let present = |(kind, rows, law): (_, _, Option<_>)| Some((kind, rows, law?));
         parts.into_iter().filter_map(present)
     }
 
-    /// The two frames: a, then b.
+    /// The frames of the sides, in order: a and b of a joint.
     #[must_use]
-    pub fn frames(&self) -> &[Frame; 2] {
+    pub fn frames(&self) -> &[Frame] {
         match self {
             Self::Spherical(c) => &c.frames,
             Self::Paper(c) => &c.frames,
             Self::Cosserat(c) => &c.frames,
             Self::Lock(c) => &c.frames,
             Self::Distance(c) => &c.frames,
+            Self::MasslessCable(c) => &c.frames,
+            Self::LinkBend(c) => &c.frames,
         }
     }
 
-    /// The two frames, to be changed; the bodies that they name are part of the topology.
-    pub fn frames_mut(&mut self) -> &mut [Frame; 2] {
+    /// The frames, to be changed; the bodies that they name are part of the topology.
+    pub fn frames_mut(&mut self) -> &mut [Frame] {
         match self {
             Self::Spherical(c) => &mut c.frames,
             Self::Paper(c) => &mut c.frames,
             Self::Cosserat(c) => &mut c.frames,
             Self::Lock(c) => &mut c.frames,
             Self::Distance(c) => &mut c.frames,
+            Self::MasslessCable(c) => &mut c.frames,
+            Self::LinkBend(c) => &mut c.frames,
         }
+    }
+
+    /// Bodies of the sides that are held by bodies, in the order of the sides.
+    pub(crate) fn bodies(&self) -> impl Iterator<Item = usize> {
+        self.frames().iter().filter_map(Frame::body_index)
     }
 
     /// Kind and law of row `row`.
@@ -199,10 +223,14 @@ impl Constraint {
 
     /// Whether a force acts at the attachment points, so that the Jacobian changes with the rotation of the levers.
     pub(crate) fn acts_at_points(&self) -> bool {
-        self.has_stretch_rows() || matches!(self, Self::Distance(_))
+        let of_points = matches!(
+            self,
+            Self::Distance(_) | Self::MasslessCable(_) | Self::LinkBend(_)
+        );
+        of_points || self.has_stretch_rows()
     }
 
-    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`.
+    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`, `massless-cable`, `link-bend`.
     #[must_use]
     pub fn kind_name(&self) -> &'static str {
         match self {
@@ -211,6 +239,8 @@ impl Constraint {
             Self::Cosserat(_) => "cosserat",
             Self::Lock(_) => "lock",
             Self::Distance(_) => "distance",
+            Self::MasslessCable(_) => "massless-cable",
+            Self::LinkBend(_) => "link-bend",
         }
     }
 
@@ -222,23 +252,32 @@ impl Constraint {
         self.evaluate(bodies, t, &mut Rows::new(phi, &mut [], &mut []));
     }
 
-    /// Writes φ and the Jacobian blocks (an empty block slice stands for a side without one); returns both lever arms.
-    pub(crate) fn evaluate(
-        &self,
-        bodies: &Bodies,
-        t: f64,
-        rows: &mut Rows<'_>,
-    ) -> [Vector3<f64>; 2] {
-        let [a, b] = self.frames();
-        let (a, b) = (a.resolve(bodies, t), b.resolve(bodies, t));
+    /// Writes φ, the Jacobian blocks and the lever arms.
+    pub(crate) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         match self {
-            Self::Spherical(_) => rows.stretch(&a, &b),
-            Self::Paper(c) => c.evaluate(&a, &b, rows),
-            Self::Cosserat(c) => c.evaluate(&a, &b, rows),
-            Self::Lock(_) => lock::evaluate(&a, &b, rows),
-            Self::Distance(c) => c.evaluate(&a, &b, rows),
+            Self::Spherical(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                rows.stretch(&a, &b);
+            }
+            Self::Paper(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                c.evaluate(&a, &b, rows);
+            }
+            Self::Cosserat(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                c.evaluate(&a, &b, rows);
+            }
+            Self::Lock(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                lock::evaluate(&a, &b, rows);
+            }
+            Self::Distance(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                c.evaluate(&a, &b, rows);
+            }
+            Self::MasslessCable(c) => c.evaluate(bodies, t, rows),
+            Self::LinkBend(c) => c.evaluate(bodies, t, rows),
         }
-        [a.lever, b.lever]
     }
 
     /// Writes ∂φ/∂t as the mean over \[t, t_next] with the bodies held: only a moved world side depends on time, and
@@ -248,29 +287,58 @@ impl Constraint {
         if t_next == t || !self.acts_at_points() {
             return;
         }
-        let [a, b] = self.frames();
         let change = |f: &Frame| f.displacement(t_next) - f.displacement(t);
-        let change = change(a) - change(b);
         let time = t_next - t;
         match self {
-            // A link at rest needs no direction.
-            Self::Distance(_) if change == Vector3::zeros() => {}
-            Self::Distance(c) => {
-                let d = gap(&a.resolve(bodies, t), &b.resolve(bodies, t));
-                c.drive(&d, &change, time, phi_t);
+            Self::MasslessCable(_) | Self::LinkBend(_) => {
+                if self.frames().iter().any(|f| change(f) != Vector3::zeros()) {
+                    self.difference(bodies, [t, t_next], phi_t);
+                }
             }
-            _ => phi_t[..3].copy_from_slice((change / time).as_slice()),
+            Self::Distance(c) => {
+                let [a, b] = &c.frames;
+                let change = change(a) - change(b);
+                // A link at rest needs no direction.
+                if change != Vector3::zeros() {
+                    let d = gap(&a.resolve(bodies, t), &b.resolve(bodies, t));
+                    c.drive(&d, &change, time, phi_t);
+                }
+            }
+            Self::Spherical(_) | Self::Paper(_) | Self::Cosserat(_) | Self::Lock(_) => {
+                let sides = self.frames().iter().zip([1.0, -1.0]);
+                let change: Vector3<f64> = sides.map(|(f, sign)| change(f) * sign).sum();
+                phi_t[..3].copy_from_slice((change / time).as_slice());
+            }
+        }
+    }
+
+    /// (φ(t′) − φ(t))/(t′ − t) with the bodies held, for the times t, t′.
+    fn difference(&self, bodies: &Bodies, [t, t_next]: [f64; 2], rate: &mut [f64]) {
+        let mut before = [0.0; MAX_ROWS];
+        self.violation(bodies, t, &mut before[..rate.len()]);
+        self.violation(bodies, t_next, rate);
+        for (rate, before) in rate.iter_mut().zip(before) {
+            *rate = (*rate - before) / (t_next - t);
         }
     }
 
     /// Moves the unwrapping reference of a twist row to the twist at time `t`.
     pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
-        let [a, b] = self.frames();
-        let (a, b) = (a.resolve(bodies, t), b.resolve(bodies, t));
+        let sides = |frames: &[Frame; 2]| frames.map(|f| f.resolve(bodies, t));
         match self {
-            Self::Spherical(_) | Self::Lock(_) | Self::Distance(_) => {}
-            Self::Paper(c) => c.twist_reference = c.twist(&a, &b).0,
-            Self::Cosserat(c) => c.twist_reference = c.twist(&a, &b).0,
+            Self::Spherical(_)
+            | Self::Lock(_)
+            | Self::Distance(_)
+            | Self::MasslessCable(_)
+            | Self::LinkBend(_) => {}
+            Self::Paper(c) => {
+                let [a, b] = sides(&c.frames);
+                c.twist_reference = c.twist(&a, &b).0;
+            }
+            Self::Cosserat(c) => {
+                let [a, b] = sides(&c.frames);
+                c.twist_reference = c.twist(&a, &b).0;
+            }
         }
     }
 }
@@ -289,26 +357,49 @@ fn gap(a: &Resolved, b: &Resolved) -> Vector3<f64> {
     (a.centre - b.centre) + (a.lever - b.lever)
 }
 
-/// Where a constraint writes: φ and the blocks of its two sides (rows × 6, row-major, columns \[linear, angular];
-/// empty for a side that does not move).
+/// Where a constraint writes: φ; the blocks of its moving sides one after the other (rows × 6, row-major, columns
+/// \[linear, angular]); their lever arms. Blocks and levers may be left out.
 pub(crate) struct Rows<'a> {
     phi: &'a mut [f64],
-    a: &'a mut [f64],
-    b: &'a mut [f64],
+    blocks: &'a mut [f64],
+    levers: &'a mut [Vector3<f64>],
+    /// Where the blocks of a joint's two sides start; `None` for a side that does not move.
+    starts: [Option<usize>; 2],
     next: usize,
     /// |p_a − p_b| \[m], written by [`Distance`] alone.
     pub(crate) distance: f64,
 }
 
 impl<'a> Rows<'a> {
-    pub(crate) fn new(phi: &'a mut [f64], a: &'a mut [f64], b: &'a mut [f64]) -> Self {
+    pub(crate) fn new(
+        phi: &'a mut [f64],
+        blocks: &'a mut [f64],
+        levers: &'a mut [Vector3<f64>],
+    ) -> Self {
         Self {
             phi,
-            a,
-            b,
+            blocks,
+            levers,
+            starts: [None; 2],
             next: 0,
             distance: 0.0,
         }
+    }
+
+    /// The two sides of a joint at time `t`, whose blocks and levers are those of the rows from now on.
+    fn resolve(&mut self, frames: &[Frame; 2], bodies: &Bodies, t: f64) -> [Resolved; 2] {
+        let sides = frames.map(|f| f.resolve(bodies, t));
+        let mut moving = 0;
+        for ((frame, side), start) in frames.iter().zip(&sides).zip(&mut self.starts) {
+            if frame.body_index().is_some() {
+                *start = Some(6 * self.phi.len() * moving);
+                if let Some(lever) = self.levers.get_mut(moving) {
+                    *lever = side.lever;
+                }
+                moving += 1;
+            }
+        }
+        sides
     }
 
     /// Three rows φ = x_a + r_a − x_b − r_b; J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].
@@ -333,12 +424,26 @@ impl<'a> Rows<'a> {
     fn push(&mut self, phi: f64, a: [&Vector3<f64>; 2], b: [&Vector3<f64>; 2]) {
         let row = self.next;
         self.phi[row] = phi;
-        for (block, parts) in [(&mut *self.a, a), (&mut *self.b, b)] {
-            if let Some(out) = block.get_mut(6 * row..6 * row + 6) {
-                out[..3].copy_from_slice(parts[0].as_slice());
-                out[3..].copy_from_slice(parts[1].as_slice());
+        for (start, parts) in self.starts.into_iter().zip([a, b]) {
+            if let Some(start) = start {
+                self.write(start + 6 * row, parts);
             }
         }
         self.next = row + 1;
+    }
+
+    /// The gradient `g` of row `row` on the point of the moving side number `side`.
+    fn point(&mut self, side: usize, row: usize, g: &Vector3<f64>, lever: &Vector3<f64>) {
+        if let Some(to) = self.levers.get_mut(side) {
+            *to = *lever;
+        }
+        self.write(6 * (side * self.phi.len() + row), [g, &lever.cross(g)]);
+    }
+
+    fn write(&mut self, at: usize, parts: [&Vector3<f64>; 2]) {
+        if let Some(out) = self.blocks.get_mut(at..at + 6) {
+            out[..3].copy_from_slice(parts[0].as_slice());
+            out[3..].copy_from_slice(parts[1].as_slice());
+        }
     }
 }

@@ -92,7 +92,7 @@ pub enum SceneError {
         /// The joint.
         joint: String,
         /// `a` or `b`.
-        side: &'static str,
+        side: String,
         /// Largest entry of |AᵀA − I| (or of the determinant's error).
         error: f64,
     },
@@ -243,7 +243,7 @@ mod tests {
             },
             SceneError::Axes {
                 joint: "anchor".into(),
-                side: "a",
+                side: "a".to_owned(),
                 error: 0.5,
             },
             SceneError::Toml {

@@ -95,8 +95,8 @@ mod seed;
 pub use body::{Bodies, Body};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
-    Constraint, Cosserat, Distance, JointLaw, Lock, MAX_ROWS, Paper, RowKind, RowLaw, Spherical,
-    TwistDefinition,
+    BendDefinition, Constraint, Cosserat, Distance, JointLaw, LinkBend, Lock, MAX_ROWS,
+    MasslessCable, Paper, RowKind, RowLaw, Spherical, TwistDefinition,
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
@@ -105,7 +105,7 @@ pub use linearized::{Linearized, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
-pub use particles::ParticleChainParams;
+pub use particles::{ChainModel, ParticleChainParams};
 pub use scene::Scene;
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;

@@ -8,7 +8,6 @@ use std::ops::Range;
 use nalgebra::Vector3;
 
 use crate::constraint::{RowKind, Rows};
-use crate::frame::Frame;
 use crate::scene::Scene;
 
 /// One Jacobian block: how a constraint acts on a body.
@@ -56,7 +55,7 @@ pub struct Linearized {
     pub row_start: Vec<usize>,
     /// First slot of each constraint; length constraints + 1.
     pub slot_start: Vec<usize>,
-    /// Blocks of the Jacobian, constraint by constraint, side a before side b; world sides have none.
+    /// Blocks of the Jacobian, constraint by constraint, in the order of the sides; world sides have none.
     pub slots: Vec<Slot>,
     /// Violations φ at t, one a row \[m or rad].
     pub phi: Vec<f64>,
@@ -97,7 +96,7 @@ impl Linearized {
                 });
             }
             rows += c.rows();
-            for body in c.frames().iter().filter_map(Frame::body_index) {
+            for body in c.bodies() {
                 lin.slots.push(Slot {
                     constraint,
                     body,
@@ -130,25 +129,22 @@ impl Linearized {
         let mut links = 0;
         for (i, c) in scene.constraints.iter().enumerate() {
             let (rows, slots) = (self.row_range(i), self.slot_range(i));
-            let block = 6 * rows.len();
-            let moving = c.frames().map(|f| usize::from(f.body_index().is_some()));
+            let found = (c.rows(), c.bodies().count());
             assert_eq!(
                 (rows.len(), slots.len()),
-                (c.rows(), moving[0] + moving[1]),
+                found,
                 "constraint {i} {ANOTHER_TOPOLOGY}"
             );
             let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
-            let blocks = &mut self.jacobian[start..start + block * slots.len()];
-            let (a, b) = blocks.split_at_mut(block * moving[0]);
-            let mut out = Rows::new(&mut self.phi[rows.clone()], a, b);
-            let levers = c.evaluate(&scene.bodies, t, &mut out);
+            let blocks = &mut self.jacobian[start..start + 6 * rows.len() * slots.len()];
+            let levers = if c.acts_at_points() {
+                &mut self.levers[slots]
+            } else {
+                &mut []
+            };
+            let mut out = Rows::new(&mut self.phi[rows.clone()], blocks, levers);
+            c.evaluate(&scene.bodies, t, &mut out);
             let distance = out.distance;
-            if c.acts_at_points() {
-                let sides = levers.iter().zip(moving).filter(|(_, there)| *there == 1);
-                for (to, (from, _)) in self.levers[slots].iter_mut().zip(sides) {
-                    *to = *from;
-                }
-            }
             let mut row = rows.start;
             for (kind, count, law) in c.parts() {
                 if kind == RowKind::Transverse {
@@ -404,7 +400,7 @@ mod tests {
         let mut scene = chain.build().expect("builds");
         let mut lin = Linearized::new(&scene);
         scene.constraints[4] = crate::Constraint::Spherical(crate::Spherical {
-            frames: *scene.constraints[4].frames(),
+            frames: scene.constraints[4].frames().try_into().expect("two sides"),
             stretch: crate::RowLaw::RIGID,
         });
         lin.update(&scene, 0.0);

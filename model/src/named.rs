@@ -2,22 +2,34 @@
 
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
-use crate::particles::{self, ParticleChainParams};
+use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 2] = ["hoist", particles::NAME];
+pub const NAMES: [&str; 7] = [
+    "hoist",
+    ChainModel::Links.scene_name(),
+    ChainModel::MasslessCable.scene_name(),
+    ChainModel::LoadEnforcement.scene_name(),
+    ChainModel::Truncated.scene_name(),
+    ChainModel::BendAngle.scene_name(),
+    ChainModel::BendVector.scene_name(),
+];
 
 /// The scene called `name`, with its default parameters.
 ///
 /// # Errors
 /// [`SceneError::UnknownScene`], which lists the names that there are.
 pub fn named(name: &str) -> Result<Scene, SceneError> {
-    match name {
-        "hoist" => HoistParams::default().build(),
-        particles::NAME => ParticleChainParams::default().build(),
-        _ => Err(unknown(name)),
+    if name == "hoist" {
+        return HoistParams::default().build();
     }
+    let model = ChainModel::of_scene(name).ok_or_else(|| unknown(name))?;
+    let chain = ParticleChainParams {
+        model,
+        ..ParticleChainParams::default()
+    };
+    chain.build()
 }
 
 pub(crate) fn unknown(name: &str) -> SceneError {
@@ -45,7 +57,8 @@ mod tests {
         let message = named("hoits").expect_err("no such scene").to_string();
         assert_eq!(
             message,
-            "no scene is called `hoits`: choose one of hoist, particles-a, or give a TOML file"
+            "no scene is called `hoits`: choose one of hoist, particles-a, particles-b, particles-c, particles-d, \
+             particles-e, particles-f, or give a TOML file"
         );
     }
 }

@@ -1,27 +1,87 @@
 //! Particle chains: point masses on a string of links, the models of \[SL §III].
 //!
 //! The chain starts at the world's origin. N links of equal length d hold N particles; the last particle is the load.
+//! What stabilises a heavy load differs from model to model: see [`ChainModel`].
 
 use nalgebra::Vector3;
 
 use crate::body::Body;
-use crate::constraint::{Constraint, Distance, RowLaw};
+use crate::constraint::{BendDefinition, Constraint, Distance, LinkBend, MasslessCable, RowLaw};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::hoist::MAX_SEGMENTS;
 use crate::scene::Scene;
 use crate::seed;
 
-/// Name of the chain of links alone.
-pub(crate) const NAME: &str = "particles-a";
+/// What a chain has besides its links: models (a) to (e) of \[SL §III, Fig. 1], and (f), which holds in space too.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum ChainModel {
+    /// (a) Nothing.
+    #[default]
+    Links,
+    /// (b) A massless cable through all particles: one row on the total length.
+    MasslessCable,
+    /// (c) Load enforcement: a link of the whole length from the anchor to the load.
+    LoadEnforcement,
+    /// (d) As (b), with the last link left out.
+    Truncated,
+    /// (e) Angles between neighbouring links: holds in exactly planar motion.
+    BendAngle,
+    /// (f) Bend vectors between neighbouring links, in both transverse directions.
+    BendVector,
+}
 
-/// Parameters of a chain of particles and links alone: model (a) of \[SL §III]. SI units.
+impl ChainModel {
+    /// All models, in the order of their letters.
+    pub const ALL: [Self; 6] = [
+        Self::Links,
+        Self::MasslessCable,
+        Self::LoadEnforcement,
+        Self::Truncated,
+        Self::BendAngle,
+        Self::BendVector,
+    ];
+
+    /// Name of the scene: `particles-a` to `particles-f`.
+    #[must_use]
+    pub const fn scene_name(self) -> &'static str {
+        match self {
+            Self::Links => "particles-a",
+            Self::MasslessCable => "particles-b",
+            Self::LoadEnforcement => "particles-c",
+            Self::Truncated => "particles-d",
+            Self::BendAngle => "particles-e",
+            Self::BendVector => "particles-f",
+        }
+    }
+
+    /// The model whose scene is called `name`.
+    #[must_use]
+    pub fn of_scene(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|m| m.scene_name() == name)
+    }
+
+    /// Compliance that the added rows have by default, of \[SL, Table I]: 10⁻⁹ m/N, 10⁻⁴ rad/(N m).
+    #[must_use]
+    pub fn default_compliance(self) -> f64 {
+        match self {
+            Self::BendAngle | Self::BendVector => 1e-4,
+            _ => 1e-9,
+        }
+    }
+}
+
+/// Parameters of a chain of particles and links. SI units.
 ///
-/// The defaults are those of \[SL, Table I], with a load well below the largest that is stable there.
+/// The defaults are those of \[SL, Table I], with a load well below the largest that is stable there. As text, the model
+/// is the scene's name.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
 pub struct ParticleChainParams {
+    /// What the chain has besides its links.
+    #[cfg_attr(feature = "toml", serde(skip))]
+    pub model: ChainModel,
     /// Number N of particles, with the load, and of links: 1 to 10 million.
     pub particles: usize,
     /// Length d of a link at rest \[m].
@@ -32,7 +92,10 @@ pub struct ParticleChainParams {
     pub load_mass: f64,
     /// Compliance ε of a link \[m/N], ≥ 0; 0 is rigid.
     pub compliance: f64,
-    /// Damping time τ of the links \[s].
+    /// Compliance of the rows that the model adds, ≥ 0: of the total length or of the link to the load \[m/N], of
+    /// bending \[rad/(N m)]. Default: [`ChainModel::default_compliance`].
+    pub added_compliance: Option<f64>,
+    /// Damping time τ of all rows \[s].
     pub damping: f64,
     /// Acceleration of gravity along −z \[m/s²], ≥ 0.
     pub gravity: f64,
@@ -49,11 +112,13 @@ pub struct ParticleChainParams {
 impl Default for ParticleChainParams {
     fn default() -> Self {
         Self {
+            model: ChainModel::Links,
             particles: 5,
             spacing: 1.0,
             mass: 1.0,
             load_mass: 10.0,
             compliance: 1e-8,
+            added_compliance: None,
             damping: 0.0,
             gravity: 10.0,
             transverse: false,
@@ -66,14 +131,15 @@ impl Default for ParticleChainParams {
 
 impl ParticleChainParams {
     /// Builds the scene with unstrained links, at rest but for the random velocities. Bodies: the particles from the
-    /// anchor, the load last. Constraints: the links from the anchor; side a is the one nearer to the anchor. Groups:
-    /// the link of the load is 1 (when it is not the only one), the others 0.
+    /// anchor, the load last. Constraints: the links from the anchor, `link-1` on, side a nearer to the anchor, each
+    /// followed by the bending at its upper end (`bend-1` between the first two); last what the model adds as a whole
+    /// (`cable`, `enforcement`). Groups: what acts on the load is 1 (when there is more), the others 0.
     ///
     /// # Errors
     /// Names the parameter that is out of range, and what it has to be.
     pub fn build(&self) -> Result<Scene, SceneError> {
         self.check_ranges()?;
-        let mut scene = Scene::new(NAME);
+        let mut scene = Scene::new(self.model.scene_name());
         scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
         let along = if self.horizontal {
             Vector3::x()
@@ -91,20 +157,7 @@ impl ParticleChainParams {
             scene.add_body(name, Body::particle(mass).at(place));
         }
         scene.load = Some(last);
-        let at = |i: usize| match i {
-            0 => Frame::world(Vector3::zeros()),
-            i => Frame::body(i - 1, Vector3::zeros()),
-        };
-        for i in 0..self.particles {
-            let link = Constraint::Distance(Distance {
-                frames: [at(i), at(i + 1)],
-                length: self.spacing,
-                law: RowLaw::new(self.compliance, self.damping),
-                transverse: self.transverse,
-            });
-            let group = u32::from(i == last && last > 0);
-            scene.add_constraint(format!("link-{}", i + 1), link, group);
-        }
+        self.add_constraints(&mut scene);
         if self.seed != 0 {
             let mut random = seed::vectors(self.seed);
             for v in &mut scene.bodies.velocity[..last] {
@@ -113,6 +166,67 @@ impl ParticleChainParams {
         }
         scene.validate()?;
         Ok(scene)
+    }
+
+    /// The point number `i` of the chain: the anchor, then the particles.
+    fn point(i: usize) -> Frame {
+        match i {
+            0 => Frame::world(Vector3::zeros()),
+            i => Frame::body(i - 1, Vector3::zeros()),
+        }
+    }
+
+    fn add_constraints(&self, scene: &mut Scene) {
+        let n = self.particles;
+        let added = self
+            .added_compliance
+            .unwrap_or(self.model.default_compliance());
+        let law = RowLaw::new(added, self.damping);
+        let group = |i: usize| u32::from(i == n && n > 1);
+        let whole = self.spacing * n as f64;
+        let link = |ends: [usize; 2], length, law, transverse| {
+            Constraint::Distance(Distance {
+                frames: ends.map(Self::point),
+                length,
+                law,
+                transverse,
+            })
+        };
+        for i in 1..=n {
+            if i < n || self.model != ChainModel::Truncated {
+                let law = RowLaw::new(self.compliance, self.damping);
+                let link = link([i - 1, i], self.spacing, law, self.transverse);
+                scene.add_constraint(format!("link-{i}"), link, group(i));
+            }
+            let definition = match self.model {
+                ChainModel::BendAngle => BendDefinition::Angle,
+                ChainModel::BendVector => BendDefinition::Vector,
+                _ => continue,
+            };
+            if i > 1 {
+                let bend = LinkBend {
+                    frames: [i - 2, i - 1, i].map(Self::point),
+                    law,
+                    definition,
+                };
+                let name = format!("bend-{}", i - 1);
+                scene.add_constraint(name, Constraint::LinkBend(bend), group(i));
+            }
+        }
+        match self.model {
+            ChainModel::MasslessCable | ChainModel::Truncated => {
+                let cable = MasslessCable {
+                    frames: (0..=n).map(Self::point).collect(),
+                    length: whole,
+                    law,
+                };
+                scene.add_constraint("cable", Constraint::MasslessCable(cable), group(n));
+            }
+            ChainModel::LoadEnforcement => {
+                scene.add_constraint("enforcement", link([0, n], whole, law, false), group(n));
+            }
+            _ => {}
+        }
     }
 
     fn check_ranges(&self) -> Result<(), SceneError> {
@@ -136,6 +250,11 @@ impl ParticleChainParams {
         }
         for (what, value, needs) in [
             ("compliance", self.compliance, "≥ 0 m/N; 0 is rigid"),
+            (
+                "added_compliance",
+                self.added_compliance.unwrap_or_default(),
+                "≥ 0 m/N or rad/(N m); 0 is rigid",
+            ),
             ("damping", self.damping, "≥ 0 s"),
             ("gravity", self.gravity, "≥ 0 m/s²"),
             ("seed_velocity", self.seed_velocity, "≥ 0 m/s"),
@@ -167,6 +286,65 @@ mod tests {
         assert_eq!(lin.phi, [0.0; 5]);
         assert_eq!(lin.compliance, [1e-8; 5]);
         assert!((0..5).all(|i| check_jacobian(&scene, i).max < 1e-9));
+    }
+
+    #[test]
+    fn models_have_the_rows_of_the_paper() {
+        let names = |model, particles| -> Vec<String> {
+            let params = ParticleChainParams {
+                model,
+                particles,
+                ..ParticleChainParams::default()
+            };
+            let mut scene = params.build().expect("builds");
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0);
+            assert!(lin.phi.iter().all(|phi| *phi == 0.0));
+            // A straight chain has no direction to bend in.
+            for (i, x) in scene.bodies.position.iter_mut().enumerate() {
+                *x += Vector3::new(0.1, 0.2, -0.3) * (i * i) as f64;
+            }
+            for i in 0..scene.constraints.len() {
+                assert!(check_jacobian(&scene, i).max < 1e-9, "{model:?} {i}");
+            }
+            scene.constraint_names
+        };
+        let links = ["link-1", "link-2", "link-3"];
+        let with = |more: &[&'static str]| [&links[..], more].concat();
+        assert_eq!(names(ChainModel::Links, 3), links);
+        assert_eq!(names(ChainModel::MasslessCable, 3), with(&["cable"]));
+        let enforced = names(ChainModel::LoadEnforcement, 3);
+        assert_eq!(enforced, with(&["enforcement"]));
+        let truncated = names(ChainModel::Truncated, 3);
+        assert_eq!(truncated, ["link-1", "link-2", "cable"]);
+        for model in [ChainModel::BendAngle, ChainModel::BendVector] {
+            let bent = ["link-1", "link-2", "bend-1", "link-3", "bend-2"];
+            assert_eq!(names(model, 3), bent);
+        }
+        for model in ChainModel::ALL {
+            assert!(!names(model, 1).is_empty());
+        }
+    }
+
+    #[test]
+    fn added_rows_have_their_own_compliance() {
+        let build = |model, added_compliance| {
+            let params = ParticleChainParams {
+                model,
+                added_compliance,
+                ..ParticleChainParams::default()
+            };
+            let scene = params.build().expect("builds");
+            let last = scene.constraints.last().expect("there are rows");
+            (last.row(0).1.compliance, scene.groups)
+        };
+        let groups = vec![0, 0, 0, 0, 0, 0, 0, 1, 1];
+        assert_eq!(build(ChainModel::BendAngle, None), (1e-4, groups));
+        let groups = vec![0, 0, 0, 0, 1, 1];
+        assert_eq!(
+            build(ChainModel::LoadEnforcement, Some(1e-12)),
+            (1e-12, groups)
+        );
     }
 
     #[test]
@@ -226,6 +404,10 @@ mod tests {
         says(|p| p.mass = f64::NAN, "mass is NaN");
         says(|p| p.load_mass = 0.0, "load_mass is 0");
         says(|p| p.compliance = -1e-9, "compliance is -");
+        says(
+            |p| p.added_compliance = Some(-1.0),
+            "added_compliance is -1",
+        );
         says(|p| p.damping = f64::INFINITY, "damping is inf");
         says(|p| p.gravity = f64::NAN, "gravity is NaN");
         says(|p| p.seed_velocity = -1.0, "seed_velocity is -1");
@@ -242,6 +424,7 @@ mod tests {
             given in proptest::collection::vec(any::<bool>(), 7),
             flags in any::<[bool; 2]>(),
             seed in any::<u64>(),
+            model in 0_usize..6,
         ) {
             let base = ParticleChainParams::default();
             let of = |i: usize, default: f64| if given[i] { v[i].abs() } else { default };
@@ -257,6 +440,8 @@ mod tests {
                 transverse: flags[0],
                 horizontal: flags[1],
                 seed,
+                model: ChainModel::ALL[model],
+                added_compliance: given[3].then_some(v[6]),
             };
             match params.build() {
                 Ok(scene) => {

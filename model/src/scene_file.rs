@@ -1,7 +1,8 @@
 //! Scenes from TOML text, with overrides `KEY=VALUE`.
 //!
-//! Three kinds of text: a table `[hoist]` with the fields of [`HoistParams`], a table `[particles-a]` with those of
-//! [`ParticleChainParams`], or a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors that list the valid ones.
+//! Three kinds of text: a table `[hoist]` with the fields of [`HoistParams`]; a table `[particles-a]` … `[particles-f]`
+//! with those of [`ParticleChainParams`], its name being the model; or a list of `[[body]]` and `[[joint]]` entries, see
+//! [`SceneText`]. Unknown keys are errors that list the valid ones.
 
 mod entries;
 mod joint;
@@ -18,7 +19,7 @@ use toml::{Table, Value};
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
 use crate::named::unknown;
-use crate::particles::{self, ParticleChainParams};
+use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 
 /// Where a scene comes from: its parameters, before it is built.
@@ -39,15 +40,54 @@ struct HoistText {
     hoist: HoistParams,
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// One of its tables: the models of the particle chain.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
 struct ParticlesText {
-    #[serde(rename = "particles-a")]
-    particles: ParticleChainParams,
+    particles_a: Option<ParticleChainParams>,
+    particles_b: Option<ParticleChainParams>,
+    particles_c: Option<ParticleChainParams>,
+    particles_d: Option<ParticleChainParams>,
+    particles_e: Option<ParticleChainParams>,
+    particles_f: Option<ParticleChainParams>,
 }
 
-/// The tables that hold all parameters of a scene: an override need not name them.
-const TABLES: [&str; 2] = ["hoist", particles::NAME];
+impl ParticlesText {
+    /// The tables in the order of [`ChainModel::ALL`].
+    fn tables(&mut self) -> [&mut Option<ParticleChainParams>; 6] {
+        [
+            &mut self.particles_a,
+            &mut self.particles_b,
+            &mut self.particles_c,
+            &mut self.particles_d,
+            &mut self.particles_e,
+            &mut self.particles_f,
+        ]
+    }
+
+    fn of(chain: &ParticleChainParams) -> Self {
+        let mut text = Self::default();
+        for (table, model) in text.tables().into_iter().zip(ChainModel::ALL) {
+            *table = (model == chain.model).then(|| chain.clone());
+        }
+        text
+    }
+
+    /// The first table that is there, with its model.
+    fn chain(mut self) -> ParticleChainParams {
+        let tables = self.tables().into_iter().zip(ChainModel::ALL);
+        let mut chains = tables.filter_map(|(table, model)| {
+            let chain = table.take()?;
+            Some(ParticleChainParams { model, ..chain })
+        });
+        chains.next().unwrap_or_default()
+    }
+}
+
+/// Whether a table of this name holds all parameters of a scene: an override need not name it.
+fn holds_scene(table: &str) -> bool {
+    table == "hoist" || ChainModel::of_scene(table).is_some()
+}
 
 impl SceneSource {
     /// The scene of that name, with `overrides` of (key, value) as in [`SceneSource::parse`].
@@ -55,11 +95,10 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError::UnknownScene`], [`SceneError::Override`] with the key.
     pub fn load(name: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
-        match name {
-            "hoist" => Self::parse("[hoist]", overrides),
-            particles::NAME => Self::parse("[particles-a]", overrides),
-            _ => Err(unknown(name)),
+        if !holds_scene(name) {
+            return Err(unknown(name));
         }
+        Self::parse(&format!("[{name}]"), overrides)
     }
 
     /// Reads TOML text, with `overrides` of (key, value) merged in before the keys are checked.
@@ -71,11 +110,23 @@ impl SceneSource {
     /// [`SceneError::Toml`] with line and column, [`SceneError::Override`] with the key.
     pub fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let mut table: Table = toml::from_str(text).map_err(|e| located(&e, text))?;
+        let scenes: Vec<&str> = table
+            .keys()
+            .map(String::as_str)
+            .filter(|k| holds_scene(k))
+            .collect();
+        if let [first, second, ..] = scenes[..] {
+            return Err(SceneError::Toml {
+                line: None,
+                column: None,
+                message: format!("[{first}] and [{second}] are two scenes: give one"),
+            });
+        }
         if table.contains_key("hoist") {
             let read = |HoistText { hoist }| Self::Hoist(Box::new(hoist));
             merge::<HoistText>(text, &mut table, overrides).map(read)
-        } else if table.contains_key(particles::NAME) {
-            let read = |text: ParticlesText| Self::Particles(Box::new(text.particles));
+        } else if table.keys().any(|key| holds_scene(key)) {
+            let read = |text: ParticlesText| Self::Particles(Box::new(text.chain()));
             merge::<ParticlesText>(text, &mut table, overrides).map(read)
         } else {
             let read = |scene| Self::Explicit(Box::new(scene));
@@ -104,9 +155,7 @@ impl SceneSource {
             Self::Hoist(hoist) => toml::to_string(&HoistText {
                 hoist: (**hoist).clone(),
             }),
-            Self::Particles(chain) => toml::to_string(&ParticlesText {
-                particles: (**chain).clone(),
-            }),
+            Self::Particles(chain) => toml::to_string(&ParticlesText::of(chain)),
             Self::Explicit(scene) => toml::to_string(&**scene),
         };
         text.map_err(|e| SceneError::Toml {
@@ -150,10 +199,11 @@ fn merge<T: DeserializeOwned>(
 /// Puts `value` at the path `key`. Entries of lists are found by their `name` or their number.
 fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     let mut parts: Vec<&str> = key.trim().split('.').map(str::trim).collect();
-    if let Some(all) = TABLES.iter().find(|name| table.contains_key(**name))
-        && parts[0] != *all
+    let whole = table.keys().find(|name| holds_scene(name)).cloned();
+    if let Some(whole) = &whole
+        && parts[0] != whole
     {
-        parts.insert(0, all);
+        parts.insert(0, whole);
     }
     let Some((last, path)) = parts.split_last() else {
         return Err("the key is empty".into());
@@ -280,7 +330,21 @@ mod tests {
         let text = fault("[particles-a]", &[("spcaing", "2")]);
         assert!(text.starts_with("override `spcaing`: unknown"), "{text}");
         assert!(fault("[particles-a]", &[("mass", "nan")]).contains("mass is NaN"));
-        assert!(fault("[particles-a]\n[hoist]", &[]).contains("unknown field"));
+        assert!(fault("[particles-a]\n[hoist]", &[]).contains("two scenes"));
+        assert!(fault("[particles-a]\n[particles-e]", &[]).contains("two scenes"));
+    }
+
+    #[test]
+    fn every_model_of_the_chain_reads_back() {
+        for model in ChainModel::ALL {
+            let name = model.scene_name();
+            let overrides = [("added_compliance", "1e-7"), ("particles", "3")];
+            let source = SceneSource::load(name, &overrides).expect("loads");
+            let text = source.to_toml().expect("writes");
+            assert!(text.starts_with(&format!("[{name}]")), "{text}");
+            assert_eq!(SceneSource::parse(&text, &[]), Ok(source.clone()));
+            assert_eq!(source.build().expect("builds").name, name);
+        }
     }
 
     #[test]

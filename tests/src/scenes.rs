@@ -216,7 +216,7 @@ pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Sce
         place[old] = other.add_body(scene.body_names[old].clone(), scene.bodies.get(old));
     }
     for &old in constraints {
-        let mut constraint = scene.constraints[old];
+        let mut constraint = scene.constraints[old].clone();
         for frame in constraint.frames_mut() {
             if let Side::Body(i) = &mut frame.side {
                 *i = place[*i];

@@ -21,7 +21,7 @@ use super::{JointLaw, Rows, unwrap_angle};
 use crate::frame::{Frame, Resolved};
 
 /// Below this sine the fold θ = π is taken to have the bend axis v_a: everything stays finite there.
-const FOLD: f64 = 1e-14;
+pub(super) const FOLD: f64 = 1e-14;
 
 /// Cable joint that resists bending in both transverse directions, up to 6 rows: stretch, bend about v, bend about w,
 /// twist.
@@ -88,7 +88,7 @@ fn bend(a: &Resolved, b: &Resolved) -> [(f64, Vector3<f64>); 2] {
 }
 
 /// g = θ/sin θ and h = (1 − θ cot θ)/sin²θ from s = sin θ ≥ 0 and c = cos θ.
-fn bend_factors(s: f64, c: f64) -> (f64, f64) {
+pub(super) fn bend_factors(s: f64, c: f64) -> (f64, f64) {
     let q = s * s;
     if c > 0.0 && s < 0.03 {
         // Series in sin²θ: the closed form of h cancels to second order. Next terms: 63 s¹⁰/2816 and 256 s¹⁰/9009.

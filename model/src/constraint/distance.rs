@@ -79,7 +79,7 @@ impl Distance {
 }
 
 /// |d| and n = d/|d|, with n = z for d = 0.
-fn direction(d: &Vector3<f64>) -> (f64, Vector3<f64>) {
+pub(super) fn direction(d: &Vector3<f64>) -> (f64, Vector3<f64>) {
     if *d == Vector3::zeros() {
         return (0.0, Vector3::z());
     }
@@ -91,7 +91,7 @@ fn direction(d: &Vector3<f64>) -> (f64, Vector3<f64>) {
 }
 
 /// Unit vectors t₁, t₂ across the unit vector n, see the head of this file; t₁ = x, t₂ = −n_y z for n = ±y.
-fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
+pub(super) fn across(n: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let s = n.x.hypot(n.z);
     // n without its part along y, normalised.
     let (x, z) = if s == 0.0 {
@@ -134,8 +134,9 @@ mod tests {
 
     /// p_a − p_b of the scene's only constraint.
     fn gap_at(scene: &Scene, t: f64) -> Vector3<f64> {
-        let [a, b] = scene.constraints[0].frames();
-        a.resolve(&scene.bodies, t).point() - b.resolve(&scene.bodies, t).point()
+        let frames = scene.constraints[0].frames();
+        let [a, b] = [0, 1].map(|side| frames[side].resolve(&scene.bodies, t).point());
+        a - b
     }
 
     /// A particle at `point`, linked to the world's origin (side a), which moves.

@@ -96,7 +96,11 @@ impl Paper {
 
 /// Angle \[rad, 0 to π] from p to q \[SL (21)] and its gradient on the angular velocity of q, d/(s₀ + |d|)
 /// \[SL (27), (28)].
-fn angle_between(p: &Vector3<f64>, q: &Vector3<f64>, safeguard: f64) -> (f64, Vector3<f64>) {
+pub(super) fn angle_between(
+    p: &Vector3<f64>,
+    q: &Vector3<f64>,
+    safeguard: f64,
+) -> (f64, Vector3<f64>) {
     let d = p.cross(q);
     let sine = d.norm();
     (sine.atan2(p.dot(q)), d / (safeguard + sine))

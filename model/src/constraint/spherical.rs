@@ -41,9 +41,8 @@ mod tests {
     fn violation_is_the_gap() {
         let mut poses = Poses::new(3);
         let mut scene = poses.pair(&UnitQuaternion::identity(), joint);
-        let [a, b] = scene.constraints[0]
-            .frames()
-            .map(|f| f.resolve(&scene.bodies, 0.0).point());
+        let frames = scene.constraints[0].frames();
+        let [a, b] = [0, 1].map(|side| frames[side].resolve(&scene.bodies, 0.0).point());
         assert!((Vector3::from_column_slice(&phi(&scene)) - (a - b)).norm() < 1e-14);
         scene.bodies.position[1] += a - b;
         assert!(phi(&scene).iter().all(|gap| gap.abs() < 1e-14));

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Distance, MasslessCable};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -112,36 +112,44 @@ impl Scene {
             Constraint::Paper(p) if !(p.safeguard > 0.0 && p.safeguard < 1.0) => {
                 check(of("safeguard"), p.safeguard, false, "between 0 and 1")?;
             }
-            Constraint::Distance(d) if !(d.length > 0.0 && d.length.is_finite()) => {
-                check(of("length"), d.length, false, "> 0 m")?;
+            Constraint::Distance(Distance { length, .. })
+            | Constraint::MasslessCable(MasslessCable { length, .. })
+                if !(*length > 0.0 && length.is_finite()) =>
+            {
+                check(of("length"), *length, false, "> 0 m")?;
             }
             _ => {}
         }
-        match c.frames().map(|f| f.body_index()) {
-            [None, None] => {
+        let sides = c.frames().len();
+        let points = "at least 2 attachment points";
+        check(of("number of sides"), sides as f64, sides >= 2, points)?;
+        let mut bodies = c.bodies();
+        match bodies.next() {
+            None => {
                 return Err(SceneError::BothWorld {
                     joint: joint.clone(),
                 });
             }
-            [Some(a), Some(b)] if a == b => {
+            // All sides on one body: nothing moves against anything.
+            Some(first) if c.bodies().count() == sides && bodies.all(|b| b == first) => {
                 return Err(SceneError::SameBody {
                     joint: joint.clone(),
-                    body: self.body_names.get(a).cloned().unwrap_or_default(),
+                    body: self.body_names.get(first).cloned().unwrap_or_default(),
                 });
             }
-            _ => {}
+            Some(_) => {}
         }
-        let [a, b] = c.frames();
-        self.validate_frame(joint, "a", a)?;
-        self.validate_frame(joint, "b", b)
+        for (i, frame) in c.frames().iter().enumerate() {
+            let letter = u32::try_from(i)
+                .ok()
+                .and_then(|i| char::from_digit(i + 10, 36));
+            let side = letter.map_or_else(|| (i + 1).to_string(), String::from);
+            self.validate_frame(joint, &side, frame)?;
+        }
+        Ok(())
     }
 
-    fn validate_frame(
-        &self,
-        joint: &str,
-        side: &'static str,
-        frame: &Frame,
-    ) -> Result<(), SceneError> {
+    fn validate_frame(&self, joint: &str, side: &str, frame: &Frame) -> Result<(), SceneError> {
         let of = |quantity: &str| format!("joint `{joint}`: {quantity} of side {side}");
         finite(|| of("attachment point"), frame.point.iter())?;
         match &frame.side {
@@ -164,7 +172,7 @@ impl Scene {
         }
         Err(SceneError::Axes {
             joint: joint.into(),
-            side,
+            side: side.into(),
             error,
         })
     }
@@ -235,7 +243,7 @@ fn positive_definite(inertia: &Matrix3<f64>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::constraint::{Cosserat, Distance, JointLaw};
+    use crate::constraint::{Cosserat, JointLaw, RowLaw};
     use crate::hoist::{HoistParams, JointKind};
     use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -254,12 +262,42 @@ mod tests {
         text
     }
 
+    fn pair(scene: &Scene, joint: usize) -> [Frame; 2] {
+        let frames = scene.constraints[joint].frames();
+        frames.try_into().expect("a joint has two sides")
+    }
+
+    #[test]
+    fn faults_of_massless_cables() {
+        let says = |points: &[Option<usize>], length: f64, words: &str| {
+            let text = after(|scene| {
+                let frame = |i: &Option<usize>| {
+                    let world = Frame::world(Vector3::zeros());
+                    i.map_or(world, |i| Frame::body(i, Vector3::x()))
+                };
+                scene.constraints[0] = Constraint::MasslessCable(MasslessCable {
+                    frames: points.iter().map(frame).collect(),
+                    length,
+                    law: RowLaw::RIGID,
+                });
+            });
+            assert!(text.contains(words), "{text}");
+        };
+        says(&[], 1.0, "number of sides is 0: it has to be at least 2");
+        says(&[Some(0)], 1.0, "number of sides is 1");
+        says(&[None, None, None], 1.0, "joint `anchor`");
+        says(&[Some(1); 3], 1.0, "`segment-2`");
+        says(&[None, Some(0), Some(9)], 1.0, "number 9");
+        says(&[None, Some(0)], 0.0, "length is 0");
+        says(&[None, Some(0)], f64::NAN, "length is NaN");
+    }
+
     #[test]
     fn faults_of_links() {
         let says = |change: fn(&mut Distance), words: &str| {
             let text = after(|scene| {
                 let mut link = Distance {
-                    frames: *scene.constraints[0].frames(),
+                    frames: pair(scene, 0),
                     length: 2.0,
                     law: crate::RowLaw::RIGID,
                     transverse: true,
@@ -336,7 +374,7 @@ mod tests {
             "number 7",
         );
         says(
-            after(|s| *s.constraints[1].frames_mut() = [body(1), body(1)]),
+            after(|s| s.constraints[1].frames_mut().fill(body(1))),
             "to itself",
         );
         says(
@@ -367,7 +405,7 @@ mod tests {
         says(after(|s| s.groups.truncate(2)), "groups has length 2");
         says(
             after(|s| {
-                let frames = *s.constraints[1].frames();
+                let frames = pair(s, 1);
                 s.constraints[1] = Constraint::Cosserat(Cosserat::new(frames, JointLaw::default()));
             }),
             "no rows",
