@@ -315,7 +315,7 @@ fn states_and_multipliers_of_another_scene_are_refused() {
 /// A rigid chain with one of its joints twice: no multipliers are the right ones, and the fault has a name.
 fn redundant() -> Scene {
     let mut scene = rigid_chain(4, 10.0);
-    let again = scene.constraints[2];
+    let again = scene.constraints[2].clone();
     scene.add_constraint("joint-2 again", again, 0);
     scene
 }
