@@ -4,11 +4,11 @@
 //! of checks, tables for people, rows for programs, charts. The scan of the paper that the figures come from has lost
 //! most exponents: where one was inferred, the row says so.
 
-mod chains;
+pub mod chains;
 mod claims;
 pub mod specimens;
 mod swing;
-mod table1;
+pub mod table1;
 mod table2;
 mod timing;
 
