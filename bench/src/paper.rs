@@ -332,8 +332,8 @@ impl Experiment {
     pub fn run(self, quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
         match self {
             Self::Table1 => table1::outcome(quick, progress),
-            Self::Fig2 => chains::distribution(chains::Model::Links, quick, progress),
-            Self::Fig3 => chains::distribution(chains::Model::Bending, quick, progress),
+            Self::Fig2 => chains::distribution(chains::LINKS, "fig2", quick, progress),
+            Self::Fig3 => chains::distribution(chains::BENDING, "fig3", quick, progress),
             Self::Fig4 => chains::return_maps(quick, progress),
             Self::Fig5 => chains::spectra(quick, progress),
             Self::Fig10 => specimens::pull(quick, progress),

@@ -89,7 +89,7 @@ impl Default for Config {
             time: 30.0,
             scan: 0.25,
             width: 0.01,
-            aside: 0.1,
+            aside: 0.3,
             noises: vec![0.0, 1e-6],
         }
     }
@@ -158,6 +158,11 @@ pub(super) fn options() -> StepOptions {
     }
 }
 
+/// The letter of a model.
+pub(super) fn letter(model: ChainModel) -> &'static str {
+    model.scene_name().trim_start_matches("particles-")
+}
+
 /// Chain of a row with a load of 10^`decade` particles' masses.
 pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
     ParticleChainParams {
@@ -169,7 +174,8 @@ pub(super) fn chain(row: &Row, decade: f64) -> ParticleChainParams {
     }
 }
 
-/// Runs a chain until `time` or until a link's violation is no longer below the bar; `each` sees every state.
+/// Runs a chain until `time` or until a link's violation over its length is no longer below `bar`; `each` sees every
+/// state before that.
 ///
 /// # Errors
 /// Scenes that are not sound. A step that fails is an end of the run.
@@ -177,7 +183,7 @@ pub(super) fn drop_chain(
     params: &ParticleChainParams,
     options: StepOptions,
     noise: f64,
-    time: f64,
+    (time, bar): (f64, f64),
     mut each: impl FnMut(&mut Stepper),
 ) -> Result<Fate, PaperError> {
     let mut scene = params.build()?;
@@ -208,7 +214,7 @@ pub(super) fn drop_chain(
                 violation.max(phi)
             };
         }
-        if violation >= BAR {
+        if violation >= bar {
             return Ok(Fate {
                 violation,
                 time: stepper.time(),
@@ -248,7 +254,15 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Paper
 }
 
 fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, PaperError> {
-    let fate = |decade: f64| drop_chain(&chain(row, decade), options(), noise, config.time, |_| ());
+    let fate = |decade: f64| {
+        drop_chain(
+            &chain(row, decade),
+            options(),
+            noise,
+            (config.time, BAR),
+            |_| (),
+        )
+    };
     let (mut low, mut high) = (0.0, f64::INFINITY);
     let mut decade = 0.0;
     while decade <= TOP {
@@ -273,9 +287,8 @@ fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, PaperError>
         .paper
         .iter()
         .min_by(|a, b| distance(a).total_cmp(&distance(b)));
-    let letter = row.model.scene_name().trim_start_matches("particles-");
     Ok(Record {
-        model: letter.to_owned(),
+        model: letter(row.model).to_owned(),
         links_compliance: row.links,
         added_compliance: row.added,
         noise_m: noise,

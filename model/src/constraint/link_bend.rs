@@ -6,8 +6,9 @@
 //!
 //!   ∂θ/∂d₁ = −(n × d₁)/|d₁|²,  ∂θ/∂d₂ = (n × d₂)/|d₂|²
 //!
-//! the paper's (12)–(16) without their subtractions. n has no direction at θ = 0 and θ = π, where it is taken to be zero,
-//! and the row resists one of two transverse directions only: **it holds in exactly planar motion**.
+//! the paper's (12)–(16) without their subtractions. Where the links are in one line n has no direction: it is then the
+//! one across them nearest to y, so that a straight chain in the xz plane resists its first bending. The row resists
+//! one of two transverse directions only: **it holds in exactly planar motion**.
 //!
 //! **Vector** (2 rows, rad): φ_k = b·t_k, b = θ n, on two unit vectors t₁, t₂ across the mean tangent
 //! t = (e₁ + e₂)/|e₁ + e₂| (those of [`Distance`](super::Distance) across t: exactly in and across the plane for motion
@@ -66,7 +67,10 @@ impl LinkBend {
         match self.definition {
             BendDefinition::Angle => {
                 let [(_, e1), (_, e2)] = links;
-                let (theta, n) = angle_between(&e1, &e2, f64::MIN_POSITIVE);
+                let (theta, mut n) = angle_between(&e1, &e2, f64::MIN_POSITIVE);
+                if n == Vector3::zeros() {
+                    n = across(&e1)[1];
+                }
                 self.write(&sides, 0, theta, [-n.cross(&e1), n.cross(&e2)], links, rows);
             }
             BendDefinition::Vector => {
