@@ -4,9 +4,10 @@ use crate::error::SceneError;
 use crate::hoist::HoistParams;
 use crate::particles::{self, ParticleChainParams};
 use crate::scene::Scene;
+use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 2] = ["hoist", particles::NAME];
+pub const NAMES: [&str; 5] = ["hoist", particles::NAME, "pull", "twist", "bend"];
 
 /// The scene called `name`, with its default parameters.
 ///
@@ -16,7 +17,10 @@ pub fn named(name: &str) -> Result<Scene, SceneError> {
     match name {
         "hoist" => HoistParams::default().build(),
         particles::NAME => ParticleChainParams::default().build(),
-        _ => Err(unknown(name)),
+        _ => match Specimen::named(name) {
+            Some(specimen) => SpecimenParams::new(specimen).build(),
+            None => Err(unknown(name)),
+        },
     }
 }
 
@@ -45,7 +49,7 @@ mod tests {
         let message = named("hoits").expect_err("no such scene").to_string();
         assert_eq!(
             message,
-            "no scene is called `hoits`: choose one of hoist, particles-a, or give a TOML file"
+            "no scene is called `hoits`: choose one of hoist, particles-a, pull, twist, bend, or give a TOML file"
         );
     }
 }

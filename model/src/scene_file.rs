@@ -1,7 +1,7 @@
 //! Scenes from TOML text, with overrides `KEY=VALUE`.
 //!
-//! Three kinds of text: a table `[hoist]` with the fields of [`HoistParams`], a table `[particles-a]` with those of
-//! [`ParticleChainParams`], or a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors that list the valid ones.
+//! Four kinds of text: a table `[hoist]` with the fields of [`HoistParams`], a table `[particles-a]` with those of
+//! [`ParticleChainParams`], a table `[pull]`, `[twist]` or `[bend]` with those of [`SpecimenParams`], or a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors that list the valid ones.
 
 mod entries;
 mod joint;
@@ -20,6 +20,7 @@ use crate::hoist::HoistParams;
 use crate::named::unknown;
 use crate::particles::{self, ParticleChainParams};
 use crate::scene::Scene;
+use crate::specimen::{Specimen, SpecimenParams};
 
 /// Where a scene comes from: its parameters, before it is built.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,6 +30,8 @@ pub enum SceneSource {
     Hoist(Box<HoistParams>),
     /// The particle chain and its parameters.
     Particles(Box<ParticleChainParams>),
+    /// A specimen and its parameters.
+    Specimen(Box<SpecimenParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -46,8 +49,47 @@ struct ParticlesText {
     particles: ParticleChainParams,
 }
 
+/// One of the three tables.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SpecimenText {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pull: Option<SpecimenParams>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    twist: Option<SpecimenParams>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    bend: Option<SpecimenParams>,
+}
+
+impl SpecimenText {
+    fn table(&mut self, specimen: Specimen) -> &mut Option<SpecimenParams> {
+        match specimen {
+            Specimen::Pull => &mut self.pull,
+            Specimen::Twist => &mut self.twist,
+            Specimen::Bend => &mut self.bend,
+        }
+    }
+
+    /// The parameters in the table of `specimen`, which must be the only one.
+    fn read(mut self, specimen: Specimen) -> Result<SceneSource, SceneError> {
+        let params = self.table(specimen).take().unwrap_or_default();
+        for other in Specimen::ALL {
+            if self.table(other).is_some() {
+                return Err(SceneError::Conflict {
+                    what: other.name().into(),
+                    reason: "a text describes one specimen: leave one table",
+                });
+            }
+        }
+        Ok(SceneSource::Specimen(Box::new(SpecimenParams {
+            specimen,
+            ..params
+        })))
+    }
+}
+
 /// The tables that hold all parameters of a scene: an override need not name them.
-const TABLES: [&str; 2] = ["hoist", particles::NAME];
+const TABLES: [&str; 5] = ["hoist", particles::NAME, "pull", "twist", "bend"];
 
 impl SceneSource {
     /// The scene of that name, with `overrides` of (key, value) as in [`SceneSource::parse`].
@@ -58,6 +100,7 @@ impl SceneSource {
         match name {
             "hoist" => Self::parse("[hoist]", overrides),
             particles::NAME => Self::parse("[particles-a]", overrides),
+            _ if Specimen::named(name).is_some() => Self::parse(&format!("[{name}]"), overrides),
             _ => Err(unknown(name)),
         }
     }
@@ -77,6 +120,11 @@ impl SceneSource {
         } else if table.contains_key(particles::NAME) {
             let read = |text: ParticlesText| Self::Particles(Box::new(text.particles));
             merge::<ParticlesText>(text, &mut table, overrides).map(read)
+        } else if let Some(specimen) = Specimen::ALL
+            .into_iter()
+            .find(|s| table.contains_key(s.name()))
+        {
+            merge::<SpecimenText>(text, &mut table, overrides)?.read(specimen)
         } else {
             let read = |scene| Self::Explicit(Box::new(scene));
             merge::<SceneText>(text, &mut table, overrides).map(read)
@@ -91,6 +139,7 @@ impl SceneSource {
         match self {
             Self::Hoist(hoist) => hoist.build(),
             Self::Particles(chain) => chain.build(),
+            Self::Specimen(specimen) => specimen.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -107,6 +156,11 @@ impl SceneSource {
             Self::Particles(chain) => toml::to_string(&ParticlesText {
                 particles: (**chain).clone(),
             }),
+            Self::Specimen(params) => {
+                let mut text = SpecimenText::default();
+                *text.table(params.specimen) = Some((**params).clone());
+                toml::to_string(&text)
+            }
             Self::Explicit(scene) => toml::to_string(&**scene),
         };
         text.map_err(|e| SceneError::Toml {
@@ -281,6 +335,23 @@ mod tests {
         assert!(text.starts_with("override `spcaing`: unknown"), "{text}");
         assert!(fault("[particles-a]", &[("mass", "nan")]).contains("mass is NaN"));
         assert!(fault("[particles-a]\n[hoist]", &[]).contains("unknown field"));
+    }
+
+    #[test]
+    fn specimens_by_name_and_text() {
+        for (name, load) in [("pull", "force"), ("twist", "torque"), ("bend", "moment")] {
+            let overrides = [("segments", "5"), ("material", "rubber"), (load, "0.25")];
+            let source = SceneSource::load(name, &overrides).expect("loads");
+            let scene = source.build().expect("builds");
+            assert_eq!((scene.bodies.len(), scene.name.as_str()), (6, name));
+            let text = source.to_toml().expect("writes");
+            assert!(text.starts_with(&format!("[{name}]")), "{text}");
+            assert_eq!(SceneSource::parse(&text, &[]), Ok(source));
+        }
+        let text = fault("[twist]\nforce = 1\n[bend]\n", &[]);
+        assert!(text.contains("one specimen"), "{text}");
+        let text = fault("[twist]", &[("tork", "2")]);
+        assert!(text.starts_with("override `tork`: unknown"), "{text}");
     }
 
     #[test]
