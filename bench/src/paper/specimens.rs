@@ -131,30 +131,33 @@ fn reading(constraint: &Constraint, phi: &[f64]) -> Reading {
     reading
 }
 
-/// Newton passes of [`newton`].
-const PASSES: usize = 40;
-/// Their time step \[s]: far above the periods of the specimens' oscillations.
-const LONG: f64 = 30.0;
+/// Passes of [`relax`] and what they divide its time step by.
+const PASSES: [(usize, f64); 3] = [(24, 1.0), (3, 10.0), (3, 100.0)];
 
-/// Implicit steps of 30 s from rest, each one Newton's pass, without a criterion: for where the rounding of a stiff
-/// joint's forces moves the scene by more than [`static_equilibrium`] takes for rest.
-fn newton(scene: Scene) -> Result<Scene, StepError> {
-    let options = StepOptions {
-        dt: LONG,
-        stiffness: GeometricStiffness::inertia(1.0),
-        ..StepOptions::paper()
-    };
-    let mut stepper = Stepper::new(scene, options)?;
-    for _ in 0..PASSES {
-        let mut bodies = stepper.scene().bodies.clone();
-        bodies.velocity.fill(Vector3::zeros());
-        bodies.angular_velocity.fill(Vector3::zeros());
-        stepper.set_state(&bodies, 0.0)?;
-        stepper.step()?;
+/// Implicit steps from rest, each one Newton's pass that leaves 1/(1 + ω²Δt²) of a mode ω: `dt` (s) is ten times the
+/// slowest mode's 1/ω. A pass turns the rounding of the joints' torques, u M, into rotations u M Δt²/I of the light
+/// segments; shorter steps at the end take these away and leave the slow modes where they are. Longer ones, as
+/// those of [`static_equilibrium`], would not come to rest here.
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn relax(mut scene: Scene, dt: f64) -> Result<Scene, StepError> {
+    for (passes, divisor) in PASSES {
+        let options = StepOptions {
+            dt: dt / divisor,
+            stiffness: GeometricStiffness::inertia(1.0),
+            ..StepOptions::paper()
+        };
+        let mut stepper = Stepper::new(scene, options)?;
+        for _ in 0..passes {
+            let mut bodies = stepper.scene().bodies.clone();
+            bodies.velocity.fill(Vector3::zeros());
+            bodies.angular_velocity.fill(Vector3::zeros());
+            stepper.set_state(&bodies, 0.0)?;
+            stepper.step()?;
+        }
+        scene = stepper.into_scene();
     }
-    let mut scene = stepper.into_scene();
-    scene.bodies.velocity.fill(Vector3::zeros());
-    scene.bodies.angular_velocity.fill(Vector3::zeros());
     Ok(scene)
 }
 
@@ -171,10 +174,7 @@ pub fn settle(mut scene: Scene) -> Result<Scene, StepError> {
     let mut rows = Linearized::new(&scene);
     let mut last: Vec<f64> = Vec::new();
     for _ in 0..SETTLINGS {
-        scene = match static_equilibrium(scene.clone(), &backend) {
-            Err(StepError::NoEquilibrium { .. }) => return newton(scene),
-            found => found?,
-        };
+        scene = static_equilibrium(scene, &backend)?;
         update_windings(&mut scene, 0.0);
         rows.update(&scene, 0.0);
         let size = rows.phi.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
