@@ -132,7 +132,7 @@ fn reading(constraint: &Constraint, phi: &[f64]) -> Reading {
 }
 
 /// Passes of [`relax`] and what they divide its time step by.
-const PASSES: [(usize, f64); 3] = [(24, 1.0), (3, 10.0), (3, 100.0)];
+const PASSES: [(usize, f64); 3] = [(8, 1.0), (3, 10.0), (3, 100.0)];
 
 /// Implicit steps from rest, each one Newton's pass that leaves 1/(1 + ω²Δt²) of a mode ω: `dt` (s) is ten times the
 /// slowest mode's 1/ω. A pass turns the rounding of the joints' torques, u M, into rotations u M Δt²/I of the light
