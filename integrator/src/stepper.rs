@@ -597,6 +597,17 @@ impl Stepper {
         Ok(())
     }
 
+    /// Replaces the external force \[N] and torque \[N m] on a body from the next step on, world frame: loads that
+    /// change with time.
+    ///
+    /// # Panics
+    /// When there is no body `body`.
+    pub fn set_load(&mut self, body: usize, force: Vector3<f64>, torque: Vector3<f64>) {
+        self.scene.bodies.force[body] = force;
+        self.scene.bodies.torque[body] = torque;
+        self.solved = false;
+    }
+
     /// The linear system of the last solve: matrix, right-hand side, solution as the backend and the refinement left
     /// it.
     #[must_use]

@@ -65,6 +65,7 @@
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
+//! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes from TOML text with overrides |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
 //!
@@ -91,6 +92,7 @@ pub mod scene;
 #[cfg(feature = "toml")]
 pub mod scene_file;
 mod seed;
+pub mod specimen;
 
 pub use body::{Bodies, Body};
 pub use check::{JacobianCheck, check_jacobian};
@@ -109,3 +111,4 @@ pub use particles::{ChainModel, ParticleChainParams};
 pub use scene::Scene;
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
+pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};

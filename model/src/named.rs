@@ -4,9 +4,10 @@ use crate::error::SceneError;
 use crate::hoist::HoistParams;
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
+use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 7] = [
+pub const NAMES: [&str; 10] = [
     "hoist",
     ChainModel::Links.scene_name(),
     ChainModel::MasslessCable.scene_name(),
@@ -14,6 +15,9 @@ pub const NAMES: [&str; 7] = [
     ChainModel::Truncated.scene_name(),
     ChainModel::BendAngle.scene_name(),
     ChainModel::BendVector.scene_name(),
+    Specimen::Pull.name(),
+    Specimen::Twist.name(),
+    Specimen::Bend.name(),
 ];
 
 /// The scene called `name`, with its default parameters.
@@ -22,14 +26,18 @@ pub const NAMES: [&str; 7] = [
 /// [`SceneError::UnknownScene`], which lists the names that there are.
 pub fn named(name: &str) -> Result<Scene, SceneError> {
     if name == "hoist" {
-        return HoistParams::default().build();
+        HoistParams::default().build()
+    } else if let Some(model) = ChainModel::of_scene(name) {
+        let chain = ParticleChainParams {
+            model,
+            ..ParticleChainParams::default()
+        };
+        chain.build()
+    } else if let Some(specimen) = Specimen::named(name) {
+        SpecimenParams::new(specimen).build()
+    } else {
+        Err(unknown(name))
     }
-    let model = ChainModel::of_scene(name).ok_or_else(|| unknown(name))?;
-    let chain = ParticleChainParams {
-        model,
-        ..ParticleChainParams::default()
-    };
-    chain.build()
 }
 
 pub(crate) fn unknown(name: &str) -> SceneError {
@@ -58,7 +66,7 @@ mod tests {
         assert_eq!(
             message,
             "no scene is called `hoits`: choose one of hoist, particles-a, particles-b, particles-c, particles-d, \
-             particles-e, particles-f, or give a TOML file"
+             particles-e, particles-f, pull, twist, bend, or give a TOML file"
         );
     }
 }

@@ -1,8 +1,9 @@
 //! Scenes from TOML text, with overrides `KEY=VALUE`.
 //!
-//! Three kinds of text: a table `[hoist]` with the fields of [`HoistParams`]; a table `[particles-a]` … `[particles-f]`
-//! with those of [`ParticleChainParams`], its name being the model; or a list of `[[body]]` and `[[joint]]` entries, see
-//! [`SceneText`]. Unknown keys are errors that list the valid ones.
+//! A text is one table with all parameters of a named scene, `[hoist]` with the fields of [`HoistParams`],
+//! `[particles-a]` … `[particles-f]` with those of [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of
+//! [`SpecimenParams`]; or it is a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors
+//! that list the valid ones.
 
 mod entries;
 mod joint;
@@ -12,8 +13,10 @@ mod tests_explicit;
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use joint::{JointEntry, Kind, MotionEntry};
 
+use std::collections::BTreeMap;
+
 use serde::de::DeserializeOwned;
-use serde::{Deserialize, Serialize};
+use toml::de::DeTable;
 use toml::{Table, Value};
 
 use crate::error::SceneError;
@@ -21,6 +24,7 @@ use crate::hoist::HoistParams;
 use crate::named::unknown;
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
+use crate::specimen::{Specimen, SpecimenParams};
 
 /// Where a scene comes from: its parameters, before it is built.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,63 +34,28 @@ pub enum SceneSource {
     Hoist(Box<HoistParams>),
     /// The particle chain and its parameters.
     Particles(Box<ParticleChainParams>),
+    /// A specimen and its parameters.
+    Specimen(Box<SpecimenParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
 
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct HoistText {
-    hoist: HoistParams,
+/// A named scene whose parameters a table of that name holds.
+#[derive(Debug, Clone, Copy)]
+enum Whole {
+    Hoist,
+    Particles(ChainModel),
+    Specimen(Specimen),
 }
 
-/// One of its tables: the models of the particle chain.
-#[derive(Default, Serialize, Deserialize)]
-#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
-struct ParticlesText {
-    particles_a: Option<ParticleChainParams>,
-    particles_b: Option<ParticleChainParams>,
-    particles_c: Option<ParticleChainParams>,
-    particles_d: Option<ParticleChainParams>,
-    particles_e: Option<ParticleChainParams>,
-    particles_f: Option<ParticleChainParams>,
-}
-
-impl ParticlesText {
-    /// The tables in the order of [`ChainModel::ALL`].
-    fn tables(&mut self) -> [&mut Option<ParticleChainParams>; 6] {
-        [
-            &mut self.particles_a,
-            &mut self.particles_b,
-            &mut self.particles_c,
-            &mut self.particles_d,
-            &mut self.particles_e,
-            &mut self.particles_f,
-        ]
-    }
-
-    fn of(chain: &ParticleChainParams) -> Self {
-        let mut text = Self::default();
-        for (table, model) in text.tables().into_iter().zip(ChainModel::ALL) {
-            *table = (model == chain.model).then(|| chain.clone());
+impl Whole {
+    fn named(name: &str) -> Option<Self> {
+        if name == "hoist" {
+            return Some(Self::Hoist);
         }
-        text
+        let chain = ChainModel::of_scene(name).map(Self::Particles);
+        chain.or_else(|| Specimen::named(name).map(Self::Specimen))
     }
-
-    /// The first table that is there, with its model.
-    fn chain(mut self) -> ParticleChainParams {
-        let tables = self.tables().into_iter().zip(ChainModel::ALL);
-        let mut chains = tables.filter_map(|(table, model)| {
-            let chain = table.take()?;
-            Some(ParticleChainParams { model, ..chain })
-        });
-        chains.next().unwrap_or_default()
-    }
-}
-
-/// Whether a table of this name holds all parameters of a scene: an override need not name it.
-fn holds_scene(table: &str) -> bool {
-    table == "hoist" || ChainModel::of_scene(table).is_some()
 }
 
 impl SceneSource {
@@ -95,43 +64,40 @@ impl SceneSource {
     /// # Errors
     /// [`SceneError::UnknownScene`], [`SceneError::Override`] with the key.
     pub fn load(name: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
-        if !holds_scene(name) {
-            return Err(unknown(name));
-        }
+        Whole::named(name).ok_or_else(|| unknown(name))?;
         Self::parse(&format!("[{name}]"), overrides)
     }
 
     /// Reads TOML text, with `overrides` of (key, value) merged in before the keys are checked.
     ///
-    /// A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass` or `joint.anchor.ei` (by name or number
-    /// from 0) in an explicit scene. A value is TOML, or else taken as a string: `joint=paper` needs no quotes.
+    /// A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass` or
+    /// `joint.anchor.ei` (by name or number from 0) in an explicit scene. A value is TOML, or else taken as a string:
+    /// `joint=paper` needs no quotes.
     ///
     /// # Errors
     /// [`SceneError::Toml`] with line and column, [`SceneError::Override`] with the key.
     pub fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let mut table: Table = toml::from_str(text).map_err(|e| located(&e, text))?;
-        let scenes: Vec<&str> = table
+        let whole = table
             .keys()
-            .map(String::as_str)
-            .filter(|k| holds_scene(k))
-            .collect();
-        if let [first, second, ..] = scenes[..] {
-            return Err(SceneError::Toml {
-                line: None,
-                column: None,
-                message: format!("[{first}] and [{second}] are two scenes: give one"),
-            });
-        }
-        if table.contains_key("hoist") {
-            let read = |HoistText { hoist }| Self::Hoist(Box::new(hoist));
-            merge::<HoistText>(text, &mut table, overrides).map(read)
-        } else if table.keys().any(|key| holds_scene(key)) {
-            let read = |text: ParticlesText| Self::Particles(Box::new(text.chain()));
-            merge::<ParticlesText>(text, &mut table, overrides).map(read)
-        } else {
-            let read = |scene| Self::Explicit(Box::new(scene));
-            merge::<SceneText>(text, &mut table, overrides).map(read)
-        }
+            .find_map(|k| Some((k.clone(), Whole::named(k)?)));
+        let Some((name, whole)) = whole else {
+            let scene = merge::<SceneText>(text, &mut table, overrides)?;
+            return Ok(Self::Explicit(Box::new(scene)));
+        };
+        alone(text, &name)?;
+        let table = &mut table;
+        Ok(match whole {
+            Whole::Hoist => Self::Hoist(Box::new(read_whole(text, table, overrides)?)),
+            Whole::Particles(model) => {
+                let chain: ParticleChainParams = read_whole(text, table, overrides)?;
+                Self::Particles(Box::new(ParticleChainParams { model, ..chain }))
+            }
+            Whole::Specimen(specimen) => {
+                let params: SpecimenParams = read_whole(text, table, overrides)?;
+                Self::Specimen(Box::new(SpecimenParams { specimen, ..params }))
+            }
+        })
     }
 
     /// Builds the scene.
@@ -142,6 +108,7 @@ impl SceneSource {
         match self {
             Self::Hoist(hoist) => hoist.build(),
             Self::Particles(chain) => chain.build(),
+            Self::Specimen(specimen) => specimen.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -152,10 +119,13 @@ impl SceneSource {
     /// [`SceneError::Toml`] for numbers that TOML cannot hold (seeds above 2⁶³ − 1).
     pub fn to_toml(&self) -> Result<String, SceneError> {
         let text = match self {
-            Self::Hoist(hoist) => toml::to_string(&HoistText {
-                hoist: (**hoist).clone(),
-            }),
-            Self::Particles(chain) => toml::to_string(&ParticlesText::of(chain)),
+            Self::Hoist(hoist) => toml::to_string(&BTreeMap::from([("hoist", hoist)])),
+            Self::Particles(chain) => {
+                toml::to_string(&BTreeMap::from([(chain.model.scene_name(), chain)]))
+            }
+            Self::Specimen(params) => {
+                toml::to_string(&BTreeMap::from([(params.specimen.name(), params)]))
+            }
             Self::Explicit(scene) => toml::to_string(&**scene),
         };
         text.map_err(|e| SceneError::Toml {
@@ -164,6 +134,33 @@ impl SceneSource {
             message: one_line(&e.to_string()),
         })
     }
+}
+
+/// Refuses whatever stands beside the table `whole`, which holds all of a scene.
+fn alone(text: &str, whole: &str) -> Result<(), SceneError> {
+    let table = DeTable::parse(text).map_err(|e| located(&e, text))?;
+    let other = table.get_ref().keys().find(|k| k.get_ref() != whole);
+    let Some(other) = other else {
+        return Ok(());
+    };
+    Err(fault_at(
+        Some(other.span().start),
+        text,
+        &format!(
+            "`{}` stands beside [{whole}], which is a whole scene: give one of them",
+            other.get_ref()
+        ),
+    ))
+}
+
+/// The parameters in the only table of the text.
+fn read_whole<T: DeserializeOwned + Default>(
+    text: &str,
+    table: &mut Table,
+    overrides: &[(&str, &str)],
+) -> Result<T, SceneError> {
+    let params = merge::<BTreeMap<String, T>>(text, table, overrides)?;
+    Ok(params.into_values().next().unwrap_or_default())
 }
 
 /// Merges the overrides into `table` and deserialises it. When the text alone is sound, the overrides are tried one
@@ -199,7 +196,10 @@ fn merge<T: DeserializeOwned>(
 /// Puts `value` at the path `key`. Entries of lists are found by their `name` or their number.
 fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     let mut parts: Vec<&str> = key.trim().split('.').map(str::trim).collect();
-    let whole = table.keys().find(|name| holds_scene(name)).cloned();
+    let whole = table
+        .keys()
+        .find(|name| Whole::named(name).is_some())
+        .cloned();
     if let Some(whole) = &whole
         && parts[0] != whole
     {
@@ -238,13 +238,18 @@ fn position(list: &[Value], name: &str) -> Option<usize> {
     list.iter().position(named).or_else(by_number)
 }
 
-/// A reader's error with line and column from 1, columns in characters.
+/// A reader's error with its place.
 fn located(error: &toml::de::Error, text: &str) -> SceneError {
-    let before = error.span().and_then(|span| text.get(..span.start));
+    fault_at(error.span().map(|span| span.start), text, error.message())
+}
+
+/// A fault of the text with line and column from 1 of the byte `at`, columns in characters.
+fn fault_at(at: Option<usize>, text: &str, message: &str) -> SceneError {
+    let before = at.and_then(|at| text.get(..at));
     SceneError::Toml {
         line: before.map(|t| t.matches('\n').count() + 1),
         column: before.map(|t| t.chars().rev().take_while(|c| *c != '\n').count() + 1),
-        message: one_line(error.message()),
+        message: one_line(message),
     }
 }
 
@@ -330,8 +335,13 @@ mod tests {
         let text = fault("[particles-a]", &[("spcaing", "2")]);
         assert!(text.starts_with("override `spcaing`: unknown"), "{text}");
         assert!(fault("[particles-a]", &[("mass", "nan")]).contains("mass is NaN"));
-        assert!(fault("[particles-a]\n[hoist]", &[]).contains("two scenes"));
-        assert!(fault("[particles-a]\n[particles-e]", &[]).contains("two scenes"));
+        let both = fault("[particles-a]\n[hoist]", &[]);
+        assert!(both.contains("stands beside [hoist]"), "{both}");
+        let both = fault("[particles-a]\n[particles-e]", &[]);
+        assert!(
+            both.starts_with("line 2, column 2: `particles-e`"),
+            "{both}"
+        );
     }
 
     #[test]
@@ -345,6 +355,23 @@ mod tests {
             assert_eq!(SceneSource::parse(&text, &[]), Ok(source.clone()));
             assert_eq!(source.build().expect("builds").name, name);
         }
+    }
+
+    #[test]
+    fn specimens_by_name_and_text() {
+        for (name, load) in [("pull", "force"), ("twist", "torque"), ("bend", "moment")] {
+            let overrides = [("segments", "5"), ("material", "rubber"), (load, "0.25")];
+            let source = SceneSource::load(name, &overrides).expect("loads");
+            let scene = source.build().expect("builds");
+            assert_eq!((scene.bodies.len(), scene.name.as_str()), (6, name));
+            let text = source.to_toml().expect("writes");
+            assert!(text.starts_with(&format!("[{name}]")), "{text}");
+            assert_eq!(SceneSource::parse(&text, &[]), Ok(source));
+        }
+        let text = fault("[twist]\nforce = 1\n[bend]\n", &[]);
+        assert!(text.contains("stands beside [bend]"), "{text}");
+        let text = fault("[twist]", &[("tork", "2")]);
+        assert!(text.starts_with("override `tork`: unknown"), "{text}");
     }
 
     #[test]
@@ -370,7 +397,10 @@ mod tests {
         let text = fault("[hoist]\nsegments = = 3\n", &[]);
         assert!(text.starts_with("line 2, column"), "{text}");
         let text = fault("[hoist]\nsegments = 3\n[extra]\n", &[]);
-        assert!(text.contains("unknown field `extra`"), "{text}");
+        assert!(
+            text.starts_with("line 3, column 2: `extra` stands beside [hoist]"),
+            "{text}"
+        );
         assert!(fault("# nothing\n", &[]).contains("no bodies"));
     }
 

@@ -23,6 +23,8 @@ pub fn paper(outcome: &Outcome) -> String {
         "verdict",
         "note",
     ]);
+    t.set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH);
     for column in t.column_iter_mut() {
         if [1, 2, 5, 6].contains(&column.index) {
             column.set_cell_alignment(CellAlignment::Left);

@@ -1,0 +1,550 @@
+//! Test specimens: a straight cable, clamped at one end, pulled, twisted or bent at the other \[SL §VII-A].
+//!
+//! The cable runs from the world's origin along +x, without gravity. Its N segments are square prisms of length
+//! l = L/N. A grip is clamped to its far end; the loads act on the grip. Inner joints stand for one length l of cable,
+//! the two end joints for l/2 each, so that the compliances of all joints add up to L/YA, L/YI, L/GJ. Under loads at the
+//! ends alone every cross-section carries the same force or moment, and the discrete specimen is exact:
+//!
+//! ```text
+//! pull    gap of a joint    F l_j/YA       elongation of the whole   F L/YA
+//! twist   angle of a joint  T l_j/GJ       of the whole              T L/GJ
+//! bend    angle of a joint  M l_j/YI       of the whole              M L/YI: a regular polygon, closed at 2π
+//! ```
+//!
+//! with l_j = l, or l/2 at the ends. All axes are exact unit vectors: a straight specimen keeps exact zeros across.
+//!
+//! The paper's cable is 1 m long; the exponent of its cross-section's area cannot be read in the scan. 10⁻⁴ m² is the
+//! default here.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::body::Body;
+use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, RowLaw, TwistDefinition};
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
+use crate::hoist::{JointKind, MAX_SEGMENTS};
+use crate::material::{CrossSection, Material, Stiffness};
+use crate::scene::Scene;
+use crate::seed;
+
+/// What is done to a specimen: the load that it has when none is given.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Specimen {
+    /// Pulled by F = YA/10: 10 % longer.
+    #[default]
+    Pull,
+    /// Twisted by T = 2π GJ/L: one turn.
+    Twist,
+    /// Bent by M = (π/2) YI/L: a quarter of a circle.
+    Bend,
+}
+
+impl Specimen {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Pull, Self::Twist, Self::Bend];
+
+    /// Name of its scene: `pull`, `twist`, `bend`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pull => "pull",
+            Self::Twist => "twist",
+            Self::Bend => "bend",
+        }
+    }
+
+    /// The specimen with that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| s.name() == name)
+    }
+}
+
+/// Parameters of a specimen. SI units; `None` stands for the default that the field names.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
+pub struct SpecimenParams {
+    /// Which load it has by default. Not part of a scene's text: the table's name says it.
+    #[cfg_attr(feature = "toml", serde(skip))]
+    pub specimen: Specimen,
+    /// Number N of segments, 1 to 10 million.
+    pub segments: usize,
+    /// Length L of the unstrained cable \[m].
+    pub length: f64,
+    /// Area A of the square cross-section \[m²].
+    pub area: f64,
+    /// `steel`, `nylon` or `rubber`.
+    pub material: String,
+    /// Young's modulus Y \[Pa]. Default: the material's.
+    pub young: Option<f64>,
+    /// Poisson's ratio ν. Default: the material's.
+    pub poisson: Option<f64>,
+    /// Density ρ \[kg/m³]. Default: the material's.
+    pub density: Option<f64>,
+    /// Axial stiffness YA \[N]. Default: of the solid square.
+    pub ea: Option<f64>,
+    /// Bending stiffness YI \[N m²]. Default: of the solid square.
+    pub ei: Option<f64>,
+    /// Torsional stiffness GJ \[N m²]. Default: of the solid square.
+    pub gj: Option<f64>,
+    /// Kind of the joints: `cosserat` or `paper`.
+    pub joint: JointKind,
+    /// The twist angle of the paper's joint.
+    pub twist_definition: TwistDefinition,
+    /// Mass of the grip \[kg], a cube with the section's side. Default: that of a segment.
+    pub grip_mass: Option<f64>,
+    /// Whether a bearing holds the grip on the axis, so that it can only turn about it. The cable then is drawn between
+    /// its ends by the tension `force` when straight; `moment` is taken up by the bearing.
+    pub bearing: bool,
+    /// Force F on the grip along +x \[N]. Default: 0, or that of [`Specimen::Pull`].
+    pub force: Option<f64>,
+    /// Torque T on the grip about +x \[N m], of fixed direction. Default: 0, or that of [`Specimen::Twist`].
+    pub torque: Option<f64>,
+    /// Moment M on the grip across the cable \[N m], of fixed direction. Default: 0, or that of [`Specimen::Bend`].
+    pub moment: Option<f64>,
+    /// Direction of the moment: its angle from +z towards +y about the cable \[rad]. At 0 the cable bends in the plane
+    /// of x and y.
+    pub moment_direction: f64,
+    /// Whether a simulation starts from the static equilibrium near the straight pose.
+    pub equilibrium: bool,
+    /// Seed of the segments' random angular velocities; 0 is none.
+    pub seed: u64,
+    /// Bound of each component of the random angular velocities \[rad/s].
+    pub seed_rate: f64,
+    /// Damping time τ of all rows \[s].
+    pub damping: f64,
+}
+
+impl Default for SpecimenParams {
+    fn default() -> Self {
+        Self {
+            specimen: Specimen::Pull,
+            segments: 24,
+            length: 1.0,
+            area: 1e-4,
+            material: "steel".to_owned(),
+            young: None,
+            poisson: None,
+            density: None,
+            ea: None,
+            ei: None,
+            gj: None,
+            joint: JointKind::Cosserat,
+            twist_definition: TwistDefinition::Ordinary,
+            grip_mass: None,
+            bearing: false,
+            force: None,
+            torque: None,
+            moment: None,
+            moment_direction: 0.0,
+            equilibrium: false,
+            seed: 0,
+            seed_rate: 1e-3,
+            damping: 0.0,
+        }
+    }
+}
+
+/// A specimen with all defaults worked out: [`SpecimenParams::resolve`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResolvedSpecimen {
+    /// Number N of segments.
+    pub segments: usize,
+    /// Length l of a segment \[m].
+    pub segment_length: f64,
+    /// Mass of a segment \[kg].
+    pub segment_mass: f64,
+    /// Side of the cross-section \[m].
+    pub side: f64,
+    /// Mass of the grip \[kg].
+    pub grip_mass: f64,
+    /// Stiffness of the cable.
+    pub stiffness: Stiffness,
+    /// Force on the grip along the cable, or the tension that its bearing draws \[N].
+    pub force: f64,
+    /// Torque on the grip about the cable \[N m].
+    pub torque: f64,
+    /// Moment on the grip across the cable \[N m].
+    pub moment: f64,
+}
+
+impl ResolvedSpecimen {
+    /// Length of cable that joint `joint` stands for \[m], 0 to N: l, and l/2 for the first and the last.
+    #[must_use]
+    pub fn joint_length(&self, joint: usize) -> f64 {
+        let end = joint == 0 || joint == self.segments;
+        self.segment_length * if end { 0.5 } else { 1.0 }
+    }
+}
+
+impl SpecimenParams {
+    /// The default parameters of a specimen.
+    #[must_use]
+    pub fn new(specimen: Specimen) -> Self {
+        Self {
+            specimen,
+            ..Self::default()
+        }
+    }
+
+    /// Checks the parameters and works out their defaults.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, and what it has to be.
+    pub fn resolve(&self) -> Result<ResolvedSpecimen, SceneError> {
+        self.check_ranges()?;
+        let material = self.material()?;
+        let side = self.area.sqrt();
+        let solid = Stiffness::new(&material, &CrossSection::Square { side });
+        let stiffness = Stiffness {
+            ea: self.ea.unwrap_or(solid.ea),
+            ei: self.ei.unwrap_or(solid.ei),
+            gj: self.gj.unwrap_or(solid.gj),
+        };
+        let segment_length = self.length / self.segments as f64;
+        let segment_mass = material.density * self.area * segment_length;
+        let load = |of: Specimen, given: Option<f64>, default: f64| {
+            given.unwrap_or(if of == self.specimen { default } else { 0.0 })
+        };
+        let turn = std::f64::consts::TAU / self.length;
+        let specimen = ResolvedSpecimen {
+            segments: self.segments,
+            segment_length,
+            segment_mass,
+            side,
+            grip_mass: self.grip_mass.unwrap_or(segment_mass),
+            stiffness,
+            force: load(Specimen::Pull, self.force, 0.1 * stiffness.ea),
+            torque: load(Specimen::Twist, self.torque, turn * stiffness.gj),
+            moment: load(Specimen::Bend, self.moment, 0.25 * turn * stiffness.ei),
+        };
+        for (what, value) in [
+            ("segment length", specimen.segment_length),
+            ("segment mass", specimen.segment_mass),
+            ("side", specimen.side),
+            ("grip_mass", specimen.grip_mass),
+            ("ea", stiffness.ea),
+            ("ei", stiffness.ei),
+            ("gj", stiffness.gj),
+        ] {
+            let needs = "between 1e-150 and 1e150 when all is worked out";
+            check(what, value, (1e-150..=1e150).contains(&value), needs)?;
+        }
+        for (what, value) in [
+            ("force", specimen.force),
+            ("torque", specimen.torque),
+            ("moment", specimen.moment),
+        ] {
+            check(what, value, value.abs() <= 1e150, "at most 1e150")?;
+        }
+        Ok(specimen)
+    }
+
+    fn material(&self) -> Result<Material, SceneError> {
+        let known = Material::named(&self.material);
+        let material = known.ok_or_else(|| SceneError::UnknownName {
+            what: "material",
+            name: self.material.clone(),
+            known: Material::NAMES.map(str::to_owned).to_vec(),
+        })?;
+        Ok(Material {
+            young: self.young.unwrap_or(material.young),
+            poisson: self.poisson.unwrap_or(material.poisson),
+            density: self.density.unwrap_or(material.density),
+        })
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        if self.segments > MAX_SEGMENTS {
+            return Err(SceneError::TooLarge {
+                what: "segments",
+                value: self.segments,
+                limit: MAX_SEGMENTS,
+            });
+        }
+        let n = self.segments as f64;
+        check("segments", n, self.segments > 0, "at least 1")?;
+        for (what, value, needs) in [
+            ("length", Some(self.length), "> 0 m"),
+            ("area", Some(self.area), "> 0 m²"),
+            ("young", self.young, "> 0 Pa"),
+            ("density", self.density, "> 0 kg/m³"),
+            ("ea", self.ea, "> 0 N"),
+            ("ei", self.ei, "> 0 N m²"),
+            ("gj", self.gj, "> 0 N m²"),
+            ("grip_mass", self.grip_mass, "> 0 kg"),
+        ] {
+            if let Some(value) = value {
+                check(what, value, value > 0.0, needs)?;
+            }
+        }
+        if let Some(nu) = self.poisson {
+            let needs = "above -1 and at most 0.5";
+            check("poisson", nu, nu > -1.0 && nu <= 0.5, needs)?;
+        }
+        for (what, value) in [
+            ("force", self.force),
+            ("torque", self.torque),
+            ("moment", self.moment),
+            ("moment_direction", Some(self.moment_direction)),
+        ] {
+            check(what, value.unwrap_or(0.0), true, "finite")?;
+        }
+        for (what, value, needs) in [
+            ("seed_rate", self.seed_rate, "≥ 0 rad/s"),
+            ("damping", self.damping, "≥ 0 s"),
+        ] {
+            check(what, value, value >= 0.0, needs)?;
+        }
+        if self.joint == JointKind::Spherical {
+            return Err(SceneError::Conflict {
+                what: "joint".into(),
+                reason: "a specimen of ball joints resists no load: use \"cosserat\" or \"paper\"",
+            });
+        }
+        Ok(())
+    }
+
+    /// Builds the straight, unstrained specimen. Bodies: the segments from the clamp, then the grip. Constraints: the
+    /// clamp, the inner joints, the grip's joint, the bearing. Groups: the grip's joint and the bearing are 1, all
+    /// others 0.
+    ///
+    /// # Errors
+    /// As [`SpecimenParams::resolve`].
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        let specimen = self.resolve()?;
+        let (n, l, side) = (specimen.segments, specimen.segment_length, specimen.side);
+        let mut scene = Scene::new(self.specimen.name());
+        for i in 0..n {
+            let segment = Body::cuboid(Vector3::new(l, side, side), specimen.segment_mass);
+            let centre = Vector3::new(l * (i as f64 + 0.5), 0.0, 0.0);
+            scene.add_body(format!("segment-{}", i + 1), segment.at(centre));
+        }
+        let end = Vector3::new(self.length, 0.0, 0.0);
+        let cube = Vector3::repeat(side);
+        let mut grip = Body::cuboid(cube, specimen.grip_mass).at(end);
+        let (sine, cosine) = self.moment_direction.sin_cos();
+        grip.torque = Vector3::new(
+            specimen.torque,
+            specimen.moment * sine,
+            specimen.moment * cosine,
+        );
+        if !self.bearing {
+            grip.force.x = specimen.force;
+        }
+        let grip = scene.add_body("grip", grip);
+        scene.load = Some(grip);
+        let half = Vector3::new(0.5 * l, 0.0, 0.0);
+        let at = |body: usize, point: Vector3<f64>| {
+            Frame::body(body, point).with_axes(Matrix3::identity())
+        };
+        let world = |point| Frame::world(point).with_axes(Matrix3::identity());
+        for j in 0..=n {
+            let a = match j {
+                0 => world(Vector3::zeros()),
+                _ => at(j - 1, half),
+            };
+            let b = at(j, if j == n { Vector3::zeros() } else { -half });
+            let length = specimen.joint_length(j);
+            let law = specimen.stiffness.joint_law(length, self.damping);
+            let (name, group) = match j {
+                0 => ("clamp".to_owned(), 0),
+                _ if j == n => ("grip".to_owned(), 1),
+                _ => (format!("joint-{j}"), 0),
+            };
+            scene.add_constraint(name, self.joint([a, b], law), group);
+        }
+        if self.bearing {
+            let drawn = self.length * (1.0 + specimen.force / specimen.stiffness.ea);
+            let place = world(Vector3::new(drawn, 0.0, 0.0));
+            let law = JointLaw {
+                stretch: Some(RowLaw::RIGID),
+                bend: Some(RowLaw::RIGID),
+                twist: None,
+            };
+            let frames = [place, at(grip, Vector3::zeros())];
+            let bearing = Constraint::Cosserat(Cosserat::new(frames, law));
+            scene.add_constraint("bearing", bearing, 1);
+        }
+        self.seed_velocities(&mut scene);
+        scene.start_in_equilibrium = self.equilibrium;
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn joint(&self, frames: [Frame; 2], law: JointLaw) -> Constraint {
+        if self.joint == JointKind::Cosserat {
+            return Constraint::Cosserat(Cosserat::new(frames, law));
+        }
+        Constraint::Paper(Paper {
+            twist_definition: self.twist_definition,
+            ..Paper::new(frames, law)
+        })
+    }
+
+    fn seed_velocities(&self, scene: &mut Scene) {
+        if self.seed == 0 {
+            return;
+        }
+        let mut random = seed::vectors(self.seed);
+        for omega in &mut scene.bodies.angular_velocity[..self.segments] {
+            *omega = random() * self.seed_rate;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linearized::Linearized;
+    use nalgebra::UnitQuaternion;
+    use std::f64::consts::{PI, TAU};
+
+    fn phi(scene: &Scene) -> Linearized {
+        let mut lin = Linearized::new(scene);
+        lin.update(scene, 0.0);
+        lin
+    }
+
+    #[test]
+    fn defaults_are_a_straight_square_of_steel() {
+        for specimen in Specimen::ALL {
+            assert_eq!(Specimen::named(specimen.name()), Some(specimen));
+            let params = SpecimenParams::new(specimen);
+            let found = params.resolve().expect("sound");
+            let scene = params.build().expect("builds");
+            assert_eq!(
+                (scene.name.as_str(), scene.load),
+                (specimen.name(), Some(24))
+            );
+            assert_eq!((scene.bodies.len(), scene.constraints.len()), (25, 25));
+            assert!((found.stiffness.ea - 2e7).abs() < 1e-6);
+            assert!((found.stiffness.ei - 2e11 * 1e-8 / 12.0).abs() < 1e-10);
+            assert!(phi(&scene).phi.iter().all(|phi| phi.abs() < 1e-15));
+            let (force, torque) = (scene.bodies.force[24], scene.bodies.torque[24]);
+            let loads = [force.x, torque.x, torque.z].map(|load| load != 0.0);
+            assert_eq!(loads, Specimen::ALL.map(|s| s == specimen));
+        }
+        assert_eq!(Specimen::named("push"), None);
+    }
+
+    #[test]
+    fn compliances_add_up_to_the_cable() {
+        for (joint, twist) in [(JointKind::Cosserat, 5), (JointKind::Paper, 4)] {
+            let params = SpecimenParams {
+                segments: 7,
+                joint,
+                material: "nylon".into(),
+                ..SpecimenParams::default()
+            };
+            let scene = params.build().expect("builds");
+            let stiffness = params.resolve().expect("sound").stiffness;
+            let total = |row: usize| -> f64 {
+                let compliance = |c: &Constraint| c.row(row).1.compliance;
+                scene.constraints.iter().map(compliance).sum()
+            };
+            assert!((total(0) * stiffness.ea - 1.0).abs() < 1e-14);
+            assert!((total(3) * stiffness.ei - 1.0).abs() < 1e-14);
+            assert!((total(twist) * stiffness.gj - 1.0).abs() < 1e-14);
+        }
+    }
+
+    /// Bodies put on the polygon of a full circle: every joint reads M l_j/YI and nothing else.
+    #[test]
+    fn the_exact_shape_balances_the_moment() {
+        let n = 6;
+        let params = SpecimenParams {
+            segments: n,
+            moment: Some(TAU * 10.0),
+            ei: Some(10.0),
+            ..SpecimenParams::new(Specimen::Bend)
+        };
+        let mut scene = params.build().expect("builds");
+        let l = 1.0 / n as f64;
+        let mut end = Vector3::zeros();
+        for i in 0..n {
+            let turn =
+                UnitQuaternion::from_scaled_axis(Vector3::z() * (TAU * l * (i as f64 + 0.5)));
+            let way = turn * Vector3::x() * l;
+            scene.bodies.position[i] = end + 0.5 * way;
+            scene.bodies.orientation[i] = turn;
+            end += way;
+        }
+        assert!(end.norm() < 1e-15);
+        scene.bodies.position[n] = end;
+        scene.bodies.orientation[n] = UnitQuaternion::from_scaled_axis(Vector3::z() * TAU);
+        let lin = phi(&scene);
+        for j in 0..=n {
+            let rows = &lin.phi[lin.row_range(j)];
+            let angle = TAU * params.resolve().expect("sound").joint_length(j);
+            assert!((rows[4] - angle).abs() < 1e-14);
+            assert!(
+                rows.iter()
+                    .enumerate()
+                    .all(|(k, r)| k == 4 || r.abs() < 1e-14)
+            );
+            let moment = rows[4] / lin.compliance[lin.row_range(j).start + 4];
+            assert!((moment / (TAU * 10.0) - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn a_bearing_draws_the_cable() {
+        let params = SpecimenParams {
+            bearing: true,
+            force: Some(2e5),
+            ..SpecimenParams::new(Specimen::Twist)
+        };
+        let scene = params.build().expect("builds");
+        assert_eq!(scene.bodies.force[24], Vector3::zeros());
+        let bearing = &scene.constraints[25];
+        assert_eq!(bearing.rows(), 5);
+        let gap = phi(&scene).phi[6 * 25];
+        assert!((gap - 0.01).abs() < 1e-15);
+    }
+
+    #[test]
+    fn moments_point_where_they_are_told_and_seeds_stay_small() {
+        let params = SpecimenParams {
+            moment: Some(2.0),
+            moment_direction: PI / 2.0,
+            seed: 3,
+            ..SpecimenParams::new(Specimen::Bend)
+        };
+        let scene = params.build().expect("builds");
+        let torque = scene.bodies.torque[24];
+        assert!((torque - Vector3::new(0.0, 2.0, 0.0)).norm() < 1e-15);
+        let spins = &scene.bodies.angular_velocity;
+        assert!(
+            spins[..24]
+                .iter()
+                .all(|w| w.amax() <= 1e-3 && w.amin() > 0.0)
+        );
+        assert_eq!(spins[24], Vector3::zeros());
+    }
+
+    #[test]
+    fn faults_name_the_parameter() {
+        let says = |change: fn(&mut SpecimenParams), words: &str| {
+            let mut params = SpecimenParams::default();
+            change(&mut params);
+            let text = params.build().expect_err("a fault").to_string();
+            assert!(text.contains(words), "{text}");
+        };
+        says(|p| p.segments = 0, "segments is 0: it has to be at least 1");
+        says(|p| p.segments = 20_000_000, "at most 10000000");
+        says(|p| p.length = -1.0, "length is -1: it has to be > 0 m");
+        says(|p| p.area = 0.0, "area is 0: it has to be > 0 m²");
+        says(|p| p.young = Some(f64::NAN), "young is NaN");
+        says(|p| p.poisson = Some(0.6), "poisson is 0.6");
+        says(|p| p.force = Some(f64::INFINITY), "force is inf");
+        says(|p| p.material = "wood".into(), "choose one of steel, nylon");
+        says(
+            |p| p.joint = JointKind::Spherical,
+            "joint: a specimen of ball",
+        );
+        says(|p| p.damping = -1.0, "damping is -1");
+        says(|p| p.area = 1e-320, "when all is worked out");
+    }
+}
