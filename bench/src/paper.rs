@@ -7,10 +7,10 @@
 mod chains;
 mod claims;
 pub mod specimens;
-mod swing;
+pub mod swing;
 mod table1;
-mod table2;
-mod timing;
+pub mod table2;
+pub mod timing;
 
 use crate::plot::{self, Chart, PlotError};
 use indicatif::ProgressBar;
