@@ -19,7 +19,7 @@ mod report;
 mod rows;
 mod search;
 
-pub use report::{checks, charts, text_tables};
+pub use report::{charts, checks, text_tables};
 pub use rows::{ROWS, Row};
 pub use search::{Found, largest};
 
@@ -130,12 +130,7 @@ pub enum Solver {
 
 impl Solver {
     /// Those of the tables.
-    pub const ALL: [Self; 4] = [
-        Self::Sweeps(3),
-        Self::Sweeps(20),
-        Self::Cg,
-        Self::Direct,
-    ];
+    pub const ALL: [Self; 4] = [Self::Sweeps(3), Self::Sweeps(20), Self::Cg, Self::Direct];
 
     fn backend(self) -> Backend {
         let sweeps = |iterations, start| {
@@ -392,7 +387,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
     };
     let records = run(&config, progress)?;
     Ok(Outcome {
-        checks: checks(&records),
+        checks: checks(&records, &config),
         text: text_tables(&records, &config),
         csv: csv(&records)?,
         charts: charts(&records),

@@ -102,7 +102,13 @@ mod tests {
     fn the_rows_as_read_go_as_stiffness_over_zeta() {
         for part in [&ROWS[..5], &ROWS[5..]] {
             let scaled = part.iter().map(|r| r.ratio * r.zeta / r.young);
-            assert!(scaled.clone().all(|s| (s / part[0].ratio / part[0].zeta * part[0].young - 1.0).abs() < 1e-12));
+            assert!(
+                scaled
+                    .clone()
+                    .all(
+                        |s| (s / part[0].ratio / part[0].zeta * part[0].young - 1.0).abs() < 1e-12
+                    )
+            );
         }
     }
 }

@@ -70,9 +70,15 @@ mod tests {
         for limit in [1.0, 2.0, 5.0, 9.0, 10.0, 37.0, 999.0] {
             let found = search(limit);
             let stable = found.stable.expect("1 is stable");
-            assert!(stable <= limit && limit < 1.001 * stable * 10.0_f64.powf(0.25), "{limit}");
+            assert!(
+                stable <= limit && limit < 1.001 * stable * 10.0_f64.powf(0.25),
+                "{limit}"
+            );
             let next = found.failure.expect("fails above").time;
-            assert!(next > limit && next < 1.001 * stable * 10.0_f64.powf(0.25), "{limit}");
+            assert!(
+                next > limit && next < 1.001 * stable * 10.0_f64.powf(0.25),
+                "{limit}"
+            );
             assert!(!found.capped);
         }
     }
@@ -81,6 +87,9 @@ mod tests {
     fn both_ends_are_told() {
         assert_eq!(search(0.5).stable, None);
         let top = search(1e9);
-        assert_eq!((top.stable, top.capped, top.failure), (Some(1e3), true, None));
+        assert_eq!(
+            (top.stable, top.capped, top.failure),
+            (Some(1e3), true, None)
+        );
     }
 }
