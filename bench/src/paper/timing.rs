@@ -141,7 +141,10 @@ fn time(config: &Config, elements: usize, ratio: f64, sweeps: usize) -> Result<R
         ..HoistParams::default()
     };
     let options = options(sweeps);
-    let name = options.backend.to_string();
+    let name = match sweeps {
+        0 => "direct".to_owned(),
+        n => format!("{n} iterations"),
+    };
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
     let start = stepper.scene().bodies.clone();
     let mut best: Option<Record> = None;
