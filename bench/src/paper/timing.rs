@@ -192,6 +192,8 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
     }
     cells.push((PAPER_MANY.0, PAPER_MANY.1, many));
     progress.set_length(cells.len() as u64);
+    // A processor that was idle is slow at first.
+    time(config, config.loaded, config.ratio, few)?;
     cells
         .into_iter()
         .map(|(elements, ratio, sweeps)| {

@@ -1,0 +1,3 @@
+//! The paper's tables, figures and claims.
+
+mod rigid;
