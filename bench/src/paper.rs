@@ -5,12 +5,15 @@
 //! most exponents: where one was inferred, the row says so.
 
 pub mod chains;
+pub mod chains;
+mod claims;
 mod claims;
 pub mod specimens;
-mod swing;
+pub mod specimens;
+pub mod swing;
 pub mod table1;
-mod table2;
-mod timing;
+pub mod table2;
+pub mod timing;
 
 use crate::plot::{self, Chart, PlotError};
 use indicatif::ProgressBar;

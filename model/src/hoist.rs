@@ -9,6 +9,7 @@ mod build;
 
 use std::f64::consts::PI;
 
+use crate::constraint::TwistDefinition;
 use crate::error::{SceneError, check};
 use crate::material::{CrossSection, Material, Stiffness};
 
@@ -70,6 +71,8 @@ pub struct HoistParams {
     pub gj: Option<f64>,
     /// Kind of the inner joints.
     pub joint: JointKind,
+    /// Between which vectors `paper` joints take the twist angle; other kinds have the ordinary one only.
+    pub twist_definition: TwistDefinition,
     /// Whether joints have stretch rows. A cable needs them: `false` is refused.
     pub stretch: bool,
     /// Whether joints have bend rows. Default: all kinds but `spherical`.
@@ -119,6 +122,7 @@ impl Default for HoistParams {
             ei: None,
             gj: None,
             joint: JointKind::Cosserat,
+            twist_definition: TwistDefinition::Ordinary,
             stretch: true,
             bend: None,
             twist: None,
@@ -274,6 +278,10 @@ impl HoistParams {
                 "a cable without stretch rows is not connected: leave it true",
             );
         }
+        if self.joint != JointKind::Paper && self.twist_definition != TwistDefinition::Ordinary {
+            let reason = "is a choice of the paper's joint: use joint = \"paper\"";
+            return conflict("twist_definition", reason);
+        }
         if self.joint == JointKind::Spherical {
             let reason =
                 "spherical joints have stretch rows only: use joint = \"cosserat\" or \"paper\"";
@@ -394,6 +402,10 @@ mod tests {
         says(
             |p| (p.joint, p.twist) = (JointKind::Spherical, Some(true)),
             "twist: spherical joints",
+        );
+        says(
+            |p| p.twist_definition = TwistDefinition::Alternative,
+            "twist_definition: is a choice of the paper's joint",
         );
         says(|p| p.length = 1e-305, "when all is worked out");
     }

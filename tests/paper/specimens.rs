@@ -17,7 +17,10 @@ fn pull_is_exact_to_half_the_length_for_every_n() {
     let rows = pull::run(&pull::Config::quick(), &ProgressBar::hidden()).expect("runs");
     assert_eq!(rows.len(), 3 * SEGMENTS.len() * 2 * 2);
     for row in &rows {
-        let worst = row.gap_error.max(row.elongation_error).max(row.centres_error);
+        let worst = row
+            .gap_error
+            .max(row.elongation_error)
+            .max(row.centres_error);
         assert!(worst <= BAR, "{row:?}");
         assert_eq!(row.sideways_m, 0.0, "{row:?}");
     }
@@ -32,7 +35,12 @@ fn twist_follows_37_turns_and_holds_them_under_tension() {
     }
     let farthest = results.rows.iter().map(|r| r.twist).fold(0.0, f64::max);
     assert!((farthest - twist::FARTHEST).abs() < 1e-6);
-    let held = |step: &str| results.held.iter().find(|h| h.tension > 1.0 && h.step == step);
+    let held = |step: &str| {
+        results
+            .held
+            .iter()
+            .find(|h| h.tension > 1.0 && h.step == step)
+    };
     assert!(held("stiffened").expect("runs").straight);
     assert!(held("paper").expect("runs").lost);
     assert_no_failure(&twist::outcome(&results).expect("reports").checks);
@@ -46,7 +54,10 @@ fn bending_leaks_into_the_papers_twist_angles_only() {
             assert!(leak.ordinary.abs() < 1e-14, "{leak:?}");
         }
         if leak.direction_rad == FRAC_PI_2 {
-            assert!((leak.alternative.abs() - leak.theta).abs() < 1e-14, "{leak:?}");
+            assert!(
+                (leak.alternative.abs() - leak.theta).abs() < 1e-14,
+                "{leak:?}"
+            );
         }
     }
 }

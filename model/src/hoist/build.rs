@@ -95,7 +95,10 @@ impl HoistParams {
                 stretch: law.stretch.unwrap_or_default(),
             }),
             JointKind::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
-            JointKind::Paper => Constraint::Paper(Paper::new(frames, law)),
+            JointKind::Paper => Constraint::Paper(Paper {
+                twist_definition: self.twist_definition,
+                ..Paper::new(frames, law)
+            }),
         };
         let held = |end: End| match end {
             End::Spherical => JointKind::Spherical,

@@ -1,0 +1,114 @@
+//! The rows of the paper's table: what the scan shows, and how it is read here.
+
+use super::{GRAVITY, LENGTH};
+use std::f64::consts::PI;
+use taut_model::Material;
+
+/// A row of Table II.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// Young's modulus Y \[GN/m²]; the scan is clear.
+    pub young: f64,
+    /// ζ = A/I_a, 12/A of a square section, as read \[1/m²].
+    pub zeta: f64,
+    /// Number of segments; the scan is clear.
+    pub segments: usize,
+    /// Largest stable mass ratio, as read.
+    pub ratio: f64,
+    /// What the scan shows for ζ; empty where it shows nothing.
+    pub scanned_zeta: &'static str,
+    /// What the scan shows for the ratio.
+    pub scanned_ratio: &'static str,
+    /// Whether ζ or the ratio is inferred: the exponents of a column go by decades as Y/ζ does, and where one is legible
+    /// it agrees.
+    pub inferred: bool,
+}
+
+const fn row(
+    (young, segments): (f64, usize),
+    (scanned_zeta, zeta): (&'static str, f64),
+    (scanned_ratio, ratio): (&'static str, f64),
+    inferred: bool,
+) -> Row {
+    Row {
+        young,
+        zeta,
+        segments,
+        ratio,
+        scanned_zeta,
+        scanned_ratio,
+        inferred,
+    }
+}
+
+/// The paper's rows, in its order. Fully legible is the one with ζ = 10³, six segments.
+pub const ROWS: [Row; 10] = [
+    row((200.0, 24), ("107", 1e6), ("10", 1e1), true),
+    row((200.0, 24), ("10°", 1e5), ("107", 1e2), true),
+    row((200.0, 24), ("10*", 1e4), ("108", 1e3), true),
+    row((200.0, 24), ("10°", 1e3), ("10*", 1e4), true),
+    row((2000.0, 24), ("10", 1e3), ("10°", 1e5), true),
+    row((200.0, 6), ("", 1e5), ("10", 1e1), true),
+    row((200.0, 6), ("", 1e4), ("102", 1e2), true),
+    row((200.0, 6), ("103", 1e3), ("103", 1e3), false),
+    row((200.0, 6), ("107", 1e2), ("10*", 1e4), true),
+    row((2000.0, 6), ("10", 1e2), ("1", 1e5), true),
+];
+
+impl Row {
+    /// Area of the square section \[m²].
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        12.0 / self.zeta
+    }
+
+    /// π² Y N/(ρ g ζ L³), Euler's load over a segment's mass, for a cable of `length` (m) with the density of steel.
+    #[must_use]
+    pub fn euler(&self, length: f64) -> f64 {
+        let stiffness = PI * PI * self.young * 1e9 * self.segments as f64;
+        stiffness / (Material::STEEL.density * GRAVITY * self.zeta * length.powi(3))
+    }
+
+    /// The length at which Euler's load is the paper's ratio \[m].
+    #[must_use]
+    pub fn euler_length(&self) -> f64 {
+        LENGTH * (self.euler(LENGTH) / self.ratio).cbrt()
+    }
+}
+
+/// The one length at which Euler's load comes nearest to all of the paper's ratios: the geometric mean of the rows'
+/// \[m].
+pub(super) fn fitted_length() -> f64 {
+    let logs: f64 = ROWS.iter().map(|r| r.euler_length().ln()).sum();
+    (logs / ROWS.len() as f64).exp()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eulers_load_is_that_of_the_cable() {
+        let row = ROWS[7];
+        let (area, length) = (0.012, 1.0);
+        let second_moment = area * area / 12.0;
+        let load = PI * PI * 2e11 * second_moment / (length * length);
+        let segment = 7850.0 * area * length / 6.0;
+        assert!((row.euler(length) / (load / (GRAVITY * segment)) - 1.0).abs() < 1e-12);
+        assert!((row.euler(row.euler_length()) / row.ratio - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_rows_as_read_go_as_stiffness_over_zeta() {
+        for part in [&ROWS[..5], &ROWS[5..]] {
+            let scaled = part.iter().map(|r| r.ratio * r.zeta / r.young);
+            assert!(
+                scaled
+                    .clone()
+                    .all(
+                        |s| (s / part[0].ratio / part[0].zeta * part[0].young - 1.0).abs() < 1e-12
+                    )
+            );
+        }
+    }
+}

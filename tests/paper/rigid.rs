@@ -1,0 +1,102 @@
+//! Table II, Fig. 13, Fig. 16, in small.
+
+use indicatif::ProgressBar;
+use table2::{Setting, Solver};
+use taut_bench::paper::{Check, Verdict};
+use taut_bench::paper::{swing, table2, timing};
+use taut_model::TwistDefinition;
+
+fn assert_no_failure(checks: &[Check]) {
+    for check in checks {
+        assert_ne!(check.verdict, Verdict::Fail, "{check:?}");
+    }
+}
+
+fn assert_narrow(text: &str) {
+    for line in text.lines() {
+        assert!(line.chars().count() <= 120, "{line}");
+    }
+}
+
+/// The paper's joint in the plane is lost where linear theory says, and in space far below; Gauss–Seidel is lost where its
+/// gap is a segment; geometric stiffness holds every ratio.
+#[test]
+fn the_limits_of_table_2_are_those_of_theory() {
+    let config = table2::Config::quick();
+    let records = table2::run(&config, &ProgressBar::hidden()).expect("sound");
+    assert_narrow(&table2::text_tables(&records, &config));
+    assert_no_failure(&table2::checks(&records, &config));
+    let cells = |setting: Setting, solver: Solver| {
+        let (setting, solver) = (setting.to_string(), solver.to_string());
+        let cells: Vec<_> = records
+            .iter()
+            .filter(|r| r.setting == setting && r.solver == solver)
+            .collect();
+        assert_eq!(cells.len(), 2);
+        cells
+    };
+    for twist in [TwistDefinition::Ordinary, TwistDefinition::Alternative] {
+        let planar = cells(Setting::Planar(twist), Solver::Direct);
+        let seeded = cells(Setting::Seeded(twist), Solver::Direct);
+        for (planar, seeded) in planar.into_iter().zip(seeded) {
+            let (limit, theory) = (planar.stable, planar.predicted);
+            let (limit, theory) = (limit.expect("1 is stable"), theory.expect("explicit"));
+            assert!(limit <= theory && theory < 30.0 * limit, "{planar:?}");
+            assert!(seeded.stable.unwrap_or(0.1) < limit, "{seeded:?}");
+        }
+    }
+    for solver in [Solver::Cg, Solver::Direct] {
+        assert!(cells(Setting::Stiffened, solver).iter().all(|r| r.capped));
+    }
+    for solver in [Solver::Sweeps(3), Solver::Sweeps(20)] {
+        assert!(cells(Setting::Stiffened, solver).iter().all(|r| !r.capped));
+    }
+}
+
+/// A step's time goes as the number of elements and does not depend on the load. Medians of short runs: the bars leave
+/// room for what else the machine does.
+#[test]
+fn times_go_as_the_number_of_elements() {
+    let config = timing::Config::quick();
+    let records = timing::run(&config, &ProgressBar::hidden()).expect("sound");
+    assert_narrow(&timing::text_tables(&records, &config));
+    for sweeps in [config.sweeps[0], 0] {
+        let points: Vec<[f64; 2]> = records
+            .iter()
+            .filter(|r| r.sweeps == sweeps && r.ratio == config.ratio)
+            .map(|r| [r.elements as f64, r.least])
+            .collect();
+        assert_eq!(points.len(), config.elements.len());
+        let p = timing::exponent(&points);
+        assert!((0.85..1.25).contains(&p), "{sweeps}: {p}");
+    }
+}
+
+/// The modes at rest say what the paper's step takes from a swing; other steps take next to nothing.
+#[test]
+fn the_swing_loses_what_its_modes_say() {
+    let config = swing::Config::quick();
+    let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
+    assert_narrow(&swing::text_tables(&results, &config));
+    assert_no_failure(&swing::checks(&results, &config));
+    assert!(results.laws.iter().all(|law| law.error() < 1e-8));
+}
+
+/// What is left between prediction and run without bending is of second order: what the linearised gaps put into the
+/// energy.
+#[test]
+fn the_energy_of_a_free_swing_is_kept_to_second_order() {
+    let left = |dt: f64| {
+        let config = swing::Config {
+            dt,
+            ..swing::Config::quick()
+        };
+        let results = swing::run(&config, &ProgressBar::hidden()).expect("sound");
+        let free = results.others.last().expect("ball joints");
+        let last = free.predicted.len() - 1;
+        (free.loss(last) - free.predicted_loss(last)).abs()
+    };
+    let [coarse, fine] = [1.0 / 60.0, 1.0 / 120.0].map(left);
+    println!("left over at Δt and Δt/2: {coarse:.2e}, {fine:.2e}");
+    assert!(fine < 0.5 * coarse, "{coarse:e} {fine:e}");
+}
