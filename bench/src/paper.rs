@@ -4,9 +4,6 @@
 //! of checks, tables for people, rows for programs, charts. The scan of the paper that the figures come from has lost
 //! most exponents: where one was inferred, the row says so.
 
-pub mod chains;
-pub mod chains;
-mod claims;
 mod claims;
 pub mod specimens;
 pub mod specimens;
