@@ -4,8 +4,8 @@
 //! of checks, tables for people, rows for programs, charts. The scan of the paper that the figures come from has lost
 //! most exponents: where one was inferred, the row says so.
 
+pub mod chains;
 mod claims;
-pub mod specimens;
 pub mod specimens;
 pub mod swing;
 pub mod table1;
