@@ -5,7 +5,7 @@
 //! most exponents: where one was inferred, the row says so.
 
 pub mod chains;
-mod claims;
+pub mod claims;
 pub mod specimens;
 pub mod swing;
 pub mod table1;

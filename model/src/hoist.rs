@@ -42,6 +42,18 @@ pub enum End {
     Clamped,
 }
 
+/// Which joint is a group of its own, for block Gauss–Seidel over groups \[SL §VI-A]. All others are one group.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+pub enum Apart {
+    /// The load's joint.
+    #[default]
+    Load,
+    /// The anchor: the cable and its load are one group, as \[SL §VIII] has it.
+    Anchor,
+}
+
 /// Parameters of the hoist. SI units; `None` stands for the default that the field names.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
@@ -57,6 +69,11 @@ pub struct HoistParams {
     pub mass_ratio: f64,
     /// Mass of the load \[kg]; replaces `mass_ratio` when given.
     pub load_mass: Option<f64>,
+    /// Mass of the uppermost segment \[kg], with as much more inertia: \[SL §VII-B] gives both end segments the load's.
+    /// Default: that of the others.
+    pub top_mass: Option<f64>,
+    /// Which joint is a group of its own.
+    pub apart: Apart,
     /// Acceleration of gravity along −z \[m/s²], ≥ 0.
     pub gravity: f64,
     /// `steel`, `nylon` or `rubber`. Default: steel.
@@ -115,6 +132,8 @@ impl Default for HoistParams {
             segment_mass: None,
             mass_ratio: 1000.0,
             load_mass: None,
+            top_mass: None,
+            apart: Apart::Load,
             gravity: 9.81,
             material: None,
             radius: None,
@@ -156,6 +175,8 @@ pub struct Hoist {
     pub radius: f64,
     /// Mass of the load \[kg].
     pub load_mass: f64,
+    /// Mass of the uppermost segment \[kg].
+    pub top_mass: f64,
     /// Stiffness of the cable.
     pub stiffness: Stiffness,
 }
@@ -198,6 +219,7 @@ impl HoistParams {
             segment_mass,
             radius,
             load_mass,
+            top_mass: positive("top_mass", self.top_mass, "> 0 kg")?.unwrap_or(segment_mass),
             stiffness: Stiffness { ea, ei, gj },
         };
         hoist.check_representable()
@@ -307,7 +329,11 @@ impl Hoist {
         let hoist = *self;
         (0..=hoist.segments).map(move |j| {
             let below = (hoist.segments - j) as f64;
-            let tension = gravity * (hoist.load_mass + hoist.segment_mass * below);
+            let mut mass = hoist.load_mass + hoist.segment_mass * below;
+            if j == 0 && hoist.top_mass != hoist.segment_mass {
+                mass += hoist.top_mass - hoist.segment_mass;
+            }
+            let tension = gravity * mass;
             let end = j == 0 || j == hoist.segments;
             let length = hoist.segment_length * if end { 0.5 } else { 1.0 };
             length / hoist.stiffness.ea * tension
@@ -321,6 +347,7 @@ impl Hoist {
             ("segment mass", self.segment_mass),
             ("cable radius", self.radius),
             ("load mass", self.load_mass),
+            ("top mass", self.top_mass),
             ("ea", self.stiffness.ea),
             ("ei", self.stiffness.ei),
             ("gj", self.stiffness.gj),
@@ -384,6 +411,7 @@ mod tests {
         says(|p| p.length = 0.0, "length is 0: it has to be > 0 m");
         says(|p| p.mass_ratio = -1.0, "mass_ratio is -1");
         says(|p| p.segment_mass = Some(0.0), "segment_mass is 0");
+        says(|p| p.top_mass = Some(0.0), "top_mass is 0");
         says(|p| p.ea = Some(f64::NAN), "ea is NaN");
         says(|p| p.initial_angle = f64::INFINITY, "initial_angle is inf");
         says(

@@ -102,7 +102,7 @@ pub use constraint::{
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
-pub use hoist::{End, Hoist, HoistParams, JointKind};
+pub use hoist::{Apart, End, Hoist, HoistParams, JointKind};
 pub use linearized::{Linearized, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;

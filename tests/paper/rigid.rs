@@ -1,7 +1,7 @@
 //! Table II, Fig. 13, Fig. 16, in small.
 
 use indicatif::ProgressBar;
-use table2::{Setting, Solver};
+use table2::{Ends, Setting, Solver};
 use taut_bench::paper::{Check, Verdict};
 use taut_bench::paper::{swing, table2, timing};
 use taut_model::TwistDefinition;
@@ -18,23 +18,24 @@ fn assert_narrow(text: &str) {
     }
 }
 
-/// The paper's joint in the plane is lost where linear theory says, and in space far below; Gauss–Seidel is lost where its
-/// gap is a segment; geometric stiffness holds every ratio.
+/// The paper's joint in the plane is lost where linear theory says, and in space far below; Gauss–Seidel with a light top
+/// is lost where its gap is a segment; geometric stiffness holds every ratio.
 #[test]
 fn the_limits_of_table_2_are_those_of_theory() {
     let config = table2::Config::quick();
     let records = table2::run(&config, &ProgressBar::hidden()).expect("sound");
     assert_narrow(&table2::text_tables(&records, &config));
     assert_no_failure(&table2::checks(&records, &config));
-    let cells = |setting: Setting, solver: Solver| {
+    let cells_of = |ends: Ends, setting: Setting, solver: Solver| {
         let (setting, solver) = (setting.to_string(), solver.to_string());
         let cells: Vec<_> = records
             .iter()
-            .filter(|r| r.setting == setting && r.solver == solver)
+            .filter(|r| r.ends == ends.to_string() && r.setting == setting && r.solver == solver)
             .collect();
         assert_eq!(cells.len(), 2);
         cells
     };
+    let cells = |setting, solver| cells_of(Ends::Heavy, setting, solver);
     for twist in [TwistDefinition::Ordinary, TwistDefinition::Alternative] {
         let planar = cells(Setting::Planar(twist), Solver::Direct);
         let seeded = cells(Setting::Seeded(twist), Solver::Direct);
@@ -45,11 +46,13 @@ fn the_limits_of_table_2_are_those_of_theory() {
             assert!(seeded.stable.unwrap_or(0.1) < limit, "{seeded:?}");
         }
     }
-    for solver in [Solver::Cg, Solver::Direct] {
+    // With heavy ends a few sweeps hold what the direct solver holds; with a light top they do not.
+    for solver in Solver::ALL {
         assert!(cells(Setting::Stiffened, solver).iter().all(|r| r.capped));
     }
     for solver in [Solver::Sweeps(3), Solver::Sweeps(20)] {
-        assert!(cells(Setting::Stiffened, solver).iter().all(|r| !r.capped));
+        let light = cells_of(Ends::Light, Setting::Stiffened, solver);
+        assert!(light.iter().all(|r| !r.capped));
     }
 }
 

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{End, Hoist, HoistParams, JointKind};
+use super::{Apart, End, Hoist, HoistParams, JointKind};
 use crate::body::Body;
 use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
 use crate::error::SceneError;
@@ -16,8 +16,8 @@ use crate::seed;
 
 impl HoistParams {
     /// Builds the scene with an unstrained cable. Bodies: the segments from the top, then the load. Constraints: the
-    /// anchor, the inner joints from the top, the load's joint. Groups: the cable with its anchor is 0, the load's
-    /// joint 1.
+    /// anchor, the inner joints from the top, the load's joint. Groups: the joint that is [`apart`](Self::apart) is 1, all
+    /// others are 0.
     ///
     /// # Errors
     /// As [`HoistParams::resolve`].
@@ -40,7 +40,7 @@ impl HoistParams {
         self.assemble(&hoist, &gaps, 0.0)
     }
 
-    /// Static elongation of the discrete cable \[m]: Σ_j ε_j T_j, T_j = g (M + m · segments below joint j). NaN when
+    /// Static elongation of the discrete cable \[m]: Σ_j ε_j T_j, T_j = g (M + masses of the segments below joint j). NaN when
     /// the parameters are refused by [`HoistParams::resolve`].
     #[must_use]
     pub fn exact_elongation(&self) -> f64 {
@@ -67,7 +67,12 @@ impl HoistParams {
         let mut depth = 0.0;
         for (i, gap) in gaps[..hoist.segments].iter().enumerate() {
             let centre = depth + gap + 0.5 * l;
-            let rod = Body::rod(l, hoist.radius, hoist.segment_mass);
+            let mass = if i == 0 {
+                hoist.top_mass
+            } else {
+                hoist.segment_mass
+            };
+            let rod = Body::rod(l, hoist.radius, mass);
             scene.add_body(
                 format!("segment-{}", i + 1),
                 rod.at(place(centre)).turned(turn),
@@ -106,7 +111,11 @@ impl HoistParams {
         };
         let top = Frame::world(Vector3::zeros()).moving(self.motion());
         let anchor = joint(held(self.anchor), [top, Frame::body(0, half)], end);
-        scene.add_constraint("anchor", anchor, 0);
+        let [anchor_group, load_group] = match self.apart {
+            Apart::Load => [0, 1],
+            Apart::Anchor => [1, 0],
+        };
+        scene.add_constraint("anchor", anchor, anchor_group);
         for i in 1..hoist.segments {
             let frames = [Frame::body(i - 1, -half), Frame::body(i, half)];
             scene.add_constraint(format!("joint-{i}"), joint(self.joint, frames, inner), 0);
@@ -116,7 +125,11 @@ impl HoistParams {
             Frame::body(hoist.segments - 1, -half),
             Frame::body(hoist.segments, hook),
         ];
-        scene.add_constraint("load", joint(held(self.attachment), frames, end), 1);
+        scene.add_constraint(
+            "load",
+            joint(held(self.attachment), frames, end),
+            load_group,
+        );
     }
 
     fn law(&self, hoist: &Hoist, length: f64) -> JointLaw {
@@ -239,6 +252,25 @@ mod tests {
         let continuum = params.continuum_elongation();
         let cable = 24.0 * 0.5 * 9.81 * 10.0 / 2e7 / 2.0;
         assert!((elongation - continuum - cable).abs() < 1e-12);
+    }
+
+    #[test]
+    fn a_heavy_top_hangs_on_the_anchor_alone() {
+        let params = HoistParams {
+            top_mass: Some(700.0),
+            apart: Apart::Anchor,
+            segments: 3,
+            ..HoistParams::default()
+        };
+        let scene = params.hanging_equilibrium().expect("builds");
+        assert_eq!(scene.bodies.mass, [700.0, 1.0, 1.0, 1000.0]);
+        assert_eq!(scene.groups, [1, 0, 0, 0]);
+        let lin = phi(&scene);
+        for (j, mass) in [1702.0, 1002.0, 1001.0, 1000.0].into_iter().enumerate() {
+            let row = lin.row_range(j).start + 2;
+            let tension = lin.phi[row] / lin.compliance[row];
+            assert!((tension / (9.81 * mass) - 1.0).abs() < 1e-12, "joint {j}");
+        }
     }
 
     #[test]
