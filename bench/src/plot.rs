@@ -3,11 +3,11 @@
 //! Colours are those of Okabe and Ito, which colour-blind readers can tell apart; every series also has its own place
 //! in the legend. The paper is white, whatever the reader's theme.
 
-use plotters::chart::SeriesAnno;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::fmt;
+use std::ops::Range;
 
 /// Colours of series, in order; after the last the first comes again.
 const COLOURS: [RGBColor; 7] = [
@@ -62,7 +62,7 @@ impl Axis {
     }
 
     /// The ends of the axis that holds all `values`, with a margin.
-    fn ends(&self, values: impl Iterator<Item = f64>) -> std::ops::Range<f64> {
+    fn ends(&self, values: impl Iterator<Item = f64>) -> Range<f64> {
         if let Some([low, high]) = self.range {
             return self.place(low)..self.place(high);
         }
@@ -83,15 +83,24 @@ impl Axis {
         low - margin..high + margin
     }
 
-    fn tick(&self, place: f64) -> String {
+    /// The text at a place of an axis with the given ends. Where there are decades enough, only they have a text.
+    fn tick(&self, place: f64, ends: &Range<f64>) -> String {
+        let span = ends.end - ends.start;
         if !self.log {
-            return number(place);
+            // What is left of a sum that should be zero.
+            return number(if place.abs() < 1e-9 * span {
+                0.0
+            } else {
+                place
+            });
         }
         let nearest = place.round();
         if (place - nearest).abs() < 1e-9 {
             power_of_ten(nearest as i32)
-        } else {
+        } else if span < 2.0 {
             number(10_f64.powf(place))
+        } else {
+            String::new()
         }
     }
 }
@@ -229,19 +238,21 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
     let bars = chart.series.iter().any(|s| s.mark == Mark::Bars);
     let zero = bars.then_some(0.0);
     let y = chart.y.ends(all.iter().flatten().map(|p| p.1).chain(zero));
-    let mut plane = ChartBuilder::on(area)
+    let rows = legend_rows(chart);
+    let (area, below) = area.split_vertically(PANEL.1 as i32 - LEGEND_ROW * rows.len() as i32);
+    let mut plane = ChartBuilder::on(&area)
         .caption(&chart.title, ("sans-serif", 18))
         .margin(12)
         .x_label_area_size(46)
         .y_label_area_size(72)
-        .build_cartesian_2d(x, y)
+        .build_cartesian_2d(x.clone(), y.clone())
         .map_err(failed)?;
     plane
         .configure_mesh()
         .x_desc(&chart.x.label)
         .y_desc(&chart.y.label)
-        .x_label_formatter(&|v| chart.x.tick(*v))
-        .y_label_formatter(&|v| chart.y.tick(*v))
+        .x_label_formatter(&|v| chart.x.tick(*v, &x))
+        .y_label_formatter(&|v| chart.y.tick(*v, &y))
         .x_labels(8)
         .y_labels(8)
         .light_line_style(WHITE)
@@ -251,70 +262,90 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
         .draw()
         .map_err(failed)?;
     for (i, (series, points)) in chart.series.iter().zip(&all).enumerate() {
-        draw_series(&mut plane, series, points, COLOURS[i % COLOURS.len()])?;
+        // Later points are smaller, so that those under them are seen.
+        let radius = if points.len() > 400 {
+            1
+        } else {
+            (6 - i as i32).max(2)
+        };
+        draw_series(&mut plane, series.mark, points, (colour(i), radius))?;
     }
-    if chart.series.iter().any(|s| !s.name.is_empty()) {
-        plane
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .background_style(WHITE.mix(0.85))
-            .border_style(RGBColor(200, 200, 200))
-            .label_font(("sans-serif", 13))
-            .draw()
-            .map_err(failed)?;
-    }
-    Ok(())
+    draw_legend(chart, &rows, &below)
 }
 
-fn draw_series<'a, 'b: 'a>(
-    plane: &mut Plane<'a, 'b>,
-    series: &Series,
-    points: &[(f64, f64)],
-    colour: RGBColor,
+fn colour(series: usize) -> RGBColor {
+    COLOURS[series % COLOURS.len()]
+}
+
+/// Height of a row of the legend below a panel, in pixels.
+const LEGEND_ROW: i32 = 20;
+
+/// Width of the legend's key, and an estimate of that of a letter, in pixels.
+const LEGEND_KEY: i32 = 34;
+const LEGEND_LETTER: i32 = 7;
+
+/// The named series in rows that fit below the panel: (series, left end).
+fn legend_rows(chart: &Chart) -> Vec<Vec<(usize, i32)>> {
+    let mut rows: Vec<Vec<(usize, i32)>> = Vec::new();
+    let mut x = i32::MAX;
+    for (i, series) in chart.series.iter().enumerate() {
+        if series.name.is_empty() {
+            continue;
+        }
+        let width = LEGEND_KEY + LEGEND_LETTER * series.name.chars().count() as i32;
+        if x.saturating_add(width) > PANEL.0 as i32 {
+            rows.push(Vec::new());
+            x = 84;
+        }
+        if let Some(row) = rows.last_mut() {
+            row.push((i, x));
+        }
+        x += width;
+    }
+    rows
+}
+
+fn draw_legend(
+    chart: &Chart,
+    rows: &[Vec<(usize, i32)>],
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
 ) -> Result<(), PlotError> {
-    let stroke = colour.stroke_width(2);
-    let dots = matches!(series.mark, Mark::Points | Mark::LineAndPoints);
-    let line = matches!(series.mark, Mark::Line | Mark::LineAndPoints);
-    // A cloud of thousands of points is drawn finely.
-    let radius = if points.len() > 400 { 1 } else { 3 };
-    let key =
-        move |(x, y): (i32, i32)| Rectangle::new([(x, y - 3), (x + 16, y + 3)], colour.filled());
-    if series.mark == Mark::Bars {
-        let width = points.windows(2).next().map_or(1.0, |w| w[1].0 - w[0].0);
-        let bar = |&(x, y): &(f64, f64)| {
-            Rectangle::new(
-                [(x - 0.45 * width, 0.0), (x + 0.45 * width, y)],
-                colour.mix(0.7).filled(),
-            )
-        };
-        label(
-            plane.draw_series(points.iter().map(bar)).map_err(failed)?,
-            series,
-            key,
-        );
-    }
-    if line {
-        let drawn = plane.draw_series(LineSeries::new(points.iter().copied(), stroke));
-        label(drawn.map_err(failed)?, series, key);
-    }
-    if dots {
-        let dot = |&p: &(f64, f64)| Circle::new(p, radius, colour.filled());
-        let drawn = plane.draw_series(points.iter().map(dot)).map_err(failed)?;
-        if !line {
-            label(drawn, series, key);
+    for (k, row) in rows.iter().enumerate() {
+        let y = LEGEND_ROW * k as i32;
+        for &(i, x) in row {
+            let key = Rectangle::new([(x, y + 4), (x + 16, y + 10)], colour(i).filled());
+            area.draw(&key).map_err(failed)?;
+            let name = chart.series[i].name.clone();
+            let text = Text::new(name, (x + 22, y), ("sans-serif", 13));
+            area.draw(&text).map_err(failed)?;
         }
     }
     Ok(())
 }
 
-fn label<'a, 'b: 'a>(
-    drawn: &mut SeriesAnno<'a, SVGBackend<'b>>,
-    series: &Series,
-    key: impl Fn((i32, i32)) -> Rectangle<(i32, i32)> + 'a,
-) {
-    if !series.name.is_empty() {
-        drawn.label(series.name.clone()).legend(key);
+fn draw_series(
+    plane: &mut Plane<'_, '_>,
+    mark: Mark,
+    points: &[(f64, f64)],
+    (colour, radius): (RGBColor, i32),
+) -> Result<(), PlotError> {
+    if mark == Mark::Bars {
+        let width = points.windows(2).next().map_or(1.0, |w| w[1].0 - w[0].0);
+        let bar = |&(x, y): &(f64, f64)| {
+            let corners = [(x - 0.45 * width, 0.0), (x + 0.45 * width, y)];
+            Rectangle::new(corners, colour.mix(0.7).filled())
+        };
+        plane.draw_series(points.iter().map(bar)).map_err(failed)?;
     }
+    if matches!(mark, Mark::Line | Mark::LineAndPoints) {
+        let line = LineSeries::new(points.iter().copied(), colour.stroke_width(2));
+        plane.draw_series(line).map_err(failed)?;
+    }
+    if matches!(mark, Mark::Points | Mark::LineAndPoints) {
+        let dot = |&p: &(f64, f64)| Circle::new(p, radius, colour.filled());
+        plane.draw_series(points.iter().map(dot)).map_err(failed)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]
