@@ -599,6 +599,81 @@ fn sweeps_refuse_what_has_no_effect_on_them() {
 }
 
 #[test]
+fn the_paper_writes_checks_rows_and_charts() {
+    let at = folder("paper");
+    refused(&at, "paper fig6", &["fig6", "table1", "claims", "drawings"]);
+    let checks = json(&at, "paper fig4 fig5 --quick --json -");
+    let checks = checks.as_array().expect("a list");
+    assert!(checks.len() >= 3);
+    for check in checks {
+        for field in ["case", "reference", "ours", "criterion", "verdict", "note"] {
+            assert!(check[field].is_string(), "{field}: {check}");
+        }
+        for field in ["error", "bar"] {
+            assert!(check[field].is_number() || check[field].is_null());
+        }
+    }
+    for name in ["fig4", "fig5"] {
+        let file = |end| fs::read_to_string(at.join(format!("target/taut/paper/{name}.{end}")));
+        let csv = file("csv").expect("rows");
+        assert!(
+            csv.lines().count() > 2 && csv.starts_with("model,"),
+            "{csv}"
+        );
+        let record: Value = serde_json::from_str(&file("json").expect("checks")).expect("JSON");
+        assert_eq!(record["experiment"], name);
+        assert!(record["quick"].as_bool().expect("whether quick"));
+        let svg = file("svg").expect("a chart");
+        assert!(svg.starts_with("<svg") && svg.contains("stretch") | svg.contains("frequency"));
+    }
+    let table = good(&at, "paper fig12 --quick --out figures");
+    assert!(at.join("figures/fig12.svg").exists());
+    assert!(table.contains("Fig. 12: bend") && table.contains("pass"));
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    fs::write(at.join("taken"), "").expect("writes");
+    let output = taut(&at, "paper fig4 --quick --out taken/here");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("taken/here"));
+}
+
+#[test]
+fn chains_and_specimens_run_by_name() {
+    let at = folder("named_scenes");
+    for name in [
+        "particles-b",
+        "particles-c",
+        "particles-d",
+        "particles-e",
+        "particles-f",
+    ] {
+        let run = json(
+            &at,
+            &format!("run {name} --scheme linearly-implicit --time 1 --json -"),
+        );
+        assert_eq!(run["scene"], name);
+        assert_eq!(run["stable"], true, "{run}");
+    }
+    for name in ["pull", "twist", "bend"] {
+        let run = json(
+            &at,
+            &format!("run {name} --set material=nylon --set segments=6 --time 0.5 --json -"),
+        );
+        assert_eq!(run["scene"], name);
+        assert_eq!(run["steps"], 30, "{run}");
+    }
+    refused(
+        &at,
+        "run particles-e --set added_compliance=-1",
+        &["added_compliance"],
+    );
+    refused(
+        &at,
+        "run twist --set joint=spherical",
+        &["joint", "cosserat"],
+    );
+}
+
+#[test]
 fn json_goes_to_a_file_beside_the_table() {
     let at = folder("bench_file");
     let stdout = good(

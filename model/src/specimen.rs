@@ -106,7 +106,8 @@ pub struct SpecimenParams {
     /// Direction of the moment: its angle from +z towards +y about the cable \[rad]. At 0 the cable bends in the plane
     /// of x and y.
     pub moment_direction: f64,
-    /// Whether a simulation starts from the static equilibrium near the straight pose.
+    /// Whether a simulation starts from the static equilibrium under its loads (the default: a load put on at once is a blow),
+    /// not from the straight, unstrained specimen.
     pub equilibrium: bool,
     /// Seed of the segments' random angular velocities; 0 is none.
     pub seed: u64,
@@ -138,7 +139,7 @@ impl Default for SpecimenParams {
             torque: None,
             moment: None,
             moment_direction: 0.0,
-            equilibrium: false,
+            equilibrium: true,
             seed: 0,
             seed_rate: 1e-3,
             damping: 0.0,

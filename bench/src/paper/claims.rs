@@ -419,7 +419,7 @@ fn chart(records: &[Record]) -> Chart {
     Chart {
         title: "bending as a force and as rows, chain of 5 particles".to_owned(),
         x: Axis::log("bending compliance (rad/(N m))"),
-        y: Axis::log("largest stable load/particle mass ratio"),
+        y: Axis::log("largest stable load/particle mass ratio (1: below 10)"),
         series,
     }
 }

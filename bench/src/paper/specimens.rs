@@ -83,6 +83,7 @@ pub fn params(
         force: Some(0.0),
         torque: Some(0.0),
         moment: Some(0.0),
+        equilibrium: false,
         ..SpecimenParams::new(specimen)
     }
 }
