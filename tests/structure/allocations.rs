@@ -5,6 +5,7 @@ use std::cell::Cell;
 use std::hint::black_box;
 use taut_bench::Choice;
 use taut_integrator::{StepOptions, Stepper};
+use taut_model::{ChainModel, ParticleChainParams};
 use taut_solver::Backend;
 use taut_tests::compiled;
 use taut_tests::scenes::{KINDS, free_cable, random_scene};
@@ -95,6 +96,15 @@ fn steps_after_the_first_allocate_nothing() {
         .map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)))
         .into();
     scenes.push(("all kinds", random_scene(3)));
+    for model in ChainModel::ALL {
+        let chain = ParticleChainParams {
+            model,
+            horizontal: false,
+            seed: 1,
+            ..ParticleChainParams::default()
+        };
+        scenes.push((model.scene_name(), chain.build().expect("builds")));
+    }
     let mut faults = Vec::new();
     for choice in compiled() {
         let mut most = 0;

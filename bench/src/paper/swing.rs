@@ -176,6 +176,8 @@ pub struct Results {
     pub runs: Vec<Run>,
     /// The paper's step at small amplitude for other bending stiffnesses, and with ball joints at the ends.
     pub others: Vec<Run>,
+    /// `Spook` with geometric stiffness at large amplitude, all rows damped with τ = Δt/2.
+    pub damped: Run,
     /// The single deformation modes.
     pub laws: Vec<Law>,
 }
@@ -279,7 +281,7 @@ fn swing(
 /// # Errors
 /// Scenes and options that are not sound.
 pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
-    progress.set_length(config.factors.len() as u64 + 7);
+    progress.set_length(config.factors.len() as u64 + 8);
     let ei = fitted_stiffness(config)?;
     let params = config.params(ei, End::Clamped);
     let paper = StepOptions {
@@ -310,7 +312,12 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
             runs.push(ours(name, &params, amplitude, options)?);
         }
     }
-    let small = config.amplitudes[0];
+    let [small, large] = config.amplitudes;
+    let with_damping = HoistParams {
+        damping: 0.5 * config.dt,
+        ..params.clone()
+    };
+    let damped = ours("Spook + K, τ = Δt/2", &with_damping, large, &spook)?;
     let mut others = Vec::new();
     for factor in &config.factors {
         let params = config.params(factor * ei, End::Clamped);
@@ -326,6 +333,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
         modes: modes(&config.scene(&params, small)?),
         runs,
         others,
+        damped,
         laws: laws.concat(),
     })
 }
@@ -334,6 +342,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
 #[must_use]
 pub fn records(results: &Results, config: &Config) -> Vec<Record> {
     let runs = results.runs.iter().chain(&results.others);
+    let runs = runs.chain(std::iter::once(&results.damped));
     runs.flat_map(|run| {
         run.energy.iter().enumerate().map(|(i, &energy)| Record {
             run: run.name.clone(),
