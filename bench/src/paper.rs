@@ -58,6 +58,18 @@ pub enum Verdict {
     DoesNotHold,
 }
 
+impl Verdict {
+    /// What a statement of the paper comes to.
+    #[must_use]
+    pub fn of(holds: bool) -> Self {
+        if holds {
+            Self::Holds
+        } else {
+            Self::DoesNotHold
+        }
+    }
+}
+
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {

@@ -158,12 +158,8 @@ impl ParticleChainParams {
         }
         scene.load = Some(last);
         self.add_constraints(&mut scene);
-        if self.seed != 0 {
-            let mut random = seed::vectors(self.seed);
-            for v in &mut scene.bodies.velocity[..last] {
-                *v = random() * self.seed_velocity;
-            }
-        }
+        let speeds = &mut scene.bodies.velocity[..last];
+        seed::replace(speeds, self.seed, self.seed_velocity);
         scene.validate()?;
         Ok(scene)
     }

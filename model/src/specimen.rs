@@ -368,7 +368,8 @@ impl SpecimenParams {
             let bearing = Constraint::Cosserat(Cosserat::new(frames, law));
             scene.add_constraint("bearing", bearing, 1);
         }
-        self.seed_velocities(&mut scene);
+        let spins = &mut scene.bodies.angular_velocity[..n];
+        seed::replace(spins, self.seed, self.seed_rate);
         scene.start_in_equilibrium = self.equilibrium;
         scene.validate()?;
         Ok(scene)
@@ -382,16 +383,6 @@ impl SpecimenParams {
             twist_definition: self.twist_definition,
             ..Paper::new(frames, law)
         })
-    }
-
-    fn seed_velocities(&self, scene: &mut Scene) {
-        if self.seed == 0 {
-            return;
-        }
-        let mut random = seed::vectors(self.seed);
-        for omega in &mut scene.bodies.angular_velocity[..self.segments] {
-            *omega = random() * self.seed_rate;
-        }
     }
 }
 

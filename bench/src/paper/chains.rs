@@ -311,11 +311,7 @@ fn histogram(signal: &[f64], bins: usize) -> Vec<[f64; 2]> {
 
 /// A claim that holds or not.
 fn says(case: String, printed: &str, ours: String, holds: bool, note: &str) -> Check {
-    let verdict = if holds {
-        Verdict::Holds
-    } else {
-        Verdict::DoesNotHold
-    };
+    let verdict = Verdict::of(holds);
     Check::claim(case, printed, ours, verdict, note)
 }
 

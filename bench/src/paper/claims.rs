@@ -208,14 +208,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Paper
         .collect()
 }
 
-fn verdict(holds: bool) -> Verdict {
-    if holds {
-        Verdict::Holds
-    } else {
-        Verdict::DoesNotHold
-    }
-}
-
 fn power(decade: f64) -> String {
     if decade.is_finite() {
         format!("10^{decade:.2}")
@@ -253,7 +245,7 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
                 power(explicit),
                 power(none)
             ),
-            verdict(explicit < none + 0.5),
+            Verdict::of(explicit < none + 0.5),
             "stiff bending is unstable by itself, soft bending holds no tension; chain (a), 5 particles, 1/60 s",
         ),
         Check::claim(
@@ -264,7 +256,7 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
                 power(rows),
                 power(none)
             ),
-            verdict(rows > none + 1.0),
+            Verdict::of(rows > none + 1.0),
             "chain (f); (e) in exactly planar motion only",
         ),
     ];
@@ -322,14 +314,14 @@ fn supplementary(records: &[table1::Record]) -> Vec<Check> {
             "massless cable besides the chain",
             "does not stabilise",
             ours(&["b", "d"]),
-            verdict(gain("b").max(gain("d")) < 0.5),
+            Verdict::of(gain("b").max(gain("d")) < 0.5),
             note,
         ),
         Check::claim(
             "load enforcement, bending",
             "stabilise",
             ours(&["c", "e"]),
-            verdict(gain("c").min(gain("e")) > 1.0),
+            Verdict::of(gain("c").min(gain("e")) > 1.0),
             note,
         ),
     ]
@@ -358,7 +350,7 @@ fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
             "cost over the number of elements",
             "linear",
             format!("t ∝ N^{exponent:.3}"),
-            verdict((exponent - 1.0).abs() < 0.1),
+            Verdict::of((exponent - 1.0).abs() < 0.1),
             format!(
                 "{} to {} elements, {sweeps} iterations; least times",
                 elements(config.elements.first()),
@@ -369,7 +361,7 @@ fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
             "cost over the load",
             "independent",
             format!("{:.1} % between mass ratios", 100.0 * (most / least - 1.0)),
-            verdict(most / least < 1.25),
+            Verdict::of(most / least < 1.25),
             format!(
                 "{} elements, {sweeps} iterations, mass ratios 10 to 10⁵",
                 config.loaded

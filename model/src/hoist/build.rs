@@ -85,7 +85,8 @@ impl HoistParams {
         let load = scene.add_body("load", sphere.at(place(centre)).turned(turn));
         scene.load = Some(load);
         self.add_joints(&mut scene, hoist);
-        self.seed_velocities(&mut scene, hoist.segments);
+        let spins = &mut scene.bodies.angular_velocity[..hoist.segments];
+        seed::replace(spins, self.seed, self.seed_rate);
         scene.validate()?;
         Ok(scene)
     }
@@ -158,16 +159,6 @@ impl HoistParams {
             displacement: Vector3::new(self.move_x, 0.0, 0.0),
             start: self.move_start,
             duration: self.move_duration,
-        }
-    }
-
-    fn seed_velocities(&self, scene: &mut Scene, segments: usize) {
-        if self.seed == 0 {
-            return;
-        }
-        let mut random = seed::vectors(self.seed);
-        for omega in &mut scene.bodies.angular_velocity[..segments] {
-            *omega = random() * self.seed_rate;
         }
     }
 }

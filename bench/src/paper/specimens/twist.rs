@@ -674,7 +674,7 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "twist: default step, no tension, N = 24",
             &format!("straight to {limit:.2} turns (buckling)"),
             format!("straight to {:.2} turns", h.straight_to),
-            if h.straight_to > 0.95 * limit { Verdict::Holds } else { Verdict::DoesNotHold },
+            Verdict::of(h.straight_to > 0.95 * limit),
             format!(
                 "the step gives way before the rod: the turning of the joints' torques is explicit, and the third \
                  difference leaves a reserve of 4a + 8γ − 1 = 0.2 of the implicit stiffness against it, the linearly \
@@ -688,11 +688,7 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "twist: the paper's joint, disturbed, N = 24",
             "stable to 2.4 turns",
             format!("straight to {:.2} turns", h.straight_to),
-            if h.straight_to >= 2.4 {
-                Verdict::Holds
-            } else {
-                Verdict::DoesNotHold
-            },
+            Verdict::of(h.straight_to >= 2.4),
             "its single bend row resists one transverse direction only: disturbed out of a plane it is lost without any \
              twist; undisturbed and exactly straight it goes to 37 turns",
         ));
@@ -702,11 +698,7 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "twist: tension under the paper's step",
             "keeps a steel specimen straight",
             format!("straight to {:.2} turns", h.straight_to),
-            if h.straight {
-                Verdict::Holds
-            } else {
-                Verdict::DoesNotHold
-            },
+            Verdict::of(h.straight),
             "without geometric stiffness the tension itself is beyond the step's limit at 1/60 s",
         ));
     }

@@ -414,13 +414,6 @@ fn range(records: &[Record], setting: Setting, solver: Solver) -> Option<(String
 fn claims(records: &[Record]) -> Vec<Check> {
     let column = |setting, solver| range(records, setting, solver);
     let mut checks = Vec::new();
-    let verdict = |good| {
-        if good {
-            Verdict::Holds
-        } else {
-            Verdict::DoesNotHold
-        }
-    };
     checks.extend(
         [(20, 5.0), (3, 3.0)]
             .into_iter()
@@ -459,7 +452,7 @@ fn claims(records: &[Record]) -> Vec<Check> {
             "paper's joint in space",
             "stable to 10⁵",
             ours,
-            verdict(holds),
+            Verdict::of(holds),
             note,
         ));
     }
@@ -543,11 +536,7 @@ fn lengths(records: &[Record]) -> Vec<Check> {
         let cold = ROWS
             .iter()
             .filter_map(|r| find(records, r, PAPER, Solver::Sweeps(20))?.stable);
-        let verdict = if best > cold.fold(0.0, f64::max) {
-            Verdict::Holds
-        } else {
-            Verdict::DoesNotHold
-        };
+        let verdict = Verdict::of(best > cold.fold(0.0, f64::max));
         let ours = format!("at most 10^{}", log(best));
         checks.push(Check::claim(
             "start from last multipliers",

@@ -104,11 +104,7 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
         "{PAPER_MACHINE} there; {:.0} times as many elements here",
         fits / PAPER_ELEMENTS
     );
-    let verdict = if fits > PAPER_ELEMENTS {
-        Verdict::Holds
-    } else {
-        Verdict::DoesNotHold
-    };
+    let verdict = Verdict::of(fits > PAPER_ELEMENTS);
     let ours = format!("{fits:.0} (from the line)");
     let note = format!(
         "{few} iterations; {note}; {:.0} between the measured times",
@@ -123,11 +119,7 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
     ));
     if let Some(r) = records.iter().find(|r| r.sweeps == many) {
         let equal = a + b * PAPER_ELEMENTS;
-        let verdict = if r.total <= 1.5 * equal {
-            Verdict::Holds
-        } else {
-            Verdict::DoesNotHold
-        };
+        let verdict = Verdict::of(r.total <= 1.5 * equal);
         let ours = format!("{} against {}", nanoseconds(r.total), nanoseconds(equal));
         let note = format!(
             "time of {many} iterations with {} elements against the line's of {few} with {PAPER_ELEMENTS}; the same: less than half as much again",
@@ -150,11 +142,7 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
         let parts = [r.building, r.factorisation, r.iterations].map(|t| 100.0 * t / r.total);
         let ours = format!("{:.0} %, {:.0} %, {:.0} %", parts[0], parts[1], parts[2]);
         let minor = share < 0.25;
-        let verdict = if minor {
-            Verdict::Holds
-        } else {
-            Verdict::DoesNotHold
-        };
+        let verdict = Verdict::of(minor);
         let note = "building, factorisation, iterations at the largest number of elements; minor: below a quarter";
         checks.push(Check::claim(
             "iterations a minor part",
