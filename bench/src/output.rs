@@ -50,6 +50,18 @@ pub fn print(text: &str) -> Result<(), FileError> {
     }
 }
 
+/// Makes a folder, with those above it.
+///
+/// # Errors
+/// [`FileError`].
+pub fn make_folder(path: &Path) -> Result<(), FileError> {
+    std::fs::create_dir_all(path).map_err(|source| FileError {
+        path: path.to_owned(),
+        doing: "write",
+        source,
+    })
+}
+
 /// Writes text to `path`, making its folder, or to standard output for `-`.
 ///
 /// # Errors

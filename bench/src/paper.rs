@@ -40,7 +40,7 @@ pub struct Check {
     pub note: String,
 }
 
-/// What a [`Check`] found. The first three speak of our own bars, the last three of what the paper says.
+/// What a [`Check`] found: pass, fail, not yet and limit speak of what is ours, the others of what the paper says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
@@ -50,6 +50,8 @@ pub enum Verdict {
     Fail,
     /// Not measured.
     NotYet,
+    /// Where something of ours, or of the step that it is compared with, ends: known, no bar.
+    Limit,
     /// The paper's figure or claim holds.
     Holds,
     /// It holds under the condition of the note.
@@ -76,6 +78,7 @@ impl fmt::Display for Verdict {
             Self::Pass => "pass",
             Self::Fail => "FAIL",
             Self::NotYet => "not yet",
+            Self::Limit => "limit",
             Self::Holds => "holds",
             Self::HoldsOnlyIf => "holds only if",
             Self::DoesNotHold => "does not hold",

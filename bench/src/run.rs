@@ -294,8 +294,11 @@ pub fn text(s: &Summary) -> String {
         (
             "solver",
             format!(
-                "{} ({} form, {} refinements)",
-                s.backend, s.form, s.refinements
+                "{} ({} form, {} refinement{})",
+                s.backend,
+                s.form,
+                s.refinements,
+                if s.refinements == 1 { "" } else { "s" }
             ),
         ),
         (

@@ -616,10 +616,7 @@ fn the_paper_writes_checks_rows_and_charts() {
     for name in ["fig4", "fig5"] {
         let file = |end| fs::read_to_string(at.join(format!("target/taut/paper/{name}.{end}")));
         let csv = file("csv").expect("rows");
-        assert!(
-            csv.lines().count() > 2 && csv.starts_with("model,"),
-            "{csv}"
-        );
+        assert!(csv.lines().count() > 1000, "{csv}");
         let record: Value = serde_json::from_str(&file("json").expect("checks")).expect("JSON");
         assert_eq!(record["experiment"], name);
         assert!(record["quick"].as_bool().expect("whether quick"));

@@ -3,6 +3,8 @@
 use crate::{Failure, progress};
 use clap::Args;
 use serde::Serialize;
+use std::collections::HashSet;
+use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use taut_bench::machine::Machine;
 use taut_bench::paper::{self, Check, Experiment, Verdict};
@@ -10,7 +12,7 @@ use taut_bench::{output, table};
 
 #[derive(Debug, Args)]
 pub(crate) struct PaperArgs {
-    /// What to reproduce: table1, table2, fig2, … fig16, claims (default: all)
+    /// What to reproduce: table1, fig2, fig3, fig4, fig5, fig10, fig11, fig12, table2, fig13, fig16, claims (default: all)
     #[arg(value_name = "NAME", value_parser = experiment)]
     names: Vec<Experiment>,
     /// A short form, some seconds altogether
@@ -32,7 +34,8 @@ fn experiment(name: &str) -> Result<Experiment, String> {
 
 /// What the columns of the checks are.
 const LEGEND: &str = "\
-pass, FAIL: our own bar on our error; holds, holds only if, does not hold: what the paper says, in our measurement";
+pass, FAIL: our own bar on our error; limit: where something of ours ends; holds, holds only if, does not hold: what
+the paper says, in our measurement. Numbers at the end of a row: the notes below the table that it needs";
 
 /// What `NAME.json` holds.
 #[derive(Serialize)]
@@ -44,6 +47,19 @@ struct Record<'a> {
     checks: &'a [Check],
 }
 
+/// How many checks came to what.
+fn summary(checks: &[Check]) -> String {
+    use Verdict::{DoesNotHold, Fail, Holds, HoldsOnlyIf, Limit, NotYet, Pass};
+    let mut out = format!("\n{} checks:", checks.len());
+    for verdict in [Pass, Fail, NotYet, Limit, Holds, HoldsOnlyIf, DoesNotHold] {
+        let count = checks.iter().filter(|c| c.verdict == verdict).count();
+        if count > 0 {
+            let _ = write!(out, " {count} {verdict},");
+        }
+    }
+    out.trim_end_matches(',').to_owned() + "\n"
+}
+
 /// Runs the experiments, prints their tables, writes their files. Code 1 where a bar of our own is missed.
 pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
     let only_json = args.json.as_deref() == Some(Path::new("-"));
@@ -51,6 +67,10 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
     if names.is_empty() {
         names = Experiment::ALL.to_vec();
     }
+    let mut seen = HashSet::new();
+    names.retain(|name| seen.insert(*name));
+    // Before minutes of work, not after them.
+    output::make_folder(&args.out)?;
     let machine = Machine::current().to_string();
     if !only_json {
         output::print(&format!("{machine}\n{LEGEND}\n"))?;
@@ -83,6 +103,7 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
         all.extend(outcome.checks);
     }
     if !only_json {
+        output::print(&summary(&all))?;
         output::print(&format!(
             "\nrows, checks and charts written to {}\n",
             args.out.display()

@@ -31,10 +31,13 @@ use taut_model::ChainModel;
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Sample {
     /// Time \[s].
+    #[serde(rename = "time_s")]
     pub time: f64,
     /// Stretch φ_d \[m].
+    #[serde(rename = "stretch_m")]
     pub stretch: f64,
     /// Signed bend angle φ_a at the lower end \[rad].
+    #[serde(rename = "bend_rad")]
     pub bend: f64,
 }
 
@@ -278,7 +281,7 @@ fn text(all: &[Scalars]) -> String {
         "peak share",
         "R²",
         "centroid Hz",
-        "kept 0.2 d",
+        "within 0.2 d",
     ]);
     for s in all {
         t.add_row([
@@ -293,7 +296,10 @@ fn text(all: &[Scalars]) -> String {
             format!("{} of {}", s.kept, s.runs),
         ]);
     }
-    table::text(&t) + "\n"
+    format!(
+        "rms in m or rad; R²: prediction of a sample from the two before it; within 0.2 d: runs that keep Table I's bar\n{}\n",
+        table::text(&t)
+    )
 }
 
 fn histogram(signal: &[f64], bins: usize) -> Vec<[f64; 2]> {
@@ -396,10 +402,28 @@ pub(super) fn distribution(
     })
 }
 
+/// A point of a return map.
+#[derive(Serialize)]
+struct Return {
+    model: &'static str,
+    time_s: f64,
+    stretch_m: f64,
+    next_stretch_m: f64,
+}
+
+/// A line of a spectrum.
+#[derive(Serialize)]
+struct SpectralLine {
+    added_compliance: f64,
+    frequency_hz: f64,
+    amplitude_rad: f64,
+}
+
 /// Fig. 4.
 pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
     progress.set_length(2);
     let (mut numbers, mut charts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
+    let mut points = Vec::new();
     for row in [LINKS, BENDING] {
         let runs = runs(row, LOAD, quick)?;
         let found = runs.scalars();
@@ -415,6 +439,12 @@ pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome
         let note = "R² of predicting the stretch from the two samples before it: 1 for an ellipse";
         checks.push(says(case, printed, ours, holds, note));
         let pairs = runs.samples[0].windows(2);
+        points.extend(pairs.clone().map(|w| Return {
+            model: letter(row.model),
+            time_s: w[0].time,
+            stretch_m: w[0].stretch,
+            next_stretch_m: w[1].stretch,
+        }));
         charts.push(Chart {
             title: format!("return map of the stretch, chain ({})", letter(row.model)),
             x: Axis::linear("stretch at t (m)"),
@@ -431,7 +461,7 @@ pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome
     Ok(Outcome {
         checks,
         text: text(&numbers),
-        csv: csv(&numbers)?,
+        csv: csv(&points)?,
         charts,
     })
 }
@@ -439,12 +469,22 @@ pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome
 /// Fig. 5.
 pub(super) fn spectra(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
     progress.set_length(COMPLIANCES.len() as u64);
-    let (mut numbers, mut series) = (Vec::new(), Vec::new());
+    let (mut numbers, mut series, mut lines) = (Vec::new(), Vec::new(), Vec::new());
     for added in COMPLIANCES {
         let runs = runs(Row { added, ..BENDING }, LOAD_OF_SPECTRA, quick)?;
         let bend: Vec<f64> = runs.samples[0].iter().map(|s| s.bend).collect();
         let name = format!("ε = {added} rad/(N m)");
-        series.push(Series::new(name, spectrum(&bend, DT), Mark::Line));
+        let spectrum = spectrum(&bend, DT);
+        lines.extend(
+            spectrum
+                .iter()
+                .map(|&[frequency_hz, amplitude_rad]| SpectralLine {
+                    added_compliance: added,
+                    frequency_hz,
+                    amplitude_rad,
+                }),
+        );
+        series.push(Series::new(name, spectrum, Mark::Line));
         let [_, bend] = runs.scalars();
         numbers.push(bend);
         progress.inc(1);
@@ -470,7 +510,7 @@ pub(super) fn spectra(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
     Ok(Outcome {
         checks: vec![lower, stable],
         text: text(&numbers),
-        csv: csv(&numbers)?,
+        csv: csv(&lines)?,
         charts: vec![Chart {
             title: "amplitude spectrum of the bend angle, chain (e)".to_owned(),
             x: Axis::linear("frequency (Hz)"),

@@ -346,27 +346,31 @@ fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
     let most = times.iter().copied().fold(0.0, f64::max);
     let elements = |i: Option<&usize>| i.copied().unwrap_or_default();
     vec![
-        Check::claim(
+        Check::published(
             "cost over the number of elements",
-            "linear",
+            "linear".to_owned(),
             format!("t ∝ N^{exponent:.3}"),
-            Verdict::of((exponent - 1.0).abs() < 0.1),
-            format!(
-                "{} to {} elements, {sweeps} iterations; least times",
-                elements(config.elements.first()),
-                elements(config.elements.last())
-            ),
-        ),
-        Check::claim(
+            (exponent - 1.0).abs(),
+            0.1,
+        )
+        .by("difference of the log–log exponent of the least times from 1")
+        .noting(format!(
+            "{} to {} elements, {sweeps} iterations",
+            elements(config.elements.first()),
+            elements(config.elements.last())
+        )),
+        Check::published(
             "cost over the load",
-            "independent",
+            "independent".to_owned(),
             format!("{:.1} % between mass ratios", 100.0 * (most / least - 1.0)),
-            Verdict::of(most / least < 1.25),
-            format!(
-                "{} elements, {sweeps} iterations, mass ratios 10 to 10⁵",
-                config.loaded
-            ),
-        ),
+            most / least - 1.0,
+            0.25,
+        )
+        .by("largest of the least times over the smallest, less 1")
+        .noting(format!(
+            "{} elements, {sweeps} iterations, mass ratios 10 to 10⁵",
+            config.loaded
+        )),
     ]
 }
 

@@ -188,12 +188,15 @@ pub struct Record {
     /// The run.
     pub run: String,
     /// Bending stiffness \[N m²].
+    #[serde(rename = "ei_n_m2")]
     pub ei: f64,
     /// Angular velocity at the start over √(g/L).
     pub amplitude: f64,
     /// Time \[s].
+    #[serde(rename = "time_s")]
     pub time: f64,
     /// Energy over that at the start.
+    #[serde(rename = "energy_share")]
     pub energy: f64,
     /// What the modes predict.
     pub predicted: Option<f64>,

@@ -309,14 +309,17 @@ pub(super) fn sweeps_only(rows: &[Row]) -> Config {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Record {
     /// Young's modulus Y \[GN/m²].
+    #[serde(rename = "young_gpa")]
     pub young: f64,
     /// ζ = A/I_a \[1/m²].
+    #[serde(rename = "zeta_per_m2")]
     pub zeta: f64,
     /// Number of segments.
     pub segments: usize,
     /// The paper's ratio, as read.
     pub paper: f64,
     /// Length of the cable \[m].
+    #[serde(rename = "length_m")]
     pub length: f64,
     /// Masses of the ends.
     pub ends: String,
@@ -329,6 +332,7 @@ pub struct Record {
     /// Whether that is the largest tried.
     pub capped: bool,
     /// When the first unstable ratio of the search above it failed \[s].
+    #[serde(rename = "failure_time_s")]
     pub failure_time: Option<f64>,
     /// How.
     pub failure: Option<String>,

@@ -89,14 +89,19 @@ pub struct Record {
     /// Steps of a run.
     pub steps: usize,
     /// Median time of building the blocks \[ns].
+    #[serde(rename = "building_ns")]
     pub building: f64,
     /// Median time of the factorisation \[ns].
+    #[serde(rename = "factorisation_ns")]
     pub factorisation: f64,
     /// Median time of iterations, or solve and refinement \[ns].
+    #[serde(rename = "iterations_ns")]
     pub iterations: f64,
     /// Median time of their sum \[ns].
+    #[serde(rename = "total_ns")]
     pub total: f64,
     /// Least time of their sum \[ns].
+    #[serde(rename = "least_ns")]
     pub least: f64,
 }
 
