@@ -8,11 +8,12 @@
 //! [`ACCELERATION`] on top of its own.
 
 use crate::guarded::Pass;
+use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
 use nalgebra::Vector3;
-use taut_model::Scene;
+use taut_model::{Scene, update_windings};
 use taut_solver::Backend;
 
 /// Solves at most.
@@ -28,6 +29,10 @@ const ACCELERATION: f64 = 10.0;
 const ACCEPTED: f64 = 0.05;
 /// Change of the positions, over the scene's extent, at which the state is an equilibrium.
 const TOLERANCE: f64 = 1e-11;
+/// Largest change of an angle in a pass that is accepted \[rad]: less than half a turn, so that windings are followed.
+const LARGEST_TURN: f64 = 2.5;
+/// Change of an angle that a row measures at which it is one \[rad]: twist moves no attachment.
+const ANGLE_TOLERANCE: f64 = 1e-9;
 
 /// The scene at rest where its forces balance at t = 0, nearest in the sense of damped motion from its present pose.
 /// Velocities are kept as they are for the start. Orientation about an axis without resistance stays as it is.
@@ -71,9 +76,9 @@ pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, Step
     for _ in 0..PASSES {
         let done = stepper.relax(dt, &mut clock, &mut work)?;
         match done {
-            Some(moved) => {
-                change = moved;
-                if dt >= LONGEST && change <= TOLERANCE {
+            Some((moved, turned)) => {
+                change = moved.max(turned);
+                if dt >= LONGEST && moved <= TOLERANCE && turned <= ANGLE_TOLERANCE {
                     let mut scene = stepper.into_scene();
                     scene.bodies.velocity = velocity;
                     scene.bodies.angular_velocity = spin;
@@ -91,14 +96,14 @@ pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, Step
 }
 
 impl Stepper {
-    /// One pass from rest: the largest change of a position over the scene's extent, or `None` where the linearisation
-    /// did not hold and the state is as before.
+    /// One pass from rest: the largest change of a position over the scene's extent and of an angular row (rad), or `None`
+    /// where the linearisation did not hold and the state is as before.
     fn relax(
         &mut self,
         dt: f64,
         clock: &mut PhaseClock,
         work: &mut Work,
-    ) -> Result<Option<f64>, StepError> {
+    ) -> Result<Option<(f64, f64)>, StepError> {
         let bodies = &mut self.scene.bodies;
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
@@ -115,13 +120,27 @@ impl Stepper {
             Err(StepError::Solve { .. }) if dt > SHORTEST => f64::INFINITY,
             Err(e) => return Err(e),
         };
-        if disagreement <= ACCEPTED {
-            return Ok(Some(self.largest_motion(dt)));
+        let turned = self.largest_turn(dt);
+        if disagreement <= ACCEPTED && turned <= LARGEST_TURN {
+            update_windings(&mut self.scene, self.time);
+            return Ok(Some((self.largest_motion(dt), turned)));
         }
         let start = std::mem::take(&mut self.substep_start);
         self.go_back(&start);
         self.substep_start = start;
         Ok(None)
+    }
+
+    /// Largest change of an angular row in `dt` \[rad]: |J v| dt of the last iterate.
+    fn largest_turn(&self, dt: f64) -> f64 {
+        let mut rates = vec![0.0; self.pieces.rows.rows()];
+        subtract_jacobian(&self.pieces.rows, &self.pieces.v, &mut rates);
+        subtract_jacobian(&self.pieces.rows, &self.pieces.dv, &mut rates);
+        let angular = rates
+            .iter()
+            .enumerate()
+            .filter(|(r, _)| self.pieces.is_angular(*r));
+        angular.map(|(_, rate)| dt * rate.abs()).fold(0.0, f64::max)
     }
 
     /// Largest way of a body's centre or attachment in `dt`, over the scene's extent. Turning about a lever arm moves

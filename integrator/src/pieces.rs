@@ -75,6 +75,11 @@ impl Pieces {
         self.weighting[row] == Weighting::Transverse
     }
 
+    /// Whether a row measures an angle.
+    pub(crate) fn is_angular(&self, row: usize) -> bool {
+        self.weighting[row] == Weighting::Angle
+    }
+
     /// Copies the velocities into `v`.
     pub(crate) fn load_velocities(&mut self, bodies: &Bodies) {
         for (i, v) in self.v.chunks_exact_mut(6).enumerate() {
@@ -244,7 +249,10 @@ fn turning_length(constraint: &Constraint) -> f64 {
     let lever = on_bodies.map(|f| f.point.norm()).fold(0.0, f64::max);
     match constraint {
         Constraint::Distance(link) => lever.max(link.length),
-        Constraint::MasslessCable(cable) => lever.max(cable.length),
+        // A mean span: the shorter ones turn faster.
+        Constraint::MasslessCable(cable) => {
+            lever.max(cable.length / (cable.frames.len() - 1).max(1) as f64)
+        }
         _ if constraint.has_stretch_rows() => lever,
         _ => 0.0,
     }

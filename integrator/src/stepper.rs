@@ -600,12 +600,31 @@ impl Stepper {
     /// Replaces the external force \[N] and torque \[N m] on a body from the next step on, world frame: loads that
     /// change with time.
     ///
-    /// # Panics
-    /// When there is no body `body`.
-    pub fn set_load(&mut self, body: usize, force: Vector3<f64>, torque: Vector3<f64>) {
-        self.scene.bodies.force[body] = force;
-        self.scene.bodies.torque[body] = torque;
+    /// # Errors
+    /// [`SolveError::Dimension`] in [`StepError::Solve`] where there is no body `body`.
+    pub fn set_load(
+        &mut self,
+        body: usize,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+    ) -> Result<(), StepError> {
+        let bodies = &mut self.scene.bodies;
+        if body >= bodies.len() {
+            let source = SolveError::Dimension {
+                what: "bodies",
+                expected: bodies.len(),
+                found: body,
+            };
+            return Err(StepError::Solve {
+                source,
+                culprit: None,
+                time: self.time,
+            });
+        }
+        bodies.force[body] = force;
+        bodies.torque[body] = torque;
         self.solved = false;
+        Ok(())
     }
 
     /// The linear system of the last solve: matrix, right-hand side, solution as the backend and the refinement left
@@ -827,6 +846,27 @@ mod tests {
             (turned - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-13,
             "{turned}"
         );
+    }
+
+    #[test]
+    fn a_load_acts_from_the_next_step_on() {
+        let mut scene = Scene::new("free");
+        let body = taut_model::Body::sphere(1.0, 2.0);
+        scene.add_body("ball", body);
+        let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
+        stepper.step().unwrap();
+        stepper
+            .set_load(0, Vector3::x() * 4.0, Vector3::zeros())
+            .unwrap();
+        stepper.step().unwrap();
+        let dt = stepper.options().dt;
+        assert!((stepper.scene().bodies.velocity[0].x - 2.0 * dt).abs() < 1e-15);
+        let error = stepper.set_load(1, Vector3::zeros(), Vector3::zeros());
+        assert!(matches!(error, Err(StepError::Solve { .. })));
+        stepper
+            .set_load(0, Vector3::x() * f64::NAN, Vector3::zeros())
+            .unwrap();
+        assert!(matches!(stepper.step(), Err(StepError::NonFinite { .. })));
     }
 
     #[test]

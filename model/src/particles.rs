@@ -99,7 +99,8 @@ pub struct ParticleChainParams {
     pub damping: f64,
     /// Acceleration of gravity along −z \[m/s²], ≥ 0.
     pub gravity: f64,
-    /// Whether links have transverse rows, for time steppers that set their compliance ([`Distance`]).
+    /// Whether links have transverse rows, for time steppers that set their compliance ([`Distance`]). They carry the
+    /// links' tension only: that of the cable of (b) and (d) and of the enforcing link of (c) has none.
     pub transverse: bool,
     /// Whether the chain starts along +x; else it hangs along −z.
     pub horizontal: bool,

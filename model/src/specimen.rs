@@ -239,6 +239,9 @@ impl SpecimenParams {
         ] {
             check(what, value, value.abs() <= 1e150, "at most 1e150")?;
         }
+        let shortest = -0.9 * stiffness.ea;
+        let needs = "at least −0.9 YA: a specimen has a length left";
+        check("force", specimen.force, specimen.force >= shortest, needs)?;
         Ok(specimen)
     }
 
@@ -302,6 +305,12 @@ impl SpecimenParams {
             return Err(SceneError::Conflict {
                 what: "joint".into(),
                 reason: "a specimen of ball joints resists no load: use \"cosserat\" or \"paper\"",
+            });
+        }
+        if self.joint != JointKind::Paper && self.twist_definition != TwistDefinition::Ordinary {
+            return Err(SceneError::Conflict {
+                what: "twist_definition".into(),
+                reason: "is a choice of the paper's joint: use joint = \"paper\"",
             });
         }
         Ok(())

@@ -29,7 +29,8 @@ fn table_1_is_reproduced_on_both_sides_of_its_limits() {
     let checks = table1::checks(&config, &records);
     let planar = checks.iter().filter(|c| !c.case.ends_with("in space"));
     for check in planar {
-        assert_eq!(check.verdict, Verdict::Holds, "{check:?}");
+        let good = [Verdict::Holds, Verdict::Pass].contains(&check.verdict);
+        assert!(good, "{check:?}");
     }
     // One scalar angle is lost in space at what 10¹⁵ times a particle's mass is held with in the plane; the vector is not.
     let angle = verdict(&checks, "table1 e 1e-18 1e-17 in space");

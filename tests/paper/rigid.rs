@@ -42,7 +42,9 @@ fn the_limits_of_table_2_are_those_of_theory() {
         for (planar, seeded) in planar.into_iter().zip(seeded) {
             let (limit, theory) = (planar.stable, planar.predicted);
             let (limit, theory) = (limit.expect("1 is stable"), theory.expect("explicit"));
-            assert!(limit <= theory && theory < 30.0 * limit, "{planar:?}");
+            // Rounded down to whole decades here; the heavy top adds a little to the theory of a uniform cable.
+            let decades = (theory / limit).log10();
+            assert!((-0.25..1.0).contains(&decades), "{planar:?}");
             assert!(seeded.stable.unwrap_or(0.1) < limit, "{seeded:?}");
         }
     }

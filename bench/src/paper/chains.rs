@@ -58,6 +58,7 @@ pub fn samples(
     params.spacing += noise;
     let fate = drop_chain(&params, options(), 0.0, (time, f64::INFINITY), |stepper| {
         samples.push(sample(stepper));
+        Ok(())
     })?;
     Ok((samples, fate.violation < BAR))
 }

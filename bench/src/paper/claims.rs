@@ -16,7 +16,7 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::Serialize;
-use taut_integrator::Stepper;
+use taut_integrator::{StepError, Stepper};
 use taut_model::{ChainModel, Constraint, Linearized, Scene};
 
 /// What [`run`] runs.
@@ -112,7 +112,7 @@ impl BendingForces {
     }
 
     /// Puts −Jᵀ φ/ε at the stepper's present state on its bodies.
-    fn apply(&mut self, stepper: &mut Stepper) {
+    fn apply(&mut self, stepper: &mut Stepper) -> Result<(), StepError> {
         let positions = &stepper.scene().bodies.position;
         self.scene.bodies.position.clone_from(positions);
         self.rows.update(&self.scene, 0.0);
@@ -127,8 +127,9 @@ impl BendingForces {
             }
         }
         for (i, force) in forces.into_iter().enumerate() {
-            stepper.set_load(i, force, Vector3::zeros());
+            stepper.set_load(i, force, Vector3::zeros())?;
         }
+        Ok(())
     }
 }
 
@@ -163,9 +164,9 @@ pub fn limit(
             Bending::None | Bending::Rows => None,
         };
         let fate = drop_chain(&params, options(), 0.0, (config.time, BAR), |stepper| {
-            if let Some(forces) = &mut forces {
-                forces.apply(stepper);
-            }
+            forces
+                .as_mut()
+                .map_or(Ok(()), |forces| forces.apply(stepper))
         })?;
         let failure = Failure {
             time: fate.time,
@@ -197,7 +198,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Paper
         tasks.push((Bending::None, 0.0, n));
         tasks.push((Bending::Rows, BENDING.added, n));
     }
-    progress.inc_length(tasks.len() as u64);
+    progress.set_length(tasks.len() as u64);
     tasks
         .par_iter()
         .map(|&(bending, compliance, particles)| {
@@ -245,7 +246,7 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
                 power(explicit),
                 power(none)
             ),
-            Verdict::of(explicit < none + 0.5),
+            Verdict::of(explicit < none + 0.25),
             "stiff bending is unstable by itself, soft bending holds no tension; chain (a), 5 particles, 1/60 s",
         ),
         Check::claim(
@@ -303,6 +304,12 @@ fn supplementary(records: &[table1::Record]) -> Vec<Check> {
         of.map(|r| r.limit_log10).fold(f64::NEG_INFINITY, f64::max)
     };
     let links = limit("a");
+    if ["a", "b", "c", "d", "e"]
+        .iter()
+        .any(|m| !limit(m).is_finite())
+    {
+        return Vec::new();
+    }
     let gain = |model: &str| limit(model) - links;
     let ours = |models: &[&str]| {
         let gains = models.iter().map(|m| format!("({m}) {:+.2}", gain(m)));
@@ -445,8 +452,11 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
         noises: vec![0.0],
         ..table1_config
     };
+    progress.reset();
     let chains = table1::run(&table1_config, progress)?;
+    progress.reset();
     let swept = table2::run(&table2::sweeps_only(&rows), progress)?;
+    progress.reset();
     let records = run(&config, progress)?;
     let mut checks = bending_checks(&records);
     checks.extend(supplementary(&chains));

@@ -19,7 +19,8 @@
 //!   w₂ = h (d·a) d + g (c a − (e₂·a) e₁),   w₁ = b × a − w₂
 //!
 //! and the turning of the axes adds σ t·(a × b), σ = (t_y/s) ṫ·t₁ their spin, s² = 1 − t_y². Singular where t points
-//! along ±y, and at the fold θ = π.
+//! along ±y, and at the fold θ = π. The axes belong to the world: multipliers along b itself (equal compliances, at rest)
+//! make no moment about the whole, others do, of the order of what separates them from b.
 
 use nalgebra::Vector3;
 
@@ -266,10 +267,17 @@ mod tests {
                 let sum: Vector3<f64> = (0..3).map(g).sum();
                 assert!(sum.norm() < 1e-15);
                 if definition == BendDefinition::Angle {
+                    // Of the vector this is so for multipliers along it: below.
                     let moment: Vector3<f64> = (0..3).map(|s| points[s].cross(&g(s))).sum();
                     assert!(moment.norm() < 1e-14);
                 }
             }
+            let force = |side: usize| -> Vector3<f64> {
+                let g = |row: usize| Vector3::from_column_slice(&lin.block(side)[6 * row..][..3]);
+                (0..rows).map(|row| g(row) * lin.phi[row]).sum()
+            };
+            let moment: Vector3<f64> = (0..3).map(|s| points[s].cross(&force(s))).sum();
+            assert!(moment.norm() < 1e-14, "{definition:?} {moment}");
             let kind = scene(points, None, definition).constraints[0].row(0);
             assert_eq!(kind, (RowKind::Bend, LAW));
         }

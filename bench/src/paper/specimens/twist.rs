@@ -411,11 +411,11 @@ fn in_motion(motion: &Motion) -> Result<Held, PaperError> {
     let steps = ((motion.ramp + motion.hold) / motion.dt).round() as usize;
     for k in 1..=steps {
         let share = (k as f64 * motion.dt / motion.ramp).min(1.0);
-        stepper.set_load(n, Vector3::zeros(), Vector3::x() * (share * torque));
+        stepper.set_load(n, Vector3::zeros(), Vector3::x() * (share * torque))?;
         if motion.disturbed {
             let (sine, cosine) = (PUSH_TURN * k as f64).sin_cos();
             let push = Vector3::new(0.0, 1.0 + cosine, sine) * PUSH;
-            stepper.set_load(n / 3, push, Vector3::zeros());
+            stepper.set_load(n / 3, push, Vector3::zeros())?;
         }
         let step = stepper.step();
         held.turns = share * motion.turns;
@@ -602,19 +602,31 @@ fn motion_checks(held: &[Held]) -> Vec<Check> {
         )
         .by("linearised balance of the segments, both ends held in line, no tension"),
     );
-    let pinned = TAU;
-    let error = 2.4 / turns(pinned) - 1.0;
-    checks.push(
-        Check::published(
-            "twist, steel, N = 24: unstable by buckling",
-            "2.4 turns, \"spurious oscillations\"".to_owned(),
-            format!("{:.2} turns pinned, {:.2} clamped", turns(pinned), turns(exact)),
-            error.abs(),
-            0.1,
-        )
-        .by("the printed turns against Greenhill's between pinned ends, J_t = I_a, any material and any N")
-        .noting("a physical limit: it is the rod, not the division, that gives way"),
-    );
+    let cosserat = held.iter().find(|h| {
+        let loose = h.tension == 0.0 && h.disturbed && h.segments == 24;
+        loose && h.joint == Joint::Cosserat.name() && h.step == "paper"
+    });
+    let measured = cosserat.map_or(f64::NAN, |h| h.straight_to);
+    let verdict = if (2.4 / measured).ln().abs() < 0.1 {
+        Verdict::Holds
+    } else if measured.is_finite() {
+        Verdict::HoldsOnlyIf
+    } else {
+        Verdict::DoesNotHold
+    };
+    checks.push(Check::claim(
+        "twist, steel, N = 24: unstable at",
+        "2.4 turns",
+        format!("straight to {measured:.2} turns (Cosserat joint, the paper's step)"),
+        verdict,
+        format!(
+            "a rod without tension buckles, of any material and with any division: Greenhill's {:.2} turns between pinned \
+             ends, {:.2} clamped as here. The paper's number is of that size; but its ends are not described, and its 15 \
+             turns at N = 12 and 37 of rubber and nylon are beyond buckling: they went undisturbed, or briefly",
+            turns(TAU),
+            turns(exact)
+        ),
+    ));
     let buckles = turns(buckling_torque(12, SLENDERNESS));
     checks.push(Check::claim(
         "twist, steel, N = 12: stable to",
@@ -647,6 +659,10 @@ fn motion_checks(held: &[Held]) -> Vec<Check> {
         .by(
             "linearly implicit step with geometric stiffness of weight 1, 1/60 s, disturbed all the time: within 10⁻⁴ m \
              of the axis over the ramp of 10 s and 5 s more; relative error of the twist",
+        )
+        .noting(
+            "the tension of a long rod; this step damps, and keeps twelve segments straight at 0.6 of it too: it is no \
+             measure of where the rod itself would buckle",
         )
     }));
     checks

@@ -148,7 +148,7 @@ pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
         paper.clone().find(is_large),
     ];
     if let (Some(small), Some(large)) = (small, large) {
-        checks.extend(published(config, results, [small, large]));
+        checks.push(published(config, results, [small, large]));
     }
     let ours = results.runs.iter().filter(|r| r.predicted.is_empty());
     checks.extend(ours.map(|run| kept(run, config, last, &damping(results, config, last))));
@@ -189,13 +189,19 @@ fn kept(run: &Run, config: &Config, last: usize, damping: &str) -> Check {
         failure.reason
     );
     let ours = format!("lost at {}", lost_at(run));
-    Check::claim(case, "no loss", ours, Verdict::Limit, note)
+    // Of the undamped trapezoidal step this is known; of ours it would be news.
+    let verdict = if run.name.starts_with("Spook") {
+        Verdict::Limit
+    } else {
+        Verdict::Fail
+    };
+    Check::claim(case, "no loss", ours, verdict, note)
 }
 
-fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> [Check; 2] {
+fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> Check {
     let [half, last] = moments(config);
     let note = format!(
-        "bending takes part in the swing: clamped ends, and EI = {:.0} N m² at {} m, chosen for this loss since neither \
+        "bending takes part in the swing: clamped ends, and EI = {:.0} N m² at {} m, fitted to this loss since neither \
          the paper's stiffnesses nor its length can be read; the swing itself keeps its period. With an angular velocity of \
          {} √(g/L) instead of {} the loss is {}",
         results.ei,
@@ -207,31 +213,23 @@ fn published(config: &Config, results: &Results, [small, large]: [&Run; 2]) -> [
     let loss = small.loss(last);
     let good = (loss - config.loss).abs() < 0.1 * config.loss;
     let share = small.loss(half) / loss;
-    let first = "the modes lose exponentially, so that the swing alone loses little more than half in the first half; more \
-                 than that is deformation that the motion started with, and is gone in tenths of a second";
-    let holds = |good| {
-        if good {
-            Verdict::HoldsOnlyIf
-        } else {
-            Verdict::DoesNotHold
-        }
+    let note = format!(
+        "{note}. In the first half it is {} of that: the swing alone loses exponentially, a little more than half; more \
+         than that is deformation that the motion started with, and is gone in tenths of a second",
+        percent(share)
+    );
+    let verdict = if good {
+        Verdict::HoldsOnlyIf
+    } else {
+        Verdict::DoesNotHold
     };
-    [
-        Check::claim(
-            "loss by deformation",
-            "20 % in 10 s",
-            percent(loss),
-            holds(good),
-            note,
-        ),
-        Check::claim(
-            "lost in the first half",
-            "most of it",
-            percent(share),
-            holds(share > 0.5),
-            first,
-        ),
-    ]
+    Check::claim(
+        "loss by deformation",
+        "20 % in 10 s",
+        percent(loss),
+        verdict,
+        note,
+    )
 }
 
 /// The energies over time, small and large swing.
