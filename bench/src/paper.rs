@@ -191,6 +191,8 @@ pub struct Outcome {
     pub text: String,
     /// The measured rows as CSV, with a header.
     pub csv: String,
+    /// Rows of another kind, each with the ending of its file's name.
+    pub more_csv: Vec<(&'static str, String)>,
     /// Charts.
     pub charts: Vec<Chart>,
 }

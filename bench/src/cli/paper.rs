@@ -82,6 +82,10 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
         bar.finish_and_clear();
         let file = |extension| args.out.join(format!("{}.{extension}", experiment.name()));
         output::write_text(&file("csv"), &outcome.csv)?;
+        for (ending, rows) in &outcome.more_csv {
+            let name = format!("{}-{ending}.csv", experiment.name());
+            output::write_text(&args.out.join(name), rows)?;
+        }
         let record = Record {
             experiment: experiment.name(),
             title: experiment.title(),

@@ -400,6 +400,7 @@ pub(super) fn distribution(
             panel("stretch", "m", |s| s.stretch),
             panel("bend", "rad", |s| s.bend),
         ],
+        ..Outcome::default()
     })
 }
 
@@ -464,6 +465,7 @@ pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome
         text: text(&numbers),
         csv: csv(&points)?,
         charts,
+        ..Outcome::default()
     })
 }
 
@@ -518,6 +520,7 @@ pub(super) fn spectra(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
             y: Axis::log("amplitude (rad)"),
             series,
         }],
+        ..Outcome::default()
     })
 }
 

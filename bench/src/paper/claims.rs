@@ -472,5 +472,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
         text: text(&records),
         csv: csv(&records)?,
         charts: vec![chart(&records)],
+        ..Outcome::default()
     })
 }

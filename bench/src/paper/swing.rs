@@ -371,5 +371,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
         text: text_tables(&results, &config),
         csv: csv(&records(&results, &config))?,
         charts: charts(&results, &config),
+        ..Outcome::default()
     })
 }

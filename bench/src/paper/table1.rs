@@ -482,5 +482,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
         text: text(&records) + "\n",
         csv: csv(&records)?,
         charts: vec![chart(&records)],
+        ..Outcome::default()
     })
 }

@@ -468,5 +468,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pa
         text: text_tables(&records, &config),
         csv: csv(&records)?,
         charts: charts(&records),
+        ..Outcome::default()
     })
 }

@@ -387,6 +387,7 @@ pub fn outcome(rows: &[Row]) -> Result<Outcome, PaperError> {
         text: tables(rows),
         csv: csv(rows)?,
         charts: charts(rows),
+        ..Outcome::default()
     })
 }
 

@@ -170,6 +170,7 @@ pub fn outcome(rows: &[Row]) -> Result<Outcome, PaperError> {
         text: tables(rows),
         csv: csv(rows)?,
         charts: vec![chart(rows)],
+        ..Outcome::default()
     })
 }
 

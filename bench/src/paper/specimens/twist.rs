@@ -543,15 +543,14 @@ pub fn outcome(results: &Results) -> Result<Outcome, PaperError> {
     let mut checks = rest_checks(&results.rows);
     checks.extend(motion_checks(&results.held));
     checks.extend(leak_checks(&results.leaks));
-    let mut rows = csv(&results.rows)?;
-    for more in [csv(&results.held)?, csv(&results.leaks)?] {
-        rows.push('\n');
-        rows.push_str(&more);
-    }
     Ok(Outcome {
         checks,
         text: tables(results),
-        csv: rows,
+        csv: csv(&results.rows)?,
+        more_csv: vec![
+            ("motion", csv(&results.held)?),
+            ("leak", csv(&results.leaks)?),
+        ],
         charts: vec![chart(&results.rows), leak_chart(&results.leaks)],
     })
 }
