@@ -13,6 +13,7 @@
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `plot` | charts as SVG |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
@@ -22,6 +23,7 @@
 
 pub mod accuracy;
 pub mod cache;
+pub mod check;
 pub mod choice;
 pub mod energy;
 pub mod ladder;

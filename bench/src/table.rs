@@ -1,10 +1,10 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
+mod check;
 mod linear;
-mod paper;
 
+pub use check::checks;
 pub use linear::linear;
-pub use paper::paper;
 
 use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
