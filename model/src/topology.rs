@@ -279,9 +279,9 @@ mod tests {
     fn fills_nothing(scene: &Scene, order: &[usize]) -> bool {
         let edges = Edges::of(scene);
         (0..order.len()).all(|at| {
-            let mut later = order[at + 1..].iter().flat_map(|&c| edges.vertices(c));
+            let later = order[at + 1..].iter().flat_map(|&c| edges.vertices(c));
             let own = edges.vertices(order[at]).iter();
-            own.filter(|&b| later.any(|l| l == b)).count() <= 1
+            own.filter(|&b| later.clone().any(|l| l == b)).count() <= 1
         })
     }
 

@@ -199,17 +199,16 @@ impl<'a> EliminationGraph<'a> {
     }
 
     /// Whether the neighbours of a block are all coupled to each other, so that eliminating it fills nothing.
-    fn is_simplicial(&mut self, block: usize) -> bool {
+    fn is_simplicial(&self, block: usize) -> bool {
         let degree = self.count[block];
         // From the end: the low ones are eliminated first, and those that are stay in the list.
-        let mut own = self.left(block).rev();
-        if own.any(|b| self.count[b] < degree) {
+        if self.left(block).rev().any(|b| self.count[b] < degree) {
             return false;
         }
-        self.mark_with_neighbours(block);
-        let marked = |b: &usize| self.mark[*b] == self.stamp;
+        // Searched, not scanned: a neighbour may be coupled to very many others.
+        let coupled = |a: usize, b: usize| self.neighbours[a].binary_search(&b).is_ok();
         self.left(block)
-            .all(|b| self.left(b).filter(marked).count() == degree)
+            .all(|a| self.left(block).all(|b| b == a || coupled(a, b)))
     }
 
     /// The neighbours of a block that are not yet eliminated, ascending.
