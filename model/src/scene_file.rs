@@ -2,7 +2,7 @@
 //!
 //! A text is one table with all parameters of a named scene, `[hoist]` with the fields of [`HoistParams`],
 //! `[particles-a]` … `[particles-f]` with those of [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of
-//! [`SpecimenParams`]; or it is a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors
+//! [`SpecimenParams`], `[ring]`, `[junction]`, `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`]; or it is a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors
 //! that list the valid ones.
 
 mod entries;
@@ -22,6 +22,7 @@ use toml::{Table, Value};
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
 use crate::named::unknown;
+use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
@@ -36,6 +37,8 @@ pub enum SceneSource {
     Particles(Box<ParticleChainParams>),
     /// A specimen and its parameters.
     Specimen(Box<SpecimenParams>),
+    /// Cables with branches or loops and their parameters.
+    Network(Box<NetworkParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -46,6 +49,7 @@ enum Whole {
     Hoist,
     Particles(ChainModel),
     Specimen(Specimen),
+    Network(Network),
 }
 
 impl Whole {
@@ -54,7 +58,9 @@ impl Whole {
             return Some(Self::Hoist);
         }
         let chain = ChainModel::of_scene(name).map(Self::Particles);
-        chain.or_else(|| Specimen::named(name).map(Self::Specimen))
+        let specimen = || Specimen::named(name).map(Self::Specimen);
+        let network = || Network::named(name).map(Self::Network);
+        chain.or_else(specimen).or_else(network)
     }
 }
 
@@ -97,6 +103,10 @@ impl SceneSource {
                 let params: SpecimenParams = read_whole(text, table, overrides)?;
                 Self::Specimen(Box::new(SpecimenParams { specimen, ..params }))
             }
+            Whole::Network(network) => {
+                let params: NetworkParams = read_whole(text, table, overrides)?;
+                Self::Network(Box::new(NetworkParams { network, ..params }))
+            }
         })
     }
 
@@ -109,6 +119,7 @@ impl SceneSource {
             Self::Hoist(hoist) => hoist.build(),
             Self::Particles(chain) => chain.build(),
             Self::Specimen(specimen) => specimen.build(),
+            Self::Network(network) => network.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -125,6 +136,9 @@ impl SceneSource {
             }
             Self::Specimen(params) => {
                 toml::to_string(&BTreeMap::from([(params.specimen.name(), params)]))
+            }
+            Self::Network(params) => {
+                toml::to_string(&BTreeMap::from([(params.network.name(), params)]))
             }
             Self::Explicit(scene) => toml::to_string(&**scene),
         };
