@@ -14,7 +14,6 @@ use std::collections::BinaryHeap;
 
 /// What a block LDLᵀ costs in some order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
 pub struct EliminationCost {
     /// Scalar entries of the block factor, diagonal blocks in full.
     pub entries: u64,
@@ -24,6 +23,26 @@ pub struct EliminationCost {
 }
 
 impl EliminationCost {
+    /// No limit.
+    pub const MAX: Self = Self {
+        entries: u64::MAX,
+        flops: u64::MAX,
+    };
+
+    /// What a factor costs that is no larger than the matrix itself, whatever its operations: the limit that tells
+    /// whether an order fills anything.
+    #[must_use]
+    pub fn without_fill(pattern: &BlockPattern) -> Self {
+        Self {
+            entries: pattern.stored_values() as u64,
+            ..Self::MAX
+        }
+    }
+
+    fn is_within(&self, most: Self) -> bool {
+        self.entries <= most.entries && self.flops <= most.flops
+    }
+
     /// Whether a factor of this cost is as large as the matrix itself: the order fills nothing.
     #[must_use]
     pub fn is_without_fill(&self, pattern: &BlockPattern) -> bool {
@@ -40,9 +59,8 @@ fn neighbours(pattern: &BlockPattern) -> Vec<Vec<usize>> {
         }
     }
     // Rows above came in ascending order; those below are ascending in each column.
-    for j in 0..pattern.blocks() {
-        let below = pattern.column(j).skip(1).map(|k| pattern.row(k));
-        neighbours[j].extend(below);
+    for (j, neighbours) in neighbours.iter_mut().enumerate() {
+        neighbours.extend(pattern.column(j).skip(1).map(|k| pattern.row(k)));
     }
     neighbours
 }
@@ -65,16 +83,16 @@ fn positions(order: &[usize], blocks: usize) -> Result<Vec<usize>, SolveError> {
     Ok(position)
 }
 
-/// The cost of eliminating the blocks in `order` (position → block), or `None` where it takes more than `most_flops`.
-/// Time in proportion to the blocks of the factor or, where that is less, to `most_flops`; memory to those of the
-/// matrix. Allocates.
+/// The cost of eliminating the blocks in `order` (position → block), or `None` where that is more than `most` in
+/// either. Time in proportion to the blocks of the factor or, where that is less, to what `most` allows; memory to
+/// those of the matrix. Allocates.
 ///
 /// # Errors
 /// [`SolveError::Dimension`] and [`SolveError::InvalidOption`] where `order` is no permutation of the blocks.
 pub fn elimination_cost(
     pattern: &BlockPattern,
     order: &[usize],
-    most_flops: u64,
+    most: EliminationCost,
 ) -> Result<Option<EliminationCost>, SolveError> {
     const NONE: usize = usize::MAX;
     let blocks = pattern.blocks();
@@ -109,12 +127,12 @@ pub fn elimination_cost(
                 }
                 k = parent[k];
             }
-            if cost.flops > most_flops {
+            if !cost.is_within(most) {
                 return Ok(None);
             }
         }
     }
-    Ok((cost.flops <= most_flops).then_some(cost))
+    Ok(cost.is_within(most).then_some(cost))
 }
 
 /// Flops of the LDLᵀ of a dense n × n block: Σ r² + 2 r for r = 0 … n − 1.
@@ -296,7 +314,9 @@ mod tests {
     }
 
     fn cost(pattern: &BlockPattern, order: &[usize]) -> EliminationCost {
-        elimination_cost(pattern, order, u64::MAX).unwrap().unwrap()
+        elimination_cost(pattern, order, EliminationCost::MAX)
+            .unwrap()
+            .unwrap()
     }
 
     /// Line graph of a tree with `edges` edges, numbered at random: edges are coupled where they share an end.
@@ -355,9 +375,18 @@ mod tests {
             let flops = factor.scalar_column_lengths().map(|r| r * r + 2 * r);
             assert_eq!(found.flops, flops.sum::<u64>(), "case {case}");
             // Given up exactly where the limit is passed.
-            let limited = |most| elimination_cost(&pattern, &order, most).unwrap();
+            let limited = |flops| {
+                let most = EliminationCost {
+                    flops,
+                    ..EliminationCost::MAX
+                };
+                elimination_cost(&pattern, &order, most).unwrap()
+            };
             assert_eq!(limited(found.flops), Some(found));
             assert!(found.flops == 0 || limited(found.flops - 1).is_none());
+            let unfilled = EliminationCost::without_fill(&pattern);
+            let unfilled = elimination_cost(&pattern, &order, unfilled).unwrap();
+            assert_eq!(unfilled.is_some(), found.is_without_fill(&pattern));
         }
     }
 
@@ -428,7 +457,11 @@ mod tests {
         let hub: Vec<_> = (1..n).map(|i| (0, i)).collect();
         let pattern = BlockPattern::new(&vec![6; n], &hub).unwrap();
         let order = in_scene_order(&pattern);
-        assert_eq!(elimination_cost(&pattern, &order, 1 << 40), Ok(None));
+        let most = EliminationCost {
+            flops: 1 << 40,
+            ..EliminationCost::MAX
+        };
+        assert_eq!(elimination_cost(&pattern, &order, most), Ok(None));
         assert!(cost(&pattern, &minimum_degree(&pattern)).is_without_fill(&pattern));
     }
 
@@ -437,7 +470,7 @@ mod tests {
         let pattern = ring(3);
         for order in [&[0, 1][..], &[0, 1, 1], &[0, 1, 3]] {
             assert!(
-                elimination_cost(&pattern, order, u64::MAX).is_err(),
+                elimination_cost(&pattern, order, EliminationCost::MAX).is_err(),
                 "{order:?}"
             );
         }
