@@ -120,7 +120,7 @@ pub fn ladder(results: &Results) -> String {
 }
 
 /// What has no rows, and why; nothing where there is nothing.
-fn omissions(omissions: &[Omission]) -> String {
+pub(crate) fn omissions(omissions: &[Omission]) -> String {
     let mut out = String::new();
     if !omissions.is_empty() {
         let _ = writeln!(out, "\nLeft out");
