@@ -8,7 +8,7 @@ pub mod infeasible;
 pub mod mechanisms;
 pub mod redundant;
 
-use crate::check::{ExperimentError, Outcome};
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
 use indicatif::ProgressBar;
 use std::fmt;
@@ -96,6 +96,49 @@ pub fn solvers() -> Vec<Choice> {
     patient.collect()
 }
 
+/// The checks of several solvers on one thing, `case`: those that pass in the same way share a row with the largest of
+/// their errors, the others have one each.
+#[must_use]
+pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
+    // A passed check with a number, or one in words, which then have to be the same.
+    let way = |c: &Check| match (c.verdict, c.error) {
+        (Verdict::Pass, Some(_)) => Some(String::new()),
+        (Verdict::Pass, None) => Some(c.ours.clone()),
+        _ => None,
+    };
+    let mut groups: Vec<Vec<(String, Check)>> = Vec::new();
+    for (solver, check) in checks {
+        let own = way(&check);
+        let known = own.is_some().then(|| {
+            let same = |g: &&mut Vec<(String, Check)>| way(&g[0].1) == own;
+            groups.iter_mut().find(same)
+        });
+        match known.flatten() {
+            Some(group) => group.push((solver, check)),
+            None => groups.push(vec![(solver, check)]),
+        }
+    }
+    let merged = groups.into_iter().filter_map(|group| {
+        let names: Vec<&str> = group.iter().map(|(solver, _)| solver.as_str()).collect();
+        let (who, names) = match names.as_slice() {
+            [one] => ((*one).to_owned(), String::new()),
+            all => (format!("{} solvers", all.len()), all.join(", ")),
+        };
+        let size = |c: &Check| c.error.unwrap_or(0.0);
+        let (_, worst) = group
+            .iter()
+            .max_by(|(_, a), (_, b)| size(a).total_cmp(&size(b)))?;
+        let note = [names.as_str(), worst.note.as_str()];
+        let note: Vec<&str> = note.into_iter().filter(|t| !t.is_empty()).collect();
+        Some(Check {
+            case: format!("{case}: {who}"),
+            note: note.join("; "),
+            ..worst.clone()
+        })
+    });
+    merged.collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -105,5 +148,30 @@ mod tests {
         let e = named("H99").unwrap_err().to_string();
         assert_eq!(e, "no case is called `H99`: choose one of H42, H47, H50");
         assert_eq!(named("h42").unwrap().name, "H42");
+    }
+
+    #[test]
+    fn solvers_that_pass_alike_share_a_row() {
+        let within = |error| Check::within("", "1".into(), "2".into(), error, 1.0);
+        let said = |words: &str| Check::claim("", "", words.to_owned(), Verdict::Pass, "");
+        let rows = [
+            ("a", within(0.1)),
+            ("b", within(2.0)),
+            ("c", within(0.3)),
+            ("d", said("refused")),
+            ("e", said("silent")),
+            ("f", said("refused")),
+        ];
+        let rows = rows.map(|(solver, check)| (solver.to_owned(), check));
+        let merged = together("it", rows.to_vec());
+        let shown: Vec<_> = merged.iter().map(|c| (c.case.as_str(), c.error)).collect();
+        let expected = [
+            ("it: 2 solvers", Some(0.3)),
+            ("it: b", Some(2.0)),
+            ("it: 2 solvers", None),
+            ("it: e", None),
+        ];
+        assert_eq!(shown, expected);
+        assert_eq!(merged[0].note, "a, c");
     }
 }

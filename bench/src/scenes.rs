@@ -12,6 +12,7 @@
 mod measure;
 mod table;
 
+pub use measure::reference_choice;
 pub use table::{LEGEND, bar, text_tables};
 
 use crate::choice::Choice;
@@ -186,7 +187,9 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms.
+/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
+/// minima. Iterative solvers stand there with their lowest limit of iterations only, which they use up: what an
+/// iteration costs.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Growth {
     /// Name of the scene.
@@ -322,10 +325,12 @@ fn omitted(case: &measure::Case, choice: &Choice, alone: bool) -> Option<String>
         .then(|| format!("iterations are not judged beyond {JUDGED_ROWS} rows"))
 }
 
-/// Exponents of every scene and solver with three sizes or more.
+/// Exponents of every scene and solver with three sizes or more, of iterations at their lowest limit.
 fn growth(records: &[Record]) -> Vec<Growth> {
     let mut found: Vec<Growth> = Vec::new();
-    for r in records {
+    let limits = records.iter().map(|r| r.iterations).filter(|k| *k > 0);
+    let lowest = limits.min().unwrap_or(0);
+    for r in records.iter().filter(|r| r.iterations <= lowest) {
         let same = |o: &&Record| {
             (&o.scene, &o.backend, o.iterations) == (&r.scene, &r.backend, r.iterations)
                 && o.mass_ratio == r.mass_ratio
@@ -340,8 +345,8 @@ fn growth(records: &[Record]) -> Vec<Growth> {
         let points: Vec<(f64, f64)> = records
             .iter()
             .filter(same)
-            .filter(|o| o.solve_ns.is_finite() && o.solve_ns > 0.0)
-            .map(|o| ((o.rows as f64).ln(), o.solve_ns.ln()))
+            .filter(|o| o.solve_ns_min.is_finite() && o.solve_ns_min > 0.0)
+            .map(|o| ((o.rows as f64).ln(), o.solve_ns_min.ln()))
             .collect();
         let Some(exponent) = slope(&points) else {
             continue;

@@ -116,13 +116,13 @@ fn loops(records: &[Record]) -> String {
                     && r.mass_ratio == first.mass_ratio
             });
             own.map_or_else(String::new, |r| {
-                format!("{} {}", nanoseconds(r.solve_ns), error(r.forward_error))
+                format!("{} {}", nanoseconds(r.solve_ns_min), error(r.forward_error))
             })
         }));
         t.add_row(cells);
     }
     format!(
-        "\nClosing a loop: linear solve and error of the multipliers, ring of N segments, ratio {}\n{}",
+        "\nClosing a loop: linear solve (minimum) and error of the multipliers, ring of N segments, ratio {}\n{}",
         ratio(first.mass_ratio),
         text(&t)
     )
@@ -143,9 +143,13 @@ fn growth(results: &Results) -> String {
             solvers.push(key);
         }
     }
-    let mut header = vec!["solver", "iter"];
-    header.extend(&scenes);
-    let mut t = table(&header);
+    let most = |scene: &str| {
+        let own = results.growth.iter().filter(|g| g.scene == scene);
+        own.map(|g| g.rows[1]).max().unwrap_or(0)
+    };
+    let mut header = vec!["solver".to_owned(), "iter".to_owned()];
+    header.extend(scenes.iter().map(|s| format!("{s} ≤ {} rows", most(s))));
+    let mut t = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
     for (backend, limit) in solvers {
         let mut cells = vec![backend.to_owned()];
         cells.push(if limit == 0 {
@@ -157,9 +161,7 @@ fn growth(results: &Results) -> String {
             let own = results.growth.iter().find(|g| {
                 (g.scene.as_str(), g.backend.as_str(), g.iterations) == (*scene, backend, limit)
             });
-            own.map_or_else(String::new, |g| {
-                format!("{:.2} to {} rows", g.exponent, g.rows[1])
-            })
+            own.map_or_else(String::new, |g| format!("{:.2}", g.exponent))
         }));
         t.add_row(cells);
     }
