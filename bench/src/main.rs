@@ -14,7 +14,7 @@ use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, run, table, trajectory};
-use taut_integrator::{GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::HoistParams;
 
 /// Sparse linear solvers on hoisting cables: speed against error.
@@ -145,6 +145,9 @@ struct RunArgs {
     /// Sub-steps that each step is made of
     #[arg(long, value_name = "N", default_value_t = 1)]
     substeps: usize,
+    /// Order in which the constraints are eliminated: auto, scene, border, minimum-degree
+    #[arg(long, value_name = "ORDER", default_value_t = Elimination::default())]
+    elimination: Elimination,
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
     #[arg(long, value_name = "K")]
     refine: Option<usize>,
@@ -481,6 +484,7 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
         .stiffness
         .unwrap_or(GeometricStiffness::inertia(args.scheme.default_alpha()));
     options.guard = guard(&args.guard)?;
+    options.elimination = args.elimination;
     options.refinements = args.refine.unwrap_or(options.refinements);
     if options.refinements > MAX_REFINEMENTS {
         return Err(Failure::Input(format!(

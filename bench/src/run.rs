@@ -123,6 +123,12 @@ pub struct Summary {
     pub backend: String,
     /// Form of the linear system.
     pub form: String,
+    /// Order of the constraints that was taken.
+    pub elimination: String,
+    /// Entries of the block LDLᵀ in that order.
+    pub factor_entries: Option<u64>,
+    /// Floating-point operations of that factorisation.
+    pub factor_flops: Option<u64>,
     /// Scheme.
     pub scheme: String,
     /// Weight and form of the geometric stiffness.
@@ -198,6 +204,9 @@ pub fn run(
         scene: prepared.scene.name.clone(),
         backend: options.backend.to_string(),
         form: options.form.to_string(),
+        elimination: stepper.elimination().taken.to_string(),
+        factor_entries: stepper.elimination().cost.map(|c| c.entries),
+        factor_flops: stepper.elimination().cost.map(|c| c.flops),
         scheme: options.scheme.to_string(),
         stiffness: options.stiffness.to_string(),
         guard: options.guard.map(|g| g.tolerance),
@@ -294,9 +303,10 @@ pub fn text(s: &Summary) -> String {
         (
             "solver",
             format!(
-                "{} ({} form, {} refinement{})",
+                "{} ({} form, {} order, {} refinement{})",
                 s.backend,
                 s.form,
+                s.elimination,
                 s.refinements,
                 if s.refinements == 1 { "" } else { "s" }
             ),

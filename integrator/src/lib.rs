@@ -41,6 +41,7 @@
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
+//! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
 //! | `equilibrium` | static equilibrium by a solve |
 //! | `pieces` | what the linear system is made of, and its residual |
@@ -52,6 +53,7 @@
 //! | `products` | J v and Jᵀ μ |
 //! | `report` | what a step did, and the time of each phase |
 
+mod elimination;
 mod equilibrium;
 mod error;
 mod geometric;
@@ -67,6 +69,7 @@ mod regularization;
 mod report;
 mod stepper;
 
+pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};

@@ -1,7 +1,7 @@
-//! How a scene is stepped: scheme, geometric stiffness, guard, time step, form of the linear system, backend.
+//! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
 
-use crate::StepError;
 use crate::pieces::RowWeights;
+use crate::{Elimination, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
@@ -261,7 +261,7 @@ impl fmt::Display for Form {
 /// A name that is none of the known ones, or one with options that it does not have.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct UnknownName {
-    /// What was to be named: `"scheme"`, `"form"`, `"stiffness"`.
+    /// What was to be named: `"scheme"`, `"form"`, `"stiffness"`, `"elimination"`.
     pub what: &'static str,
     /// The name given.
     pub name: String,
@@ -364,6 +364,8 @@ pub struct StepOptions {
     pub guard: Option<Guard>,
     /// The linear system.
     pub form: Form,
+    /// The order of the constraints in it.
+    pub elimination: Elimination,
     /// The solver.
     pub backend: Backend,
     /// Refinement sweeps after the solve: from the pieces M, J, Σ for [`Form::Schur`], with b − A x for [`Form::Kkt`].
@@ -386,6 +388,7 @@ impl Default for StepOptions {
             stiffness: GeometricStiffness::inertia(scheme.default_alpha()),
             guard: Some(Guard::default()),
             form: Form::default(),
+            elimination: Elimination::default(),
             refinements: usize::from(!backend.is_iterative()),
             backend,
             warm_start: true,
@@ -497,6 +500,13 @@ mod tests {
             assert!(bad.parse::<Scheme>().is_err(), "{bad}");
         }
         assert!("relative".parse::<GeometricStiffness>().is_err());
+        for elimination in Elimination::ALL {
+            assert_eq!(elimination.to_string().parse(), Ok(elimination));
+        }
+        let error = "band".parse::<Elimination>().unwrap_err().to_string();
+        let expected =
+            "unknown elimination `band`: choose one of auto, scene, border, minimum-degree";
+        assert_eq!(error, expected);
     }
 
     #[test]

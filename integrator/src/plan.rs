@@ -21,6 +21,8 @@ pub(crate) struct Plan {
     pub(crate) pattern: Arc<BlockPattern>,
     /// What each block row stands for.
     pub(crate) block: Vec<BlockOf>,
+    /// Block row of each constraint.
+    constraint: Vec<usize>,
     maps: Maps,
 }
 
@@ -28,12 +30,8 @@ pub(crate) struct Plan {
 enum Maps {
     /// Contributions W_s J_tᵀ to stored blocks.
     Schur(Vec<Product>),
-    /// Stored diagonal block of each body; stored block of each slot; first row of each constraint.
-    Kkt {
-        body: Vec<usize>,
-        slot: Vec<usize>,
-        constraint: Vec<usize>,
-    },
+    /// Stored diagonal block of each body; stored block of each slot.
+    Kkt { body: Vec<usize>, slot: Vec<usize> },
 }
 
 /// Stored block `target` receives W of slot `left` times Jᵀ of slot `right`.
@@ -45,18 +43,27 @@ struct Product {
 }
 
 impl Plan {
-    pub(crate) fn new(form: Form, scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
+    /// The constraints stand in `order` (position → constraint), each of them once.
+    pub(crate) fn new(
+        form: Form,
+        scene: &Scene,
+        rows: &Linearized,
+        order: &[usize],
+    ) -> Result<Self, SolveError> {
         match form {
-            Form::Schur => Self::schur(scene, rows),
-            Form::Kkt => Self::kkt(scene, rows),
+            Form::Schur => Self::schur(scene, rows, order),
+            Form::Kkt => Self::kkt(scene, rows, order),
         }
     }
 
-    /// One block row a constraint, in the scene's order; two are coupled where they act on the same body.
-    fn schur(scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
-        let sizes: Vec<usize> = (0..rows.constraints())
-            .map(|c| rows.row_range(c).len())
-            .collect();
+    /// One block row a constraint; two are coupled where they act on the same body.
+    fn schur(scene: &Scene, rows: &Linearized, order: &[usize]) -> Result<Self, SolveError> {
+        let sizes: Vec<usize> = order.iter().map(|&c| rows.row_range(c).len()).collect();
+        let mut place = vec![0; order.len()];
+        for (k, &c) in order.iter().enumerate() {
+            place[c] = k;
+        }
+        let block_of = |s: usize| place[rows.slots[s].constraint];
         let mut slots_of_body = vec![Vec::new(); scene.bodies.len()];
         for (s, slot) in rows.slots.iter().enumerate() {
             slots_of_body[slot.body].push(s);
@@ -65,21 +72,19 @@ impl Plan {
         let mut pairs = Vec::new();
         for slots in &slots_of_body {
             for &left in slots {
-                let lower = slots
-                    .iter()
-                    .filter(|&&r| rows.slots[r].constraint <= rows.slots[left].constraint);
+                let lower = slots.iter().filter(|&&r| block_of(r) <= block_of(left));
                 pairs.extend(lower.map(|&right| (left, right)));
             }
         }
         pairs.sort_unstable();
-        let constraint = |s: usize| rows.slots[s].constraint;
         let couplings: Vec<_> = pairs
             .iter()
-            .map(|&(l, r)| (constraint(l), constraint(r)))
+            .map(|&(l, r)| (block_of(l), block_of(r)))
             .collect();
-        let pattern = BlockPattern::new(&sizes, &couplings)?.with_groups(scene.groups.clone())?;
+        let groups = order.iter().map(|&c| scene.groups[c]).collect();
+        let pattern = BlockPattern::new(&sizes, &couplings)?.with_groups(groups)?;
         let products = pairs.iter().filter_map(|&(left, right)| {
-            let target = pattern.find(constraint(left), constraint(right))?;
+            let target = pattern.find(block_of(left), block_of(right))?;
             Some(Product {
                 target,
                 left,
@@ -87,28 +92,28 @@ impl Plan {
             })
         });
         let maps = Maps::Schur(products.collect());
-        let block = (0..rows.constraints()).map(BlockOf::Constraint).collect();
         Ok(Self {
             pattern: Arc::new(pattern),
-            block,
+            block: order.iter().copied().map(BlockOf::Constraint).collect(),
+            constraint: place,
             maps,
         })
     }
 
     /// Bodies and constraints, each body just before the first constraint that acts on it: in this order no pivot
     /// rests on Σ alone, so that rigid rows (Σ = 0) have one too.
-    fn kkt(scene: &Scene, rows: &Linearized) -> Result<Self, SolveError> {
+    fn kkt(scene: &Scene, rows: &Linearized, order: &[usize]) -> Result<Self, SolveError> {
         let mut block = Vec::new();
         let mut body_block = vec![usize::MAX; scene.bodies.len()];
-        let mut constraint_block = Vec::new();
-        for c in 0..rows.constraints() {
+        let mut constraint_block = vec![0; order.len()];
+        for &c in order {
             for slot in &rows.slots[rows.slot_range(c)] {
                 if body_block[slot.body] == usize::MAX {
                     body_block[slot.body] = block.len();
                     block.push(BlockOf::Body(slot.body));
                 }
             }
-            constraint_block.push(block.len());
+            constraint_block[c] = block.len();
             block.push(BlockOf::Constraint(c));
         }
         for (i, b) in body_block
@@ -138,15 +143,11 @@ impl Plan {
             .iter()
             .map(|&b| pattern.column(b).start)
             .collect();
-        let maps = Maps::Kkt {
-            body,
-            slot,
-            constraint: constraint_block,
-        };
         Ok(Self {
             pattern: Arc::new(pattern),
             block,
-            maps,
+            constraint: constraint_block,
+            maps: Maps::Kkt { body, slot },
         })
     }
 
@@ -171,19 +172,15 @@ impl Plan {
                     let right = &rows.jacobian[right.offset..right.offset + 6 * n];
                     add_product(left, right, a.block_mut(p.target));
                 }
-                for c in 0..rows.constraints() {
+                for (c, &block) in self.constraint.iter().enumerate() {
                     let sigma = &regularization.sigma[rows.row_range(c)];
-                    let diagonal = a.block_mut(self.pattern.column(c).start);
+                    let diagonal = a.block_mut(self.pattern.column(block).start);
                     for (r, s) in sigma.iter().enumerate() {
                         diagonal[r * (sigma.len() + 1)] += s;
                     }
                 }
             }
-            Maps::Kkt {
-                body,
-                slot,
-                constraint,
-            } => {
+            Maps::Kkt { body, slot } => {
                 for (i, &k) in body.iter().enumerate() {
                     let block = a.block_mut(k);
                     for r in 0..3 {
@@ -204,7 +201,7 @@ impl Plan {
                         }
                     }
                 }
-                for (c, &block) in constraint.iter().enumerate() {
+                for (c, &block) in self.constraint.iter().enumerate() {
                     let sigma = &regularization.sigma[rows.row_range(c)];
                     let diagonal = a.block_mut(self.pattern.column(block).start);
                     for (r, s) in sigma.iter().enumerate() {

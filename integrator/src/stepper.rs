@@ -1,13 +1,15 @@
 //! The step, [SL Algorithm 1] for one group: linearise, assemble, factorise, solve, refine, update. Where the guard finds
 //! that the linearisation did not hold, [`crate::guarded`] redoes it.
 
+use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::pieces::{Pieces, angular};
 use crate::plan::{BlockOf, Plan};
 use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::{
-    Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, gyroscopic,
+    Elimination, Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium,
+    gyroscopic,
 };
 use nalgebra::{Matrix3, Vector3};
 use taut_model::{Bodies, Linearized, Scene, update_windings};
@@ -39,12 +41,15 @@ pub struct Stepper {
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
     solver: Box<dyn LinearSolver>,
+    elimination: EliminationOrder,
     plan: Plan,
     matrix: SymBlockMatrix,
     /// Right-hand side and solution of the linear system, length `matrix.dim()`.
     rhs: Vec<f64>,
     x: Vec<f64>,
     scratch: RefineScratch,
+    /// Multipliers and a residual in the order of the scene's rows.
+    in_rows: [Vec<f64>; 2],
     /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
     pub(crate) pieces: Pieces,
     pub(crate) history: History,
@@ -86,7 +91,11 @@ impl Stepper {
             time: 0.0,
         };
         let mut pieces = Pieces::new(&scene);
-        let plan = Plan::new(options.form, &scene, &pieces.rows).map_err(at_start)?;
+        let elimination =
+            elimination::order_of(options.elimination, &scene, &pieces.rows, &options.backend)
+                .map_err(at_start)?;
+        let order = &elimination.constraints;
+        let plan = Plan::new(options.form, &scene, &pieces.rows, order).map_err(at_start)?;
         let mut solver = options.backend.create().map_err(at_start)?;
         solver.analyze(&plan.pattern).map_err(at_start)?;
         pieces.rows.update(&scene, 0.0);
@@ -103,6 +112,7 @@ impl Stepper {
             rhs: vec![0.0; dim],
             x: vec![0.0; dim],
             scratch: RefineScratch::new(dim),
+            in_rows: [vec![0.0; rows], vec![0.0; rows]],
             history,
             mu: vec![0.0; rows],
             mu_dt: dt,
@@ -115,6 +125,7 @@ impl Stepper {
             step_start: state.clone(),
             substep_start: state,
             pieces,
+            elimination,
             plan,
             scene,
             options,
@@ -342,9 +353,12 @@ impl Stepper {
         }
         match self.options.form {
             Form::Schur => {
-                self.x.fill(0.0);
-                self.pieces.residual(&self.x, &mut self.rhs);
-                self.x.copy_from_slice(&self.mu);
+                let [zero, residual] = &mut self.in_rows;
+                zero.fill(0.0);
+                self.pieces.residual(zero, residual);
+                let rows = &self.pieces.rows;
+                self.plan.gather(rows, &[], residual, 1.0, &mut self.rhs);
+                self.plan.gather(rows, &[], &self.mu, 1.0, &mut self.x);
             }
             Form::Kkt => {
                 let Pieces {
@@ -372,13 +386,17 @@ impl Stepper {
             x,
             scratch,
             pieces,
+            plan,
+            in_rows: [mu, residual],
             ..
         } = self;
         let sweeps = self.options.refinements;
         let report = match self.options.form {
             Form::Schur => {
-                taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |mu, r| {
-                    pieces.residual(mu, r)
+                taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
+                    plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
+                    pieces.residual(mu, residual);
+                    plan.gather(&pieces.rows, &[], residual, 1.0, r);
                 })
             }
             Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
@@ -627,8 +645,14 @@ impl Stepper {
         Ok(())
     }
 
+    /// The order of the constraints in the linear system, and what it costs.
+    #[must_use]
+    pub fn elimination(&self) -> &EliminationOrder {
+        &self.elimination
+    }
+
     /// The linear system of the last solve: matrix, right-hand side, solution as the backend and the refinement left
-    /// it.
+    /// it. Its blocks stand in the order of [`elimination`](Self::elimination).
     #[must_use]
     pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
         (&self.matrix, &self.rhs, &self.x)
@@ -704,7 +728,10 @@ impl Stepper {
             culprit: None,
             time: self.time,
         };
-        let plan = Plan::new(Form::Kkt, &self.scene, rows).map_err(at_state)?;
+        // What the backend factorises is no matter here: all is factorised.
+        let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
+        let order = elimination::order_of(auto, &self.scene, rows, all).map_err(at_state)?;
+        let plan = Plan::new(Form::Kkt, &self.scene, rows, &order.constraints).map_err(at_state)?;
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
         plan.fill(rows, inertia, regularization, w, &mut a);
         let mut b = vec![0.0; a.dim()];

@@ -64,6 +64,7 @@
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
+//! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes from TOML text with overrides |
@@ -93,6 +94,7 @@ pub mod scene;
 pub mod scene_file;
 mod seed;
 pub mod specimen;
+pub mod topology;
 
 pub use body::{Bodies, Body, Mobility};
 pub use check::{JacobianCheck, check_jacobian};
@@ -113,3 +115,4 @@ pub use scene::Scene;
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};
+pub use topology::Topology;

@@ -77,6 +77,16 @@ impl<T: Scalar> BlockLdlt<T> {
         self.factor.stored_values()
     }
 
+    #[cfg(test)]
+    /// Number of entries below the diagonal in each scalar column of L.
+    pub(crate) fn scalar_column_lengths(&self) -> impl Iterator<Item = u64> {
+        let p = &self.factor;
+        (0..p.blocks()).flat_map(|j| {
+            let below: usize = p.column(j).skip(1).map(|k| p.size(p.row(k))).sum();
+            (0..p.size(j)).map(move |c| (below + c) as u64)
+        })
+    }
+
     /// Factorises `a`, whose pattern is the `of` of [`new`](Self::new). Allocates nothing.
     ///
     /// # Errors

@@ -28,6 +28,7 @@
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
+//! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double` | small dense blocks; extended-precision numbers |
 //!
 //! # Features
@@ -43,6 +44,7 @@ mod double_double;
 mod error;
 mod kernels;
 mod matrix;
+mod ordering;
 mod pattern;
 mod reference;
 mod refine;
@@ -55,6 +57,7 @@ pub use backend::{
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
 pub use matrix::SymBlockMatrix;
+pub use ordering::{EliminationCost, elimination_cost, minimum_degree};
 pub use pattern::BlockPattern;
 pub use reference::reference_solution;
 pub use refine::{RefineScratch, refine};

@@ -5,6 +5,7 @@
 //! |---|---|
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `systems` | random block systems with the shapes of cables |
+//! | `graphs` | branches, rings, nets and ladders of bodies |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
 //! | test binary | asserts |
@@ -16,6 +17,7 @@
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
 //! | `structure` | allocations, imports, features, unsafe code, the top level |
 
+pub mod graphs;
 pub mod scenes;
 pub mod systems;
 

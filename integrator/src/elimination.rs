@@ -1,0 +1,216 @@
+//! In which order the constraints are eliminated.
+//!
+//! The order of a scene's constraints is good for one cable, which is listed from end to end. Branches, loops and nets
+//! want another: the trees from their leaves on and the rows that close loops last (a border), or the order of minimum
+//! degree. Which is the cheapest is counted on S = J M⁻¹ Jᵀ + Σ before anything is factorised, not guessed from the
+//! topology: constraints that share two bodies close loops and yet may cost nothing.
+
+use crate::UnknownName;
+use std::fmt;
+use std::str::FromStr;
+use taut_model::{Linearized, Scene, Topology};
+use taut_solver::{
+    Backend, BlockPattern, EliminationCost, Partition, Preconditioner, SolveError,
+    elimination_cost, minimum_degree,
+};
+
+/// The order in which the constraints stand in the linear system, which is that of elimination in the backends that do
+/// not reorder, and that of the sweeps of block Gauss–Seidel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Elimination {
+    /// [`Elimination::Scene`] where that fills nothing of what the backend factorises (all of S, its groups, or single
+    /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
+    /// where some are equal.
+    #[default]
+    Auto,
+    /// The scene's own order.
+    Scene,
+    /// Trees from their leaves on, then the constraints that close loops: [`Topology::order`].
+    Border,
+    /// The order of minimum degree.
+    MinimumDegree,
+}
+
+impl Elimination {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Scene, Self::Border, Self::MinimumDegree];
+}
+
+impl fmt::Display for Elimination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Auto => "auto",
+            Self::Scene => "scene",
+            Self::Border => "border",
+            Self::MinimumDegree => "minimum-degree",
+        })
+    }
+}
+
+impl FromStr for Elimination {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        let named = Self::ALL.into_iter().find(|e| e.to_string() == name);
+        named.ok_or_else(|| UnknownName {
+            what: "elimination",
+            name: name.to_owned(),
+            known: Self::ALL.map(|e| e.to_string()).join(", "),
+        })
+    }
+}
+
+/// The order that was taken, and what it costs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct EliminationOrder {
+    /// Which order it is; never [`Elimination::Auto`].
+    pub taken: Elimination,
+    /// The constraint at each position among the constraints of the linear system.
+    pub constraints: Vec<usize>,
+    /// Entries and floating-point operations of the block LDLᵀ in this order, of that part of S which the backend
+    /// factorises; `None` beyond 10¹⁵ operations, which no step
+    /// could make.
+    pub cost: Option<EliminationCost>,
+}
+
+/// Nothing is counted beyond this.
+const MOST: EliminationCost = EliminationCost {
+    flops: 1_000_000_000_000_000,
+    ..EliminationCost::MAX
+};
+
+/// The order of the constraints for a backend.
+pub(crate) fn order_of(
+    wanted: Elimination,
+    scene: &Scene,
+    rows: &Linearized,
+    backend: &Backend,
+) -> Result<EliminationOrder, SolveError> {
+    let pattern = factorized(scene, rows, backend)?;
+    let counted = |taken, most| {
+        let constraints = match taken {
+            Elimination::Border => Topology::of(scene).order,
+            Elimination::MinimumDegree => minimum_degree(&pattern),
+            Elimination::Auto | Elimination::Scene => (0..pattern.blocks()).collect(),
+        };
+        let cost = elimination_cost(&pattern, &constraints, most)?;
+        Ok(EliminationOrder {
+            taken,
+            constraints,
+            cost,
+        })
+    };
+    if wanted != Elimination::Auto {
+        return counted(wanted, MOST);
+    }
+    let unfilled = counted(Elimination::Scene, EliminationCost::without_fill(&pattern))?;
+    if unfilled.cost.is_some() {
+        return Ok(unfilled);
+    }
+    // Minimum degree is counted first: it is seldom far from the cheapest, and so bounds what counting the others takes.
+    let mut cheapest = counted(Elimination::MinimumDegree, MOST)?;
+    for other in [Elimination::Border, Elimination::Scene] {
+        let flops = cheapest.cost.unwrap_or(MOST).flops;
+        let found = counted(other, EliminationCost { flops, ..MOST })?;
+        // Of equal ones the last that is counted.
+        if found.cost.is_some() {
+            cheapest = found;
+        }
+    }
+    Ok(cheapest)
+}
+
+/// The pattern of what the backend factorises, constraint by constraint in the scene's order: S, its groups' diagonal
+/// parts, or its diagonal blocks.
+fn factorized(
+    scene: &Scene,
+    rows: &Linearized,
+    backend: &Backend,
+) -> Result<BlockPattern, SolveError> {
+    // Whether it factorises groups, and whether single blocks alone; else all of S.
+    let (groups, single) = match backend {
+        Backend::GaussSeidel(o) => (o.partition == Partition::Groups, true),
+        Backend::ConjugateGradient(o) => (o.preconditioner == Preconditioner::Group, true),
+        _ => (false, false),
+    };
+    let coupled = |a: usize, b: usize| match groups {
+        true => scene.groups[a] == scene.groups[b],
+        false => !single,
+    };
+    let mut at_body = vec![Vec::new(); scene.bodies.len()];
+    for slot in &rows.slots {
+        at_body[slot.body].push(slot.constraint);
+    }
+    let mut couplings = Vec::new();
+    for constraints in &mut at_body {
+        constraints.dedup();
+        for (i, &a) in constraints.iter().enumerate() {
+            let before = constraints[..i].iter().filter(|&&b| coupled(a, b));
+            couplings.extend(before.map(|&b| (a, b)));
+        }
+    }
+    let sizes: Vec<usize> = (0..rows.constraints())
+        .map(|c| rows.row_range(c).len())
+        .collect();
+    BlockPattern::new(&sizes, &couplings)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn auto(scene: &Scene, backend: &Backend) -> EliminationOrder {
+        let rows = Linearized::new(scene);
+        order_of(Elimination::Auto, scene, &rows, backend).unwrap()
+    }
+
+    /// What there was before this choice keeps every bit of its results.
+    #[test]
+    fn every_named_scene_keeps_its_order() {
+        for name in taut_model::named::NAMES {
+            let scene = taut_model::named(name).unwrap();
+            let order = auto(&scene, &Backend::Banded);
+            assert_eq!(order.taken, Elimination::Scene, "{name}: {:?}", order.cost);
+            assert!(order.constraints.into_iter().eq(0..scene.constraints.len()));
+        }
+    }
+
+    /// A hoist listed with every second joint first: S fills, and so does each of two groups that take turns, but not
+    /// the single blocks of other iterations.
+    #[test]
+    fn only_what_the_backend_factorises_counts() {
+        let mut scene = taut_model::HoistParams::default().build().unwrap();
+        let n = scene.constraints.len();
+        let listed: Vec<usize> = (0..n).step_by(2).chain((1..n).step_by(2)).collect();
+        scene.constraints = listed
+            .iter()
+            .map(|&c| scene.constraints[c].clone())
+            .collect();
+        let banded = auto(&scene, &Backend::Banded);
+        assert_eq!(banded.taken, Elimination::Border);
+        assert!(banded.constraints.iter().map(|&k| listed[k]).eq(0..n));
+        let named = |name: &str| name.parse::<Backend>().unwrap();
+        for name in ["cg:none", "cg:jacobi", "gauss-seidel:joints"] {
+            assert_eq!(
+                auto(&scene, &named(name)).taken,
+                Elimination::Scene,
+                "{name}"
+            );
+        }
+        for (groups, taken) in [
+            (vec![0; n], Elimination::Border),
+            // Joints that share no body.
+            (
+                (0..n).map(|k| u32::from(2 * k > n)).collect(),
+                Elimination::Scene,
+            ),
+        ] {
+            scene.groups = groups;
+            for name in ["cg:group", "gauss-seidel:groups"] {
+                assert_eq!(auto(&scene, &named(name)).taken, taken, "{name}");
+            }
+        }
+    }
+}

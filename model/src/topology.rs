@@ -1,0 +1,403 @@
+//! The graph of a scene: which bodies hang together, which constraints close loops, in which order to eliminate.
+//!
+//! Bodies are vertices and constraints hyperedges between them. The world is no vertex: it does not move, and two
+//! constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes no loop forms a tree in each
+//! connected component, and S of a tree, eliminated from the leaves to a root, fills nothing: what is left to eliminate
+//! next to a constraint shares its one body towards the root. Constraints that close loops come last, where they fill
+//! their own rows only, \[SL §VI-A].
+//!
+//! Constraints that share two bodies close a loop in this sense too, as links and the bend rows between them do. Whether
+//! it is good to put them last is a question of cost, not of topology.
+
+use crate::constraint::Constraint;
+use crate::scene::Scene;
+
+/// Components, loops, groups and a leaf-to-root order of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct Topology {
+    /// Number of connected components, bodies without constraints included.
+    pub components: usize,
+    /// Component of each body, numbered by their first bodies; `None` for a body that is no vertex.
+    pub component_of_body: Vec<Option<usize>>,
+    /// Component of each constraint; `None` where it acts on no vertex.
+    pub component_of_constraint: Vec<Option<usize>>,
+    /// The constraints that close a loop, ascending: those with two different bodies that constraints before them
+    /// connect.
+    pub closing: Vec<usize>,
+    /// Group of each constraint, for [`Scene::groups`]: one for each component, numbered by their first constraints, and
+    /// after them one for all that close loops.
+    pub groups: Vec<u32>,
+    /// An elimination order of the constraints (position → constraint): the trees, leaves first, each up to the
+    /// component's last body, then the closing ones.
+    pub order: Vec<usize>,
+}
+
+impl Topology {
+    /// The topology of a scene. Time O(N α(N)) in the number N of sides of constraints, with the inverse Ackermann
+    /// function α. Allocates: yes.
+    ///
+    /// # Panics
+    /// When a constraint names a body that is not there.
+    #[must_use]
+    pub fn of(scene: &Scene) -> Self {
+        let bodies = scene.bodies.len();
+        let edges = Edges::of(scene);
+        let mut sets = DisjointSets::new(bodies);
+        let mut closing = Vec::new();
+        let mut closes = vec![false; edges.len()];
+        for (c, closes) in closes.iter_mut().enumerate() {
+            for pair in edges.vertices(c).windows(2) {
+                *closes |= !sets.join(pair[0], pair[1]);
+            }
+            if *closes {
+                closing.push(c);
+            }
+        }
+
+        let mut components = 0;
+        let mut component_of_root = vec![None; bodies];
+        let mut component_of_body = vec![None; bodies];
+        for (body, component) in component_of_body.iter_mut().enumerate() {
+            let of_root = &mut component_of_root[sets.root(body)];
+            *component = Some(*of_root.get_or_insert_with(|| {
+                components += 1;
+                components - 1
+            }));
+        }
+        let component_of_constraint: Vec<Option<usize>> = (0..edges.len())
+            .map(|c| {
+                edges
+                    .vertices(c)
+                    .first()
+                    .and_then(|&b| component_of_body[b])
+            })
+            .collect();
+        let mut order = edges.leaves_first(bodies, &closes);
+        order.extend(&closing);
+        Self {
+            components,
+            groups: groups(&component_of_constraint, components, &closes),
+            component_of_body,
+            component_of_constraint,
+            closing,
+            order,
+        }
+    }
+
+    /// Whether no constraint closes a loop: a forest, whose S fills nothing in [`Topology::order`].
+    #[must_use]
+    pub fn is_forest(&self) -> bool {
+        self.closing.is_empty()
+    }
+}
+
+impl Scene {
+    /// Puts the constraints into the fewest groups with tree topology: one a connected component, and one more for
+    /// those that close loops. See [`Topology::groups`].
+    ///
+    /// # Panics
+    /// As [`Topology::of`].
+    pub fn group_by_topology(&mut self) {
+        self.groups = Topology::of(self).groups;
+    }
+}
+
+/// Groups from components: numbered as they are met, those of the closing constraints last.
+fn groups(component: &[Option<usize>], components: usize, closes: &[bool]) -> Vec<u32> {
+    let mut met = 0_u32;
+    let mut group = vec![None; components];
+    let mut numbered: Vec<Option<u32>> = Vec::with_capacity(component.len());
+    for (component, closes) in component.iter().zip(closes) {
+        numbered.push(match component {
+            _ if *closes => None,
+            // Coupled to nothing, it may be in any group.
+            None => Some(0),
+            Some(component) => Some(*group[*component].get_or_insert_with(|| {
+                met += 1;
+                met - 1
+            })),
+        });
+    }
+    numbered.into_iter().map(|g| g.unwrap_or(met)).collect()
+}
+
+/// The hyperedges: the different vertices that each constraint acts on.
+struct Edges {
+    /// First of each constraint's vertices, and their number at the end.
+    start: Vec<usize>,
+    /// Ascending for each constraint.
+    vertices: Vec<usize>,
+}
+
+impl Edges {
+    fn of(scene: &Scene) -> Self {
+        let mut edges = Self {
+            start: vec![0],
+            vertices: Vec::new(),
+        };
+        for constraint in &scene.constraints {
+            let first = edges.vertices.len();
+            edges.vertices.extend(vertices(constraint));
+            edges.vertices[first..].sort_unstable();
+            let mut kept = first;
+            for at in first..edges.vertices.len() {
+                if at == first || edges.vertices[at] != edges.vertices[kept - 1] {
+                    edges.vertices[kept] = edges.vertices[at];
+                    kept += 1;
+                }
+            }
+            edges.vertices.truncate(kept);
+            edges.start.push(kept);
+        }
+        edges
+    }
+
+    fn len(&self) -> usize {
+        self.start.len() - 1
+    }
+
+    fn vertices(&self, constraint: usize) -> &[usize] {
+        &self.vertices[self.start[constraint]..self.start[constraint + 1]]
+    }
+
+    /// The constraints that do not close a loop, children before parents, each subtree in one piece. The root of a tree
+    /// is its last body: a cable that is listed from its anchor on keeps its order.
+    fn leaves_first(&self, bodies: usize, closes: &[bool]) -> Vec<usize> {
+        let mut at_body = vec![Vec::new(); bodies];
+        let tree = (0..self.len()).filter(|&c| !closes[c]);
+        for c in tree.clone() {
+            for &body in self.vertices(c) {
+                at_body[body].push(c);
+            }
+        }
+        // Parents first, children from the last to the first, then all turned round.
+        let mut order = Vec::with_capacity(self.len());
+        let mut seen = vec![false; self.len()];
+        let mut stack = Vec::new();
+        for root in (0..bodies).rev() {
+            stack.append(&mut at_body[root]);
+            while let Some(c) = stack.pop() {
+                if std::mem::replace(&mut seen[c], true) {
+                    continue;
+                }
+                order.push(c);
+                for &body in self.vertices(c) {
+                    // The list of the body towards the root is empty by now.
+                    stack.append(&mut at_body[body]);
+                }
+            }
+        }
+        order.extend(tree.filter(|&c| !seen[c]));
+        order.reverse();
+        order
+    }
+}
+
+/// The vertices that a constraint acts on, side by side: the one place that says what is one.
+fn vertices(constraint: &Constraint) -> impl Iterator<Item = usize> {
+    constraint.bodies()
+}
+
+/// Disjoint sets of bodies, by size and with halved paths.
+struct DisjointSets {
+    parent: Vec<usize>,
+    size: Vec<usize>,
+}
+
+impl DisjointSets {
+    fn new(count: usize) -> Self {
+        Self {
+            parent: (0..count).collect(),
+            size: vec![1; count],
+        }
+    }
+
+    fn root(&mut self, mut i: usize) -> usize {
+        while self.parent[i] != i {
+            self.parent[i] = self.parent[self.parent[i]];
+            i = self.parent[i];
+        }
+        i
+    }
+
+    /// Joins the sets of two elements; `false` where they were one already.
+    fn join(&mut self, a: usize, b: usize) -> bool {
+        let (a, b) = (self.root(a), self.root(b));
+        if a == b {
+            return false;
+        }
+        let (small, large) = if self.size[a] < self.size[b] {
+            (a, b)
+        } else {
+            (b, a)
+        };
+        self.parent[small] = large;
+        self.size[large] += self.size[small];
+        true
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Body;
+    use crate::constraint::{RowLaw, Spherical};
+    use crate::frame::Frame;
+    use crate::{MasslessCable, named};
+    use nalgebra::Vector3;
+
+    fn frame(body: Option<usize>) -> Frame {
+        let world = Frame::world(Vector3::zeros());
+        body.map_or(world, |i| Frame::body(i, Vector3::x()))
+    }
+
+    /// A scene of so many bodies, with a constraint through each of the lists of sides; `None` is the world.
+    fn scene(bodies: usize, constraints: &[&[Option<usize>]]) -> Scene {
+        let mut scene = Scene::new("graph");
+        for i in 0..bodies {
+            scene.add_body(format!("body-{i}"), Body::sphere(0.1, 1.0));
+        }
+        for (c, sides) in constraints.iter().enumerate() {
+            let constraint = match *sides {
+                &[a, b] => Constraint::Spherical(Spherical {
+                    frames: [frame(a), frame(b)],
+                    stretch: RowLaw::RIGID,
+                }),
+                sides => Constraint::MasslessCable(MasslessCable {
+                    frames: sides.iter().map(|&s| frame(s)).collect(),
+                    length: 1.0,
+                    law: RowLaw::RIGID,
+                }),
+            };
+            scene.add_constraint(format!("constraint-{c}"), constraint, 7);
+        }
+        scene
+    }
+
+    /// Whether every constraint has, of those after it, only such as share one and the same body with it.
+    fn fills_nothing(scene: &Scene, order: &[usize]) -> bool {
+        let edges = Edges::of(scene);
+        (0..order.len()).all(|at| {
+            let later = order[at + 1..].iter().flat_map(|&c| edges.vertices(c));
+            let own = edges.vertices(order[at]).iter();
+            own.filter(|&b| later.clone().any(|l| l == b)).count() <= 1
+        })
+    }
+
+    #[test]
+    fn a_y_is_one_tree_and_ends_at_its_last_body() {
+        // Two arms meet in body 2, the third hangs from it; both arms are anchored to the world.
+        let (w, b) = (None, Some);
+        let sides: [&[_]; 6] = [
+            &[w, b(0)],
+            &[b(0), b(2)],
+            &[w, b(1)],
+            &[b(1), b(2)],
+            &[b(2), b(3)],
+            &[b(3), b(4)],
+        ];
+        let mut y = scene(5, &sides);
+        let t = Topology::of(&y);
+        assert_eq!((t.components, t.is_forest()), (1, true));
+        assert_eq!(t.order, [0, 1, 2, 3, 4, 5]);
+        assert!(fills_nothing(&y, &t.order));
+        y.group_by_topology();
+        assert_eq!(y.groups, [0; 6]);
+        assert_eq!(y.validate(), Ok(()));
+    }
+
+    #[test]
+    fn parts_and_bodies_alone_are_components() {
+        let t = Topology::of(&scene(
+            6,
+            &[&[Some(4), Some(5)], &[Some(1), Some(2)], &[None, Some(2)]],
+        ));
+        assert_eq!(t.components, 4);
+        assert_eq!(t.component_of_body, [0, 1, 1, 2, 3, 3].map(Some));
+        assert_eq!(t.component_of_constraint, [3, 1, 1].map(Some));
+        assert_eq!(t.groups, [0, 1, 1]);
+        assert_eq!(Topology::of(&Scene::new("none")), Topology::default());
+    }
+
+    #[test]
+    fn rings_close_with_their_last_constraint() {
+        let ring = |first: usize, n: usize| (0..n).map(move |i| [first + i, first + (i + 1) % n]);
+        // A ring of four bodies and one of three.
+        let pairs: Vec<_> = ring(0, 4).chain(ring(4, 3)).collect();
+        let sides: Vec<_> = pairs.iter().map(|p| p.map(Some)).collect();
+        let sides: Vec<&[_]> = sides.iter().map(<[_; 2]>::as_slice).collect();
+        let t = Topology::of(&scene(7, &sides));
+        assert_eq!((t.components, t.closing.as_slice()), (2, &[3, 6][..]));
+        assert_eq!(t.groups, [0, 0, 0, 2, 1, 1, 2]);
+        assert_eq!(t.order[5..], [3, 6]);
+        // Both ends held by the world: no loop.
+        let t = Topology::of(&scene(
+            2,
+            &[&[None, Some(0)], &[Some(0), Some(1)], &[Some(1), None]],
+        ));
+        assert!(t.is_forest());
+    }
+
+    #[test]
+    fn constraints_of_many_sides_are_hyperedges() {
+        let (w, b) = (None, Some);
+        // Through one body twice: no loop. The second closes one, for bodies 0 and 1 are connected; it connects body 3,
+        // so that the third closes one too.
+        let sides: [&[_]; 3] = [
+            &[w, b(0), b(1), b(0), b(2)],
+            &[b(3), b(1), b(0)],
+            &[b(3), b(2)],
+        ];
+        let t = Topology::of(&scene(4, &sides));
+        assert_eq!((t.components, t.closing.as_slice()), (1, &[1, 2][..]));
+        // The links of a chain and the bend rows between them.
+        let chain = named("particles-e").expect("builds");
+        assert!(!Topology::of(&chain).is_forest());
+        assert!(Topology::of(&named("hoist").expect("builds")).is_forest());
+    }
+
+    /// Random forests in any numbering: the order fills nothing and names every constraint once.
+    #[test]
+    fn trees_are_ordered_without_fill() {
+        let mut state = 9_u64;
+        let mut below = |bound: usize| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as usize % bound
+        };
+        for bodies in [2, 10, 40] {
+            let mut sides = vec![vec![None, Some(below(bodies))]];
+            let mut label: Vec<usize> = (0..bodies).collect();
+            for i in (1..bodies).rev() {
+                label.swap(i, below(i + 1));
+            }
+            let mut free = 1;
+            while free < bodies {
+                // To one or two new bodies.
+                let mut new = vec![Some(label[below(free)])];
+                new.extend(label[free..].iter().take(1 + below(2)).map(|&b| Some(b)));
+                free += new.len() - 1;
+                sides.push(new);
+            }
+            let sides: Vec<&[_]> = sides.iter().map(Vec::as_slice).collect();
+            let scene = scene(bodies, &sides);
+            let t = Topology::of(&scene);
+            assert!(t.is_forest() && fills_nothing(&scene, &t.order), "{bodies}");
+            let mut sorted = t.order.clone();
+            sorted.sort_unstable();
+            assert!(sorted.into_iter().eq(0..sides.len()));
+        }
+    }
+
+    /// Neither recursion nor quadratic time.
+    #[test]
+    fn a_chain_of_100_000_bodies_keeps_its_order() {
+        let n = 100_000;
+        let sides: Vec<_> = (1..n).map(|i| [Some(i - 1), Some(i)]).collect();
+        let sides: Vec<&[_]> = sides.iter().map(<[_; 2]>::as_slice).collect();
+        let t = Topology::of(&scene(n, &sides));
+        assert!(t.order.into_iter().eq(0..n - 1));
+    }
+}

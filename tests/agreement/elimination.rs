@@ -1,0 +1,231 @@
+use taut_bench::Choice;
+use taut_integrator::{Elimination, EliminationOrder, Form, StepOptions, Stepper};
+use taut_model::{Scene, Topology};
+use taut_solver::{Status, backward_error, forward_error};
+use taut_tests::graphs::{ladder, net, parts, rings, star, tree};
+use taut_tests::{Worst, compiled, compiled_direct};
+
+const DT: f64 = 1.0 / 60.0;
+const KINDS: [&str; 2] = ["spherical", "cosserat"];
+
+fn scenes(kind: &str) -> [(&'static str, Scene); 6] {
+    [
+        ("Y", star(kind, 3, 4)),
+        ("ring", rings(kind, 1, 8)),
+        ("two rings", rings(kind, 2, 6)),
+        ("net", net(kind, 6)),
+        ("parts", parts(kind)),
+        ("tree", tree(kind, 15, 2)),
+    ]
+}
+
+fn options(choice: &Choice, elimination: Elimination) -> StepOptions {
+    StepOptions {
+        elimination,
+        ..choice.options(DT)
+    }
+}
+
+fn order(scene: &Scene, elimination: Elimination) -> EliminationOrder {
+    let options = StepOptions {
+        elimination,
+        ..StepOptions::default()
+    };
+    let stepper = Stepper::new(scene.clone(), options).expect("sound");
+    stepper.elimination().clone()
+}
+
+fn flops(scene: &Scene, elimination: Elimination) -> u64 {
+    order(scene, elimination).cost.expect("few").flops
+}
+
+/// Entries of S itself, all of which a factor has.
+fn entries(scene: &Scene) -> u64 {
+    let stepper = Stepper::new(scene.clone(), StepOptions::default()).expect("sound");
+    stepper.system().0.pattern().stored_values() as u64
+}
+
+/// Every direct solver, in both forms and every order, after one refinement; and the order is what it is called.
+#[test]
+fn direct_solvers_agree_in_every_order() {
+    let [mut schur, mut kkt] = [(); 2].map(|()| Worst::default());
+    for kind in KINDS {
+        for (name, scene) in scenes(kind) {
+            for elimination in Elimination::ALL {
+                for choice in compiled_direct() {
+                    let place = format!("{name} of {kind} joints, {choice}, {elimination}");
+                    let options = options(&choice, elimination);
+                    let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
+                    let exact = stepper.reference_multipliers().expect("solvable");
+                    stepper.solve().unwrap_or_else(|e| panic!("{place}: {e}"));
+                    let error = forward_error(stepper.multipliers(), &exact);
+                    match choice.form {
+                        Form::Kkt => kkt.see(error, &place),
+                        _ => schur.see(error, &place),
+                    }
+                    let taken = stepper.elimination().taken;
+                    let asked = [taken, Elimination::Auto].contains(&elimination);
+                    assert!(asked && taken != Elimination::Auto, "{place}: {taken}");
+                    // The solution is left in the order of the system.
+                    let (a, b, x) = stepper.system();
+                    let error = backward_error(a, b, x).expect("lengths fit");
+                    assert!(error.normwise < 1e-13, "{place}: {error:?}");
+                }
+            }
+        }
+    }
+    schur.expect_measured("multipliers from S", 0.0);
+    kkt.expect_measured("multipliers from the KKT matrix", 0.0);
+}
+
+/// Iterations, over joints and over the groups of the topology, in every order.
+#[test]
+fn iterative_solvers_agree_in_every_order() {
+    let [mut sweeps, mut gradients] = [(); 2].map(|()| Worst::default());
+    for (name, scene) in scenes("spherical") {
+        for elimination in Elimination::ALL {
+            for choice in compiled().into_iter().filter(|c| c.backend.is_iterative()) {
+                let place = format!("{name}, {choice}, {elimination}");
+                let backend = choice.backend.with_iterations(20_000).with_tolerance(1e-12);
+                let options = options(&Choice::schur(backend), elimination);
+                let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
+                let exact = stepper.reference_multipliers().expect("solvable");
+                let report = stepper.solve().unwrap_or_else(|e| panic!("{place}: {e}"));
+                assert_eq!(report.solve.status, Status::Converged, "{place}");
+                let error = forward_error(stepper.multipliers(), &exact);
+                match choice.backend.name() {
+                    "cg" => gradients.see(error, &place),
+                    _ => sweeps.see(error, &place),
+                }
+            }
+        }
+    }
+    sweeps.expect_measured("Gauss–Seidel", 0.0);
+    gradients.expect_measured("conjugate gradient", 0.0);
+}
+
+/// Where the groups are a forest each, their exact solves are the whole solve: one iteration of what would take hundreds.
+#[test]
+fn groups_of_the_topology_are_solved_at_once() {
+    for name in ["cg:group", "gauss-seidel:groups"] {
+        let choice: Choice = name.parse().expect("a known name");
+        if choice.check().is_err() {
+            continue;
+        }
+        for (name, scene) in [("Y", star("cosserat", 3, 20)), ("parts", parts("cosserat"))] {
+            let options = options(&choice, Elimination::Auto);
+            let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
+            let report = stepper.solve().expect("solvable");
+            assert!(report.solve.iterations <= 4, "{name}, {choice}: {report:?}");
+        }
+        // A ring's closing joint has six rows: as many iterations beyond those at most, and no more for a longer ring.
+        if choice.backend.name() == "cg" {
+            for n in [20, 200] {
+                let options = options(&choice, Elimination::Auto);
+                let mut stepper = Stepper::new(rings("cosserat", 1, n), options).expect("sound");
+                let report = stepper.solve().expect("solvable");
+                assert!(report.solve.iterations <= 20, "{n} bodies: {report:?}");
+            }
+        }
+    }
+}
+
+/// The constraint that a solver's error names is the one at that block, whatever the order.
+#[test]
+fn a_redundant_constraint_is_named_in_every_order() {
+    for choice in ["banded", "banded/kkt"] {
+        let choice: Choice = choice.parse().expect("a known name");
+        if choice.check().is_err() {
+            continue;
+        }
+        for elimination in Elimination::ALL {
+            // A rigid joint twice, the second of them first in the scene.
+            let mut scene = star("spherical", 3, 3);
+            let rigid = taut_model::RowLaw::RIGID;
+            let taut_model::Constraint::Spherical(joint) = &mut scene.constraints[5] else {
+                panic!("joints are spherical");
+            };
+            joint.stretch = rigid;
+            let again = scene.constraints[5].clone();
+            let original = scene.constraint_names[5].clone();
+            scene.add_constraint("again", again, 0);
+            let mut stepper = Stepper::new(scene, options(&choice, elimination)).expect("sound");
+            let error = stepper.solve().expect_err("redundant").to_string();
+            let named = ["again", &original].map(|name| error.contains(&format!("`{name}`")));
+            assert_ne!(named, [false; 2], "{choice}, {elimination}: {error}");
+        }
+    }
+}
+
+#[test]
+fn trees_cost_in_proportion_to_their_bodies() {
+    let per_body = [10, 100, 1000].map(|bodies| {
+        let scene = tree("cosserat", bodies, 3);
+        assert!(Topology::of(&scene).is_forest());
+        for elimination in [
+            Elimination::Border,
+            Elimination::MinimumDegree,
+            Elimination::Auto,
+        ] {
+            let order = order(&scene, elimination);
+            let found = order.cost.map(|c| c.entries);
+            assert_eq!(
+                found,
+                Some(entries(&scene)),
+                "{bodies} bodies, {elimination}"
+            );
+        }
+        flops(&scene, Elimination::Auto) as f64 / bodies as f64
+    });
+    println!("flops a body of trees: {per_body:?}");
+    // Small trees have more ends.
+    assert!(
+        (per_body[2] / per_body[1] - 1.0).abs() < 0.2,
+        "{per_body:?}"
+    );
+    assert!(per_body[2] < 3.0 * per_body[0], "{per_body:?}");
+}
+
+#[test]
+fn a_ring_costs_in_proportion_to_its_length() {
+    for elimination in Elimination::ALL {
+        let per_body = [100, 1000].map(|n| {
+            let ring = rings("cosserat", 1, n);
+            flops(&ring, elimination) as f64 / n as f64
+        });
+        let growth = per_body[1] / per_body[0];
+        assert!((growth - 1.0).abs() < 0.05, "{elimination}: {per_body:?}");
+    }
+}
+
+/// Predicted operations of scene, border and minimum-degree order, of 6 rows a joint, in millions.
+#[test]
+fn the_automatic_order_is_the_cheapest() {
+    let scenes = [
+        ("ring of 1000", rings("cosserat", 1, 1000)),
+        ("Y of 3 × 300", star("cosserat", 3, 300)),
+        ("net of 20 × 20", net("cosserat", 20)),
+        ("ladder of 8 × 24", ladder("cosserat", 8, 24)),
+    ];
+    for (name, scene) in scenes {
+        let listed = [
+            Elimination::Scene,
+            Elimination::Border,
+            Elimination::MinimumDegree,
+        ];
+        let found = listed.map(|elimination| order(&scene, elimination).cost.expect("few"));
+        let auto = order(&scene, Elimination::Auto);
+        println!(
+            "{name}: {found:?}, S has {} entries; {}",
+            entries(&scene),
+            auto.taken
+        );
+        let least = found.iter().map(|c| c.flops).min();
+        assert_eq!(auto.cost.map(|c| c.flops), least, "{name}");
+        let first = listed
+            .into_iter()
+            .zip(found)
+            .find(|(_, c)| Some(c.flops) == least);
+        assert_eq!(Some(auto.taken), first.map(|(taken, _)| taken), "{name}");
+    }
+}
