@@ -1,7 +1,7 @@
 //! The graph of a scene: which bodies hang together, which constraints close loops, in which order to eliminate.
 //!
-//! Bodies are vertices and constraints hyperedges between them. The world is no vertex: it does not move, and two
-//! constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes no loop forms a tree in each
+//! Bodies are vertices and constraints hyperedges between them. The world and static and driven bodies are no vertices:
+//! forces do not move them, and two constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes no loop forms a tree in each
 //! connected component, and S of a tree, eliminated from the leaves to a root, fills nothing: what is left to eliminate
 //! next to a constraint shares its one body towards the root. Constraints that close loops come last, where they fill
 //! their own rows only, \[SL §VI-A].
@@ -59,6 +59,9 @@ impl Topology {
         let mut component_of_root = vec![None; bodies];
         let mut component_of_body = vec![None; bodies];
         for (body, component) in component_of_body.iter_mut().enumerate() {
+            if !scene.bodies.is_dynamic(body) {
+                continue;
+            }
             let of_root = &mut component_of_root[sets.root(body)];
             *component = Some(*of_root.get_or_insert_with(|| {
                 components += 1;
@@ -138,7 +141,7 @@ impl Edges {
         };
         for constraint in &scene.constraints {
             let first = edges.vertices.len();
-            edges.vertices.extend(vertices(constraint));
+            edges.vertices.extend(vertices(scene, constraint));
             edges.vertices[first..].sort_unstable();
             let mut kept = first;
             for at in first..edges.vertices.len() {
@@ -195,8 +198,10 @@ impl Edges {
 }
 
 /// The vertices that a constraint acts on, side by side: the one place that says what is one.
-fn vertices(constraint: &Constraint) -> impl Iterator<Item = usize> {
-    constraint.bodies()
+fn vertices(scene: &Scene, constraint: &Constraint) -> impl Iterator<Item = usize> {
+    constraint
+        .bodies()
+        .filter(|&body| scene.bodies.is_dynamic(body))
 }
 
 /// Disjoint sets of bodies, by size and with halved paths.
