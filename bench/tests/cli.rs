@@ -339,8 +339,10 @@ fn a_written_scene_runs_as_the_scene_itself() {
                 good(&at, &format!("scene {name} --set {size} {form}"))
             );
         }
-        let speed = &by_name["final_state"]["velocity"];
-        assert!(speed.to_string().contains("e-"), "{name} rests: {speed}");
+        let speeds = by_name["final_state"]["velocity"].as_array();
+        let mut components = speeds.into_iter().flatten().filter_map(Value::as_array);
+        let moves = components.any(|v| v.iter().any(|x| x.as_f64() != Some(0.0)));
+        assert!(moves, "{name} rests: it would be a comparison of zeros");
     }
     refused(&at, "scene crane", &["crane", "hoist"]);
     refused(&at, "scene hoist --set length=-1", &["length is -1"]);

@@ -26,7 +26,9 @@
 //! |---|---|
 //! | `name` | any but `world` |
 //! | `mass` | kg |
-//! | `shape` or `inertia` or `inertia_matrix` | `{ sphere = { radius } }`, `{ rod = { length, radius } }` along the body's z, `{ box = { size } }` in m; principal moments; rows of the matrix, kg m² |
+//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ rod = { length, radius } }` along the body's z |
+//! | `inertia` or | principal moments along the body's axes, kg m² |
+//! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
 //! | `position` | centre of mass, world, m; default the origin |
 //! | `orientation` or `rotation` | unit quaternion body to world, scalar first; rotation vector, rad; default unturned |
 //! | `velocity`, `angular_velocity` | world, m/s and rad/s; default 0 |
@@ -37,21 +39,25 @@
 //! | `name`, `kind` | `spherical`, `cosserat`, `paper`, `lock` or `distance` |
 //! | `a`, `b` | names of bodies, or `world` |
 //! | `point` or `point_a` and `point_b` | world, in the pose given; or each in its body's frame (world: world), m |
-//! | `axis` or `axes_a` and `axes_b` | direction of the cable in the pose given, world, default `[0, 0, -1]`; or columns u, v, w in the bodies' frames |
+//! | `axis` or | direction of the cable in the pose given, world; default `[0, 0, -1]` |
+//! | `axes_a` and `axes_b` | columns u (along the cable), v, w in each body's frame |
 //! | `stretch`, `bend`, `twist` | compliances of the rows, m/N and rad/(N m), 0 is rigid; no key, no row |
 //! | `ea`, `ei`, `gj` with `length` | the same rows by stiffness, N and N m², over metres of cable |
 //! | `length`, `transverse` | of a distance: length at rest, m; whether it has transverse rows |
 //! | `rotation` | of a lock, rad/(N m); default 0, as its `stretch` |
-//! | `damping` | damping time of all rows, s, default 0; `stretch_damping`, `bend_damping`, `twist_damping`, `rotation_damping` of one kind |
+//! | `damping` | damping time of all rows, s; default 0 |
+//! | `stretch_damping`, `bend_damping`, … | that of one kind of rows; also `twist_damping`, `rotation_damping` |
 //! | `twist_definition`, `safeguard` | of the paper's joint |
 //! | `twist_reference` | twist that the pose is counted from, rad: 2π for one whole turn; default 0 |
-//! | `motion` | of the world's side: `{ smooth = { displacement, start, duration } }` or `{ circle = { radius, period, start, ramp } }`, m and s |
+//! | `motion` | of the world's side, m and s: `{ smooth = { displacement, start, duration } }` or |
+//! | | `{ circle = { radius, period, start, ramp } }` |
 //! | `group` | for block Gauss–Seidel over groups; default 0 |
 //!
 //! | `[[cable]]` | a massless cable, see [`CableEntry`] |
 //! |---|---|
 //! | `name` | |
-//! | `through` | two or more `{ body = "…", point = [x, y, z] }`; the point in the body's frame, default its centre; `motion` of a world point |
+//! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
+//! | | with an optional `motion` of a world point |
 //! | `length` | of the whole at rest, m |
 //! | `stretch` or `ea` | compliance, m/N; stiffness, N |
 //! | `damping`, `group` | as in a joint |
@@ -116,7 +122,7 @@
 //!
 //! let fault = SceneSource::parse(&text.replace("ea = 1e6", "ea = -1"), &[])?.build();
 //! let fault = fault.expect_err("a negative stiffness").to_string();
-//! assert_eq!(fault, "line 26, column 1: cable `main`: ea is -1: it has to be > 0 N, or N m²");
+//! assert_eq!(fault, "line 25, column 1: cable `main`: ea is -1: it has to be > 0 N, or N m²");
 //! # Ok::<(), taut_model::SceneError>(())
 //! ```
 //!

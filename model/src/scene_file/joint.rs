@@ -101,10 +101,6 @@ pub struct JointEntry {
 }
 
 /// Whether a number is +0, bit for bit.
-#[expect(
-    clippy::trivially_copy_pass_by_ref,
-    reason = "serde passes a reference"
-)]
 pub(super) fn is_zero(number: &f64) -> bool {
     number.to_bits() == 0
 }
