@@ -65,7 +65,7 @@ pub enum SceneError {
         /// Names of the bodies that there are (the first few).
         known: Vec<String>,
     },
-    /// Both sides of a joint are the world.
+    /// No side of a joint is a body that forces move.
     BothWorld {
         /// The joint.
         joint: String,
@@ -183,7 +183,7 @@ impl SceneError {
             Self::BothWorld { joint } => {
                 write!(
                     f,
-                    "joint `{joint}` ties the world to the world: make one side a body"
+                    "joint `{joint}` ties the world to the world: make one side a dynamic body"
                 )
             }
             Self::SameBody { joint, body } => {

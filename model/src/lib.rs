@@ -96,16 +96,17 @@ mod seed;
 pub mod specimen;
 pub mod topology;
 
-pub use body::{Bodies, Body};
+pub use body::{Bodies, Body, Mobility};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, JointLaw, LinkBend, Lock, MAX_ROWS,
-    MasslessCable, Paper, RowKind, RowLaw, Spherical, TwistDefinition,
+    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MAX_ROWS,
+    MasslessCable, Motor, Paper, RowKind, RowLaw, Slider, Spherical, Target, TwistDefinition,
+    Winch,
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use hoist::{Apart, End, Hoist, HoistParams, JointKind};
-pub use linearized::{Linearized, Slot, Transverse, update_windings};
+pub use linearized::{Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;

@@ -61,35 +61,40 @@ impl Scene {
         self.constraints.len() - 1
     }
 
-    /// Kinetic energy \[J].
+    /// Numbers of the bodies that forces move: those that have a mass to speak of.
+    pub fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
+        (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i))
+    }
+
+    /// Kinetic energy of the dynamic bodies \[J].
     #[must_use]
     pub fn kinetic_energy(&self) -> f64 {
-        (0..self.bodies.len())
+        self.dynamic_bodies()
             .map(|i| self.bodies.kinetic_energy(i))
             .sum()
     }
 
-    /// Potential energy of gravity \[J], −Σ m g·x: zero for a body at the origin.
+    /// Potential energy of gravity of the dynamic bodies \[J], −Σ m g·x: zero for a body at the origin.
     #[must_use]
     pub fn potential_energy(&self) -> f64 {
-        let weigh = |(m, x): (&f64, &Vector3<f64>)| -m * self.gravity.dot(x);
-        let bodies = &self.bodies;
-        bodies.mass.iter().zip(&bodies.position).map(weigh).sum()
+        let (mass, position) = (&self.bodies.mass, &self.bodies.position);
+        self.dynamic_bodies()
+            .map(|i| -mass[i] * self.gravity.dot(&position[i]))
+            .sum()
     }
 
-    /// Linear momentum, world \[kg m/s].
+    /// Linear momentum of the dynamic bodies, world \[kg m/s].
     #[must_use]
     pub fn momentum(&self) -> Vector3<f64> {
-        let bodies = &self.bodies;
-        let terms = bodies.mass.iter().zip(&bodies.velocity);
-        terms.map(|(m, v)| v * *m).sum()
+        let (mass, velocity) = (&self.bodies.mass, &self.bodies.velocity);
+        self.dynamic_bodies().map(|i| velocity[i] * mass[i]).sum()
     }
 
-    /// Angular momentum about the world point `about` (m), world \[kg m²/s].
+    /// Angular momentum of the dynamic bodies about the world point `about` (m), world \[kg m²/s].
     #[must_use]
     pub fn angular_momentum(&self, about: &Vector3<f64>) -> Vector3<f64> {
         let bodies = &self.bodies;
-        (0..bodies.len())
+        self.dynamic_bodies()
             .map(|i| {
                 let orbital = (bodies.position[i] - about).cross(&bodies.velocity[i]);
                 orbital * bodies.mass[i] + bodies.inertia_world(i) * bodies.angular_velocity[i]
@@ -97,10 +102,10 @@ impl Scene {
             .sum()
     }
 
-    /// Mass of all bodies \[kg].
+    /// Mass of the dynamic bodies \[kg].
     #[must_use]
     pub fn mass(&self) -> f64 {
-        self.bodies.mass.iter().sum()
+        self.dynamic_bodies().map(|i| self.bodies.mass[i]).sum()
     }
 }
 

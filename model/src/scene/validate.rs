@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
-use crate::constraint::{Constraint, Distance, MasslessCable};
+use crate::body::Mobility;
+use crate::constraint::{Constraint, Distance, MasslessCable, Motor, RowLaw, Target, Winch};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -43,6 +44,7 @@ impl Scene {
         let b = &self.bodies;
         let (n, m) = (b.len(), self.constraints.len());
         for (what, got, expected) in [
+            ("bodies.mobility", b.mobility.len(), n),
             ("bodies.orientation", b.orientation.len(), n),
             ("bodies.velocity", b.velocity.len(), n),
             ("bodies.angular_velocity", b.angular_velocity.len(), n),
@@ -77,6 +79,10 @@ impl Scene {
         finite(|| of("force"), b.force[i].iter())?;
         finite(|| of("torque"), b.torque[i].iter())?;
         finite(|| of("inertia"), b.inertia[i].iter())?;
+        let rates = b.velocity[i].amax().max(b.angular_velocity[i].amax());
+        let still = b.mobility[i] != Mobility::Static || rates == 0.0;
+        let needs = "0 for a static body: make it driven to move it";
+        check(of("velocity"), rates, still, needs)?;
         let norm = b.orientation[i].as_vector().norm();
         if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
             let needs = "a unit quaternion (scalar first)";
@@ -118,18 +124,24 @@ impl Scene {
             {
                 check(of("length"), *length, false, "> 0 m")?;
             }
-            _ => {}
+            Constraint::MasslessCable(MasslessCable {
+                winch: Some(winch), ..
+            }) => validate_winch(of, winch)?,
+            other => other.motor().map_or(Ok(()), |m| validate_motor(of, m))?,
         }
         let sides = c.frames().len();
         let points = "at least 2 attachment points";
         check(of("number of sides"), sides as f64, sides >= 2, points)?;
         let mut bodies = c.bodies();
+        let mobility = &self.bodies.mobility;
+        // One that is not there is found below.
+        let dynamic = |i: usize| mobility.get(i).is_none_or(|m| *m == Mobility::Dynamic);
+        if !c.bodies().any(dynamic) {
+            return Err(SceneError::BothWorld {
+                joint: joint.clone(),
+            });
+        }
         match bodies.next() {
-            None => {
-                return Err(SceneError::BothWorld {
-                    joint: joint.clone(),
-                });
-            }
             // All sides on one body: nothing moves against anything.
             Some(first) if c.bodies().count() == sides && bodies.all(|b| b == first) => {
                 return Err(SceneError::SameBody {
@@ -137,7 +149,7 @@ impl Scene {
                     body: self.body_names.get(first).cloned().unwrap_or_default(),
                 });
             }
-            Some(_) => {}
+            _ => {}
         }
         for (i, frame) in c.frames().iter().enumerate() {
             let letter = u32::try_from(i)
@@ -184,6 +196,55 @@ impl Scene {
             known: first_names(&self.body_names),
         }
     }
+}
+
+fn validate_winch(of: impl Fn(&str) -> String, winch: &Winch) -> Result<(), SceneError> {
+    check(of("winch speed"), winch.speed, true, "a number of m/s")?;
+    check(of("winch since"), winch.since, true, "a time in s")?;
+    for (what, limit) in [
+        ("winch force limit", winch.force_limit),
+        ("winch brake limit", winch.brake_limit),
+    ] {
+        limited(of(what), limit, limit >= 0.0, "≥ 0 N; inf is no limit")?;
+    }
+    let shortest = winch.shortest;
+    let needs = "> 0 m: where hauling in stops";
+    check(of("winch shortest"), shortest, shortest > 0.0, needs)?;
+    let needs = "≥ winch shortest (m); inf is no limit";
+    limited(
+        of("winch longest"),
+        winch.longest,
+        winch.longest >= shortest,
+        needs,
+    )
+}
+
+fn validate_motor(of: impl Fn(&str) -> String, motor: &Motor) -> Result<(), SceneError> {
+    let (Target::Position(target) | Target::Speed(target)) = motor.target;
+    check(
+        of("motor target"),
+        target,
+        true,
+        "a number of m, rad, m/s or rad/s",
+    )?;
+    let limit = motor.force_limit;
+    let needs = "≥ 0 N or N m; inf is no limit, 0 lets it run free";
+    limited(of("motor force limit"), limit, limit >= 0.0, needs)?;
+    let RowLaw {
+        compliance,
+        damping,
+    } = motor.law;
+    let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
+    check(of("motor compliance"), compliance, compliance >= 0.0, needs)?;
+    check(of("motor damping"), damping, damping >= 0.0, "≥ 0 s").map(|_| ())
+}
+
+/// [`check`] for a number that may be infinite.
+fn limited(what: String, value: f64, good: bool, needs: &'static str) -> Result<(), SceneError> {
+    if good {
+        return Ok(());
+    }
+    check(what, value, false, needs).map(|_| ())
 }
 
 fn validate_motion(of: impl Fn(&str) -> String, motion: &Motion) -> Result<(), SceneError> {
@@ -275,11 +336,9 @@ mod tests {
                     let world = Frame::world(Vector3::zeros());
                     i.map_or(world, |i| Frame::body(i, Vector3::x()))
                 };
-                scene.constraints[0] = Constraint::MasslessCable(MasslessCable {
-                    frames: points.iter().map(frame).collect(),
-                    length,
-                    law: RowLaw::RIGID,
-                });
+                let frames = points.iter().map(frame).collect();
+                let cable = MasslessCable::new(frames, length, RowLaw::RIGID);
+                scene.constraints[0] = Constraint::MasslessCable(cable);
             });
             assert!(text.contains(words), "{text}");
         };
