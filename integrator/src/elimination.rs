@@ -140,7 +140,8 @@ fn factorized(
         false => !single,
     };
     let mut at_body = vec![Vec::new(); scene.bodies.len()];
-    for slot in &rows.slots {
+    let moved = rows.slots.iter();
+    for slot in moved.filter(|s| scene.bodies.is_dynamic(s.body)) {
         at_body[slot.body].push(slot.constraint);
     }
     let mut couplings = Vec::new();
