@@ -582,6 +582,12 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
     );
     assert_eq!(relative["stiffness"], "relative:0.5");
     assert_eq!(relative["substeps"], 2);
+    assert_eq!(default["elimination"], "scene");
+    let ordered = run("--elimination minimum-degree");
+    assert_eq!(ordered["elimination"], "minimum-degree");
+    // A chain has no fill in either.
+    assert!(default["factor_entries"].as_u64() > Some(0));
+    assert_eq!(default["factor_entries"], ordered["factor_entries"]);
     let resting = run("--set equilibrium=true");
     assert!(
         resting["max_elongation_error"]
@@ -599,6 +605,7 @@ fn runs_take_schemes_stiffness_guard_and_substeps() {
         ("--scheme third-difference:a=0.1", "`a`"),
         ("--scheme third-difference:gamma=1", "gamma"),
         ("--scheme euler", "third-difference"),
+        ("--elimination band", "minimum-degree"),
         ("--dt=-1", "--dt"),
         ("--dt nan", "--dt"),
         ("--dt 1/0", "--dt"),
