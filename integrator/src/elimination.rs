@@ -140,13 +140,8 @@ fn factorized(
         false => !single,
     };
     let mut at_body = vec![Vec::new(); scene.bodies.len()];
-<<<<<<< HEAD
     let dynamic = |slot: &&Slot| scene.bodies.is_dynamic(slot.body);
     for slot in rows.slots.iter().filter(dynamic) {
-=======
-    let moved = rows.slots.iter();
-    for slot in moved.filter(|s| scene.bodies.is_dynamic(s.body)) {
->>>>>>> 2cd1688972fcfa825f98088b29f16bf97baaace1
         at_body[slot.body].push(slot.constraint);
     }
     let mut couplings = Vec::new();

@@ -84,11 +84,12 @@ impl CableEntry {
         let Some(compliance) = compliance else {
             return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
         };
-        Ok(Constraint::MasslessCable(MasslessCable {
+        let law = law(&of, "stretch", compliance, self.damping)?;
+        Ok(Constraint::MasslessCable(MasslessCable::new(
             frames,
-            length: self.length,
-            law: law(&of, "stretch", compliance, self.damping)?,
-        }))
+            self.length,
+            law,
+        )))
     }
 }
 

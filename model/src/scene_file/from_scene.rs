@@ -36,6 +36,7 @@ impl SceneText {
             groups,
             load,
             start_in_equilibrium,
+            controls: _,
         } = scene;
         if body_names.iter().any(|name| name == WORLD) {
             return Err(SceneError::NotInText {
@@ -135,6 +136,8 @@ impl SceneText {
                 frames,
                 length,
                 law,
+                tension_only: _,
+                winch: _,
             }) => self.cable.push(CableEntry {
                 name: name.to_owned(),
                 through: points(scene, frames),
@@ -144,6 +147,8 @@ impl SceneText {
                 damping: law.damping,
                 group,
             }),
+            // Not written yet: found out as a difference.
+            Constraint::Hinge(_) | Constraint::Slider(_) => {}
             Constraint::LinkBend(LinkBend {
                 frames,
                 law,
@@ -184,6 +189,7 @@ fn unless(value: f64, default: f64) -> Option<f64> {
 
 fn body(name: &str, body: &Body) -> BodyEntry {
     let Body {
+        mobility: _,
         position,
         orientation,
         velocity,

@@ -220,6 +220,8 @@ impl Random {
                     frames: through,
                     length: self.unit() + 0.1,
                     law: self.law(),
+                    tension_only: true,
+                    winch: None,
                 })
             }
             _ => {
