@@ -8,7 +8,7 @@
 use crate::UnknownName;
 use std::fmt;
 use std::str::FromStr;
-use taut_model::{Linearized, Scene, Topology};
+use taut_model::{Linearized, Scene, Slot, Topology};
 use taut_solver::{
     Backend, BlockPattern, EliminationCost, Partition, Preconditioner, SolveError,
     elimination_cost, minimum_degree,
@@ -140,8 +140,8 @@ fn factorized(
         false => !single,
     };
     let mut at_body = vec![Vec::new(); scene.bodies.len()];
-    let moved = rows.slots.iter();
-    for slot in moved.filter(|s| scene.bodies.is_dynamic(s.body)) {
+    let dynamic = |slot: &&Slot| scene.bodies.is_dynamic(slot.body);
+    for slot in rows.slots.iter().filter(dynamic) {
         at_body[slot.body].push(slot.constraint);
     }
     let mut couplings = Vec::new();

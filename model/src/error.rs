@@ -228,6 +228,19 @@ pub(crate) fn check(
     })
 }
 
+/// [`check`] for a number that may be infinite.
+pub(crate) fn limited(
+    what: String,
+    value: f64,
+    good: bool,
+    needs: &'static str,
+) -> Result<(), SceneError> {
+    if good {
+        return Ok(());
+    }
+    check(what, value, false, needs).map(|_| ())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

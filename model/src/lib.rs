@@ -111,7 +111,7 @@ pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
 pub use particles::{ChainModel, ParticleChainParams};
-pub use scene::Scene;
+pub use scene::{Control, Drive, Scene};
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};

@@ -5,7 +5,25 @@ pub(crate) mod validate;
 use nalgebra::Vector3;
 
 use crate::body::{Bodies, Body};
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Target};
+
+/// A named input of a scene: a speed that an operator sets, and what follows it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Control {
+    /// Its name, as the heading of its column in a table of inputs.
+    pub name: String,
+    /// What follows it.
+    pub drives: Vec<Drive>,
+}
+
+/// A motor or winch that follows a [`Control`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// The constraint that has the motor or the winch.
+    pub constraint: usize,
+    /// Speed of the motor, or at which the winch pays out, over the value of the control.
+    pub gain: f64,
+}
 
 /// Everything that a simulation starts from. The vectors `body_names` and `constraint_names`, `groups` run parallel to
 /// `bodies` and `constraints`.
@@ -25,6 +43,8 @@ pub struct Scene {
     pub constraint_names: Vec<String>,
     /// Group of each constraint, for block Gauss–Seidel over groups \[SL §VI-A].
     pub groups: Vec<u32>,
+    /// The inputs, which are zero until they are set.
+    pub controls: Vec<Control>,
     /// The body whose position reports follow: the load.
     pub load: Option<usize>,
     /// Whether a simulation is to start from the static equilibrium near this pose instead of from the pose itself;
@@ -59,6 +79,25 @@ impl Scene {
         self.constraints.push(constraint);
         self.groups.push(group);
         self.constraints.len() - 1
+    }
+
+    /// Sets control number `control` to `value` from time `t` (s) on: its motors hold speeds from then on, and its winches
+    /// pay out. Allocates: no.
+    ///
+    /// # Panics
+    /// When `control` is not below the number of controls, or it drives a constraint that is not there.
+    pub fn set_control(&mut self, control: usize, value: f64, t: f64) {
+        for drive in &self.controls[control].drives {
+            let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
+            if let Constraint::MasslessCable(cable) = constraint {
+                cable.rebase(t);
+                if let Some(winch) = &mut cable.winch {
+                    winch.speed = speed;
+                }
+            } else if let Some(motor) = constraint.motor_mut() {
+                motor.target = Target::Speed(speed);
+            }
+        }
     }
 
     /// Numbers of the bodies that forces move: those that have a mass to speak of.

@@ -19,6 +19,7 @@ use nalgebra::Vector3;
 use super::distance::direction;
 use super::{RowLaw, Rows};
 use crate::body::Bodies;
+use crate::error::{SceneError, check, limited};
 use crate::frame::Frame;
 
 /// Pays a massless cable out and hauls it in.
@@ -53,6 +54,27 @@ impl Winch {
             longest: f64::INFINITY,
             since: 0.0,
         }
+    }
+
+    /// Checks that all numbers are in their ranges; `what` is whose winch it is.
+    ///
+    /// # Errors
+    /// The first number that is not.
+    pub fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
+        let of = |quantity: &str| format!("{}: winch {quantity}", what());
+        check(of("speed"), self.speed, true, "a number of m/s")?;
+        check(of("since"), self.since, true, "a time in s")?;
+        for (quantity, limit) in [
+            ("force limit", self.force_limit),
+            ("brake limit", self.brake_limit),
+        ] {
+            limited(of(quantity), limit, limit >= 0.0, "≥ 0 N; inf is no limit")?;
+        }
+        let shortest = self.shortest;
+        let needs = "> 0 m: where hauling in stops";
+        check(of("shortest"), shortest, shortest > 0.0, needs)?;
+        let needs = "≥ shortest (m); inf is no limit";
+        limited(of("longest"), self.longest, self.longest >= shortest, needs)
     }
 
     /// Tension that makes the drum slip \[N].

@@ -5,6 +5,7 @@
 //! gives way: λ = ±F.
 
 use super::{RowKind, RowLaw};
+use crate::error::{SceneError, check, limited};
 
 /// What a motor holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +37,31 @@ impl Motor {
             force_limit: f64::INFINITY,
             law: RowLaw::RIGID,
         }
+    }
+
+    /// Checks that all numbers are in their ranges; `what` is whose motor it is.
+    ///
+    /// # Errors
+    /// The first number that is not.
+    pub fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
+        let of = |quantity: &str| format!("{}: motor {quantity}", what());
+        let (Target::Position(target) | Target::Speed(target)) = self.target;
+        check(
+            of("target"),
+            target,
+            true,
+            "a number of m, rad, m/s or rad/s",
+        )?;
+        let limit = self.force_limit;
+        let needs = "≥ 0 N or N m; inf is no limit, 0 lets it run free";
+        limited(of("force limit"), limit, limit >= 0.0, needs)?;
+        let RowLaw {
+            compliance,
+            damping,
+        } = self.law;
+        let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
+        check(of("compliance"), compliance, compliance >= 0.0, needs)?;
+        check(of("damping"), damping, damping >= 0.0, "≥ 0 s").map(|_| ())
     }
 
     /// Kind and law of the row, whose coordinate is an angle or a length.

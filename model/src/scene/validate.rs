@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
 use crate::body::Mobility;
-use crate::constraint::{Constraint, Distance, MasslessCable, Motor, RowLaw, Target, Winch};
+use crate::constraint::{Constraint, Distance, MasslessCable, Target};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -34,10 +34,38 @@ impl Scene {
         for i in 0..self.constraints.len() {
             self.validate_constraint(i)?;
         }
+        self.validate_controls()?;
         match self.load {
             Some(i) if i >= self.bodies.len() => Err(self.unknown_body("load", i)),
             _ => Ok(()),
         }
+    }
+
+    fn validate_controls(&self) -> Result<(), SceneError> {
+        let names: Vec<String> = self.controls.iter().map(|c| c.name.clone()).collect();
+        unique("control", &names)?;
+        for control in &self.controls {
+            let what = || format!("control `{}`", control.name);
+            for drive in &control.drives {
+                check(format!("{}: gain", what()), drive.gain, true, "a number")?;
+                let constraint = self.constraints.get(drive.constraint);
+                let driven = match constraint {
+                    Some(Constraint::MasslessCable(cable)) => cable.winch.is_some(),
+                    Some(other) => other
+                        .motor()
+                        .is_some_and(|m| matches!(m.target, Target::Speed(_))),
+                    None => false,
+                };
+                if !driven {
+                    let reason = "drives what has neither a motor that holds a speed nor a winch: name a joint or cable that has";
+                    return Err(SceneError::Conflict {
+                        what: what(),
+                        reason,
+                    });
+                }
+            }
+        }
+        Ok(())
     }
 
     fn validate_lengths(&self) -> Result<(), SceneError> {
@@ -126,8 +154,10 @@ impl Scene {
             }
             Constraint::MasslessCable(MasslessCable {
                 winch: Some(winch), ..
-            }) => validate_winch(of, winch)?,
-            other => other.motor().map_or(Ok(()), |m| validate_motor(of, m))?,
+            }) => winch.validate(|| format!("joint `{joint}`"))?,
+            other => other
+                .motor()
+                .map_or(Ok(()), |m| m.validate(|| format!("joint `{joint}`")))?,
         }
         let sides = c.frames().len();
         let points = "at least 2 attachment points";
@@ -196,55 +226,6 @@ impl Scene {
             known: first_names(&self.body_names),
         }
     }
-}
-
-fn validate_winch(of: impl Fn(&str) -> String, winch: &Winch) -> Result<(), SceneError> {
-    check(of("winch speed"), winch.speed, true, "a number of m/s")?;
-    check(of("winch since"), winch.since, true, "a time in s")?;
-    for (what, limit) in [
-        ("winch force limit", winch.force_limit),
-        ("winch brake limit", winch.brake_limit),
-    ] {
-        limited(of(what), limit, limit >= 0.0, "≥ 0 N; inf is no limit")?;
-    }
-    let shortest = winch.shortest;
-    let needs = "> 0 m: where hauling in stops";
-    check(of("winch shortest"), shortest, shortest > 0.0, needs)?;
-    let needs = "≥ winch shortest (m); inf is no limit";
-    limited(
-        of("winch longest"),
-        winch.longest,
-        winch.longest >= shortest,
-        needs,
-    )
-}
-
-fn validate_motor(of: impl Fn(&str) -> String, motor: &Motor) -> Result<(), SceneError> {
-    let (Target::Position(target) | Target::Speed(target)) = motor.target;
-    check(
-        of("motor target"),
-        target,
-        true,
-        "a number of m, rad, m/s or rad/s",
-    )?;
-    let limit = motor.force_limit;
-    let needs = "≥ 0 N or N m; inf is no limit, 0 lets it run free";
-    limited(of("motor force limit"), limit, limit >= 0.0, needs)?;
-    let RowLaw {
-        compliance,
-        damping,
-    } = motor.law;
-    let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
-    check(of("motor compliance"), compliance, compliance >= 0.0, needs)?;
-    check(of("motor damping"), damping, damping >= 0.0, "≥ 0 s").map(|_| ())
-}
-
-/// [`check`] for a number that may be infinite.
-fn limited(what: String, value: f64, good: bool, needs: &'static str) -> Result<(), SceneError> {
-    if good {
-        return Ok(());
-    }
-    check(what, value, false, needs).map(|_| ())
 }
 
 fn validate_motion(of: impl Fn(&str) -> String, motion: &Motion) -> Result<(), SceneError> {
