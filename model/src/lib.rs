@@ -67,7 +67,7 @@
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
-//! | `scene_file` (feature `toml`) | scenes from TOML text with overrides |
+//! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
 //!
 //! # Where this differs from the paper

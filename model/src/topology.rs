@@ -199,9 +199,8 @@ impl Edges {
 
 /// The vertices that a constraint acts on, side by side: the one place that says what is one.
 fn vertices(scene: &Scene, constraint: &Constraint) -> impl Iterator<Item = usize> {
-    constraint
-        .bodies()
-        .filter(|&body| scene.bodies.is_dynamic(body))
+    let bodies = constraint.bodies();
+    bodies.filter(|&body| scene.bodies.is_dynamic(body))
 }
 
 /// Disjoint sets of bodies, by size and with halved paths.

@@ -95,7 +95,7 @@ impl Scene {
         Ok(())
     }
 
-    fn validate_body(&self, i: usize) -> Result<(), SceneError> {
+    pub(crate) fn validate_body(&self, i: usize) -> Result<(), SceneError> {
         let b = &self.bodies;
         let of = |quantity: &str| format!("body `{}`: {quantity}", self.body_names[i]);
         if !(b.mass[i] > 0.0 && b.mass[i].is_finite()) {
@@ -124,7 +124,7 @@ impl Scene {
         })
     }
 
-    fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
+    pub(crate) fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
         let joint = &self.constraint_names[i];
         let of = |quantity: &str| format!("joint `{joint}`: {quantity}");
         let c = &self.constraints[i];
@@ -228,7 +228,10 @@ impl Scene {
     }
 }
 
-fn validate_motion(of: impl Fn(&str) -> String, motion: &Motion) -> Result<(), SceneError> {
+pub(crate) fn validate_motion(
+    of: impl Fn(&str) -> String,
+    motion: &Motion,
+) -> Result<(), SceneError> {
     let (all, spans): (Vec<f64>, Vec<f64>) = match *motion {
         Motion::Fixed => return Ok(()),
         Motion::Smooth {
