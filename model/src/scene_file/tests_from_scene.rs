@@ -308,6 +308,14 @@ fn what_a_text_cannot_hold_is_named() {
         "joint `link`: point_b: is in one place with point_a",
     );
     says(|s| s.bodies = crate::Bodies::new(), "no bodies");
+    says(
+        |s| {
+            let frames = s.constraints[0].frames();
+            let hinge = crate::Hinge::new([frames[0], frames[1]]);
+            s.constraints[0] = Constraint::Hinge(hinge);
+        },
+        "a text cannot hold the constraint `link` of kind hinge",
+    );
 }
 
 /// The keys that a reader of the table `table` takes, from its own message.
