@@ -3,5 +3,6 @@
 pub(crate) mod checks;
 pub(crate) mod hard;
 pub(crate) mod paper;
+pub(crate) mod scene;
 pub(crate) mod scenes;
 pub(crate) mod sweeps;

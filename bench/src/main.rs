@@ -6,6 +6,7 @@ mod cli;
 use clap::{Args, Parser, Subcommand};
 use cli::hard::HardArgs;
 use cli::paper::PaperArgs;
+use cli::scene::SceneArgs;
 use cli::scenes;
 use cli::sweeps::{self, Sweep};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -46,6 +47,11 @@ enum Command {
         after_help = "Example: taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv"
     )]
     Run(RunArgs),
+    /// Writes a scene as TOML with the meaning of every key: what `taut run FILE` reads back to the identical run
+    #[command(
+        after_help = "Example: taut scene hoist --set segments=6 --explicit > six.toml && taut run six.toml"
+    )]
+    Scene(SceneArgs),
     /// The paper's tables, figures and claims: what it prints beside what comes out here
     #[command(after_help = "Example: taut paper table1 fig11 --out target/figures")]
     Paper(PaperArgs),
@@ -211,6 +217,7 @@ fn main() -> ExitCode {
         Some(Command::Bench(args)) => bench(&args),
         Some(Command::Static(args)) => hang(&args),
         Some(Command::Run(args)) => simulate(&args),
+        Some(Command::Scene(args)) => cli::scene::run(&args),
         Some(Command::Paper(args)) => cli::paper::run(&args),
         Some(Command::Hard(args)) => cli::hard::run(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),

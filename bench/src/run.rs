@@ -41,13 +41,13 @@ impl std::fmt::Display for PrepareError {
 
 impl std::error::Error for PrepareError {}
 
-/// Reads a scene by name or from a TOML file, with overrides.
+/// Reads a scene by name or from a TOML file, with overrides. What looks like a file is one; anything else is a name,
+/// and the error lists the names.
 ///
 /// # Errors
 /// [`PrepareError`].
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
+pub fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, PrepareError> {
     let named = taut_model::named::NAMES.contains(&scene);
-    // What looks like a file is one; anything else is a name, and the error lists the names.
     let is_file =
         !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
     let source = if is_file {
@@ -62,7 +62,15 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
     } else {
         SceneSource::load(scene, overrides)
     };
-    let source = source.map_err(PrepareError::Scene)?;
+    source.map_err(PrepareError::Scene)
+}
+
+/// Reads and builds a scene by name or from a TOML file, with overrides.
+///
+/// # Errors
+/// [`PrepareError`].
+pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
+    let source = source(scene, overrides)?;
     let built = source.build().map_err(PrepareError::Scene)?;
     let (cable, max_gap) = match &source {
         SceneSource::Hoist(p) => (

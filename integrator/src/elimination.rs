@@ -8,7 +8,7 @@
 use crate::UnknownName;
 use std::fmt;
 use std::str::FromStr;
-use taut_model::{Linearized, Scene, Topology};
+use taut_model::{Linearized, Scene, Slot, Topology};
 use taut_solver::{
     Backend, BlockPattern, EliminationCost, Partition, Preconditioner, SolveError,
     elimination_cost, minimum_degree,
@@ -140,7 +140,8 @@ fn factorized(
         false => !single,
     };
     let mut at_body = vec![Vec::new(); scene.bodies.len()];
-    for slot in &rows.slots {
+    let dynamic = |slot: &&Slot| scene.bodies.is_dynamic(slot.body);
+    for slot in rows.slots.iter().filter(dynamic) {
         at_body[slot.body].push(slot.constraint);
     }
     let mut couplings = Vec::new();

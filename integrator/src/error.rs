@@ -36,6 +36,13 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
+    /// A motor, winch, body or control cannot be set like that.
+    NotControllable {
+        /// Which.
+        what: String,
+        /// Why not, and what to do.
+        reason: &'static str,
+    },
     /// No static equilibrium was found.
     NoEquilibrium {
         /// Solves made.
@@ -79,6 +86,7 @@ impl fmt::Display for StepError {
                 }
                 source.fmt(f)
             }
+            Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
             Self::NoEquilibrium { passes, change } => write!(
                 f,
                 "no static equilibrium found in {passes} solves (the last moved the scene by {change:.1e} of its extent): \

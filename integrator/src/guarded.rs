@@ -53,7 +53,7 @@ impl Stepper {
                 Ok(disagreement) => {
                     work.see(disagreement);
                     if disagreement <= guard.tolerance {
-                        update_windings(&mut self.scene, self.time);
+                        self.accept();
                         clock.end(Phase::Update);
                         return Ok(());
                     }
@@ -124,8 +124,8 @@ impl Stepper {
             self.advanced = dt;
             done += dt;
             self.time = begin + done;
-            update_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
+            self.accept();
             length = (2.0 * dt).min(first);
         }
         self.time = begin + whole;
@@ -214,7 +214,7 @@ impl Stepper {
             pieces.inertia.add_angular_impulse(i, &impulse);
         }
         self.pieces.soften_transverse_rows(&self.tension, true);
-        self.pieces.regularize([1.0; 3], dt);
+        self.pieces.regularize([1.0; 4], dt);
         clock.end(Phase::Linearize);
         self.solve_prepared(dt, clock, work)?;
         self.pieces.update_velocity_change(&self.mu);

@@ -64,14 +64,20 @@ pub(crate) fn turn(
     dt: f64,
 ) {
     match precession(inertia, orientation, omega) {
-        None => *orientation = UnitQuaternion::from_scaled_axis(*omega * dt) * *orientation,
+        None => turn_by(orientation, omega, dt),
         Some(p) => {
             let carried = UnitQuaternion::from_scaled_axis(p * dt);
             let spun = UnitQuaternion::from_scaled_axis((*omega - p) * dt);
             *orientation = carried * spun * *orientation;
             *omega = carried * *omega;
+            orientation.renormalize_fast();
         }
     }
+}
+
+/// Turns an orientation by `omega` over `dt`.
+pub(crate) fn turn_by(orientation: &mut UnitQuaternion<f64>, omega: &Vector3<f64>, dt: f64) {
+    *orientation = UnitQuaternion::from_scaled_axis(*omega * dt) * *orientation;
     orientation.renormalize_fast();
 }
 

@@ -1,7 +1,8 @@
 //! Effective inertia M̃ of all bodies at the beginning of a step, and products with it.
 //!
 //! M̃ = diag(m I₃, R I Rᵀ + α Δt² K) block by block, [SL (3)] with the geometric stiffness K of [`crate::geometric`].
-//! This is the one place where it is computed.
+//! This is the one place where it is computed. Static and driven bodies are infinitely heavy: M̃⁻¹ = 0 and Δt f = 0; their
+//! M̃ is the identity, which the KKT matrix needs.
 
 use crate::geometric::Geometric;
 use crate::gyroscopic;
@@ -26,10 +27,19 @@ pub(crate) struct Inertia {
 impl Inertia {
     pub(crate) fn new(bodies: &Bodies) -> Self {
         let n = bodies.len();
+        let dynamic = |i: &usize| bodies.is_dynamic(*i);
+        let mass = |i| if dynamic(&i) { bodies.mass[i] } else { 1.0 };
+        let inverse = |i| {
+            if dynamic(&i) {
+                1.0 / bodies.mass[i]
+            } else {
+                0.0
+            }
+        };
         Self {
-            mass: bodies.mass.clone(),
-            inverse_mass: bodies.mass.iter().map(|m| 1.0 / m).collect(),
-            angular: vec![Matrix3::zeros(); n],
+            mass: (0..n).map(mass).collect(),
+            inverse_mass: (0..n).map(inverse).collect(),
+            angular: vec![Matrix3::identity(); n],
             inverse_angular: vec![Matrix3::zeros(); n],
             impulse: vec![0.0; 6 * n],
         }
@@ -45,7 +55,7 @@ impl Inertia {
         alpha: f64,
     ) -> Result<(), usize> {
         let bodies = &scene.bodies;
-        for i in 0..bodies.len() {
+        for i in scene.dynamic_bodies() {
             let rotation = bodies.rotation(i);
             let world = rotation * bodies.inertia[i] * rotation.transpose();
             let inertia = world + geometric.stiffness[i] * (alpha * dt * dt);
@@ -65,6 +75,9 @@ impl Inertia {
     /// M̃ of body `i` grows by `mass` (kg) and by `angular` (kg m²) about every axis; Δt f stays. `false` where there is
     /// no inverse.
     pub(crate) fn add_ballast(&mut self, i: usize, mass: f64, angular: f64) -> bool {
+        if self.is_immovable(i) {
+            return true;
+        }
         self.mass[i] += mass;
         self.inverse_mass[i] = 1.0 / self.mass[i];
         self.angular[i] += Matrix3::from_diagonal_element(angular);
@@ -75,13 +88,31 @@ impl Inertia {
         })
     }
 
+    /// Whether body `i` is static or driven.
+    pub(crate) fn is_immovable(&self, i: usize) -> bool {
+        self.inverse_mass[i] == 0.0
+    }
+
     /// Adds an impulse's angular part to Δt f of body `i`.
     pub(crate) fn add_angular_impulse(&mut self, i: usize, impulse: &Vector3<f64>) {
+        if self.is_immovable(i) {
+            return;
+        }
         for (to, p) in self.impulse[6 * i + 3..6 * i + 6]
             .iter_mut()
             .zip(impulse.iter())
         {
             *to += p;
+        }
+    }
+
+    /// Adds Jᵀ μ of one row `j` on body `i` to Δt f.
+    pub(crate) fn add_impulse(&mut self, i: usize, j: &[f64; 6], mu: f64) {
+        if self.is_immovable(i) {
+            return;
+        }
+        for (to, j) in self.impulse[6 * i..6 * i + 6].iter_mut().zip(j) {
+            *to += j * mu;
         }
     }
 

@@ -40,10 +40,12 @@
 //! | module | holds |
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first |
+//! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
 //! | `equilibrium` | static equilibrium by a solve |
+//! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
@@ -53,6 +55,8 @@
 //! | `products` | J v and Jᵀ μ |
 //! | `report` | what a step did, and the time of each phase |
 
+mod access;
+mod bounded;
 mod elimination;
 mod equilibrium;
 mod error;

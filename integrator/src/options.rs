@@ -424,7 +424,8 @@ impl StepOptions {
             Scheme::LinearlyImplicit.weights()
         };
         let angular = self.angular_scheme.unwrap_or(self.scheme);
-        [scheme, angular.weights(), transverse]
+        // Rows of speeds take none.
+        [scheme, angular.weights(), transverse, scheme]
     }
 
     /// Checks what the type system does not.

@@ -23,6 +23,8 @@ pub(crate) struct Pieces {
     pub(crate) rows: Linearized,
     /// Which weights a row takes.
     weighting: Vec<Weighting>,
+    /// Rows that hold a speed.
+    speed_rows: Vec<usize>,
     /// Length over which each constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the
     /// length of a link; 0 where φ is linear in the positions \[m].
     turning_length: Vec<f64>,
@@ -50,10 +52,12 @@ impl Pieces {
         let rows = Linearized::new(scene);
         let (count, bodies) = (rows.rows(), 6 * scene.bodies.len());
         let parts = scene.constraints.iter().flat_map(Constraint::parts);
-        let weighting = parts
+        let weighting: Vec<_> = parts
             .flat_map(|(kind, rows, _)| std::iter::repeat_n(Weighting::of(kind), rows))
             .collect();
+        let speed = |r: &usize| weighting[*r] == Weighting::Speed;
         Self {
+            speed_rows: (0..count).filter(speed).collect(),
             weighting,
             turning_length: scene.constraints.iter().map(turning_length).collect(),
             geometric: Geometric::new(scene, &rows),
@@ -120,11 +124,16 @@ impl Pieces {
     }
 
     /// Σ and c for the weights `next` (p) and for what is `known`, then c − J v; Δv is set to zero.
-    pub(crate) fn regularize(&mut self, next: [f64; 3], dt: f64) {
+    pub(crate) fn regularize(&mut self, next: [f64; 4], dt: f64) {
         let weighting = &self.weighting;
         let next = |r: usize| next[weighting[r] as usize];
         self.regularization
             .update(next, dt, &self.rows, &self.known);
+        for &r in &self.speed_rows {
+            // J v⁺ is what it is to be, whatever went before.
+            self.regularization.sigma[r] = 0.0;
+            self.regularization.c[r] = -self.rows.phi_t[r];
+        }
         self.rate.copy_from_slice(&self.regularization.c);
         subtract_jacobian(&self.rows, &self.v, &mut self.rate);
         self.dv.fill(0.0);
@@ -220,8 +229,8 @@ impl Pieces {
     }
 }
 
-/// Scheme weights of lengths, angles and transverse rows.
-pub(crate) type RowWeights = [Weights; 3];
+/// Scheme weights of lengths, angles, transverse rows and speeds.
+pub(crate) type RowWeights = [Weights; 4];
 
 /// Which of [`RowWeights`] a row takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -229,12 +238,14 @@ enum Weighting {
     Length,
     Angle,
     Transverse,
+    Speed,
 }
 
 impl Weighting {
     fn of(kind: RowKind) -> Self {
         match kind {
             RowKind::Transverse => Self::Transverse,
+            RowKind::Speed => Self::Speed,
             kind if kind.is_angular() => Self::Angle,
             _ => Self::Length,
         }

@@ -30,8 +30,11 @@ pub(crate) struct Plan {
 enum Maps {
     /// Contributions W_s J_tᵀ to stored blocks.
     Schur(Vec<Product>),
-    /// Stored diagonal block of each body; stored block of each slot.
-    Kkt { body: Vec<usize>, slot: Vec<usize> },
+    /// Stored diagonal block of each body; stored block of each slot, none where the body is static or driven.
+    Kkt {
+        body: Vec<usize>,
+        slot: Vec<Option<usize>>,
+    },
 }
 
 /// Stored block `target` receives W of slot `left` times Jᵀ of slot `right`.
@@ -56,7 +59,7 @@ impl Plan {
         }
     }
 
-    /// One block row a constraint; two are coupled where they act on the same body.
+    /// One block row a constraint; two are coupled where they act on the same dynamic body.
     fn schur(scene: &Scene, rows: &Linearized, order: &[usize]) -> Result<Self, SolveError> {
         let sizes: Vec<usize> = order.iter().map(|&c| rows.row_range(c).len()).collect();
         let mut place = vec![0; order.len()];
@@ -66,7 +69,9 @@ impl Plan {
         let block_of = |s: usize| place[rows.slots[s].constraint];
         let mut slots_of_body = vec![Vec::new(); scene.bodies.len()];
         for (s, slot) in rows.slots.iter().enumerate() {
-            slots_of_body[slot.body].push(s);
+            if scene.bodies.is_dynamic(slot.body) {
+                slots_of_body[slot.body].push(s);
+            }
         }
         // All ordered pairs of slots at a body whose block lies in the lower triangle.
         let mut pairs = Vec::new();
@@ -132,12 +137,13 @@ impl Plan {
             })
             .collect();
         let place = |s: &taut_model::Slot| (constraint_block[s.constraint], body_block[s.body]);
-        let couplings: Vec<_> = rows.slots.iter().map(place).collect();
+        let dynamic = |s: &&taut_model::Slot| scene.bodies.is_dynamic(s.body);
+        let couplings: Vec<_> = rows.slots.iter().filter(dynamic).map(place).collect();
         let pattern = BlockPattern::new(&sizes, &couplings)?;
         let slot = rows
             .slots
             .iter()
-            .filter_map(|s| pattern.find(place(s).0, place(s).1))
+            .map(|s| pattern.find(place(s).0, place(s).1))
             .collect();
         let body = body_block
             .iter()
@@ -190,7 +196,10 @@ impl Plan {
                         }
                     }
                 }
-                for (s, &k) in rows.slots.iter().zip(slot) {
+                for (s, k) in rows.slots.iter().zip(slot) {
+                    let Some(k) = *k else {
+                        continue;
+                    };
                     let n = rows.row_range(s.constraint).len();
                     let jacobian = &rows.jacobian[s.offset..s.offset + 6 * n];
                     let block = a.block_mut(k);

@@ -98,8 +98,11 @@ pub struct StepReport {
     pub iterations: usize,
     /// Refinement sweeps made after each solve.
     pub refinements: usize,
-    /// Linear systems solved: one a sub-step, those of the start and of the guard's Newton passes besides.
+    /// Linear systems solved: one a sub-step, those of the start and of the guard's Newton passes besides, and one more
+    /// each time that rows reach a bound or leave it.
     pub solves: usize,
+    /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off.
+    pub undecided: usize,
     /// Implicit sub-steps that the guard took instead; 0 where the linear steps were accepted.
     pub implicit_substeps: usize,
     /// Implicit sub-steps whose Newton passes did not converge at the smallest length.
@@ -118,6 +121,7 @@ pub(crate) struct Work {
     solve: Option<SolveReport>,
     iterations: usize,
     solves: usize,
+    pub(crate) undecided: usize,
     pub(crate) implicit_substeps: usize,
     pub(crate) unconverged_substeps: usize,
     pub(crate) redone: bool,
@@ -157,6 +161,7 @@ impl Work {
             iterations: self.iterations,
             refinements,
             solves: self.solves,
+            undecided: self.undecided,
             implicit_substeps: self.implicit_substeps,
             unconverged_substeps: self.unconverged_substeps,
             redone: self.redone,

@@ -1,6 +1,7 @@
 //! The step, [SL Algorithm 1] for one group: linearise, assemble, factorise, solve, refine, update. Where the guard finds
 //! that the linearisation did not hold, [`crate::guarded`] redoes it.
 
+use crate::bounded::{Bounded, Verdict};
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::pieces::{Pieces, angular};
@@ -12,7 +13,7 @@ use crate::{
     gyroscopic,
 };
 use nalgebra::{Matrix3, Vector3};
-use taut_model::{Bodies, Linearized, Scene, update_windings};
+use taut_model::{Constraint, Linearized, Mobility, Scene, update_windings};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
@@ -52,6 +53,8 @@ pub struct Stepper {
     in_rows: [Vec<f64>; 2],
     /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
     pub(crate) pieces: Pieces,
+    /// Which rows are at their bounds.
+    bounded: Bounded,
     pub(crate) history: History,
     /// Impulses μ = Δt λ of the last solve, one a row.
     pub(crate) mu: Vec<f64>,
@@ -60,10 +63,10 @@ pub struct Stepper {
     /// λ that the geometric stiffness is made of, one a row \[N, N m].
     pub(crate) tension: Vec<f64>,
     /// Whether `tension` is that of some solve, and whether the first step has begun.
-    tension_known: bool,
-    started: bool,
+    pub(crate) tension_known: bool,
+    pub(crate) started: bool,
     /// Whether `mu` belongs to the present state, which then may be advanced.
-    solved: bool,
+    pub(crate) solved: bool,
     /// Length of the sub-step that led to the present state and that `pieces` still hold; 0 for none \[s].
     pub(crate) advanced: f64,
     /// Steps that the guard still takes implicitly.
@@ -124,6 +127,7 @@ impl Stepper {
             holding: 0,
             step_start: state.clone(),
             substep_start: state,
+            bounded: Bounded::new(&pieces),
             pieces,
             elimination,
             plan,
@@ -300,8 +304,37 @@ impl Stepper {
         }
     }
 
-    /// Assembles, factorises, solves and refines the system of the pieces, for a step `dt` long.
+    /// Assembles, factorises, solves and refines the system of the pieces, for a step `dt` long: once, or until all rows
+    /// with bounds keep them.
     pub(crate) fn solve_prepared(
+        &mut self,
+        dt: f64,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.bounded.begin();
+        loop {
+            self.bounded.hold(&mut self.pieces, dt);
+            let solved = self.solve_once(dt, clock, work);
+            self.bounded.release(&mut self.pieces);
+            solved?;
+            let verdict = self.bounded.judge(&mut self.pieces, &mut self.mu, dt);
+            work.undecided += usize::from(verdict == Verdict::Undecided);
+            if verdict != Verdict::Changed {
+                break;
+            }
+        }
+        self.mu_dt = dt;
+        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
+            *tension = mu / dt;
+        }
+        self.tension_known = true;
+        self.solved = true;
+        Ok(())
+    }
+
+    /// One linear system: μ of all rows as if none had bounds.
+    fn solve_once(
         &mut self,
         dt: f64,
         clock: &mut PhaseClock,
@@ -324,12 +357,6 @@ impl Stepper {
         let sign = self.multiplier_sign();
         self.plan
             .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
-        self.mu_dt = dt;
-        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
-            *tension = mu / dt;
-        }
-        self.tension_known = true;
-        self.solved = true;
         Ok(())
     }
 
@@ -415,8 +442,28 @@ impl Stepper {
         let done = self.advance_unwound();
         self.drop_tension_unless(done.is_ok());
         done?;
-        update_windings(&mut self.scene, self.time);
+        self.accept();
         Ok(())
+    }
+
+    /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
+    /// during the sub-step that led here have paid out.
+    pub(crate) fn accept(&mut self) {
+        update_windings(&mut self.scene, self.time);
+        let rows = &self.pieces.rows;
+        let mut slipped = false;
+        for bound in self.bounded.at_lower().map(|k| rows.bounds[k]) {
+            let constraint = &mut self.scene.constraints[bound.constraint];
+            if let Constraint::MasslessCable(cable) = constraint {
+                let paid = cable.settle(rows.phi[bound.row], self.time);
+                // The step took the cable to be as long as the winch alone would have it.
+                self.history.phi_t[bound.row] -= paid / self.advanced;
+                slipped |= paid > 0.0;
+            }
+        }
+        if slipped {
+            self.pieces.rows.update(&self.scene, self.time);
+        }
     }
 
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.
@@ -452,9 +499,16 @@ impl Stepper {
             bodies.angular_velocity[i] =
                 Vector3::from_column_slice(&v[3..]) + Vector3::from_column_slice(&dv[3..]);
             bodies.position[i] += dt * bodies.velocity[i];
+            let mobility = bodies.mobility[i];
             let (orientation, omega) =
                 (&mut bodies.orientation[i], &mut bodies.angular_velocity[i]);
-            gyroscopic::turn(&bodies.inertia[i], orientation, omega, dt);
+            match mobility {
+                Mobility::Dynamic => {
+                    gyroscopic::turn(&bodies.inertia[i], orientation, omega, dt);
+                }
+                // It spins as it is told to.
+                _ => gyroscopic::turn_by(orientation, omega, dt),
+            }
             let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
             let rates = bodies.velocity[i].sum() + bodies.angular_velocity[i].sum();
             if lost.is_none() && !(moved + rates).is_finite() {
@@ -530,121 +584,6 @@ impl Stepper {
         &self.mu
     }
 
-    /// Replaces the impulses that the next solve starts from: those of another solve of the same scene. The geometric
-    /// stiffness does not change: see [`set_tension`](Self::set_tension).
-    ///
-    /// # Errors
-    /// [`SolveError::Dimension`] in [`StepError::Solve`].
-    pub fn set_multipliers(&mut self, mu: &[f64]) -> Result<(), StepError> {
-        self.check_rows(mu)?;
-        self.mu.copy_from_slice(mu);
-        self.mu_dt = self.substep();
-        self.solved = false;
-        Ok(())
-    }
-
-    /// Replaces the multipliers λ = μ/Δt that the next solve's geometric stiffness is made of, one a row \[N, N m]: so
-    /// that solvers can be compared on the same system.
-    ///
-    /// # Errors
-    /// [`SolveError::Dimension`] in [`StepError::Solve`].
-    pub fn set_tension(&mut self, lambda: &[f64]) -> Result<(), StepError> {
-        self.check_rows(lambda)?;
-        self.tension.copy_from_slice(lambda);
-        self.tension_known = true;
-        self.solved = false;
-        Ok(())
-    }
-
-    fn check_rows(&self, rows: &[f64]) -> Result<(), StepError> {
-        if rows.len() == self.mu.len() {
-            return Ok(());
-        }
-        let source = SolveError::Dimension {
-            what: "multipliers",
-            expected: self.mu.len(),
-            found: rows.len(),
-        };
-        Err(StepError::Solve {
-            source,
-            culprit: None,
-            time: self.time,
-        })
-    }
-
-    /// Puts the bodies into another state of the same scene, at a time; multipliers stay, the past is taken to be like
-    /// that state, velocities are taken as they are, and each twist row unwraps to the angle within half a turn of its
-    /// last one. Allocates nothing.
-    ///
-    /// # Errors
-    /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs.
-    pub fn set_state(&mut self, bodies: &Bodies, time: f64) -> Result<(), StepError> {
-        let (expected, found) = (self.scene.bodies.len(), bodies.len());
-        if expected != found {
-            let source = SolveError::Dimension {
-                what: "bodies",
-                expected,
-                found,
-            };
-            return Err(StepError::Solve {
-                source,
-                culprit: None,
-                time,
-            });
-        }
-        let own = &mut self.scene.bodies;
-        own.position.copy_from_slice(&bodies.position);
-        own.orientation.copy_from_slice(&bodies.orientation);
-        own.velocity.copy_from_slice(&bodies.velocity);
-        own.angular_velocity
-            .copy_from_slice(&bodies.angular_velocity);
-        self.time = time;
-        self.solved = false;
-        self.advanced = 0.0;
-        self.started = true;
-        self.holding = 0;
-        let rows = &mut self.pieces.rows;
-        rows.drive(
-            &self.scene,
-            time - self.options.dt / self.options.substeps as f64,
-            time,
-        );
-        self.history.forget(&rows.phi_t);
-        rows.update(&self.scene, time);
-        update_windings(&mut self.scene, time);
-        Ok(())
-    }
-
-    /// Replaces the external force \[N] and torque \[N m] on a body from the next step on, world frame: loads that
-    /// change with time.
-    ///
-    /// # Errors
-    /// [`SolveError::Dimension`] in [`StepError::Solve`] where there is no body `body`.
-    pub fn set_load(
-        &mut self,
-        body: usize,
-        force: Vector3<f64>,
-        torque: Vector3<f64>,
-    ) -> Result<(), StepError> {
-        let bodies = &mut self.scene.bodies;
-        if body >= bodies.len() {
-            let source = SolveError::Dimension {
-                what: "bodies",
-                expected: bodies.len(),
-                found: body,
-            };
-            return Err(StepError::Solve {
-                source,
-                culprit: None,
-                time: self.time,
-            });
-        }
-        bodies.force[body] = force;
-        bodies.torque[body] = torque;
-        self.solved = false;
-        Ok(())
-    }
-
     /// The order of the constraints in the linear system, and what it costs.
     #[must_use]
     pub fn elimination(&self) -> &EliminationOrder {
@@ -676,7 +615,7 @@ impl Stepper {
             elastic: self.elastic_energy(),
             ..Energy::default()
         };
-        for i in 0..bodies.len() {
+        for i in self.scene.dynamic_bodies() {
             let position = bodies.position[i] - bodies.velocity[i] * dt;
             let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
             let orientation =
@@ -713,8 +652,22 @@ impl Stepper {
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
-        self.find_tension(&mut PhaseClock::start(), &mut Work::default())?;
+        let (mut clock, mut work) = (PhaseClock::start(), Work::default());
+        self.find_tension(&mut clock, &mut work)?;
+        if !self.bounded.is_empty() {
+            // Which rows are at their bounds.
+            self.solve_scheme(self.options.stiffness, &mut clock, &mut work)?;
+        }
         self.prepare(self.options.stiffness)?;
+        let dt = self.substep();
+        self.bounded.hold(&mut self.pieces, dt);
+        let solved = self.solve_extended();
+        self.bounded.release(&mut self.pieces);
+        solved
+    }
+
+    /// μ of the KKT system of the pieces as they are, in extended precision.
+    fn solve_extended(&mut self) -> Result<Vec<f64>, StepError> {
         let Pieces {
             rows,
             inertia,
@@ -873,27 +826,6 @@ mod tests {
             (turned - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-13,
             "{turned}"
         );
-    }
-
-    #[test]
-    fn a_load_acts_from_the_next_step_on() {
-        let mut scene = Scene::new("free");
-        let body = taut_model::Body::sphere(1.0, 2.0);
-        scene.add_body("ball", body);
-        let mut stepper = Stepper::new(scene, options(Form::Schur)).unwrap();
-        stepper.step().unwrap();
-        stepper
-            .set_load(0, Vector3::x() * 4.0, Vector3::zeros())
-            .unwrap();
-        stepper.step().unwrap();
-        let dt = stepper.options().dt;
-        assert!((stepper.scene().bodies.velocity[0].x - 2.0 * dt).abs() < 1e-15);
-        let error = stepper.set_load(1, Vector3::zeros(), Vector3::zeros());
-        assert!(matches!(error, Err(StepError::Solve { .. })));
-        stepper
-            .set_load(0, Vector3::x() * f64::NAN, Vector3::zeros())
-            .unwrap();
-        assert!(matches!(stepper.step(), Err(StepError::NonFinite { .. })));
     }
 
     #[test]

@@ -5,9 +5,25 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+/// What moves a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+pub enum Mobility {
+    /// Forces and constraints.
+    #[default]
+    Dynamic,
+    /// Nothing: it stays in its pose. Mass and inertia take no part.
+    Static,
+    /// Its prescribed velocities, whatever the forces. Mass and inertia take no part.
+    Driven,
+}
+
 /// One body's worth of [`Bodies`]: what [`Bodies::push`] takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Body {
+    /// What moves it.
+    pub mobility: Mobility,
     /// Centre of mass, world \[m].
     pub position: Vector3<f64>,
     /// Rotation from the body frame to the world frame.
@@ -31,6 +47,7 @@ impl Body {
     #[must_use]
     pub fn new(mass: f64, inertia: Matrix3<f64>) -> Self {
         Self {
+            mobility: Mobility::Dynamic,
             position: Vector3::zeros(),
             orientation: UnitQuaternion::identity(),
             velocity: Vector3::zeros(),
@@ -49,7 +66,7 @@ impl Body {
         Self::sphere(1.0, mass)
     }
 
-    /// A cable segment: a solid cylinder with its axis along the body's z axis.
+    /// A solid cylinder with its axis along the body's z axis: a cable segment, a drum.
     ///
     /// `length` and `radius` in m, `mass` in kg. I_z = ½ m r², I_x = I_y = m (3 r² + l²)/12.
     #[must_use]
@@ -64,6 +81,15 @@ impl Body {
     pub fn sphere(radius: f64, mass: f64) -> Self {
         let inertia = 0.4 * mass * radius * radius;
         Self::new(mass, diagonal(inertia, inertia, inertia))
+    }
+
+    /// A body that stays where it is: foundations, a crane's frame. Its mass of 1 kg and its inertia take no part.
+    #[must_use]
+    pub fn fixed() -> Self {
+        Self {
+            mobility: Mobility::Static,
+            ..Self::new(1.0, Matrix3::identity())
+        }
     }
 
     /// A solid box with edge lengths `size` (m) along the body axes, `mass` in kg. I_x = m (s_y² + s_z²)/12.
@@ -95,6 +121,8 @@ fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
 /// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Bodies {
+    /// What moves them.
+    pub mobility: Vec<Mobility>,
     /// Centres of mass, world \[m].
     pub position: Vec<Vector3<f64>>,
     /// Rotations from the body frames to the world frame.
@@ -134,6 +162,7 @@ impl Bodies {
 
     /// Appends a body and returns its index.
     pub fn push(&mut self, body: Body) -> usize {
+        self.mobility.push(body.mobility);
         self.position.push(body.position);
         self.orientation.push(body.orientation);
         self.velocity.push(body.velocity);
@@ -152,6 +181,7 @@ impl Bodies {
     #[must_use]
     pub fn get(&self, i: usize) -> Body {
         Body {
+            mobility: self.mobility[i],
             position: self.position[i],
             orientation: self.orientation[i],
             velocity: self.velocity[i],
@@ -161,6 +191,15 @@ impl Bodies {
             force: self.force[i],
             torque: self.torque[i],
         }
+    }
+
+    /// Whether forces and constraints move body `i`; static and driven bodies are as heavy as the world.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn is_dynamic(&self, i: usize) -> bool {
+        self.mobility[i] == Mobility::Dynamic
     }
 
     /// Rotation matrix R of body `i`, body to world.

@@ -26,7 +26,8 @@ pub struct JacobianCheck {
 /// Compares the Jacobian of constraint number `constraint` at t = 0 with extrapolated finite differences.
 ///
 /// Agreement to 10⁻⁷ and better is to be expected; `uncertainty` says what the differences can resolve. Rows of kind
-/// [`RowKind::Transverse`] have no φ to differentiate: theirs are zero unless the Jacobian is not finite.
+/// [`RowKind::Transverse`] and [`RowKind::Speed`] have no φ to differentiate: theirs are zero unless the Jacobian is not
+/// finite.
 ///
 /// # Panics
 /// When there is no such constraint, or it names a body that is not there.
@@ -78,7 +79,7 @@ pub fn check_jacobian(scene: &Scene, constraint: usize) -> JacobianCheck {
             for row in 0..rows {
                 let analytic = block[6 * row + column];
                 let (value, doubt) = match c.row(row).0 {
-                    RowKind::Transverse => (analytic, 0.0),
+                    RowKind::Transverse | RowKind::Speed => (analytic, 0.0),
                     _ => numeric[row],
                 };
                 error[row][part] = error[row][part].max_nan((value - analytic).abs());

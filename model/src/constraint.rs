@@ -9,20 +9,26 @@
 
 mod cosserat;
 mod distance;
+mod hinge;
 mod link_bend;
 mod lock;
 mod massless_cable;
+mod motor;
 mod paper;
+mod slider;
 mod spherical;
 #[cfg(test)]
 mod testing;
 
 pub use cosserat::Cosserat;
 pub use distance::Distance;
+pub use hinge::Hinge;
 pub use link_bend::{BendDefinition, LinkBend};
 pub use lock::Lock;
-pub use massless_cable::MasslessCable;
+pub use massless_cable::{MasslessCable, Winch};
+pub use motor::{Motor, Target};
 pub use paper::{Paper, TwistDefinition};
+pub use slider::Slider;
 pub use spherical::Spherical;
 
 use nalgebra::Vector3;
@@ -85,6 +91,14 @@ pub enum RowKind {
     Rotation,
     /// A distance between attachment points, less the length of the link \[m].
     Length,
+    /// A component of a gap across the axis of a slider \[m].
+    Across,
+    /// The coordinate of a slider, less the target of its motor \[m].
+    Position,
+    /// The angle of a hinge, less the target of its motor \[rad].
+    Angle,
+    /// Nothing: φ = 0. Holds a rate, ∂φ/∂t; see [`Motor`].
+    Speed,
     /// Nothing: φ = 0 \[m]. Resists the motion across a link; its compliance is the time stepper's, see [`Distance`].
     Transverse,
 }
@@ -94,8 +108,9 @@ impl RowKind {
     #[must_use]
     pub fn is_angular(self) -> bool {
         match self {
-            Self::Stretch | Self::Length | Self::Transverse => false,
-            Self::Bend | Self::Twist | Self::Rotation => true,
+            Self::Stretch | Self::Length | Self::Across | Self::Position => false,
+            Self::Speed | Self::Transverse => false,
+            Self::Bend | Self::Twist | Self::Rotation | Self::Angle => true,
         }
     }
 }
@@ -114,6 +129,10 @@ pub enum Constraint {
     Lock(Lock),
     /// Link of a particle chain, 1 row, or 3 with the transverse ones.
     Distance(Distance),
+    /// Rotation about one axis, 5 rows, or 6 with a motor.
+    Hinge(Hinge),
+    /// Translation along one axis, 5 rows, or 6 with a motor.
+    Slider(Slider),
     /// Total length through any number of points, 1 row.
     MasslessCable(MasslessCable),
     /// Angle between two links that share a point, 1 or 2 rows.
@@ -129,13 +148,17 @@ impl Constraint {
 
     /// The rows in their order, as (kind, number of rows, law).
     pub fn parts(&self) -> impl Iterator<Item = (RowKind, usize, RowLaw)> {
-        use RowKind::{Bend, Length, Rotation, Stretch, Transverse, Twist};
+        use RowKind::{Across, Bend, Length, Rotation, Stretch, Transverse, Twist};
         let joint = |law: &JointLaw, bend_rows| {
             [
                 (Stretch, 3, law.stretch),
                 (Bend, bend_rows, law.bend),
                 (Twist, 1, law.twist),
             ]
+        };
+        let driven = |motor: Option<Motor>, angular| match motor.map(|m| m.part(angular)) {
+            Some((kind, law)) => (kind, 1, Some(law)),
+            None => (RowKind::Speed, 0, None),
         };
         let parts = match self {
             Self::Spherical(c) => [
@@ -154,6 +177,16 @@ impl Constraint {
                 (Length, 1, Some(c.law)),
                 (Transverse, 2, c.transverse.then_some(RowLaw::RIGID)),
                 (Twist, 0, None),
+            ],
+            Self::Hinge(c) => [
+                (Stretch, 3, Some(c.stretch)),
+                (Bend, 2, Some(c.tilt)),
+                driven(c.motor, true),
+            ],
+            Self::Slider(c) => [
+                (Rotation, 3, Some(c.rotation)),
+                (Across, 2, Some(c.across)),
+                driven(c.motor, false),
             ],
             Self::MasslessCable(c) => [(Length, 1, Some(c.law)), (Bend, 0, None), (Twist, 0, None)],
             Self::LinkBend(c) => [
@@ -175,6 +208,8 @@ impl Constraint {
             Self::Cosserat(c) => &c.frames,
             Self::Lock(c) => &c.frames,
             Self::Distance(c) => &c.frames,
+            Self::Hinge(c) => &c.frames,
+            Self::Slider(c) => &c.frames,
             Self::MasslessCable(c) => &c.frames,
             Self::LinkBend(c) => &c.frames,
         }
@@ -188,6 +223,8 @@ impl Constraint {
             Self::Cosserat(c) => &mut c.frames,
             Self::Lock(c) => &mut c.frames,
             Self::Distance(c) => &mut c.frames,
+            Self::Hinge(c) => &mut c.frames,
+            Self::Slider(c) => &mut c.frames,
             Self::MasslessCable(c) => &mut c.frames,
             Self::LinkBend(c) => &mut c.frames,
         }
@@ -225,12 +262,13 @@ impl Constraint {
     pub(crate) fn acts_at_points(&self) -> bool {
         let of_points = matches!(
             self,
-            Self::Distance(_) | Self::MasslessCable(_) | Self::LinkBend(_)
+            Self::Distance(_) | Self::Slider(_) | Self::MasslessCable(_) | Self::LinkBend(_)
         );
         of_points || self.has_stretch_rows()
     }
 
-    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`, `massless-cable`, `link-bend`.
+    /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`, `hinge`, `slider`,
+    /// `massless-cable`, `link-bend`.
     #[must_use]
     pub fn kind_name(&self) -> &'static str {
         match self {
@@ -239,6 +277,8 @@ impl Constraint {
             Self::Cosserat(_) => "cosserat",
             Self::Lock(_) => "lock",
             Self::Distance(_) => "distance",
+            Self::Hinge(_) => "hinge",
+            Self::Slider(_) => "slider",
             Self::MasslessCable(_) => "massless-cable",
             Self::LinkBend(_) => "link-bend",
         }
@@ -275,23 +315,99 @@ impl Constraint {
                 let [a, b] = rows.resolve(&c.frames, bodies, t);
                 c.evaluate(&a, &b, rows);
             }
+            Self::Hinge(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                c.evaluate(&a, &b, rows);
+            }
+            Self::Slider(c) => {
+                let [a, b] = rows.resolve(&c.frames, bodies, t);
+                c.evaluate(&a, &b, rows);
+            }
             Self::MasslessCable(c) => c.evaluate(bodies, t, rows),
             Self::LinkBend(c) => c.evaluate(bodies, t, rows),
         }
     }
 
-    /// Writes ∂φ/∂t as the mean over \[t, t_next] with the bodies held: only a moved world side depends on time, and
-    /// only in its point.
+    /// The motor of the joint.
+    #[must_use]
+    pub fn motor(&self) -> Option<&Motor> {
+        match self {
+            Self::Hinge(c) => c.motor.as_ref(),
+            Self::Slider(c) => c.motor.as_ref(),
+            _ => None,
+        }
+    }
+
+    /// The motor of the joint, to be set; whether there is one is part of the topology.
+    pub fn motor_mut(&mut self) -> Option<&mut Motor> {
+        match self {
+            Self::Hinge(c) => c.motor.as_mut(),
+            Self::Slider(c) => c.motor.as_mut(),
+            _ => None,
+        }
+    }
+
+    /// The row that has bounds, if there is one, and the bounds of its λ at time `t` (s), lower and upper \[N or N m];
+    /// infinite stands for none.
+    #[must_use]
+    pub fn bounds(&self, t: f64) -> Option<(usize, f64, f64)> {
+        match self {
+            Self::MasslessCable(c) => {
+                let (lower, upper) = c.bounds_at(t);
+                (c.tension_only || c.winch.is_some()).then_some((0, lower, upper))
+            }
+            other => {
+                let limit = other.motor()?.force_limit;
+                Some((other.rows() - 1, -limit, limit))
+            }
+        }
+    }
+
+    /// What the compliances of the rows are to be multiplied with at time `t` (s).
+    pub(crate) fn compliance_factor(&self, t: f64) -> f64 {
+        match self {
+            Self::MasslessCable(c) if c.winch.is_some() => c.length_at(t) / c.length,
+            _ => 1.0,
+        }
+    }
+
+    /// Writes ∂φ/∂t as the mean over \[t, t_next] with the bodies held: moved world sides depend on time, in their points
+    /// only, motors and winches.
     pub(crate) fn drive(&self, bodies: &Bodies, t: f64, t_next: f64, phi_t: &mut [f64]) {
         phi_t.fill(0.0);
-        if t_next == t || !self.acts_at_points() {
+        if t_next == t {
             return;
         }
+        if self.acts_at_points() {
+            self.drive_points(bodies, t, t_next, phi_t);
+        }
+        if let (Some(motor), Some(last)) = (self.motor(), phi_t.last_mut()) {
+            *last += motor.drive();
+        }
+    }
+
+    /// What moved world sides and winches add to ∂φ/∂t.
+    fn drive_points(&self, bodies: &Bodies, t: f64, t_next: f64, phi_t: &mut [f64]) {
         let change = |f: &Frame| f.displacement(t_next) - f.displacement(t);
         let time = t_next - t;
         match self {
+            Self::Slider(c) => {
+                if c.frames.iter().any(|f| change(f) != Vector3::zeros()) {
+                    // The row of a speed has no φ that would tell.
+                    let at = |motor| Motor {
+                        target: Target::Position(0.0),
+                        ..motor
+                    };
+                    let slider = Slider {
+                        motor: c.motor.map(at),
+                        ..*c
+                    };
+                    Self::Slider(slider).difference(bodies, [t, t_next], phi_t);
+                }
+            }
             Self::MasslessCable(_) | Self::LinkBend(_) => {
-                if self.frames().iter().any(|f| change(f) != Vector3::zeros()) {
+                let points = self.frames().iter().any(|f| change(f) != Vector3::zeros());
+                if points || self.compliance_factor(t) != self.compliance_factor(t_next) {
                     self.difference(bodies, [t, t_next], phi_t);
                 }
             }
@@ -304,7 +420,11 @@ impl Constraint {
                     c.drive(&d, &change, time, phi_t);
                 }
             }
-            Self::Spherical(_) | Self::Paper(_) | Self::Cosserat(_) | Self::Lock(_) => {
+            Self::Spherical(_)
+            | Self::Paper(_)
+            | Self::Cosserat(_)
+            | Self::Lock(_)
+            | Self::Hinge(_) => {
                 let sides = self.frames().iter().zip([1.0, -1.0]);
                 let change: Vector3<f64> = sides.map(|(f, sign)| change(f) * sign).sum();
                 phi_t[..3].copy_from_slice((change / time).as_slice());
@@ -322,15 +442,20 @@ impl Constraint {
         }
     }
 
-    /// Moves the unwrapping reference of a twist row to the twist at time `t`.
+    /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`.
     pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
         let sides = |frames: &[Frame; 2]| frames.map(|f| f.resolve(bodies, t));
         match self {
             Self::Spherical(_)
             | Self::Lock(_)
             | Self::Distance(_)
+            | Self::Slider(_)
             | Self::MasslessCable(_)
             | Self::LinkBend(_) => {}
+            Self::Hinge(c) => {
+                let [a, b] = sides(&c.frames);
+                c.angle_reference = c.angle(&a, &b);
+            }
             Self::Paper(c) => {
                 let [a, b] = sides(&c.frames);
                 c.twist_reference = c.twist(&a, &b).0;
@@ -400,6 +525,15 @@ impl<'a> Rows<'a> {
             }
         }
         sides
+    }
+
+    /// The lever arm of side a, where the force acts elsewhere than at its attachment point.
+    fn set_lever_of_a(&mut self, lever: Vector3<f64>) {
+        if self.starts[0].is_some()
+            && let Some(to) = self.levers.first_mut()
+        {
+            *to = lever;
+        }
     }
 
     /// Three rows φ = x_a + r_a − x_b − r_b; J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].

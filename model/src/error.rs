@@ -65,7 +65,7 @@ pub enum SceneError {
         /// Names of the bodies that there are (the first few).
         known: Vec<String>,
     },
-    /// Both sides of a joint are the world.
+    /// No side of a joint is a body that forces move.
     BothWorld {
         /// The joint.
         joint: String,
@@ -113,6 +113,24 @@ pub enum SceneError {
         column: Option<usize>,
         /// What the reader says.
         message: String,
+    },
+    /// A fault of a scene that was read, with its place in the text.
+    InText {
+        /// Line from 1.
+        line: usize,
+        /// Column from 1, in characters.
+        column: usize,
+        /// The key at fault.
+        key: String,
+        /// What is wrong.
+        fault: Box<SceneError>,
+    },
+    /// A scene holds something that no text can hold.
+    NotInText {
+        /// What it is.
+        what: String,
+        /// What to do.
+        cure: &'static str,
     },
     /// An override `KEY=VALUE` does not fit.
     Override {
@@ -170,6 +188,18 @@ impl fmt::Display for SceneError {
                 (Some(line), Some(column)) => write!(f, "line {line}, column {column}: {message}"),
                 _ => write!(f, "{message}"),
             },
+            Self::InText {
+                line,
+                column,
+                key,
+                fault,
+            } => {
+                let fault = naming(fault.to_string(), key);
+                write!(f, "line {line}, column {column}: {fault}")
+            }
+            Self::NotInText { what, cure } => {
+                write!(f, "a text cannot hold {what}: {cure}")
+            }
             Self::Override { key, message } => write!(f, "override `{key}`: {message}"),
             _ => self.fmt_structure(f),
         }
@@ -183,7 +213,7 @@ impl SceneError {
             Self::BothWorld { joint } => {
                 write!(
                     f,
-                    "joint `{joint}` ties the world to the world: make one side a body"
+                    "joint `{joint}` ties the world to the world: make one side a dynamic body"
                 )
             }
             Self::SameBody { joint, body } => {
@@ -211,6 +241,18 @@ impl SceneError {
 
 impl std::error::Error for SceneError {}
 
+/// `message`, with `key` where it does not name it.
+pub(crate) fn naming(message: String, key: &str) -> String {
+    let word = |c: char| !(c.is_alphanumeric() || c == '_');
+    // Names stand in backticks, too: only what is outside of them names the key.
+    let outside = message.split('`').step_by(2).collect::<String>();
+    if outside.split(word).any(|part| part == key) {
+        message
+    } else {
+        format!("{message} (key `{key}`)")
+    }
+}
+
 /// `value` if it is finite and `ok` holds, else the error that names it.
 pub(crate) fn check(
     what: impl Into<String>,
@@ -226,6 +268,19 @@ pub(crate) fn check(
         value,
         needs,
     })
+}
+
+/// [`check`] for a number that may be infinite.
+pub(crate) fn limited(
+    what: String,
+    value: f64,
+    good: bool,
+    needs: &'static str,
+) -> Result<(), SceneError> {
+    if good {
+        return Ok(());
+    }
+    check(what, value, false, needs).map(|_| ())
 }
 
 #[cfg(test)]

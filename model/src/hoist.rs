@@ -85,7 +85,7 @@ pub struct HoistParams {
     /// Mass of the uppermost segment \[kg], with as much more inertia: \[SL §VII-B] gives both end segments the load's.
     /// Default: that of the others.
     pub top_mass: Option<f64>,
-    /// Which joint is a group of its own.
+    /// Which joint is a group of its own: `load` or `anchor`.
     pub apart: Apart,
     /// Acceleration of gravity along −z \[m/s²], ≥ 0.
     pub gravity: f64,
@@ -99,9 +99,10 @@ pub struct HoistParams {
     pub ei: Option<f64>,
     /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable, EI/(1 + ν).
     pub gj: Option<f64>,
-    /// Kind of the inner joints.
+    /// Kind of the inner joints: `spherical`, `cosserat` or `paper`.
     pub joint: JointKind,
-    /// Between which vectors `paper` joints take the twist angle; other kinds have the ordinary one only.
+    /// Between which vectors `paper` joints take the twist angle: `ordinary` or `alternative`; other kinds have the
+    /// ordinary one only.
     pub twist_definition: TwistDefinition,
     /// Whether joints have stretch rows. A cable needs them: `false` is refused.
     pub stretch: bool,
@@ -109,9 +110,9 @@ pub struct HoistParams {
     pub bend: Option<bool>,
     /// Whether joints have a twist row. Default: all kinds but `spherical`.
     pub twist: Option<bool>,
-    /// How the upper end is held by the world.
+    /// How the upper end is held by the world: `spherical` or `clamped`.
     pub anchor: End,
-    /// How the load is held by the lower end.
+    /// How the load is held by the lower end: `spherical` or `clamped`.
     pub attachment: End,
     /// Distance of the hook point above the load's centre \[m].
     pub load_offset: f64,

@@ -68,7 +68,7 @@
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
-//! | `scene_file` (feature `toml`) | scenes from TOML text with overrides |
+//! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
 //!
 //! # Where this differs from the paper
@@ -98,22 +98,23 @@ mod seed;
 pub mod specimen;
 pub mod topology;
 
-pub use body::{Bodies, Body};
+pub use body::{Bodies, Body, Mobility};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, JointLaw, LinkBend, Lock, MAX_ROWS,
-    MasslessCable, Paper, RowKind, RowLaw, Spherical, TwistDefinition,
+    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MAX_ROWS,
+    MasslessCable, Motor, Paper, RowKind, RowLaw, Slider, Spherical, Target, TwistDefinition,
+    Winch,
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use hoist::{Apart, End, Hoist, HoistParams, JointKind};
-pub use linearized::{Linearized, Slot, Transverse, update_windings};
+pub use linearized::{Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use particles::{ChainModel, ParticleChainParams};
-pub use scene::Scene;
+pub use scene::{Control, Drive, Scene};
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};

@@ -47,6 +47,20 @@ impl Transverse {
     }
 }
 
+/// Bounds lower ≤ λ ≤ upper of one row of the scene: a cable that cannot push, a motor or winch of limited force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct RowBounds {
+    /// The row.
+    pub row: usize,
+    /// Its constraint.
+    pub constraint: usize,
+    /// Least λ \[N or N m]; −∞ for none.
+    pub lower: f64,
+    /// Largest λ \[N or N m], ≥ `lower`; ∞ for none.
+    pub upper: f64,
+}
+
 /// Violations, laws and Jacobian of all constraints of a scene.
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
@@ -73,6 +87,8 @@ pub struct Linearized {
     pub levers: Vec<Vector3<f64>>,
     /// Links with transverse rows, in the order of the scene.
     pub transverse: Vec<Transverse>,
+    /// Rows with bounds, in the order of the scene; at most one of a constraint.
+    pub bounds: Vec<RowBounds>,
 }
 
 const ANOTHER_TOPOLOGY: &str = "has another topology than at Linearized::new";
@@ -93,6 +109,14 @@ impl Linearized {
                     length_row: rows,
                     first_row: rows + 1,
                     distance: 0.0,
+                });
+            }
+            if let Some((row, lower, upper)) = c.bounds(0.0) {
+                lin.bounds.push(RowBounds {
+                    row: rows + row,
+                    constraint,
+                    lower,
+                    upper,
                 });
             }
             rows += c.rows();
@@ -126,7 +150,7 @@ impl Linearized {
             self.constraints(),
             "the scene has another number of constraints than at Linearized::new"
         );
-        let mut links = 0;
+        let (mut links, mut bounded) = (0, 0);
         for (i, c) in scene.constraints.iter().enumerate() {
             let (rows, slots) = (self.row_range(i), self.slot_range(i));
             let found = (c.rows(), c.bodies().count());
@@ -158,12 +182,23 @@ impl Linearized {
                 self.damping[row..row + count].fill(law.damping);
                 row += count;
             }
+            let factor = c.compliance_factor(t);
+            if factor != 1.0 {
+                self.compliance[rows.clone()]
+                    .iter_mut()
+                    .for_each(|e| *e *= factor);
+            }
+            if let Some((row, lower, upper)) = c.bounds(t) {
+                let bound = self.bounds.get_mut(bounded);
+                let bound = bound.filter(|bound| bound.row == rows.start + row);
+                let bound = bound.unwrap_or_else(|| panic!("constraint {i} {ANOTHER_TOPOLOGY}"));
+                (bound.lower, bound.upper) = (lower, upper);
+                bounded += 1;
+            }
         }
-        assert_eq!(
-            links,
-            self.transverse.len(),
-            "a constraint {ANOTHER_TOPOLOGY}"
-        );
+        let found = (links, bounded);
+        let known = (self.transverse.len(), self.bounds.len());
+        assert_eq!(found, known, "a constraint {ANOTHER_TOPOLOGY}");
     }
 
     /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when

@@ -213,9 +213,9 @@ impl ParticleChainParams {
         match self.model {
             ChainModel::MasslessCable | ChainModel::Truncated => {
                 let cable = MasslessCable {
-                    frames: (0..=n).map(Self::point).collect(),
-                    length: whole,
-                    law,
+                    // As in the paper, a row like the others: it pushes too.
+                    tension_only: false,
+                    ..MasslessCable::new((0..=n).map(Self::point).collect(), whole, law)
                 };
                 scene.add_constraint("cable", Constraint::MasslessCable(cable), group(n));
             }

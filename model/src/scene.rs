@@ -5,7 +5,25 @@ pub(crate) mod validate;
 use nalgebra::Vector3;
 
 use crate::body::{Bodies, Body};
-use crate::constraint::Constraint;
+use crate::constraint::{Constraint, Target};
+
+/// A named input of a scene: a speed that an operator sets, and what follows it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Control {
+    /// Its name, as the heading of its column in a table of inputs.
+    pub name: String,
+    /// What follows it.
+    pub drives: Vec<Drive>,
+}
+
+/// A motor or winch that follows a [`Control`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drive {
+    /// The constraint that has the motor or the winch.
+    pub constraint: usize,
+    /// Speed of the motor, or at which the winch pays out, over the value of the control.
+    pub gain: f64,
+}
 
 /// Everything that a simulation starts from. The vectors `body_names` and `constraint_names`, `groups` run parallel to
 /// `bodies` and `constraints`.
@@ -25,6 +43,8 @@ pub struct Scene {
     pub constraint_names: Vec<String>,
     /// Group of each constraint, for block Gauss–Seidel over groups \[SL §VI-A].
     pub groups: Vec<u32>,
+    /// The inputs, which are zero until they are set.
+    pub controls: Vec<Control>,
     /// The body whose position reports follow: the load.
     pub load: Option<usize>,
     /// Whether a simulation is to start from the static equilibrium near this pose instead of from the pose itself;
@@ -61,35 +81,59 @@ impl Scene {
         self.constraints.len() - 1
     }
 
-    /// Kinetic energy \[J].
+    /// Sets control number `control` to `value` from time `t` (s) on: its motors hold speeds from then on, and its winches
+    /// pay out. Allocates: no.
+    ///
+    /// # Panics
+    /// When `control` is not below the number of controls, or it drives a constraint that is not there.
+    pub fn set_control(&mut self, control: usize, value: f64, t: f64) {
+        for drive in &self.controls[control].drives {
+            let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
+            if let Constraint::MasslessCable(cable) = constraint {
+                cable.rebase(t);
+                if let Some(winch) = &mut cable.winch {
+                    winch.speed = speed;
+                }
+            } else if let Some(motor) = constraint.motor_mut() {
+                motor.target = Target::Speed(speed);
+            }
+        }
+    }
+
+    /// Numbers of the bodies that forces move: those that have a mass to speak of.
+    pub fn dynamic_bodies(&self) -> impl Iterator<Item = usize> {
+        (0..self.bodies.len()).filter(|&i| self.bodies.is_dynamic(i))
+    }
+
+    /// Kinetic energy of the dynamic bodies \[J].
     #[must_use]
     pub fn kinetic_energy(&self) -> f64 {
-        (0..self.bodies.len())
+        self.dynamic_bodies()
             .map(|i| self.bodies.kinetic_energy(i))
             .sum()
     }
 
-    /// Potential energy of gravity \[J], −Σ m g·x: zero for a body at the origin.
+    /// Potential energy of gravity of the dynamic bodies \[J], −Σ m g·x: zero for a body at the origin.
     #[must_use]
     pub fn potential_energy(&self) -> f64 {
-        let weigh = |(m, x): (&f64, &Vector3<f64>)| -m * self.gravity.dot(x);
-        let bodies = &self.bodies;
-        bodies.mass.iter().zip(&bodies.position).map(weigh).sum()
+        let (mass, position) = (&self.bodies.mass, &self.bodies.position);
+        self.dynamic_bodies()
+            .map(|i| -mass[i] * self.gravity.dot(&position[i]))
+            .sum()
     }
 
-    /// Linear momentum, world \[kg m/s].
+    /// Linear momentum of the dynamic bodies, world \[kg m/s].
     #[must_use]
     pub fn momentum(&self) -> Vector3<f64> {
-        let bodies = &self.bodies;
-        let terms = bodies.mass.iter().zip(&bodies.velocity);
-        terms.map(|(m, v)| v * *m).sum()
+        let (mass, velocity) = (&self.bodies.mass, &self.bodies.velocity);
+        self.dynamic_bodies().map(|i| velocity[i] * mass[i]).sum()
     }
 
-    /// Angular momentum about the world point `about` (m), world \[kg m²/s].
+    /// Angular momentum of the dynamic bodies about the world point `about` (m), world \[kg m²/s].
     #[must_use]
     pub fn angular_momentum(&self, about: &Vector3<f64>) -> Vector3<f64> {
         let bodies = &self.bodies;
-        (0..bodies.len())
+        self.dynamic_bodies()
             .map(|i| {
                 let orbital = (bodies.position[i] - about).cross(&bodies.velocity[i]);
                 orbital * bodies.mass[i] + bodies.inertia_world(i) * bodies.angular_velocity[i]
@@ -97,10 +141,10 @@ impl Scene {
             .sum()
     }
 
-    /// Mass of all bodies \[kg].
+    /// Mass of the dynamic bodies \[kg].
     #[must_use]
     pub fn mass(&self) -> f64 {
-        self.bodies.mass.iter().sum()
+        self.dynamic_bodies().map(|i| self.bodies.mass[i]).sum()
     }
 }
 

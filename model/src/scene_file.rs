@@ -1,17 +1,165 @@
-//! Scenes from TOML text, with overrides `KEY=VALUE`.
+//! Scenes as TOML text, read and written; with overrides `KEY=VALUE`. This is where the format is explained.
 //!
-//! A text is one table with all parameters of a named scene, `[hoist]` with the fields of [`HoistParams`],
-//! `[particles-a]` … `[particles-f]` with those of [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of
-//! [`SpecimenParams`], `[ring]`, `[junction]`, `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`]; or it is a list of `[[body]]` and `[[joint]]` entries, see [`SceneText`]. Unknown keys are errors
-//! that list the valid ones.
+//! A text is **one table** with the parameters of a named scene, all of which have defaults: `[hoist]` with the fields of
+//! [`HoistParams`], `[particles-a]` … `[particles-f]` with those of [`ParticleChainParams`], `[pull]`, `[twist]` or
+//! `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`, `[cranes]`, `[ladder]` or `[net]` with those of
+//! [`NetworkParams`]. `taut scene NAME` writes it with every key, its meaning and its unit. Or it
+//! is **explicit**: lists of bodies and of constraints, one by one. `taut scene NAME --explicit` writes any scene so.
+//!
+//! ```toml
+//! [hoist]
+//! segments = 12
+//! load_mass = 500       # kg
+//! ```
+//!
+//! # Explicit scenes
+//! SI units; angles in radians. Vectors are `[x, y, z]`, z upwards. Keys without "default" must be given.
+//!
+//! | top of the text | meaning |
+//! |---|---|
+//! | `name` | name of the scene; default `scene` |
+//! | `gravity` | acceleration, world, m/s²; default `[0, 0, -9.81]` |
+//! | `equilibrium` | `true`: start from the static equilibrium near the pose given; default `false` |
+//! | `load` | name of the body that reports follow; default none |
+//! | `order` | names of all constraints in their order; default joints, cables, bends, as listed |
+//!
+//! | `[[body]]` | meaning, see [`BodyEntry`] |
+//! |---|---|
+//! | `name` | any but `world` |
+//! | `mass` | kg |
+//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ rod = { length, radius } }` along the body's z |
+//! | `inertia` or | principal moments along the body's axes, kg m² |
+//! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
+//! | `position` | centre of mass, world, m; default the origin |
+//! | `orientation` or `rotation` | unit quaternion body to world, scalar first; rotation vector, rad; default unturned |
+//! | `velocity`, `angular_velocity` | world, m/s and rad/s; default 0 |
+//! | `force`, `torque` | world, N and N m, besides gravity; default 0 |
+//!
+//! | `[[joint]]` | meaning, see [`JointEntry`] |
+//! |---|---|
+//! | `name`, `kind` | `spherical`, `cosserat`, `paper`, `lock` or `distance` |
+//! | `a`, `b` | names of bodies, or `world` |
+//! | `point` or `point_a` and `point_b` | world, in the pose given; or each in its body's frame (world: world), m |
+//! | `axis` or | direction of the cable in the pose given, world; default `[0, 0, -1]` |
+//! | `axes_a` and `axes_b` | columns u (along the cable), v, w in each body's frame |
+//! | `stretch`, `bend`, `twist` | compliances of the rows, m/N and rad/(N m), 0 is rigid; no key, no row |
+//! | `ea`, `ei`, `gj` with `length` | the same rows by stiffness, N and N m², over metres of cable |
+//! | `length`, `transverse` | of a distance: length at rest, m; whether it has transverse rows |
+//! | `rotation` | of a lock, rad/(N m); default 0, as its `stretch` |
+//! | `damping` | damping time of all rows, s; default 0 |
+//! | `stretch_damping`, `bend_damping`, … | that of one kind of rows; also `twist_damping`, `rotation_damping` |
+//! | `twist_definition`, `safeguard` | of the paper's joint |
+//! | `twist_reference` | twist that the pose is counted from, rad: 2π for one whole turn; default 0 |
+//! | `motion` | of the world's side, m and s: `{ smooth = { displacement, start, duration } }` or |
+//! | | `{ circle = { radius, period, start, ramp } }` |
+//! | `group` | for block Gauss–Seidel over groups; default 0 |
+//!
+//! | `[[cable]]` | a massless cable, see [`CableEntry`] |
+//! |---|---|
+//! | `name` | |
+//! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
+//! | | with an optional `motion` of a world point |
+//! | `length` | of the whole at rest, m |
+//! | `stretch` or `ea` | compliance, m/N; stiffness, N |
+//! | `damping`, `group` | as in a joint |
+//!
+//! | `[[bend]]` | the bend of links, see [`BendEntry`] |
+//! |---|---|
+//! | `name` | |
+//! | `through` | three points as in a cable: the bend is at the second |
+//! | `definition` | `vector` (default) or `angle` |
+//! | `bend` | compliance, rad/(N m) |
+//! | `damping`, `group` | as in a joint |
+//!
+//! A hook on a massless cable between two points of the world, one of which moves, and a bob under it:
+//! ```
+//! let text = r#"
+//! name = "ferry"
+//! load = "bob"
+//!
+//! [[body]]
+//! name = "hook"
+//! mass = 50                                  # kg
+//! shape = { box = { size = [0.2, 0.2, 0.3] } }
+//! position = [0, 0, -2]                      # m, world
+//!
+//! [[body]]
+//! name = "bob"
+//! mass = 10
+//! shape = { sphere = { radius = 0.1 } }
+//! position = [0, 0, -3]
+//!
+//! [[cable]]
+//! name = "main"
+//! through = [
+//!   { body = "world", point = [-1.5, 0, 0] },
+//!   { body = "hook", point = [0, 0, 0.15] }, # m, in the hook's frame
+//!   { body = "world", point = [1.5, 0, 0], motion = { smooth = { displacement = [0.5, 0, 0], duration = 2 } } },
+//! ]
+//! length = 4.8                               # m
+//! ea = 1e6                                   # N
+//!
+//! [[joint]]
+//! name = "pendulum"
+//! kind = "distance"
+//! a = "hook"
+//! b = "bob"
+//! point_a = [0, 0, -0.15]
+//! point_b = [0, 0, 0]
+//! length = 0.85
+//! stretch = 1e-6                             # m/N
+//!
+//! [[bend]]
+//! name = "stiff"
+//! through = [{ body = "world" }, { body = "hook" }, { body = "bob" }]
+//! bend = 1e-3                                # rad/(N m)
+//! "#;
+//! use taut_model::SceneSource;
+//! use taut_model::scene_file::SceneText;
+//!
+//! let scene = SceneSource::parse(text, &[("body.bob.mass", "20")])?.build()?;
+//! assert_eq!(scene.constraint_names, ["pendulum", "main", "stiff"]);
+//! assert_eq!(SceneText::from_scene(&scene)?.build()?, scene);
+//!
+//! let fault = SceneSource::parse(&text.replace("ea = 1e6", "ea = -1"), &[])?.build();
+//! let fault = fault.expect_err("a negative stiffness").to_string();
+//! assert_eq!(fault, "line 25, column 1: cable `main`: ea is -1: it has to be > 0 N, or N m²");
+//! # Ok::<(), taut_model::SceneError>(())
+//! ```
+//!
+//! # Overrides
+//! A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass`,
+//! `joint.anchor.ei` or `cable.main.through.1.point` (entries by name or number from 0) in an explicit scene. A value is
+//! TOML, or else taken as a string: `joint=paper` needs no quotes.
+//!
+//! # Faults
+//! Unknown keys are errors that list the valid ones. Faults of explicit scenes, also those found while building, name
+//! line, key and cure; where an override brought the fault in, they name the override.
 
+mod build;
+mod cable;
 mod entries;
+mod from_scene;
 mod joint;
+mod keys;
+mod motion;
+mod places;
+#[cfg(test)]
+mod tests;
 #[cfg(test)]
 mod tests_explicit;
+#[cfg(test)]
+mod tests_faults;
+#[cfg(test)]
+mod tests_from_scene;
+mod write;
 
+pub use cable::{BendEntry, CableEntry, PointEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
-pub use joint::{JointEntry, Kind, MotionEntry};
+pub use joint::{JointEntry, Kind};
+pub use motion::MotionEntry;
+
+use places::{Places, located};
 
 use std::collections::BTreeMap;
 
@@ -74,21 +222,16 @@ impl SceneSource {
         Self::parse(&format!("[{name}]"), overrides)
     }
 
-    /// Reads TOML text, with `overrides` of (key, value) merged in before the keys are checked.
-    ///
-    /// A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass` or
-    /// `joint.anchor.ei` (by name or number from 0) in an explicit scene. A value is TOML, or else taken as a string:
-    /// `joint=paper` needs no quotes.
+    /// Reads TOML text, with `overrides` of (key, value) merged in before the keys are checked (see the
+    /// module's documentation).
     ///
     /// # Errors
     /// [`SceneError::Toml`] with line and column, [`SceneError::Override`] with the key.
     pub fn parse(text: &str, overrides: &[(&str, &str)]) -> Result<Self, SceneError> {
         let mut table: Table = toml::from_str(text).map_err(|e| located(&e, text))?;
-        let whole = table
-            .keys()
-            .find_map(|k| Some((k.clone(), Whole::named(k)?)));
-        let Some((name, whole)) = whole else {
-            let scene = merge::<SceneText>(text, &mut table, overrides)?;
+        let Some((name, whole)) = whole_of(&table) else {
+            let mut scene = merge::<SceneText>(text, &mut table, overrides)?;
+            scene.places = Places::new(text, overrides);
             return Ok(Self::Explicit(Box::new(scene)));
         };
         alone(text, &name)?;
@@ -124,6 +267,21 @@ impl SceneSource {
         }
     }
 
+    /// The source as TOML text for people: every key with its meaning, its unit and its value. It reads back to an equal
+    /// source.
+    ///
+    /// # Errors
+    /// As [`SceneSource::to_toml`].
+    pub fn to_commented_toml(&self) -> Result<String, SceneError> {
+        match self {
+            Self::Hoist(hoist) => write::commented(self, "hoist", hoist),
+            Self::Particles(chain) => write::commented(self, chain.model.scene_name(), chain),
+            Self::Specimen(params) => write::commented(self, params.specimen.name(), params),
+            Self::Network(params) => write::commented(self, params.network.name(), params),
+            Self::Explicit(scene) => write::explicit_commented(scene),
+        }
+    }
+
     /// The source as TOML text that [`SceneSource::parse`] reads back to an equal source.
     ///
     /// # Errors
@@ -140,7 +298,7 @@ impl SceneSource {
             Self::Network(params) => {
                 toml::to_string(&BTreeMap::from([(params.network.name(), params)]))
             }
-            Self::Explicit(scene) => toml::to_string(&**scene),
+            Self::Explicit(scene) => return write::explicit(scene),
         };
         text.map_err(|e| SceneError::Toml {
             line: None,
@@ -148,6 +306,12 @@ impl SceneSource {
             message: one_line(&e.to_string()),
         })
     }
+}
+
+/// The table that is a whole scene; the list `[[bend]]` is not the table `[bend]`.
+fn whole_of(table: &Table) -> Option<(String, Whole)> {
+    let mut tables = table.iter().filter(|(_, value)| value.is_table());
+    tables.find_map(|(name, _)| Some((name.clone(), Whole::named(name)?)))
 }
 
 /// Refuses whatever stands beside the table `whole`, which holds all of a scene.
@@ -210,11 +374,8 @@ fn merge<T: DeserializeOwned>(
 /// Puts `value` at the path `key`. Entries of lists are found by their `name` or their number.
 fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
     let mut parts: Vec<&str> = key.trim().split('.').map(str::trim).collect();
-    let whole = table
-        .keys()
-        .find(|name| Whole::named(name).is_some())
-        .cloned();
-    if let Some(whole) = &whole
+    let whole = whole_of(table);
+    if let Some((whole, _)) = &whole
         && parts[0] != whole
     {
         parts.insert(0, whole);
@@ -252,223 +413,16 @@ fn position(list: &[Value], name: &str) -> Option<usize> {
     list.iter().position(named).or_else(by_number)
 }
 
-/// A reader's error with its place.
-fn located(error: &toml::de::Error, text: &str) -> SceneError {
-    fault_at(error.span().map(|span| span.start), text, error.message())
-}
-
 /// A fault of the text with line and column from 1 of the byte `at`, columns in characters.
 fn fault_at(at: Option<usize>, text: &str, message: &str) -> SceneError {
-    let before = at.and_then(|at| text.get(..at));
+    let place = at.map(|at| places::line_column(text, at));
     SceneError::Toml {
-        line: before.map(|t| t.matches('\n').count() + 1),
-        column: before.map(|t| t.chars().rev().take_while(|c| *c != '\n').count() + 1),
+        line: place.map(|(line, _)| line),
+        column: place.map(|(_, column)| column),
         message: one_line(message),
     }
 }
 
 fn one_line(message: &str) -> String {
     message.trim().replace('\n', ", ")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::hoist::JointKind;
-    use proptest::prelude::*;
-
-    fn hoist(source: &SceneSource) -> &HoistParams {
-        match source {
-            SceneSource::Hoist(params) => params,
-            _ => panic!("not a hoist"),
-        }
-    }
-
-    fn fault(text: &str, overrides: &[(&str, &str)]) -> String {
-        let error = SceneSource::parse(text, overrides)
-            .and_then(|s| s.build())
-            .expect_err("a fault");
-        let text = error.to_string();
-        assert!(!text.contains('\n'), "{text}");
-        text
-    }
-
-    #[test]
-    fn names_and_overrides() {
-        let overrides = [
-            ("segments", "6"),
-            ("mass_ratio", "1e5"),
-            ("hoist.joint", "paper"),
-            ("load_offset", "1"),
-        ];
-        let source = SceneSource::load("hoist", &overrides).expect("loads");
-        let params = hoist(&source);
-        assert_eq!((params.segments, params.mass_ratio), (6, 1e5));
-        assert_eq!((params.joint, params.load_offset), (JointKind::Paper, 1.0));
-        assert_eq!(source.build().expect("builds").bodies.len(), 7);
-        let text = "[hoist]\nsegments = 3\nanchor = \"clamped\"\n";
-        let source = SceneSource::parse(text, &[("segments", "4")]).expect("loads");
-        assert_eq!(hoist(&source).segments, 4);
-    }
-
-    #[test]
-    fn written_text_reads_back_to_the_identical_scene() {
-        let overrides = [
-            ("ea", "1.2345678901234567e7"),
-            ("initial_angle", "0.1"),
-            ("seed", "77"),
-            ("damping", "1e-300"),
-        ];
-        let source = SceneSource::load("hoist", &overrides).expect("loads");
-        let text = source.to_toml().expect("writes");
-        let again = SceneSource::parse(&text, &[]).expect("reads");
-        assert_eq!(again, source);
-        assert_eq!(again.build(), source.build());
-    }
-
-    #[test]
-    fn particle_chains_by_name_and_text() {
-        let overrides = [
-            ("particles", "9"),
-            ("load_mass", "1e3"),
-            ("particles-a.transverse", "true"),
-            ("compliance", "1.2345678901234567e-9"),
-            ("seed", "3"),
-        ];
-        let source = SceneSource::load("particles-a", &overrides).expect("loads");
-        let scene = source.build().expect("builds");
-        assert_eq!((scene.bodies.len(), scene.bodies.mass[8]), (9, 1e3));
-        assert_eq!(scene.constraints[0].rows(), 3);
-        let text = source.to_toml().expect("writes");
-        assert!(text.starts_with("[particles-a]"), "{text}");
-        let again = SceneSource::parse(&text, &[]).expect("reads");
-        assert_eq!(again, source);
-        assert_eq!(again.build(), Ok(scene));
-        let text = fault("[particles-a]\nspacing = -1\n", &[]);
-        assert_eq!(text.split(':').next(), Some("spacing is -1"));
-        let text = fault("[particles-a]", &[("spcaing", "2")]);
-        assert!(text.starts_with("override `spcaing`: unknown"), "{text}");
-        assert!(fault("[particles-a]", &[("mass", "nan")]).contains("mass is NaN"));
-        let both = fault("[particles-a]\n[hoist]", &[]);
-        assert!(both.contains("stands beside [hoist]"), "{both}");
-        let both = fault("[particles-a]\n[particles-e]", &[]);
-        assert!(
-            both.starts_with("line 2, column 2: `particles-e`"),
-            "{both}"
-        );
-    }
-
-    #[test]
-    fn every_model_of_the_chain_reads_back() {
-        for model in ChainModel::ALL {
-            let name = model.scene_name();
-            let overrides = [("added_compliance", "1e-7"), ("particles", "3")];
-            let source = SceneSource::load(name, &overrides).expect("loads");
-            let text = source.to_toml().expect("writes");
-            assert!(text.starts_with(&format!("[{name}]")), "{text}");
-            assert_eq!(SceneSource::parse(&text, &[]), Ok(source.clone()));
-            assert_eq!(source.build().expect("builds").name, name);
-        }
-    }
-
-    #[test]
-    fn specimens_by_name_and_text() {
-        for (name, load) in [("pull", "force"), ("twist", "torque"), ("bend", "moment")] {
-            let overrides = [("segments", "5"), ("material", "rubber"), (load, "0.25")];
-            let source = SceneSource::load(name, &overrides).expect("loads");
-            let scene = source.build().expect("builds");
-            assert_eq!((scene.bodies.len(), scene.name.as_str()), (6, name));
-            let text = source.to_toml().expect("writes");
-            assert!(text.starts_with(&format!("[{name}]")), "{text}");
-            assert_eq!(SceneSource::parse(&text, &[]), Ok(source));
-        }
-        let text = fault("[twist]\nforce = 1\n[bend]\n", &[]);
-        assert!(text.contains("stands beside [bend]"), "{text}");
-        let text = fault("[twist]", &[("tork", "2")]);
-        assert!(text.starts_with("override `tork`: unknown"), "{text}");
-    }
-
-    #[test]
-    fn faults_say_where() {
-        let unknown = SceneSource::load("hoits", &[]).expect_err("no such scene");
-        assert!(
-            unknown
-                .to_string()
-                .contains("choose one of hoist, particles-a")
-        );
-        assert!(fault("", &[]).contains("no bodies"));
-        let text = fault("[hoist]\nsegments = 3\nlenght = 2.0\n", &[]);
-        assert!(
-            text.starts_with("line 3, column 1: unknown field `lenght`"),
-            "{text}"
-        );
-        assert!(text.contains("`length`"), "{text}");
-        let text = fault("[hoist]\nsegments = \"many\"\n", &[]);
-        assert!(
-            text.starts_with("line 2, column 12: invalid type"),
-            "{text}"
-        );
-        let text = fault("[hoist]\nsegments = = 3\n", &[]);
-        assert!(text.starts_with("line 2, column"), "{text}");
-        let text = fault("[hoist]\nsegments = 3\n[extra]\n", &[]);
-        assert!(
-            text.starts_with("line 3, column 2: `extra` stands beside [hoist]"),
-            "{text}"
-        );
-        assert!(fault("# nothing\n", &[]).contains("no bodies"));
-    }
-
-    #[test]
-    fn faults_of_overrides_name_the_key() {
-        let text = fault("[hoist]", &[("segments", "4"), ("mass", "3")]);
-        assert!(
-            text.starts_with("override `mass`: unknown field `mass`"),
-            "{text}"
-        );
-        assert!(text.contains("`mass_ratio`"), "{text}");
-        let text = fault("[hoist]", &[("segments", "2.5")]);
-        assert!(
-            text.starts_with("override `segments`: invalid type"),
-            "{text}"
-        );
-        let text = fault("[hoist]", &[("segments", "-2")]);
-        assert!(text.starts_with("override `segments`:"), "{text}");
-        assert!(fault("[hoist]", &[("joint", "welded")]).contains("`cosserat`"));
-        assert!(fault("[hoist]", &[("a.b", "1")]).contains("there is no `a`"));
-        assert!(fault("[hoist]", &[("", "1")]).contains("override ``"));
-        assert!(fault("[hoist]", &[("segments.x", "1")]).contains("there is no `segments`"));
-        assert!(fault("[hoist]", &[("ea", "nan")]).contains("ea is NaN"));
-        // The text is at fault, not the override: its own line is told.
-        let text = fault("[hoist]\nsegmnts = 3\n", &[("length", "2")]);
-        assert!(text.starts_with("line 2, column 1"), "{text}");
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
-
-        #[test]
-        fn any_text_is_read_or_refused(
-            text in "(\\[hoist\\]\n|\\[\\[body\\]\\]\n|\\[\\[joint\\]\\]\n)?(.|\n|=|\\[|\"){0,60}",
-            key in "(segments|length|joint|[a-z_.]{0,12})",
-            value in "([-+0-9.e]{0,6}|.{0,8})",
-        ) {
-            for overrides in [&[][..], &[(key.as_str(), value.as_str())][..]] {
-                if let Err(error) = SceneSource::parse(&text, overrides) {
-                    prop_assert!(!error.to_string().contains('\n'), "{error}");
-                }
-            }
-        }
-
-        #[test]
-        fn any_override_builds_or_is_refused(
-            key in "(segments|length|mass_ratio|ea|ei|gj|joint|anchor|seed|damping|gravity|bend|material)",
-            value in "(-?[0-9]{1,2}(\\.[0-9]|e-?[0-9]{1,3})?|nan|inf|true|false|paper|clamped|steel|\\[1\\])",
-        ) {
-            let source = SceneSource::load("hoist", &[(&key, &value)]);
-            match source.and_then(|s| s.build()) {
-                Ok(scene) => prop_assert_eq!(scene.validate(), Ok(())),
-                Err(error) => prop_assert!(!error.to_string().contains('\n'), "{error}"),
-            }
-        }
-    }
 }

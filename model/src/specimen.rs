@@ -90,7 +90,7 @@ pub struct SpecimenParams {
     pub gj: Option<f64>,
     /// Kind of the joints: `cosserat` or `paper`.
     pub joint: JointKind,
-    /// The twist angle of the paper's joint.
+    /// The twist angle of the paper's joint: `ordinary` or `alternative`.
     pub twist_definition: TwistDefinition,
     /// Mass of the grip \[kg], a cube with the section's side. Default: that of a segment.
     pub grip_mass: Option<f64>,

@@ -1,10 +1,10 @@
 //! The graph of a scene: which bodies hang together, which constraints close loops, in which order to eliminate.
 //!
-//! Bodies are vertices and constraints hyperedges between them. The world is no vertex: it does not move, and two
-//! constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes no loop forms a tree in each
-//! connected component, and S of a tree, eliminated from the leaves to a root, fills nothing: what is left to eliminate
-//! next to a constraint shares its one body towards the root. Constraints that close loops come last, where they fill
-//! their own rows only, \[SL §VI-A].
+//! Bodies are vertices and constraints hyperedges between them. The world and static and driven bodies are no vertices:
+//! forces do not move them, and two constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes
+//! no loop forms a tree in each connected component, and S of a tree, eliminated from the leaves to a root, fills
+//! nothing: what is left to eliminate next to a constraint shares its one body towards the root. Constraints that close
+//! loops come last, where they fill their own rows only, \[SL §VI-A].
 //!
 //! Constraints that share two bodies close a loop in this sense too, as links and the bend rows between them do. Whether
 //! it is good to put them last is a question of cost, not of topology.
@@ -16,14 +16,14 @@ use crate::scene::Scene;
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct Topology {
-    /// Number of connected components, bodies without constraints included.
+    /// Number of connected components, dynamic bodies without constraints included.
     pub components: usize,
-    /// Component of each body, numbered by their first bodies; `None` for a body that is no vertex.
+    /// Component of each body, numbered by their first bodies; `None` for a static or driven one.
     pub component_of_body: Vec<Option<usize>>,
-    /// Component of each constraint; `None` where it acts on no vertex.
+    /// Component of each constraint; `None` where it acts on no dynamic body.
     pub component_of_constraint: Vec<Option<usize>>,
-    /// The constraints that close a loop, ascending: those with two different bodies that constraints before them
-    /// connect.
+    /// The constraints that close a loop, ascending: those with two different dynamic bodies that
+    /// constraints before them connect.
     pub closing: Vec<usize>,
     /// Group of each constraint, for [`Scene::groups`]: one for each component, numbered by their first constraints, and
     /// after them one for all that close loops.
@@ -59,6 +59,9 @@ impl Topology {
         let mut component_of_root = vec![None; bodies];
         let mut component_of_body = vec![None; bodies];
         for (body, component) in component_of_body.iter_mut().enumerate() {
+            if !scene.bodies.is_dynamic(body) {
+                continue;
+            }
             let of_root = &mut component_of_root[sets.root(body)];
             *component = Some(*of_root.get_or_insert_with(|| {
                 components += 1;
@@ -138,7 +141,7 @@ impl Edges {
         };
         for constraint in &scene.constraints {
             let first = edges.vertices.len();
-            edges.vertices.extend(vertices(constraint));
+            edges.vertices.extend(vertices(scene, constraint));
             edges.vertices[first..].sort_unstable();
             let mut kept = first;
             for at in first..edges.vertices.len() {
@@ -195,8 +198,9 @@ impl Edges {
 }
 
 /// The vertices that a constraint acts on, side by side: the one place that says what is one.
-fn vertices(constraint: &Constraint) -> impl Iterator<Item = usize> {
-    constraint.bodies()
+fn vertices(scene: &Scene, constraint: &Constraint) -> impl Iterator<Item = usize> {
+    let bodies = constraint.bodies();
+    bodies.filter(|&body| scene.bodies.is_dynamic(body))
 }
 
 /// Disjoint sets of bodies, by size and with halved paths.
@@ -241,7 +245,7 @@ impl DisjointSets {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Body;
+    use crate::body::{Body, Mobility};
     use crate::constraint::{RowLaw, Spherical};
     use crate::frame::Frame;
     use crate::{MasslessCable, named};
@@ -268,6 +272,8 @@ mod tests {
                     frames: sides.iter().map(|&s| frame(s)).collect(),
                     length: 1.0,
                     law: RowLaw::RIGID,
+                    winch: None,
+                    tension_only: false,
                 }),
             };
             scene.add_constraint(format!("constraint-{c}"), constraint, 7);
@@ -337,6 +343,28 @@ mod tests {
             &[&[None, Some(0)], &[Some(0), Some(1)], &[Some(1), None]],
         ));
         assert!(t.is_forest());
+    }
+
+    #[test]
+    fn what_does_not_move_couples_nothing() {
+        let sides: [&[_]; 4] = [
+            &[Some(0), Some(1)],
+            &[Some(1), Some(2)],
+            &[Some(2), Some(0)],
+            &[Some(1), None],
+        ];
+        let mut scene = scene(3, &sides);
+        assert_eq!(Topology::of(&scene).closing, [2]);
+        scene.bodies.mobility[1] = Mobility::Driven;
+        let t = Topology::of(&scene);
+        assert_eq!((t.components, t.is_forest()), (1, true));
+        assert_eq!(t.component_of_body, [Some(0), None, Some(0)]);
+        assert_eq!(t.component_of_constraint, [Some(0), Some(0), Some(0), None]);
+        let mut order = t.order;
+        order.sort_unstable();
+        assert_eq!(order, [0, 1, 2, 3]);
+        scene.bodies.mobility[0] = Mobility::Static;
+        assert!(Topology::of(&scene).is_forest());
     }
 
     #[test]

@@ -74,8 +74,8 @@ fn direct_solvers_agree_in_every_order() {
             }
         }
     }
-    schur.expect_measured("multipliers from S", 0.0);
-    kkt.expect_measured("multipliers from the KKT matrix", 0.0);
+    schur.expect_measured("multipliers from S", 7.3e-16);
+    kkt.expect_measured("multipliers from the KKT matrix", 6.4e-16);
 }
 
 /// Iterations, over joints and over the groups of the topology, in every order.
@@ -100,8 +100,8 @@ fn iterative_solvers_agree_in_every_order() {
             }
         }
     }
-    sweeps.expect_measured("Gauss–Seidel", 0.0);
-    gradients.expect_measured("conjugate gradient", 0.0);
+    sweeps.expect_measured("Gauss–Seidel", 9.3e-12);
+    gradients.expect_measured("conjugate gradient", 1.2e-12);
 }
 
 /// Where the groups are a forest each, their exact solves are the whole solve: one iteration of what would take hundreds.

@@ -1,5 +1,7 @@
 //! What the time step does to a motion.
 
+/// Bounded rows, motors, winches, driven bodies.
+mod driven;
 /// Deformation modes and gaps: the laws by which each scheme damps them.
 mod modes;
 /// Swings: order in Δt, sub-steps, the guard, fast spins.

@@ -1,6 +1,7 @@
 use taut_bench::Choice;
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{HoistParams, Scene};
+use taut_model::scene_file::SceneText;
+use taut_model::{HoistParams, Scene, SceneSource};
 use taut_tests::scenes::random_scene;
 use taut_tests::{compiled, compiled_direct, paper, unguarded};
 
@@ -33,6 +34,33 @@ fn swinging() -> Scene {
         ..HoistParams::default()
     };
     params.build().expect("sound parameters")
+}
+
+/// A scene taken in the midst of its motion, written as text and read back, goes on as the scene itself.
+#[test]
+fn a_scene_written_in_motion_goes_on_with_the_same_bits() {
+    let mut sources = vec![swinging()];
+    for name in ["particles-b", "particles-f", "twist", "bend"] {
+        let overrides = [("seed", "3"), ("damping", "0.001")];
+        let source = SceneSource::load(name, &overrides).expect("a scene");
+        sources.push(source.build().expect("sound parameters"));
+    }
+    for scene in sources {
+        let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+        for _ in 0..20 {
+            stepper.step().expect("a stable run");
+        }
+        let mut moved = stepper.scene().clone();
+        moved.start_in_equilibrium = false;
+        let text = SceneText::from_scene(&moved).expect("a text");
+        let toml = SceneSource::Explicit(Box::new(text)).to_toml();
+        let again = SceneSource::parse(&toml.expect("writes"), &[]).and_then(|s| s.build());
+        let again = again.expect("reads");
+        assert_eq!(format!("{again:?}"), format!("{moved:?}"));
+        let name = moved.name.clone();
+        let same = run(moved, StepOptions::default(), 10);
+        assert_eq!(run(again, StepOptions::default(), 10), same, "{name}");
+    }
 }
 
 /// Twice in a row, and again while another thread does the same.

@@ -63,15 +63,20 @@ impl Cosserat {
 
     /// Unwrapped twist \[rad] and its gradient on ω_b.
     pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> (f64, Vector3<f64>) {
-        let mean = a.u() + b.u();
-        // 1 + c = |u_a + u_b|²/2, which keeps its digits near θ = π.
-        let g = mean * (2.0 / mean.norm_squared().max(FOLD * FOLD));
-        (unwrap_angle(twist_angle(a, b), self.twist_reference), g)
+        twist(a, b, self.twist_reference)
     }
 }
 
+/// Twist \[rad] of b against a, unwrapped to `reference`, and its gradient on ω_b.
+pub(super) fn twist(a: &Resolved, b: &Resolved, reference: f64) -> (f64, Vector3<f64>) {
+    let mean = a.u() + b.u();
+    // 1 + c = |u_a + u_b|²/2, which keeps its digits near θ = π.
+    let g = mean * (2.0 / mean.norm_squared().max(FOLD * FOLD));
+    (unwrap_angle(twist_angle(a, b), reference), g)
+}
+
 /// Bend angles \[rad] about v_a and w_a with their gradients on ω_b.
-fn bend(a: &Resolved, b: &Resolved) -> [(f64, Vector3<f64>); 2] {
+pub(super) fn bend(a: &Resolved, b: &Resolved) -> [(f64, Vector3<f64>); 2] {
     let (ua, ub) = (a.u(), b.u());
     let mut d = ua.cross(&ub);
     let c = ua.dot(&ub);

@@ -33,6 +33,8 @@ use crate::frame::{Frame, Resolved};
 
 /// How a [`LinkBend`] measures bending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
 pub enum BendDefinition {
     /// The angle between the links, 1 row: the paper's.
     Angle,

@@ -27,6 +27,11 @@ pub struct Lock {
 
 pub(super) fn evaluate(a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
     rows.stretch(a, b);
+    rotation_rows(a, b, rows);
+}
+
+/// The three rows of ρ.
+pub(super) fn rotation_rows(a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
     let rho = rotation_vector(&(a.axes.transpose() * b.axes));
     let jacobian = inverse_left_jacobian(&rho) * a.axes.transpose();
     for k in 0..3 {

@@ -1,11 +1,16 @@
-//! Massless cable: the total length through any number of attachment points.
+//! Massless cable: the total length through any number of attachment points, with a winch if wanted.
 //!
 //! With the points p₀ … p_m (p = x + r) and the spans d_k = p_{k−1} − p_k, n_k = d_k/|d_k|:
 //!
-//!   φ = Σ_k |d_k| − L  \[SL §III (b)],   φ̇ = Σ_j (n_{j+1} − n_j)·ṗ_j,  n_0 = n_{m+1} = 0
+//!   φ = Σ_k |d_k| − L(t)  \[SL §III (b)],   φ̇ = Σ_j (n_{j+1} − n_j)·ṗ_j − L̇,  n_0 = n_{m+1} = 0
 //!
-//! 1 row, m. The cable slides freely through the inner points: one tension |λ| in all spans. φ > 0 and λ < 0 where it is
-//! taut; as written here it also pushes where it is too short.
+//! 1 row, m. The cable slides freely through the inner points, which are sheaves without friction: one tension |λ| in all
+//! spans. φ > 0 and λ < 0 where it is taut. With `tension_only` the row has the bound λ ≤ 0 and is slack where it is too
+//! long; without, it also pushes.
+//!
+//! A winch changes L at a speed of its own and holds up to a tension F: λ ≥ −F. Where that is not enough the drum slips:
+//! what is then paid out is what the elastic law asks for, Σ|d_k| − L = ε F ([`MasslessCable::settle`]). Compliance is
+//! proportional to the length, ε(L) = ε L/L_ref.
 //!
 //! A span of length zero has no direction: it is taken to be z, so that all is finite.
 
@@ -14,20 +19,177 @@ use nalgebra::Vector3;
 use super::distance::direction;
 use super::{RowLaw, Rows};
 use crate::body::Bodies;
+use crate::error::{SceneError, check, limited};
 use crate::frame::Frame;
 
-/// Constant total length through two or more points, 1 row.
+/// Pays a massless cable out and hauls it in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Winch {
+    /// Speed at which it pays out \[m/s]; negative hauls in. Without effect while the brake is on.
+    pub speed: f64,
+    /// Largest tension that the winch holds while the brake is off \[N], ≥ 0; above it the drum slips.
+    pub force_limit: f64,
+    /// Whether the brake is on: the drum then stands still.
+    pub brake: bool,
+    /// Largest tension that the brake holds \[N], ≥ 0; above it the drum slips.
+    pub brake_limit: f64,
+    /// Length at which hauling in stops \[m], > 0.
+    pub shortest: f64,
+    /// Length at which the drum is empty and its end holds any tension \[m].
+    pub longest: f64,
+    /// Time from which on `speed` holds \[s]: the cable had its `length` then.
+    pub since: f64,
+}
+
+impl Winch {
+    /// A winch at rest without limits.
+    #[must_use]
+    pub const fn new() -> Self {
+        Self {
+            speed: 0.0,
+            force_limit: f64::INFINITY,
+            brake: false,
+            brake_limit: f64::INFINITY,
+            shortest: 1e-3,
+            longest: f64::INFINITY,
+            since: 0.0,
+        }
+    }
+
+    /// Checks that all numbers are in their ranges; `what` is whose winch it is.
+    ///
+    /// # Errors
+    /// The first number that is not.
+    pub fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
+        let of = |quantity: &str| format!("{}: winch {quantity}", what());
+        check(of("speed"), self.speed, true, "a number of m/s")?;
+        check(of("since"), self.since, true, "a time in s")?;
+        for (quantity, limit) in [
+            ("force limit", self.force_limit),
+            ("brake limit", self.brake_limit),
+        ] {
+            limited(of(quantity), limit, limit >= 0.0, "≥ 0 N; inf is no limit")?;
+        }
+        let shortest = self.shortest;
+        let needs = "> 0 m: where hauling in stops";
+        check(of("shortest"), shortest, shortest > 0.0, needs)?;
+        let needs = "≥ shortest (m); inf is no limit";
+        limited(of("longest"), self.longest, self.longest >= shortest, needs)
+    }
+
+    /// Tension that makes the drum slip \[N].
+    #[must_use]
+    pub fn holding_force(&self) -> f64 {
+        if self.brake {
+            self.brake_limit
+        } else {
+            self.force_limit
+        }
+    }
+}
+
+impl Default for Winch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Total length through two or more points, 1 row.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MasslessCable {
     /// The attachment frames in the order of the cable, at least 2; their axes are not used.
     pub frames: Vec<Frame>,
-    /// Total length L at rest \[m], > 0.
+    /// Total length L at rest \[m], > 0; with a winch that at the time [`Winch::since`].
     pub length: f64,
-    /// Law of the row, compliance in m/N.
+    /// Law of the row, compliance in m/N of a cable with that length.
     pub law: RowLaw,
+    /// Whether it goes slack instead of pushing.
+    pub tension_only: bool,
+    /// What changes its length.
+    pub winch: Option<Winch>,
 }
 
 impl MasslessCable {
+    /// A cable without winch that goes slack instead of pushing: through `frames`, `length` in m, compliance in m/N.
+    #[must_use]
+    pub fn new(frames: Vec<Frame>, length: f64, law: RowLaw) -> Self {
+        Self {
+            frames,
+            length,
+            law,
+            tension_only: true,
+            winch: None,
+        }
+    }
+
+    /// Length at rest at time `t` (s), not before [`Winch::since`] \[m].
+    #[must_use]
+    pub fn length_at(&self, t: f64) -> f64 {
+        match &self.winch {
+            Some(w) if !w.brake && w.speed != 0.0 => {
+                let wound = self.length + w.speed * (t - w.since);
+                // A cable that is out of the range already stays as it is.
+                let (shortest, longest) = (w.shortest.min(self.length), w.longest.max(self.length));
+                wound.clamp(shortest, longest)
+            }
+            _ => self.length,
+        }
+    }
+
+    /// Compliance at time `t` (s) \[m/N].
+    #[must_use]
+    pub fn compliance_at(&self, t: f64) -> f64 {
+        let length = self.length_at(t);
+        // The quotient of equal numbers is exact.
+        self.law.compliance * (length / self.length)
+    }
+
+    /// Bounds of λ at time `t` (s), lower and upper \[N].
+    #[must_use]
+    pub fn bounds_at(&self, t: f64) -> (f64, f64) {
+        let lower = match &self.winch {
+            Some(w) if self.length_at(t) < w.longest => -w.holding_force(),
+            _ => f64::NEG_INFINITY,
+        };
+        let upper = if self.tension_only {
+            0.0
+        } else {
+            f64::INFINITY
+        };
+        (lower, upper)
+    }
+
+    /// Makes time `t` (s) the one that `length` and compliance belong to, so that the winch can be set anew.
+    pub fn rebase(&mut self, t: f64) {
+        self.set_length(self.length_at(t), t);
+    }
+
+    /// Pays out what a drum that slipped at time `t` (s) has let go, where the spans are `excess` (m) longer than the
+    /// length at rest: until the elastic law gives the holding force, or the drum is empty. Returns what it paid out.
+    pub fn settle(&mut self, excess: f64, t: f64) -> f64 {
+        let Some(winch) = self.winch else {
+            return 0.0;
+        };
+        let (now, compliance) = (self.length_at(t), self.compliance_at(t));
+        // (total − L) = (ε/now) L F.
+        let total = now + excess;
+        let settled = total / (1.0 + compliance / now * winch.holding_force());
+        let settled = settled.min(winch.longest.max(now));
+        if settled > now {
+            self.set_length(settled, t);
+            return settled - now;
+        }
+        0.0
+    }
+
+    fn set_length(&mut self, length: f64, t: f64) {
+        if let Some(winch) = &mut self.winch {
+            self.law.compliance *= length / self.length;
+            self.length = length;
+            winch.since = t;
+        }
+    }
+
     pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
         let mut sides = self.frames.iter().map(|f| (f, f.resolve(bodies, t)));
         let Some(mut last) = sides.next() else {
@@ -49,7 +211,7 @@ impl MasslessCable {
             (before, last) = (n, next);
         }
         finish(&last, -before);
-        rows.phi[0] = total - self.length;
+        rows.phi[0] = total - self.length_at(t);
     }
 }
 
@@ -78,11 +240,7 @@ mod tests {
         // Twice through the first body.
         frames.push(Frame::body(0, poses.vector()));
         frames.push(Frame::world(poses.vector()).moving(motion));
-        let cable = MasslessCable {
-            frames,
-            length: 5.0,
-            law: LAW,
-        };
+        let cable = MasslessCable::new(frames, 5.0, LAW);
         scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
         scene
     }
@@ -125,11 +283,7 @@ mod tests {
         scene.add_body("sheave", Body::particle(1.0).at(-Vector3::z()));
         let at = |x| Frame::world(Vector3::new(x, 0.0, 0.0));
         let frames = vec![at(-1.0), Frame::body(0, Vector3::zeros()), at(1.0)];
-        let cable = MasslessCable {
-            frames,
-            length: 2.0,
-            law: RowLaw::RIGID,
-        };
+        let cable = MasslessCable::new(frames, 2.0, RowLaw::RIGID);
         scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
         let mut lin = Linearized::new(&scene);
         lin.update(&scene, 0.0);
@@ -137,6 +291,73 @@ mod tests {
         assert!((lin.block(0)[2] + 2.0 * half).abs() < 1e-15, "{lin:?}");
         assert!(lin.block(0)[0].abs() < 1e-15);
         assert!((lin.phi[0] - (2.0 / half - 2.0)).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_winch_changes_length_and_compliance_within_its_range() {
+        let mut cable = MasslessCable {
+            winch: Some(Winch {
+                speed: -0.5,
+                force_limit: 100.0,
+                brake_limit: 300.0,
+                shortest: 1.0,
+                longest: 4.0,
+                ..Winch::new()
+            }),
+            ..MasslessCable::new(Vec::new(), 2.0, RowLaw::new(1e-3, 0.0))
+        };
+        assert_eq!((cable.length_at(0.0), cable.length_at(1.0)), (2.0, 1.5));
+        assert_eq!(
+            (cable.length_at(9.0), cable.compliance_at(1.0)),
+            (1.0, 0.75e-3)
+        );
+        assert_eq!(cable.bounds_at(0.0), (-100.0, 0.0));
+        cable.rebase(1.0);
+        assert_eq!((cable.length, cable.law.compliance), (1.5, 0.75e-3));
+        let set = |cable: &mut MasslessCable, change: &dyn Fn(&mut Winch)| {
+            if let Some(winch) = &mut cable.winch {
+                change(winch);
+            }
+        };
+        set(&mut cable, &|w| w.brake = true);
+        assert_eq!(
+            (cable.length_at(3.0), cable.bounds_at(3.0).0),
+            (1.5, -300.0)
+        );
+        // Stretched by 0.9 m it pulls with 1200 N: the brake slips to 300 N.
+        let paid = cable.settle(0.9, 3.0);
+        assert!((cable.length - 1.5 - paid).abs() < 1e-15);
+        let excess = 2.4 - cable.length;
+        assert!((excess / cable.law.compliance - 300.0).abs() < 1e-10);
+        // What the brake holds does not slip.
+        assert_eq!(cable.settle(0.5 * excess, 3.0), 0.0);
+        // The drum is empty at 4 m, and holds any tension then.
+        assert!(cable.settle(50.0, 3.0) > 0.0);
+        assert_eq!(
+            (cable.length, cable.bounds_at(3.0).0),
+            (4.0, f64::NEG_INFINITY)
+        );
+    }
+
+    #[test]
+    fn a_running_winch_is_a_rate() {
+        let mut scene = scene(4);
+        if let Constraint::MasslessCable(cable) = &mut scene.constraints[0] {
+            cable.winch = Some(Winch {
+                speed: 0.7,
+                ..Winch::new()
+            });
+            cable.frames.pop();
+        }
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        lin.drive(&scene, 0.0, 0.1);
+        assert!((lin.phi_t[0] + 0.7).abs() < 1e-14, "{}", lin.phi_t[0]);
+        let mut later = lin.clone();
+        later.update(&scene, 0.1);
+        assert!((later.phi[0] - lin.phi[0] + 0.07).abs() < 1e-14);
+        assert!((later.compliance[0] / lin.compliance[0] - 5.07 / 5.0).abs() < 1e-15);
+        assert!(crate::check_jacobian(&scene, 0).max < BAR);
     }
 
     #[test]

@@ -5,7 +5,8 @@ use std::collections::HashSet;
 use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
-use crate::constraint::{Constraint, Distance, MasslessCable};
+use crate::body::Mobility;
+use crate::constraint::{Constraint, Distance, MasslessCable, Target};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -33,16 +34,45 @@ impl Scene {
         for i in 0..self.constraints.len() {
             self.validate_constraint(i)?;
         }
+        self.validate_controls()?;
         match self.load {
             Some(i) if i >= self.bodies.len() => Err(self.unknown_body("load", i)),
             _ => Ok(()),
         }
     }
 
+    fn validate_controls(&self) -> Result<(), SceneError> {
+        let names: Vec<String> = self.controls.iter().map(|c| c.name.clone()).collect();
+        unique("control", &names)?;
+        for control in &self.controls {
+            let what = || format!("control `{}`", control.name);
+            for drive in &control.drives {
+                check(format!("{}: gain", what()), drive.gain, true, "a number")?;
+                let constraint = self.constraints.get(drive.constraint);
+                let driven = match constraint {
+                    Some(Constraint::MasslessCable(cable)) => cable.winch.is_some(),
+                    Some(other) => other
+                        .motor()
+                        .is_some_and(|m| matches!(m.target, Target::Speed(_))),
+                    None => false,
+                };
+                if !driven {
+                    let reason = "drives what has neither a motor that holds a speed nor a winch: name a joint or cable that has";
+                    return Err(SceneError::Conflict {
+                        what: what(),
+                        reason,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn validate_lengths(&self) -> Result<(), SceneError> {
         let b = &self.bodies;
         let (n, m) = (b.len(), self.constraints.len());
         for (what, got, expected) in [
+            ("bodies.mobility", b.mobility.len(), n),
             ("bodies.orientation", b.orientation.len(), n),
             ("bodies.velocity", b.velocity.len(), n),
             ("bodies.angular_velocity", b.angular_velocity.len(), n),
@@ -65,7 +95,7 @@ impl Scene {
         Ok(())
     }
 
-    fn validate_body(&self, i: usize) -> Result<(), SceneError> {
+    pub(crate) fn validate_body(&self, i: usize) -> Result<(), SceneError> {
         let b = &self.bodies;
         let of = |quantity: &str| format!("body `{}`: {quantity}", self.body_names[i]);
         if !(b.mass[i] > 0.0 && b.mass[i].is_finite()) {
@@ -77,6 +107,10 @@ impl Scene {
         finite(|| of("force"), b.force[i].iter())?;
         finite(|| of("torque"), b.torque[i].iter())?;
         finite(|| of("inertia"), b.inertia[i].iter())?;
+        let rates = b.velocity[i].amax().max(b.angular_velocity[i].amax());
+        let still = b.mobility[i] != Mobility::Static || rates == 0.0;
+        let needs = "0 for a static body: make it driven to move it";
+        check(of("velocity"), rates, still, needs)?;
         let norm = b.orientation[i].as_vector().norm();
         if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
             let needs = "a unit quaternion (scalar first)";
@@ -90,7 +124,7 @@ impl Scene {
         })
     }
 
-    fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
+    pub(crate) fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
         let joint = &self.constraint_names[i];
         let of = |quantity: &str| format!("joint `{joint}`: {quantity}");
         let c = &self.constraints[i];
@@ -118,18 +152,26 @@ impl Scene {
             {
                 check(of("length"), *length, false, "> 0 m")?;
             }
-            _ => {}
+            Constraint::MasslessCable(MasslessCable {
+                winch: Some(winch), ..
+            }) => winch.validate(|| format!("joint `{joint}`"))?,
+            other => other
+                .motor()
+                .map_or(Ok(()), |m| m.validate(|| format!("joint `{joint}`")))?,
         }
         let sides = c.frames().len();
         let points = "at least 2 attachment points";
         check(of("number of sides"), sides as f64, sides >= 2, points)?;
         let mut bodies = c.bodies();
+        let mobility = &self.bodies.mobility;
+        // One that is not there is found below.
+        let dynamic = |i: usize| mobility.get(i).is_none_or(|m| *m == Mobility::Dynamic);
+        if !c.bodies().any(dynamic) {
+            return Err(SceneError::BothWorld {
+                joint: joint.clone(),
+            });
+        }
         match bodies.next() {
-            None => {
-                return Err(SceneError::BothWorld {
-                    joint: joint.clone(),
-                });
-            }
             // All sides on one body: nothing moves against anything.
             Some(first) if c.bodies().count() == sides && bodies.all(|b| b == first) => {
                 return Err(SceneError::SameBody {
@@ -137,7 +179,7 @@ impl Scene {
                     body: self.body_names.get(first).cloned().unwrap_or_default(),
                 });
             }
-            Some(_) => {}
+            _ => {}
         }
         for (i, frame) in c.frames().iter().enumerate() {
             let letter = u32::try_from(i)
@@ -186,7 +228,10 @@ impl Scene {
     }
 }
 
-fn validate_motion(of: impl Fn(&str) -> String, motion: &Motion) -> Result<(), SceneError> {
+pub(crate) fn validate_motion(
+    of: impl Fn(&str) -> String,
+    motion: &Motion,
+) -> Result<(), SceneError> {
     let (all, spans): (Vec<f64>, Vec<f64>) = match *motion {
         Motion::Fixed => return Ok(()),
         Motion::Smooth {
@@ -275,11 +320,9 @@ mod tests {
                     let world = Frame::world(Vector3::zeros());
                     i.map_or(world, |i| Frame::body(i, Vector3::x()))
                 };
-                scene.constraints[0] = Constraint::MasslessCable(MasslessCable {
-                    frames: points.iter().map(frame).collect(),
-                    length,
-                    law: RowLaw::RIGID,
-                });
+                let frames = points.iter().map(frame).collect();
+                let cable = MasslessCable::new(frames, length, RowLaw::RIGID);
+                scene.constraints[0] = Constraint::MasslessCable(cable);
             });
             assert!(text.contains(words), "{text}");
         };

@@ -1,71 +1,63 @@
-//! Explicit scenes and their bodies.
-
-use std::collections::HashMap;
+//! Explicit scenes and their bodies, as they are written.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
-use super::joint::{JointEntry, WORLD};
+use super::build::{Entry, WORLD};
+use super::cable::{BendEntry, CableEntry};
+use super::joint::JointEntry;
+use super::places::{Fault, Places};
 use crate::body::Body;
-use crate::error::{SceneError, check};
-use crate::scene::validate::unique;
-use crate::scene::{Scene, first_names};
 
-/// An explicit scene as written in TOML:
-///
-/// ```toml
-/// gravity = [0, 0, -9.81]          # m/s²; this is the default
-/// equilibrium = true               # start from the static equilibrium near this pose; default false
-/// load = "hook"                    # the body that reports follow
-///
-/// [[body]]
-/// name = "hook"
-/// mass = 50                        # kg
-/// shape = { sphere = { radius = 0.1 } }
-/// position = [0, 0, -2]            # m, centre of mass
-///
-/// [[joint]]
-/// name = "anchor"
-/// kind = "spherical"
-/// a = "world"
-/// b = "hook"
-/// point = [0, 0, 0]                # m, world, in the pose given
-/// ea = 1e6                         # N
-/// length = 2                       # m of cable that the joint stands for
-/// ```
+/// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(default, deny_unknown_fields)]
 pub struct SceneText {
     /// Name of the scene.
-    #[serde(default = "default_name")]
     pub name: String,
     /// Acceleration of gravity, world \[m/s²].
-    #[serde(default = "default_gravity")]
     pub gravity: [f64; 3],
     /// Whether to start from the static equilibrium near the pose given.
-    #[serde(default)]
     pub equilibrium: bool,
     /// Name of the body that reports follow.
     pub load: Option<String>,
+    /// Names of all constraints in their order. Default: the joints, then the cables, then the bends, as listed.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub order: Vec<String>,
     /// The bodies.
-    #[serde(default)]
     pub body: Vec<BodyEntry>,
     /// The joints.
-    #[serde(default)]
     pub joint: Vec<JointEntry>,
+    /// The massless cables.
+    pub cable: Vec<CableEntry>,
+    /// The bends of links.
+    pub bend: Vec<BendEntry>,
+    /// Where all this was read from.
+    #[serde(skip)]
+    pub(super) places: Places,
 }
 
-fn default_name() -> String {
-    "scene".into()
-}
-
-fn default_gravity() -> [f64; 3] {
-    [0.0, 0.0, -9.81]
+impl Default for SceneText {
+    /// What an empty text is: no bodies, gravity of 9.81 m/s² along −z.
+    fn default() -> Self {
+        Self {
+            name: "scene".into(),
+            gravity: [0.0, 0.0, -9.81],
+            equilibrium: false,
+            load: None,
+            order: Vec::new(),
+            body: Vec::new(),
+            joint: Vec::new(),
+            cable: Vec::new(),
+            bend: Vec::new(),
+            places: Places::default(),
+        }
+    }
 }
 
 /// A body. Exactly one of `shape`, `inertia`, `inertia_matrix` gives its inertia; at most one of `orientation`,
 /// `rotation` its pose.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyEntry {
     /// Its name; `world` is taken.
@@ -86,16 +78,16 @@ pub struct BodyEntry {
     /// Rotation vector from body to world: axis times angle \[rad].
     pub rotation: Option<[f64; 3]>,
     /// Velocity, world \[m/s].
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub velocity: [f64; 3],
     /// Angular velocity, world \[rad/s].
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub angular_velocity: [f64; 3],
     /// External force, world \[N].
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub force: [f64; 3],
     /// External torque, world \[N m].
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub torque: [f64; 3],
 }
 
@@ -122,69 +114,43 @@ pub enum Shape {
     },
 }
 
-impl SceneText {
-    /// Builds the scene.
-    ///
-    /// # Errors
-    /// The first body or joint that is wrong.
-    pub fn build(&self) -> Result<Scene, SceneError> {
-        let mut scene = Scene::new(self.name.clone());
-        scene.gravity = self.gravity.into();
-        scene.start_in_equilibrium = self.equilibrium;
-        for entry in &self.body {
-            scene.add_body(entry.name.clone(), entry.build()?);
-        }
-        // Before the joints look for them: a name that two bodies have hides one of them.
-        unique("body", &scene.body_names)?;
-        let numbers = self.body.iter().enumerate();
-        let index: HashMap<_, _> = numbers.map(|(i, b)| (b.name.as_str(), i)).collect();
-        let find = |name: &str, what: &str| {
-            index
-                .get(name)
-                .copied()
-                .ok_or_else(|| SceneError::UnknownBody {
-                    what: what.to_owned(),
-                    name: name.to_owned(),
-                    known: first_names(&scene.body_names),
-                })
-        };
-        let load = self.load.as_ref().map(|name| find(name, "load"));
-        let joints: Result<Vec<_>, _> = self
-            .joint
-            .iter()
-            .map(|entry| entry.build(&scene.bodies, &find))
-            .collect();
-        for (entry, joint) in self.joint.iter().zip(joints?) {
-            scene.add_constraint(entry.name.clone(), joint, entry.group);
-        }
-        scene.load = load.transpose()?;
-        scene.validate()?;
-        Ok(scene)
-    }
+/// Whether all numbers are +0, bit for bit.
+fn is_zero(vector: &[f64; 3]) -> bool {
+    vector.iter().all(|x| x.to_bits() == 0)
 }
 
 impl BodyEntry {
-    fn build(&self) -> Result<Body, SceneError> {
-        let what = |key: &str| format!("body `{}`: {key}", self.name);
-        let conflict = |key: &str, reason| SceneError::Conflict {
-            what: what(key),
-            reason,
-        };
+    pub(super) fn build(&self) -> Result<Body, Fault> {
+        let of = Entry::new("body", &self.name);
         if self.name == WORLD {
-            return Err(conflict("name", "stands for the fixed world: take another"));
+            return Err(of.conflict("name", "stands for the fixed world: take another"));
         }
-        let mass = check(what("mass"), self.mass, self.mass > 0.0, "> 0 kg")?;
+        let mass = of.check("mass", self.mass, self.mass > 0.0, "> 0 kg")?;
         let mut body = match (&self.shape, &self.inertia, &self.inertia_matrix) {
-            (Some(shape), None, None) => shape.body(mass, what)?,
+            (Some(shape), None, None) => shape.body(mass, &of)?,
             (None, Some(moments), None) => {
+                of.finite("inertia", moments)?;
                 Body::new(mass, Matrix3::from_diagonal(&(*moments).into()))
             }
-            (None, None, Some(rows)) => Body::new(mass, Matrix3::from(*rows).transpose()),
+            (None, None, Some(rows)) => {
+                of.finite("inertia_matrix", rows.as_flattened())?;
+                Body::new(mass, Matrix3::from(*rows).transpose())
+            }
             _ => {
                 let reason = "give exactly one of shape, inertia, inertia_matrix";
-                return Err(conflict("inertia", reason));
+                return Err(of.conflict("inertia", reason));
             }
         };
+        for (key, vector) in [
+            ("position", Some(&self.position)),
+            ("rotation", self.rotation.as_ref()),
+            ("velocity", Some(&self.velocity)),
+            ("angular_velocity", Some(&self.angular_velocity)),
+            ("force", Some(&self.force)),
+            ("torque", Some(&self.torque)),
+        ] {
+            of.finite(key, vector.map_or(&[][..], |v| v))?;
+        }
         body.position = self.position.into();
         body.orientation = match (self.orientation, self.rotation) {
             (None, None) => UnitQuaternion::identity(),
@@ -195,7 +161,7 @@ impl BodyEntry {
             }
             (Some(_), Some(_)) => {
                 let reason = "excludes rotation: give one of them";
-                return Err(conflict("orientation", reason));
+                return Err(of.conflict("orientation", reason));
             }
         };
         body.velocity = self.velocity.into();
@@ -207,16 +173,17 @@ impl BodyEntry {
 }
 
 impl Shape {
-    fn body(&self, mass: f64, what: impl Fn(&str) -> String) -> Result<Body, SceneError> {
-        let long = |key, value| check(what(key), value, value > 0.0, "> 0 m");
+    fn body(&self, mass: f64, of: &Entry<'_>) -> Result<Body, Fault> {
+        let long = |key, value| of.check(key, value, value > 0.0, "> 0 m");
         Ok(match *self {
-            Self::Sphere { radius } => Body::sphere(long("radius", radius)?, mass),
+            Self::Sphere { radius } => Body::sphere(long("shape.sphere.radius", radius)?, mass),
             Self::Rod { length, radius } => {
-                Body::rod(long("length", length)?, long("radius", radius)?, mass)
+                let length = long("shape.rod.length", length)?;
+                Body::rod(length, long("shape.rod.radius", radius)?, mass)
             }
             Self::Box { size } => {
                 for edge in size {
-                    long("size", edge)?;
+                    long("shape.box.size", edge)?;
                 }
                 Body::cuboid(size.into(), mass)
             }

@@ -1,24 +1,24 @@
-//! Joints of explicit scenes.
+//! Joints of explicit scenes: constraints with two sides.
 
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 
+use super::build::{Entry, Names};
+use super::motion::MotionEntry;
+use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{
     Constraint, Cosserat, Distance, JointLaw, Lock, Paper, RowLaw, Spherical, TwistDefinition,
 };
-use crate::error::{SceneError, check};
+use crate::error::SceneError;
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
-use crate::motion::Motion;
-
-/// The name that stands for the world in a joint.
-pub(super) const WORLD: &str = "world";
 
 /// Kind of a joint in a text.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
     /// Stretch rows only.
+    #[default]
     Spherical,
     /// Stretch, two bend rows, twist.
     Cosserat,
@@ -35,12 +35,12 @@ pub enum Kind {
 /// Its rows: `stretch`, `bend`, `twist` as compliances, or `ea`, `ei`, `gj` with `length`; rows without either are not
 /// there. A lock has `stretch` and `rotation`, rigid by default. A distance has `length`, `stretch` or `ea`, and may have
 /// `transverse`; its points are `point_a` and `point_b`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointEntry {
     /// Its name.
     pub name: String,
-    /// Its kind.
+    /// Its kind: `spherical`, `cosserat`, `paper`, `lock` or `distance`.
     pub kind: Kind,
     /// Side a: `world` or a body's name.
     pub a: String,
@@ -74,9 +74,17 @@ pub struct JointEntry {
     pub twist: Option<f64>,
     /// Compliance of a lock's rotation rows \[rad/(N m)]; 0 is rigid.
     pub rotation: Option<f64>,
-    /// Damping time of all rows \[s].
-    #[serde(default)]
+    /// Damping time of all rows \[s] without one of their own.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub damping: f64,
+    /// Damping time of the stretch rows, or of a distance \[s].
+    pub stretch_damping: Option<f64>,
+    /// Damping time of the bend rows \[s].
+    pub bend_damping: Option<f64>,
+    /// Damping time of the twist row \[s].
+    pub twist_damping: Option<f64>,
+    /// Damping time of a lock's rotation rows \[s].
+    pub rotation_damping: Option<f64>,
     /// Group for block Gauss–Seidel.
     #[serde(default)]
     pub group: u32,
@@ -84,213 +92,237 @@ pub struct JointEntry {
     pub transverse: Option<bool>,
     /// `ordinary` or `alternative`, for the paper's joint.
     pub twist_definition: Option<TwistDefinition>,
+    /// Safeguard of the paper's joint where its angles have no direction, without unit; default 1e-14.
+    pub safeguard: Option<f64>,
+    /// Twist that the pose given is counted from, whole turns with it \[rad]; default 0.
+    pub twist_reference: Option<f64>,
     /// Motion of the world side.
     pub motion: Option<MotionEntry>,
 }
 
-/// Motion of a joint's world side.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case", deny_unknown_fields)]
-pub enum MotionEntry {
-    /// See [`Motion::Smooth`].
-    Smooth {
-        /// Whole displacement, world \[m].
-        displacement: [f64; 3],
-        /// Start \[s].
-        #[serde(default)]
-        start: f64,
-        /// Duration \[s].
-        duration: f64,
-    },
-    /// See [`Motion::Circle`].
-    Circle {
-        /// Radius \[m].
-        radius: f64,
-        /// Time of one turn \[s].
-        period: f64,
-        /// Start \[s].
-        #[serde(default)]
-        start: f64,
-        /// Run-up \[s].
-        ramp: f64,
-    },
+/// Whether a number is +0, bit for bit.
+pub(super) fn is_zero(number: &f64) -> bool {
+    number.to_bits() == 0
 }
 
 impl JointEntry {
-    /// The constraint; `find` gives the index of a body's name.
-    pub(super) fn build(
-        &self,
-        bodies: &Bodies,
-        find: &impl Fn(&str, &str) -> Result<usize, SceneError>,
-    ) -> Result<Constraint, SceneError> {
-        let frames = self.frames(bodies, find)?;
+    /// The constraint between bodies that have their places.
+    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
+        let of = Entry::new("joint", &self.name);
+        let frames = self.frames(&of, bodies, names)?;
+        self.check_keys(&of)?;
         let law = JointLaw {
-            stretch: self.law(("stretch", self.stretch), ("ea", self.ea))?,
-            bend: self.law(("bend", self.bend), ("ei", self.ei))?,
-            twist: self.law(("twist", self.twist), ("gj", self.gj))?,
+            stretch: self.law(&of, "stretch", self.stretch, ("ea", self.ea))?,
+            bend: self.law(&of, "bend", self.bend, ("ei", self.ei))?,
+            twist: self.law(&of, "twist", self.twist, ("gj", self.gj))?,
         };
-        if self.rotation.is_some() && self.kind != Kind::Lock {
-            return Err(self.conflict("rotation", "is for locks: use bend and twist"));
-        }
         let no_angles = matches!(self.kind, Kind::Spherical | Kind::Lock | Kind::Distance);
         if no_angles && (law.bend.or(law.twist)).is_some() {
             let reason = "bend, twist, ei, gj need kind = \"cosserat\" or \"paper\"";
-            return Err(self.conflict("kind", reason));
+            return Err(of.conflict("kind", reason));
         }
-        if self.twist_definition.is_some() && self.kind != Kind::Paper {
-            return Err(self.conflict("twist_definition", "needs kind = \"paper\""));
-        }
-        if self.transverse.is_some() && self.kind != Kind::Distance {
-            return Err(self.conflict("transverse", "needs kind = \"distance\""));
-        }
-        let no_rows = || SceneError::NoRows {
-            joint: self.name.clone(),
+        let no_rows = || {
+            let joint = self.name.clone();
+            Fault::new("kind", SceneError::NoRows { joint })
         };
+        if [law.stretch, law.bend, law.twist] == [None; 3] && self.kind != Kind::Lock {
+            return Err(no_rows());
+        }
+        let twist_reference = self.twist_reference.unwrap_or(0.0);
         Ok(match self.kind {
             Kind::Spherical => Constraint::Spherical(Spherical {
                 frames,
                 stretch: law.stretch.ok_or_else(no_rows)?,
             }),
-            Kind::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
+            Kind::Cosserat => Constraint::Cosserat(Cosserat {
+                twist_reference,
+                ..Cosserat::new(frames, law)
+            }),
             Kind::Paper => Constraint::Paper(Paper {
                 twist_definition: self.twist_definition.unwrap_or_default(),
+                safeguard: self.safeguard.unwrap_or(Paper::SAFEGUARD),
+                twist_reference,
                 ..Paper::new(frames, law)
             }),
             Kind::Lock => Constraint::Lock(Lock {
                 frames,
-                linear: law.stretch.unwrap_or(RowLaw::new(0.0, self.damping)),
-                angular: RowLaw::new(self.rotation.unwrap_or(0.0), self.damping),
+                linear: match law.stretch {
+                    Some(law) => law,
+                    None => self.row(&of, "stretch", 0.0)?,
+                },
+                angular: self.row(&of, "rotation", self.rotation.unwrap_or(0.0))?,
             }),
             Kind::Distance => Constraint::Distance(Distance {
                 frames,
-                length: self.distance()?,
+                length: self.distance(&of, &frames, bodies)?,
                 law: law.stretch.ok_or_else(no_rows)?,
                 transverse: self.transverse.unwrap_or(false),
             }),
         })
     }
 
-    /// Length at rest of a distance.
-    fn distance(&self) -> Result<f64, SceneError> {
+    /// Refuses keys that the kind does not have, and numbers that it cannot have.
+    fn check_keys(&self, of: &Entry<'_>) -> Result<(), Fault> {
+        let angles = matches!(self.kind, Kind::Cosserat | Kind::Paper);
+        for (key, given, fits, reason) in [
+            (
+                "rotation",
+                self.rotation.is_some(),
+                self.kind == Kind::Lock,
+                "is for locks: use bend and twist",
+            ),
+            (
+                "rotation_damping",
+                self.rotation_damping.is_some(),
+                self.kind == Kind::Lock,
+                "is for locks: use bend_damping and twist_damping",
+            ),
+            (
+                "bend_damping",
+                self.bend_damping.is_some(),
+                angles,
+                "needs kind = \"cosserat\" or \"paper\"",
+            ),
+            (
+                "twist_damping",
+                self.twist_damping.is_some(),
+                angles,
+                "needs kind = \"cosserat\" or \"paper\"",
+            ),
+            (
+                "twist_definition",
+                self.twist_definition.is_some(),
+                self.kind == Kind::Paper,
+                "needs kind = \"paper\"",
+            ),
+            (
+                "safeguard",
+                self.safeguard.is_some(),
+                self.kind == Kind::Paper,
+                "needs kind = \"paper\"",
+            ),
+            (
+                "twist_reference",
+                self.twist_reference.is_some(),
+                angles,
+                "needs kind = \"cosserat\" or \"paper\"",
+            ),
+            (
+                "transverse",
+                self.transverse.is_some(),
+                self.kind == Kind::Distance,
+                "needs kind = \"distance\"",
+            ),
+        ] {
+            if given && !fits {
+                return Err(of.conflict(key, reason));
+            }
+        }
+        if let Some(s) = self.safeguard {
+            of.check("safeguard", s, s > 0.0 && s < 1.0, "between 0 and 1")?;
+        }
+        of.finite("twist_reference", &[self.twist_reference.unwrap_or(0.0)])
+    }
+
+    /// Length at rest of a distance, whose points must be in two places.
+    fn distance(&self, of: &Entry<'_>, frames: &[Frame; 2], bodies: &Bodies) -> Result<f64, Fault> {
         if self.point.is_some() {
             let reason = "puts both ends of the distance in one place: give point_a and point_b";
-            return Err(self.conflict("point", reason));
+            return Err(of.conflict("point", reason));
         }
         let Some(length) = self.length else {
-            return Err(self.conflict("length", "is needed: metres between the points at rest"));
+            return Err(of.conflict("length", "is needed: metres between the points at rest"));
         };
-        check(self.what("length"), length, length > 0.0, "> 0 m")
-    }
-
-    fn what(&self, key: &str) -> String {
-        format!("joint `{}`: {key}", self.name)
-    }
-
-    fn conflict(&self, key: &str, reason: &'static str) -> SceneError {
-        SceneError::Conflict {
-            what: self.what(key),
-            reason,
+        of.check("length", length, length > 0.0, "> 0 m")?;
+        let [a, b] = frames.map(|f| f.resolve(bodies, 0.0).point());
+        if a == b {
+            let reason = "is in one place with point_a: a distance needs a direction, move one";
+            return Err(of.conflict("point_b", reason));
         }
+        Ok(length)
     }
 
+    /// A row's law of a compliance or of a stiffness, `None` where neither is given.
     fn law(
         &self,
-        (key, compliance): (&str, Option<f64>),
+        of: &Entry<'_>,
+        key: &'static str,
+        compliance: Option<f64>,
         (stiff_key, stiffness): (&str, Option<f64>),
-    ) -> Result<Option<RowLaw>, SceneError> {
-        let compliance = match (compliance, stiffness) {
-            (None, None) => return Ok(None),
-            (Some(compliance), None) => compliance,
-            (None, Some(stiffness)) => {
-                let needs = "> 0 N, or N m²";
-                check(self.what(stiff_key), stiffness, stiffness > 0.0, needs)?;
-                let Some(length) = self.length else {
-                    let reason = "needs length: the metres of cable that the joint stands for";
-                    return Err(self.conflict(stiff_key, reason));
-                };
-                check(self.what("length"), length, length > 0.0, "> 0 m")? / stiffness
-            }
-            (Some(_), Some(_)) => {
-                let reason = "is given as a compliance and as a stiffness: give one of them";
-                return Err(self.conflict(key, reason));
-            }
+    ) -> Result<Option<RowLaw>, Fault> {
+        let compliance = of.compliance(key, compliance, (stiff_key, stiffness), self.length)?;
+        compliance.map(|c| self.row(of, key, c)).transpose()
+    }
+
+    /// A row's law with the damping time of the row's own, or else that of all.
+    fn row(&self, of: &Entry<'_>, key: &str, compliance: f64) -> Result<RowLaw, Fault> {
+        of.check_compliance(key, compliance)?;
+        let (key, own) = match key {
+            "stretch" => ("stretch_damping", self.stretch_damping),
+            "bend" => ("bend_damping", self.bend_damping),
+            "twist" => ("twist_damping", self.twist_damping),
+            _ => ("rotation_damping", self.rotation_damping),
         };
-        Ok(Some(RowLaw::new(compliance, self.damping)))
+        let key = if own.is_some() { key } else { "damping" };
+        let damping = own.unwrap_or(self.damping);
+        of.check(key, damping, damping >= 0.0, "≥ 0 s")?;
+        Ok(RowLaw::new(compliance, damping))
     }
 
     fn frames(
         &self,
+        of: &Entry<'_>,
         bodies: &Bodies,
-        find: &impl Fn(&str, &str) -> Result<usize, SceneError>,
-    ) -> Result<[Frame; 2], SceneError> {
+        names: &Names<'_>,
+    ) -> Result<[Frame; 2], Fault> {
         let straight = match self.axis {
             None => hanging_axes(),
             Some(axis) => axes_along(&axis.into()).ok_or_else(|| {
-                self.conflict(
+                of.conflict(
                     "axis",
                     "has no direction: give a finite vector that is not zero",
                 )
             })?,
         };
         if self.axis.is_some() && (self.axes_a.is_some() || self.axes_b.is_some()) {
-            return Err(self.conflict("axis", "excludes axes_a and axes_b: give one kind"));
+            return Err(of.conflict("axis", "excludes axes_a and axes_b: give one kind"));
         }
         let mut driven = false;
-        let mut frame = |name: &str, point: Option<[f64; 3]>, axes: Option<[[f64; 3]; 3]>| {
-            let (side, turn, centre) = if name == WORLD {
-                let motion = self
-                    .motion
-                    .as_ref()
-                    .map_or(Motion::Fixed, MotionEntry::motion);
-                driven = true;
-                (Side::World(motion), Matrix3::identity(), Vector3::zeros())
-            } else {
-                let i = find(name, &format!("joint `{}`", self.name))?;
-                (Side::Body(i), bodies.rotation(i), bodies.position[i])
+        let mut frame = |key: &str, name: &str, point: Option<[f64; 3]>, axes: Option<_>| {
+            let side = names.side(of, key, name, self.motion.as_ref(), "motion")?;
+            let (turn, centre) = match side {
+                Side::World(_) => {
+                    driven = true;
+                    (Matrix3::identity(), Vector3::zeros())
+                }
+                Side::Body(i) => (bodies.rotation(i), bodies.position[i]),
             };
+            let point_key = format!("point_{key}");
             let point = match (point, self.point) {
-                (Some(point), None) => point.into(),
-                (None, Some(point)) => turn.transpose() * (Vector3::from(point) - centre),
+                (Some(point), None) => {
+                    of.finite(&point_key, &point)?;
+                    point.into()
+                }
+                (None, Some(point)) => {
+                    of.finite("point", &point)?;
+                    turn.transpose() * (Vector3::from(point) - centre)
+                }
                 _ => {
                     let reason = "give either point or both point_a and point_b";
-                    return Err(self.conflict("point", reason));
+                    return Err(of
+                        .conflict("point", reason)
+                        .or_at("point_a")
+                        .or_at("point_b"));
                 }
             };
             let axes = axes.map_or_else(|| turn.transpose() * straight, Matrix3::from);
             Ok(Frame { side, point, axes })
         };
-        let a = frame(&self.a, self.point_a, self.axes_a)?;
-        let b = frame(&self.b, self.point_b, self.axes_b)?;
+        let a = frame("a", &self.a, self.point_a, self.axes_a)?;
+        let b = frame("b", &self.b, self.point_b, self.axes_b)?;
         if self.motion.is_some() && !driven {
-            return Err(self.conflict("motion", "moves the world side: make a or b \"world\""));
+            return Err(of.conflict("motion", "moves the world side: make a or b \"world\""));
         }
         Ok([a, b])
-    }
-}
-
-impl MotionEntry {
-    fn motion(&self) -> Motion {
-        match *self {
-            Self::Smooth {
-                displacement,
-                start,
-                duration,
-            } => Motion::Smooth {
-                displacement: displacement.into(),
-                start,
-                duration,
-            },
-            Self::Circle {
-                radius,
-                period,
-                start,
-                ramp,
-            } => Motion::Circle {
-                radius,
-                period,
-                start,
-                ramp,
-            },
-        }
     }
 }

@@ -1,0 +1,30 @@
+//! `taut scene`: scenes as TOML text.
+
+use crate::{Failure, overrides};
+use clap::Args;
+use taut_bench::{output, run};
+use taut_model::SceneSource;
+use taut_model::scene_file::SceneText;
+
+#[derive(Debug, Args)]
+pub(crate) struct SceneArgs {
+    /// Name of a scene, or a TOML file
+    #[arg(value_name = "NAME")]
+    scene: String,
+    /// Overrides a parameter of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Writes bodies and constraints one by one, not the parameters
+    #[arg(long)]
+    explicit: bool,
+}
+
+/// Writes the scene to standard output. One that cannot be built is refused, whatever is to be written.
+pub(crate) fn run(args: &SceneArgs) -> Result<(), Failure> {
+    let mut source = run::source(&args.scene, &overrides(&args.overrides)?)?;
+    let scene = source.build()?;
+    if args.explicit {
+        source = SceneSource::Explicit(Box::new(SceneText::from_scene(&scene)?));
+    }
+    Ok(output::print(&source.to_commented_toml()?)?)
+}

@@ -1,0 +1,265 @@
+//! What may be changed in a running simulation between two steps: states, loads, driven bodies, motors, winches, controls.
+
+use crate::StepError;
+use crate::stepper::Stepper;
+use nalgebra::Vector3;
+use taut_model::{Bodies, Constraint, Mobility, Motor, Winch, update_windings};
+use taut_solver::SolveError;
+
+impl Stepper {
+    /// Replaces the impulses that the next solve starts from: those of another solve of the same scene. The geometric
+    /// stiffness does not change: see [`set_tension`](Self::set_tension).
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] in [`StepError::Solve`].
+    pub fn set_multipliers(&mut self, mu: &[f64]) -> Result<(), StepError> {
+        self.check_rows(mu)?;
+        self.mu.copy_from_slice(mu);
+        self.mu_dt = self.substep();
+        self.solved = false;
+        Ok(())
+    }
+
+    /// Replaces the multipliers λ = μ/Δt that the next solve's geometric stiffness is made of, one a row \[N, N m]: so
+    /// that solvers can be compared on the same system.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] in [`StepError::Solve`].
+    pub fn set_tension(&mut self, lambda: &[f64]) -> Result<(), StepError> {
+        self.check_rows(lambda)?;
+        self.tension.copy_from_slice(lambda);
+        self.tension_known = true;
+        self.solved = false;
+        Ok(())
+    }
+
+    fn check_rows(&self, rows: &[f64]) -> Result<(), StepError> {
+        if rows.len() == self.mu.len() {
+            return Ok(());
+        }
+        let source = SolveError::Dimension {
+            what: "multipliers",
+            expected: self.mu.len(),
+            found: rows.len(),
+        };
+        Err(StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        })
+    }
+
+    /// Puts the bodies into another state of the same scene, at a time; multipliers stay, the past is taken to be like
+    /// that state, velocities are taken as they are, and each twist row unwraps to the angle within half a turn of its
+    /// last one. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs.
+    pub fn set_state(&mut self, bodies: &Bodies, time: f64) -> Result<(), StepError> {
+        let (expected, found) = (self.scene.bodies.len(), bodies.len());
+        if expected != found {
+            let source = SolveError::Dimension {
+                what: "bodies",
+                expected,
+                found,
+            };
+            return Err(StepError::Solve {
+                source,
+                culprit: None,
+                time,
+            });
+        }
+        let own = &mut self.scene.bodies;
+        own.position.copy_from_slice(&bodies.position);
+        own.orientation.copy_from_slice(&bodies.orientation);
+        own.velocity.copy_from_slice(&bodies.velocity);
+        own.angular_velocity
+            .copy_from_slice(&bodies.angular_velocity);
+        self.time = time;
+        self.solved = false;
+        self.advanced = 0.0;
+        self.started = true;
+        self.holding = 0;
+        let rows = &mut self.pieces.rows;
+        rows.drive(
+            &self.scene,
+            time - self.options.dt / self.options.substeps as f64,
+            time,
+        );
+        self.history.forget(&rows.phi_t);
+        rows.update(&self.scene, time);
+        update_windings(&mut self.scene, time);
+        Ok(())
+    }
+
+    /// Replaces the external force \[N] and torque \[N m] on a body from the next step on, world frame: loads that
+    /// change with time.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] in [`StepError::Solve`] where there is no body `body`.
+    pub fn set_load(
+        &mut self,
+        body: usize,
+        force: Vector3<f64>,
+        torque: Vector3<f64>,
+    ) -> Result<(), StepError> {
+        let bodies = &mut self.scene.bodies;
+        if body >= bodies.len() {
+            let source = SolveError::Dimension {
+                what: "bodies",
+                expected: bodies.len(),
+                found: body,
+            };
+            return Err(StepError::Solve {
+                source,
+                culprit: None,
+                time: self.time,
+            });
+        }
+        bodies.force[body] = force;
+        bodies.torque[body] = torque;
+        self.solved = false;
+        Ok(())
+    }
+
+    /// Velocity \[m/s] and angular velocity \[rad/s] of a driven body from the next step on, world frame.
+    ///
+    /// # Errors
+    /// [`StepError::NotControllable`] where body `body` is not there or not driven, or a velocity is not finite.
+    pub fn set_velocity(
+        &mut self,
+        body: usize,
+        velocity: Vector3<f64>,
+        angular_velocity: Vector3<f64>,
+    ) -> Result<(), StepError> {
+        let bodies = &mut self.scene.bodies;
+        if bodies.mobility.get(body) != Some(&Mobility::Driven) {
+            return Err(refused(
+                format!("body {body}"),
+                "is not driven: make its mobility `driven`",
+            ));
+        }
+        if !(velocity.sum() + angular_velocity.sum()).is_finite() {
+            return Err(refused(
+                format!("body {body}"),
+                "got a velocity that is not finite",
+            ));
+        }
+        bodies.velocity[body] = velocity;
+        bodies.angular_velocity[body] = angular_velocity;
+        self.changed();
+        Ok(())
+    }
+
+    /// Replaces the motor of constraint `constraint` from the next step on.
+    ///
+    /// # Errors
+    /// [`StepError::NotControllable`] where that has no motor or a number is out of its range; a motor has to hold what
+    /// it held before, a position or a speed, for the rows of a scene to stay the same.
+    pub fn set_motor(&mut self, constraint: usize, motor: Motor) -> Result<(), StepError> {
+        let what = || format!("constraint {constraint}");
+        let constraint = self.scene.constraints.get_mut(constraint);
+        let Some(own) = constraint.and_then(Constraint::motor_mut) else {
+            return Err(refused(what(), "has no motor"));
+        };
+        if std::mem::discriminant(&own.target) != std::mem::discriminant(&motor.target) {
+            return Err(refused(
+                what(),
+                "holds a position or a speed, and goes on with that",
+            ));
+        }
+        motor.validate(what)?;
+        *own = motor;
+        self.changed();
+        Ok(())
+    }
+
+    /// Replaces the winch of constraint `constraint` from the present time on, which takes the place of
+    /// [`Winch::since`].
+    ///
+    /// # Errors
+    /// [`StepError::NotControllable`] where that has no winch or a number is out of its range.
+    pub fn set_winch(&mut self, constraint: usize, winch: Winch) -> Result<(), StepError> {
+        let what = || format!("constraint {constraint}");
+        let Some(Constraint::MasslessCable(cable)) = self.scene.constraints.get_mut(constraint)
+        else {
+            return Err(refused(what(), "is no cable with a winch"));
+        };
+        winch.validate(what)?;
+        cable.rebase(self.time);
+        let Some(own) = &mut cable.winch else {
+            return Err(refused(what(), "is a cable without a winch"));
+        };
+        *own = Winch {
+            since: own.since,
+            ..winch
+        };
+        self.changed();
+        Ok(())
+    }
+
+    /// Sets control number `control` of the scene to `value` from the next step on: see
+    /// [`Scene::controls`](taut_model::Scene::controls). Allocates nothing.
+    ///
+    /// # Errors
+    /// [`StepError::NotControllable`] where there is no such control or the value is not finite.
+    pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
+        let Some(channel) = self.scene.controls.get(control) else {
+            return Err(refused(format!("control {control}"), "is not there"));
+        };
+        if !value.is_finite() {
+            let what = format!("control `{}`", channel.name);
+            return Err(refused(what, "got a value that is not finite"));
+        }
+        self.scene.set_control(control, value, self.time);
+        self.changed();
+        Ok(())
+    }
+
+    /// Laws and bounds are those of the present state again; its solve no longer is.
+    fn changed(&mut self) {
+        self.solved = false;
+        self.pieces.rows.update(&self.scene, self.time);
+    }
+}
+
+fn refused(what: String, reason: &'static str) -> StepError {
+    StepError::NotControllable { what, reason }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Form, StepOptions};
+    use taut_model::Scene;
+
+    fn options() -> StepOptions {
+        let backend = taut_solver::Backend::Dense(taut_solver::DenseOptions::default());
+        StepOptions {
+            form: Form::Schur,
+            backend,
+            ..StepOptions::paper()
+        }
+    }
+
+    #[test]
+    fn a_load_acts_from_the_next_step_on() {
+        let mut scene = Scene::new("free");
+        let body = taut_model::Body::sphere(1.0, 2.0);
+        scene.add_body("ball", body);
+        let mut stepper = Stepper::new(scene, options()).unwrap();
+        stepper.step().unwrap();
+        stepper
+            .set_load(0, Vector3::x() * 4.0, Vector3::zeros())
+            .unwrap();
+        stepper.step().unwrap();
+        let dt = stepper.options().dt;
+        assert!((stepper.scene().bodies.velocity[0].x - 2.0 * dt).abs() < 1e-15);
+        let error = stepper.set_load(1, Vector3::zeros(), Vector3::zeros());
+        assert!(matches!(error, Err(StepError::Solve { .. })));
+        stepper
+            .set_load(0, Vector3::x() * f64::NAN, Vector3::zeros())
+            .unwrap();
+        assert!(matches!(stepper.step(), Err(StepError::NonFinite { .. })));
+    }
+}

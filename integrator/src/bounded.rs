@@ -1,0 +1,275 @@
+//! Rows with bounds, lo ≤ λ ≤ hi, over any backend.
+//!
+//! The step's rows are then a mixed linear complementarity problem in S: with w = b − S μ, each row has lo ≤ μ ≤ hi and
+//! w = 0 inside, w ≤ 0 at lo, w ≥ 0 at hi. The rows without bounds and those that are inside theirs make a linear system; a
+//! row at a bound is a known force and leaves the system: its part of J is set to zero and its impulse is added to Δt f.
+//! Nothing else changes, neither the pattern nor the backend nor the residual of the refinement.
+//!
+//! Which rows are at a bound is found by block principal pivoting (Júdice and Pires, *A block principal pivoting
+//! algorithm for large-scale strictly monotone linear complementarity problems*, 1994): all rows that are in the wrong
+//! place change it at once, as long as that makes them fewer, and else one at a time (Murty 1974), which ends for every
+//! positive definite S. The places are kept from step to step, so that one solve a step is enough unless a row changes.
+
+use crate::pieces::Pieces;
+use crate::products::dot;
+
+/// Solves of one system at most: what an inexact solver leaves undecided stays so.
+const PASSES: usize = 64;
+
+/// How often all wrong rows change at once without getting fewer.
+const TRIES: usize = 3;
+
+/// A multiplier beyond its bound, or a rate of the wrong sign, is noise below this part of the largest multiplier.
+const NOISE: f64 = 1e-11;
+
+/// Where a row's multiplier is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Place {
+    Inside,
+    Lower,
+    Upper,
+}
+
+/// What a system came to after a solve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// All rows are in their right place.
+    Settled,
+    /// Some changed theirs: solve again.
+    Changed,
+    /// Some are not, and the passes are used up.
+    Undecided,
+}
+
+/// A bounded row: its place, and what it held of the system before it left.
+#[derive(Debug, Clone, Copy)]
+struct Row {
+    place: Place,
+    /// c − J v and Σ.
+    rate: f64,
+    sigma: f64,
+    /// First of its slots in [`Bounded::jacobian`].
+    first: usize,
+}
+
+/// The bounded rows of a scene, in the order of [`taut_model::Linearized::bounds`].
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Bounded {
+    rows: Vec<Row>,
+    /// The rows of J that left the system, one a slot.
+    jacobian: Vec<[f64; 6]>,
+    /// Δt f without the impulses of rows at bounds, 6 numbers a body.
+    impulse: Vec<f64>,
+    wrong: Vec<usize>,
+    /// Fewest wrong rows of this system yet, tries and passes left.
+    fewest: usize,
+    tries: usize,
+    passes: usize,
+}
+
+impl Bounded {
+    pub(crate) fn new(pieces: &Pieces) -> Self {
+        let mut bounded = Self::default();
+        let mut first = 0;
+        for bound in &pieces.rows.bounds {
+            bounded.rows.push(Row {
+                place: Place::Inside,
+                rate: 0.0,
+                sigma: 0.0,
+                first,
+            });
+            first += pieces.rows.slot_range(bound.constraint).len();
+        }
+        bounded.jacobian = vec![[0.0; 6]; first];
+        bounded.wrong = Vec::with_capacity(bounded.rows.len());
+        if !bounded.is_empty() {
+            bounded.impulse = vec![0.0; pieces.v.len()];
+        }
+        bounded
+    }
+
+    /// Whether no row has bounds.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Where each bounded row is.
+    fn places(&self) -> impl Iterator<Item = Place> + '_ {
+        self.rows.iter().map(|row| row.place)
+    }
+
+    /// The bounded rows, by their numbers, that are at their lower bound.
+    pub(crate) fn at_lower(&self) -> impl Iterator<Item = usize> + '_ {
+        let places = self.places().enumerate();
+        places.filter_map(|(k, place)| (place == Place::Lower).then_some(k))
+    }
+
+    /// Before the first solve of a system.
+    pub(crate) fn begin(&mut self) {
+        (self.fewest, self.tries, self.passes) = (usize::MAX, TRIES, PASSES);
+    }
+
+    /// Takes the rows at bounds out of the system of a step `dt` long.
+    pub(crate) fn hold(&mut self, pieces: &mut Pieces, dt: f64) {
+        if self.is_empty() {
+            return;
+        }
+        self.impulse.copy_from_slice(&pieces.inertia.impulse);
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            let bound = pieces.rows.bounds[k];
+            let value = match row.place {
+                Place::Inside => continue,
+                Place::Lower => bound.lower * dt,
+                Place::Upper => bound.upper * dt,
+            };
+            if value.is_infinite() {
+                // The bound has been lifted since.
+                row.place = Place::Inside;
+                continue;
+            }
+            let saved = &mut self.jacobian[row.first..];
+            row.sigma = pieces.regularization.sigma[bound.row];
+            row.rate = pieces.rate[bound.row];
+            let mut size = row.sigma;
+            for (s, saved) in pieces.rows.slot_range(bound.constraint).zip(saved) {
+                let (body, from) = (pieces.rows.slots[s].body, entry(pieces, k, s));
+                saved.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
+                pieces.rows.jacobian[from..from + 6].fill(0.0);
+                pieces.inertia.add_impulse(body, saved, value);
+                let mut w = [0.0; 6];
+                pieces.inertia.apply_inverse(body, saved, &mut w);
+                size += dot(&w, saved);
+            }
+            // Σ μ = c of about the row's own size in S, which no iteration then stumbles over.
+            let size = if size > 0.0 { size } else { 1.0 };
+            pieces.regularization.sigma[bound.row] = size;
+            pieces.rate[bound.row] = size * value;
+        }
+    }
+
+    /// Puts back what [`hold`](Self::hold) took.
+    pub(crate) fn release(&self, pieces: &mut Pieces) {
+        if self.places().all(|place| place == Place::Inside) {
+            return;
+        }
+        pieces.inertia.impulse.copy_from_slice(&self.impulse);
+        for (k, row) in self.rows.iter().enumerate() {
+            if row.place == Place::Inside {
+                continue;
+            }
+            let bound = pieces.rows.bounds[k];
+            let saved = &self.jacobian[row.first..];
+            for (s, saved) in pieces.rows.slot_range(bound.constraint).zip(saved) {
+                let to = entry(pieces, k, s);
+                pieces.rows.jacobian[to..to + 6].copy_from_slice(saved);
+            }
+            pieces.regularization.sigma[bound.row] = row.sigma;
+            pieces.rate[bound.row] = row.rate;
+        }
+    }
+
+    /// Whether all rows are in their right place with the impulses `mu` of a step `dt` long, after
+    /// [`release`](Self::release); moves those that are not. `mu` then keeps its bounds to the last bit.
+    pub(crate) fn judge(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
+        if self.is_empty() {
+            return Verdict::Settled;
+        }
+        let limits = |k: usize, pieces: &Pieces| {
+            let bound = pieces.rows.bounds[k];
+            (bound.row, bound.lower * dt, bound.upper * dt)
+        };
+        for (k, row) in self.rows.iter().enumerate() {
+            let (r, lower, upper) = limits(k, pieces);
+            match row.place {
+                Place::Inside => {}
+                Place::Lower => mu[r] = lower,
+                Place::Upper => mu[r] = upper,
+            }
+        }
+        if self.places().any(|place| place != Place::Inside) {
+            pieces.update_velocity_change(mu);
+        }
+        let noise = NOISE * mu.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        self.wrong.clear();
+        for (k, row) in self.rows.iter_mut().enumerate() {
+            let (r, lower, upper) = limits(k, pieces);
+            let wanted = match row.place {
+                Place::Inside if mu[r] < lower - noise => Place::Lower,
+                Place::Inside if mu[r] > upper + noise => Place::Upper,
+                Place::Inside => Place::Inside,
+                held => {
+                    let (w, size) = residual(pieces, k, mu[r]);
+                    let inward = if held == Place::Lower { w } else { -w };
+                    if inward > noise * size && lower < upper {
+                        Place::Inside
+                    } else {
+                        held
+                    }
+                }
+            };
+            if wanted != row.place {
+                self.wrong.push(k);
+            }
+        }
+        self.pivot(pieces, mu, dt)
+    }
+
+    fn pivot(&mut self, pieces: &Pieces, mu: &mut [f64], dt: f64) -> Verdict {
+        let verdict = match (self.wrong.len(), self.passes) {
+            (0, _) => Verdict::Settled,
+            (_, 0) => Verdict::Undecided,
+            _ => Verdict::Changed,
+        };
+        if verdict != Verdict::Changed {
+            for bound in &pieces.rows.bounds {
+                // Within the noise, or undecided.
+                mu[bound.row] = mu[bound.row].clamp(bound.lower * dt, bound.upper * dt);
+            }
+            return verdict;
+        }
+        self.passes -= 1;
+        if self.wrong.len() < self.fewest {
+            (self.fewest, self.tries) = (self.wrong.len(), TRIES);
+        } else if self.tries > 0 {
+            self.tries -= 1;
+        } else {
+            // Murty's rule: the last of them alone.
+            self.wrong.drain(..self.wrong.len() - 1);
+        }
+        for &k in &self.wrong {
+            let bound = pieces.rows.bounds[k];
+            let place = &mut self.rows[k].place;
+            *place = match place {
+                Place::Inside if mu[bound.row] < bound.lower * dt => Place::Lower,
+                Place::Inside => Place::Upper,
+                Place::Lower | Place::Upper => Place::Inside,
+            };
+        }
+        Verdict::Changed
+    }
+}
+
+/// Where the Jacobian of bounded row `k` starts for slot `s`.
+fn entry(pieces: &Pieces, k: usize, s: usize) -> usize {
+    let bound = &pieces.rows.bounds[k];
+    let first = pieces.rows.row_range(bound.constraint).start;
+    pieces.rows.slots[s].offset + 6 * (bound.row - first)
+}
+
+/// w = (b − S μ) of bounded row `k` from the pieces, and S of the row alone.
+fn residual(pieces: &Pieces, k: usize, mu: f64) -> (f64, f64) {
+    let bound = &pieces.rows.bounds[k];
+    let sigma = pieces.regularization.sigma[bound.row];
+    let (mut w, mut size) = (pieces.rate[bound.row] - sigma * mu, sigma);
+    let (dv, _) = pieces.dv.as_chunks::<6>();
+    for s in pieces.rows.slot_range(bound.constraint) {
+        let (body, from) = (pieces.rows.slots[s].body, entry(pieces, k, s));
+        let mut j = [0.0; 6];
+        j.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
+        w -= dot(&j, &dv[body]);
+        let mut inverse = [0.0; 6];
+        pieces.inertia.apply_inverse(body, &j, &mut inverse);
+        size += dot(&inverse, &j);
+    }
+    (w, size)
+}

@@ -1,0 +1,129 @@
+//! Hinge: turns about one axis, with a motor if wanted.
+//!
+//! The gap rows are those of the ball joint; the tilt rows are the two bend rows of the Cosserat joint with the hinge's
+//! axis in place of the cable's, so that they are smooth and cost an energy of ½ θ²/ε for a tilt θ in any direction; the
+//! motor's coordinate is its twist angle, which goes on through any number of turns (derivations: `cosserat`).
+//!
+//! 5 rows, or 6. The axis is u of both frames. Singular where the axes point in opposite directions.
+
+use super::cosserat::{bend, twist};
+use super::{Motor, RowLaw, Rows};
+use crate::frame::{Frame, Resolved};
+
+/// A hinge about u of both frames: 3 gap rows, 2 tilt rows, and the motor's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Hinge {
+    /// The two attachment frames.
+    pub frames: [Frame; 2],
+    /// Law of the gap rows, compliance in m/N.
+    pub stretch: RowLaw,
+    /// Law of the tilt rows, compliance in rad/(N m).
+    pub tilt: RowLaw,
+    /// Drives the angle of b against a about u \[rad].
+    pub motor: Option<Motor>,
+    /// Angle with its winding at the last step \[rad]: the value that the motor's angle unwraps to.
+    pub angle_reference: f64,
+}
+
+impl Hinge {
+    /// A rigid hinge without motor.
+    #[must_use]
+    pub fn new(frames: [Frame; 2]) -> Self {
+        Self {
+            frames,
+            stretch: RowLaw::RIGID,
+            tilt: RowLaw::RIGID,
+            motor: None,
+            angle_reference: 0.0,
+        }
+    }
+
+    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
+        rows.stretch(a, b);
+        for (angle, g) in bend(a, b) {
+            rows.angular(angle, &g);
+        }
+        if let Some(motor) = &self.motor {
+            let (angle, g) = twist(a, b, self.angle_reference);
+            rows.angular(motor.violation(angle), &g);
+        }
+    }
+
+    /// Angle of b against a about u, nearest to the reference \[rad].
+    pub(super) fn angle(&self, a: &Resolved, b: &Resolved) -> f64 {
+        twist(a, b, self.angle_reference).0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
+    use crate::constraint::{Constraint, RowKind, Target};
+    use crate::linearized::update_windings;
+    use crate::{Linearized, RowLaw};
+    use std::f64::consts::TAU;
+
+    fn hinge(motor: Option<Motor>) -> impl Fn([Frame; 2]) -> Constraint {
+        move |frames| {
+            Constraint::Hinge(Hinge {
+                stretch: LAW,
+                tilt: LAW,
+                motor,
+                ..Hinge::new(frames)
+            })
+        }
+    }
+
+    fn holds(target: Target) -> Motor {
+        Motor {
+            target,
+            force_limit: 5.0,
+            law: LAW,
+        }
+    }
+
+    #[test]
+    fn jacobian_at_random_poses() {
+        let relative = |p: &mut Poses| bent(0.3 * p.number(), &p.across(), 3.0 * p.number());
+        assert_rows("hinge", relative, hinge(None));
+        let motor = holds(Target::Position(0.4));
+        assert_rows("hinge with motor", relative, hinge(Some(motor)));
+    }
+
+    #[test]
+    fn a_position_motor_follows_any_number_of_turns() {
+        let mut poses = Poses::new(3);
+        let motor = holds(Target::Position(0.25));
+        let mut angle = 0.0;
+        let mut scene = poses.pair(&bent(0.0, &nalgebra::Vector3::y(), 0.0), hinge(Some(motor)));
+        let axes = scene.constraints[0].frames()[1].axes;
+        let start = scene.bodies.orientation[1];
+        let axis = start * axes.column(0).into_owned();
+        while angle < 3.0 * TAU {
+            angle += 0.5;
+            let turn = nalgebra::UnitQuaternion::from_scaled_axis(axis * angle);
+            scene.bodies.orientation[1] = turn * start;
+            update_windings(&mut scene, 0.0);
+        }
+        let phi = phi(&scene);
+        assert!((phi[5] - (angle - 0.25)).abs() < 1e-12, "{phi:?}");
+        assert!(phi[3..5].iter().all(|tilt| tilt.abs() < 1e-12));
+    }
+
+    #[test]
+    fn a_speed_motor_has_a_rate_and_no_violation() {
+        let mut poses = Poses::new(4);
+        let relative = bent(0.1, &nalgebra::Vector3::y(), 1.0);
+        let scene = poses.pair(&relative, hinge(Some(holds(Target::Speed(1.5)))));
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        lin.drive(&scene, 0.0, 0.1);
+        assert_eq!((lin.phi[5], lin.phi_t[5]), (0.0, -1.5));
+        assert!(lin.phi_t[..5].iter().all(|rate| *rate == 0.0));
+        let row = scene.constraints[0].row(5);
+        assert_eq!(row, (RowKind::Speed, RowLaw::RIGID));
+        assert_eq!(lin.bounds[0].row, 5);
+        assert_eq!((lin.bounds[0].lower, lin.bounds[0].upper), (-5.0, 5.0));
+    }
+}

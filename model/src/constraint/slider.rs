@@ -1,0 +1,128 @@
+//! Slider: b moves along one axis of a without turning, with a motor if wanted.
+//!
+//! Rows 0–2 are the rotation rows of the lock. With the gap d = p_a − p_b and the directions k ∈ {v_a, w_a} across the
+//! axis u_a, rows 3–4 are
+//!
+//!   φ = k·d,   φ̇ = k·(v_a + ω_a×r_a − v_b − ω_b×r_b) + (ω_a×k)·d
+//!
+//! so that J_a = \[kᵀ, ((r_a − d)×k)ᵀ], J_b = \[−kᵀ, −(r_b×k)ᵀ]: the force acts on a at b's point, whose lever on a is
+//! r_a − d. The motor's coordinate is s = −u_a·d, how far b's point is ahead of a's along u_a; its row is the same with
+//! −u_a for k.
+//!
+//! 5 rows, or 6.
+
+use super::{Motor, RowLaw, Rows, gap, lock};
+use crate::frame::{Frame, Resolved};
+
+/// A slider along u of side a: 3 rotation rows, 2 rows across, and the motor's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slider {
+    /// The two attachment frames.
+    pub frames: [Frame; 2],
+    /// Law of the rotation rows, compliance in rad/(N m).
+    pub rotation: RowLaw,
+    /// Law of the rows across the axis, compliance in m/N.
+    pub across: RowLaw,
+    /// Drives the distance of b's point ahead of a's along u_a \[m].
+    pub motor: Option<Motor>,
+}
+
+impl Slider {
+    /// A rigid slider without motor.
+    #[must_use]
+    pub fn new(frames: [Frame; 2]) -> Self {
+        Self {
+            frames,
+            rotation: RowLaw::RIGID,
+            across: RowLaw::RIGID,
+            motor: None,
+        }
+    }
+
+    pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
+        lock::rotation_rows(a, b, rows);
+        let d = gap(a, b);
+        let lever = a.lever - d;
+        rows.set_lever_of_a(lever);
+        for k in [a.v(), a.w()] {
+            let (arm_a, arm_b) = (lever.cross(&k), b.lever.cross(&k));
+            rows.push(k.dot(&d), [&k, &arm_a], [&-k, &-arm_b]);
+        }
+        if let Some(motor) = &self.motor {
+            let k = -a.u();
+            let (arm_a, arm_b) = (lever.cross(&k), b.lever.cross(&k));
+            rows.push(motor.violation(k.dot(&d)), [&k, &arm_a], [&-k, &-arm_b]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
+    use crate::constraint::{Constraint, RowKind, Target};
+    use crate::{Body, Linearized, Scene};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn jacobian_at_random_poses() {
+        let motor = Motor {
+            target: Target::Position(0.4),
+            force_limit: 10.0,
+            law: LAW,
+        };
+        for motor in [None, Some(motor)] {
+            let slider = |frames| {
+                Constraint::Slider(Slider {
+                    rotation: LAW,
+                    across: LAW,
+                    motor,
+                    ..Slider::new(frames)
+                })
+            };
+            let relative = |p: &mut Poses| bent(p.number(), &p.across(), 1.5 * p.number());
+            assert_rows("slider", relative, slider);
+        }
+    }
+
+    /// A trolley 3 m along the beam's x axis, 0.1 m off it.
+    fn trolley(target: Target) -> Scene {
+        let mut scene = Scene::new("trolley");
+        let body = Body::sphere(0.1, 2.0).at(Vector3::new(4.0, 0.1, 0.0));
+        let body = scene.add_body("trolley", body);
+        let along = crate::axes_along(&Vector3::x()).expect("a direction");
+        let world = Frame::world(Vector3::x()).with_axes(along);
+        let slider = Slider {
+            motor: Some(Motor {
+                target,
+                ..Motor::speed(0.0)
+            }),
+            ..Slider::new([world, Frame::body(body, Vector3::zeros()).with_axes(along)])
+        };
+        scene.add_constraint("rail", Constraint::Slider(slider), 0);
+        scene
+    }
+
+    #[test]
+    fn the_coordinate_is_the_way_along_the_axis() {
+        let phi = phi(&trolley(Target::Position(2.5)));
+        assert_eq!(phi[..3], [0.0; 3]);
+        assert!((phi[3].hypot(phi[4]) - 0.1).abs() < 1e-15);
+        assert!((phi[5] - 0.5).abs() < 1e-15, "{phi:?}");
+    }
+
+    #[test]
+    fn the_force_of_a_speed_motor_is_along_the_axis() {
+        let scene = trolley(Target::Speed(0.5));
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        lin.drive(&scene, 0.0, 0.1);
+        // A positive multiplier moves b ahead.
+        assert_eq!(lin.block(0)[30..33], [1.0, 0.0, 0.0]);
+        assert_eq!((lin.phi[5], lin.phi_t[5]), (0.0, -0.5));
+        let kinds: Vec<_> = (0..6).map(|r| scene.constraints[0].row(r).0).collect();
+        let expected = [RowKind::Rotation; 3].into_iter();
+        let expected = expected.chain([RowKind::Across; 2]).chain([RowKind::Speed]);
+        assert_eq!(kinds, expected.collect::<Vec<_>>());
+    }
+}

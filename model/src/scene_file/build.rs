@@ -1,0 +1,311 @@
+//! Explicit scenes from their entries: what is common to all of them, and their order.
+
+use std::collections::HashMap;
+
+use super::entries::SceneText;
+use super::motion::MotionEntry;
+use super::places::Fault;
+use crate::constraint::Constraint;
+use crate::error::{SceneError, check};
+use crate::frame::Side;
+use crate::motion::Motion;
+use crate::scene::{Scene, first_names};
+
+/// The name that stands for the world in a constraint.
+pub(super) const WORLD: &str = "world";
+
+/// An entry as its faults name it: the list that it stands in, and its name.
+pub(super) struct Entry<'a> {
+    list: &'static str,
+    name: &'a str,
+}
+
+impl<'a> Entry<'a> {
+    pub(super) fn new(list: &'static str, name: &'a str) -> Self {
+        Self { list, name }
+    }
+
+    pub(super) fn what(&self, quantity: &str) -> String {
+        format!("{} `{}`: {quantity}", self.list, self.name)
+    }
+
+    pub(super) fn conflict(&self, key: &str, reason: &'static str) -> Fault {
+        let what = self.what(key);
+        Fault::new(key, SceneError::Conflict { what, reason })
+    }
+
+    pub(super) fn check(
+        &self,
+        key: &str,
+        value: f64,
+        ok: bool,
+        needs: &'static str,
+    ) -> Result<f64, Fault> {
+        if ok && value.is_finite() {
+            return Ok(value);
+        }
+        check(self.what(key), value, ok, needs).map_err(|error| Fault::new(key, error))
+    }
+
+    pub(super) fn finite(&self, key: &str, values: &[f64]) -> Result<(), Fault> {
+        let bad = values.iter().find(|x| !x.is_finite());
+        bad.map_or(Ok(()), |x| self.check(key, *x, false, "finite").map(|_| ()))
+    }
+
+    pub(super) fn check_compliance(&self, key: &str, compliance: f64) -> Result<(), Fault> {
+        if compliance >= 0.0 && compliance.is_finite() {
+            return Ok(());
+        }
+        let what = self.what(&format!("{key}: compliance"));
+        let needs = "≥ 0 (m/N or rad/(N m)); 0 is rigid";
+        let checked = check(what, compliance, false, needs);
+        checked.map(|_| ()).map_err(|error| Fault::new(key, error))
+    }
+
+    /// The compliance given, or `length` over the stiffness given; `None` where neither is.
+    pub(super) fn compliance(
+        &self,
+        key: &str,
+        compliance: Option<f64>,
+        (stiff_key, stiffness): (&str, Option<f64>),
+        length: Option<f64>,
+    ) -> Result<Option<f64>, Fault> {
+        let Some(stiffness) = stiffness else {
+            return Ok(compliance);
+        };
+        if compliance.is_some() {
+            let reason = "is given as a compliance and as a stiffness: give one of them";
+            return Err(self.conflict(key, reason));
+        }
+        self.check(stiff_key, stiffness, stiffness > 0.0, "> 0 N, or N m²")?;
+        let Some(length) = length else {
+            let reason = "needs length: the metres of cable that the joint stands for";
+            return Err(self.conflict(stiff_key, reason));
+        };
+        Ok(Some(
+            self.check("length", length, length > 0.0, "> 0 m")? / stiffness,
+        ))
+    }
+}
+
+impl Fault {
+    /// The same fault, which may stand at `path` too.
+    pub(super) fn or_at(mut self, path: &str) -> Self {
+        self.paths.push(path.to_owned());
+        self
+    }
+}
+
+/// The bodies by name.
+pub(super) struct Names<'a> {
+    index: HashMap<&'a str, usize>,
+    all: &'a [String],
+}
+
+impl Names<'_> {
+    /// The world with its motion (of the key `motion_key`), or the body called `name`; `key` is that of the name.
+    pub(super) fn side(
+        &self,
+        of: &Entry<'_>,
+        key: &str,
+        name: &str,
+        motion: Option<&MotionEntry>,
+        motion_key: &str,
+    ) -> Result<Side, Fault> {
+        if name == WORLD {
+            let motion = motion.map_or(Ok(Motion::Fixed), |m| m.build(of, motion_key))?;
+            return Ok(Side::World(motion));
+        }
+        let what = format!("{} `{}`", of.list, of.name);
+        let body = self.find(what, name);
+        body.map(Side::Body).map_err(|error| Fault::new(key, error))
+    }
+
+    fn find(&self, what: String, name: &str) -> Result<usize, SceneError> {
+        let body = self.index.get(name).copied();
+        body.ok_or_else(|| SceneError::UnknownBody {
+            what,
+            name: name.to_owned(),
+            known: first_names(self.all),
+        })
+    }
+}
+
+/// A constraint with its name and group, and the path of its entry.
+struct Built {
+    path: String,
+    name: String,
+    group: u32,
+    constraint: Constraint,
+}
+
+impl SceneText {
+    /// Builds the scene.
+    ///
+    /// # Errors
+    /// The first body or constraint that is wrong. A scene that was read tells the line of its fault
+    /// ([`SceneError::InText`]), or the override that brought it in ([`SceneError::Override`]).
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        self.assemble()
+            .map_err(|fault| self.places.tell(self, fault))
+    }
+
+    pub(super) fn assemble(&self) -> Result<Scene, Fault> {
+        let mut scene = Scene::new(self.name.clone());
+        scene.gravity = self.gravity.into();
+        scene.start_in_equilibrium = self.equilibrium;
+        let mut index = HashMap::with_capacity(self.body.len());
+        for (i, entry) in self.body.iter().enumerate() {
+            let path = format!("body.{i}");
+            let body = entry.build().map_err(|fault| fault.within(&path))?;
+            scene.add_body(entry.name.clone(), body);
+            scene.validate_body(i).map_err(|error| {
+                of_keys(
+                    error,
+                    &["orientation", "inertia", "inertia_matrix", "shape"],
+                    &path,
+                )
+            })?;
+            // A name that two bodies have hides one of them from the constraints.
+            if index.insert(entry.name.as_str(), i).is_some() {
+                return Err(duplicate("body", &entry.name, &path));
+            }
+        }
+        let all = &scene.body_names.clone();
+        let names = Names { index, all };
+        let load = self
+            .load
+            .as_ref()
+            .map(|name| names.find("load".into(), name));
+        scene.load = load.transpose().map_err(|e| Fault::new("load", e))?;
+        for built in self.in_order(self.constraints(&scene, &names)?)? {
+            let i = scene.add_constraint(built.name, built.constraint, built.group);
+            scene.validate_constraint(i).map_err(|error| {
+                let keys = keys_of(&error);
+                of_keys(error, &keys, &built.path)
+            })?;
+        }
+        scene.validate().map_err(|error| {
+            let gravity = matches!(&error, SceneError::BadValue { what, .. } if what == "gravity");
+            let paths = gravity.then(|| "gravity".to_owned());
+            let paths = paths.into_iter().collect();
+            Fault { paths, error }
+        })?;
+        Ok(scene)
+    }
+
+    /// All constraints, list by list, with different names.
+    fn constraints(&self, scene: &Scene, names: &Names<'_>) -> Result<Vec<Built>, Fault> {
+        let bodies = &scene.bodies;
+        let mut all = Vec::new();
+        let mut add = |list: &str, i: usize, name: &String, group, constraint: Result<_, Fault>| {
+            let path = format!("{list}.{i}");
+            let constraint = constraint.map_err(|fault| fault.within(&path))?;
+            all.push(Built {
+                path,
+                name: name.clone(),
+                group,
+                constraint,
+            });
+            Ok(())
+        };
+        for (i, entry) in self.joint.iter().enumerate() {
+            add(
+                "joint",
+                i,
+                &entry.name,
+                entry.group,
+                entry.build(bodies, names),
+            )?;
+        }
+        for (i, entry) in self.cable.iter().enumerate() {
+            add(
+                "cable",
+                i,
+                &entry.name,
+                entry.group,
+                entry.build(bodies, names),
+            )?;
+        }
+        for (i, entry) in self.bend.iter().enumerate() {
+            add(
+                "bend",
+                i,
+                &entry.name,
+                entry.group,
+                entry.build(bodies, names),
+            )?;
+        }
+        let mut seen = HashMap::with_capacity(all.len());
+        for built in &all {
+            let list = |path: &str| path.split('.').next() == Some("joint");
+            if let Some(first) = seen.insert(built.name.as_str(), built.path.as_str()) {
+                let joints = list(first) && list(&built.path);
+                let kind = if joints { "joint" } else { "constraint" };
+                return Err(duplicate(kind, &built.name, &built.path));
+            }
+        }
+        Ok(all)
+    }
+
+    /// The constraints in the order that the text asks for.
+    fn in_order(&self, all: Vec<Built>) -> Result<Vec<Built>, Fault> {
+        if self.order.is_empty() {
+            return Ok(all);
+        }
+        let conflict = |name: &str, reason| {
+            let what = format!("order: `{name}`");
+            Fault::new("order", SceneError::Conflict { what, reason })
+        };
+        let named = all.into_iter().map(|built| (built.name.clone(), built));
+        let mut named: HashMap<_, _> = named.collect();
+        let mut ordered = Vec::with_capacity(named.len());
+        for (i, name) in self.order.iter().enumerate() {
+            let Some(built) = named.remove(name) else {
+                let reason = if self.order[..i].contains(name) {
+                    "is there twice: remove one"
+                } else {
+                    "is no joint, cable or bend: remove it or write it as there"
+                };
+                return Err(conflict(name, reason).or_at(&format!("order.{i}")));
+            };
+            ordered.push(built);
+        }
+        // The first one of the text that is left out, whatever the order in the map.
+        match named.into_values().min_by(|a, b| a.path.cmp(&b.path)) {
+            Some(left) => Err(conflict(
+                &left.name,
+                "is left out: name every constraint once",
+            )),
+            None => Ok(ordered),
+        }
+    }
+}
+
+fn duplicate(kind: &'static str, name: &str, path: &str) -> Fault {
+    let name = name.to_owned();
+    Fault::new("name", SceneError::Duplicate { kind, name }).within(path)
+}
+
+/// A fault of the scene at one of the `keys` of the entry at `path`.
+fn of_keys(error: SceneError, keys: &[&str], path: &str) -> Fault {
+    let keys = match error {
+        SceneError::BadValue { .. } if keys.first() == Some(&"orientation") => &keys[..1],
+        SceneError::Inertia { .. } => &keys[1..],
+        _ => keys,
+    };
+    let paths = keys.iter().map(|key| (*key).to_owned()).collect();
+    Fault { paths, error }.within(path)
+}
+
+/// The keys that a constraint's fault may stand at.
+fn keys_of(error: &SceneError) -> Vec<&'static str> {
+    match error {
+        SceneError::Axes { side, .. } if side == "a" => vec!["axes_a", "through"],
+        SceneError::Axes { side, .. } if side == "b" => vec!["axes_b", "through"],
+        SceneError::Axes { .. } => vec!["through"],
+        SceneError::BothWorld { .. } | SceneError::SameBody { .. } => vec!["b"],
+        SceneError::NoRows { .. } => vec!["kind"],
+        _ => Vec::new(),
+    }
+}

@@ -1,0 +1,314 @@
+//! The explicit text of a scene that is already built.
+//!
+//! Every number is written as it is, and what a text leaves out is left out only where the default has the same bits.
+//! The structs are taken apart field by field, so that a new field cannot be forgotten here.
+
+use nalgebra::Matrix3;
+
+use super::build::WORLD;
+use super::cable::{BendEntry, CableEntry, PointEntry};
+use super::entries::{BodyEntry, SceneText};
+use super::joint::{JointEntry, Kind};
+use super::motion::MotionEntry;
+use crate::body::Body;
+use crate::constraint::{
+    Constraint, Cosserat, Distance, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
+    Spherical, TwistDefinition,
+};
+use crate::error::SceneError;
+use crate::frame::{Frame, Side, hanging_axes};
+use crate::scene::Scene;
+
+impl SceneText {
+    /// The text of `scene`, which builds to an equal scene, bit for bit.
+    ///
+    /// # Errors
+    /// The fault of a scene that is not valid; [`SceneError::NotInText`] names what a text cannot hold.
+    pub fn from_scene(scene: &Scene) -> Result<Self, SceneError> {
+        scene.validate()?;
+        let Scene {
+            name,
+            gravity,
+            bodies,
+            body_names,
+            constraints,
+            constraint_names,
+            groups,
+            load,
+            start_in_equilibrium,
+            controls: _,
+        } = scene;
+        if let Some((what, cure)) = not_in_text(scene) {
+            return Err(SceneError::NotInText { what, cure });
+        }
+        let mut text = Self {
+            name: name.clone(),
+            gravity: (*gravity).into(),
+            equilibrium: *start_in_equilibrium,
+            load: load.map(|i| body_names[i].clone()),
+            ..Self::default()
+        };
+        for (i, name) in body_names.iter().enumerate() {
+            text.body.push(body(name, &bodies.get(i)));
+        }
+        for ((name, constraint), group) in constraint_names.iter().zip(constraints).zip(groups) {
+            text.push(scene, name, constraint, *group);
+        }
+        let joints = text.joint.iter().map(|entry| &entry.name);
+        let cables = text.cable.iter().map(|entry| &entry.name);
+        let bends = text.bend.iter().map(|entry| &entry.name);
+        if !joints.chain(cables).chain(bends).eq(constraint_names) {
+            text.order.clone_from(constraint_names);
+        }
+        match difference(&text.build()?, scene) {
+            None => Ok(text),
+            Some(what) => Err(SceneError::NotInText {
+                what,
+                cure: "leave it out, or build the scene by program",
+            }),
+        }
+    }
+
+    /// Appends a constraint to the list that it belongs to.
+    fn push(&mut self, scene: &Scene, name: &str, constraint: &Constraint, group: u32) {
+        let joint = |kind, frames| between(scene, name, kind, frames, group);
+        match constraint {
+            Constraint::Spherical(Spherical { frames, stretch }) => {
+                let mut entry = joint(Kind::Spherical, frames);
+                entry.stretch = Some(stretch.compliance);
+                entry.damping = stretch.damping;
+                self.joint.push(entry);
+            }
+            Constraint::Cosserat(Cosserat {
+                frames,
+                law,
+                twist_reference,
+            }) => {
+                let mut entry = joint(Kind::Cosserat, frames);
+                entry.set_law(law);
+                entry.twist_reference = unless(*twist_reference, 0.0);
+                self.joint.push(entry);
+            }
+            Constraint::Paper(Paper {
+                frames,
+                law,
+                twist_definition,
+                safeguard,
+                twist_reference,
+            }) => {
+                let mut entry = joint(Kind::Paper, frames);
+                entry.set_law(law);
+                let ordinary = *twist_definition == TwistDefinition::default();
+                entry.twist_definition = (!ordinary).then_some(*twist_definition);
+                entry.safeguard = unless(*safeguard, Paper::SAFEGUARD);
+                entry.twist_reference = unless(*twist_reference, 0.0);
+                self.joint.push(entry);
+            }
+            Constraint::Lock(Lock {
+                frames,
+                linear,
+                angular,
+            }) => {
+                let mut entry = joint(Kind::Lock, frames);
+                entry.stretch = Some(linear.compliance);
+                entry.rotation = Some(angular.compliance);
+                entry.damping = linear.damping;
+                entry.rotation_damping = unless(angular.damping, linear.damping);
+                self.joint.push(entry);
+            }
+            Constraint::Distance(Distance {
+                frames,
+                length,
+                law,
+                transverse,
+            }) => {
+                let mut entry = joint(Kind::Distance, frames);
+                entry.length = Some(*length);
+                entry.stretch = Some(law.compliance);
+                entry.damping = law.damping;
+                entry.transverse = transverse.then_some(true);
+                self.joint.push(entry);
+            }
+            Constraint::MasslessCable(MasslessCable {
+                frames,
+                length,
+                law,
+                tension_only: _,
+                winch: _,
+            }) => self.cable.push(CableEntry {
+                name: name.to_owned(),
+                through: points(scene, frames),
+                length: *length,
+                ea: None,
+                stretch: Some(law.compliance),
+                damping: law.damping,
+                group,
+            }),
+            // Refused before: no list holds them.
+            Constraint::Hinge(_) | Constraint::Slider(_) => {}
+            Constraint::LinkBend(LinkBend {
+                frames,
+                law,
+                definition,
+            }) => self.bend.push(BendEntry {
+                name: name.to_owned(),
+                through: points(scene, frames),
+                definition: *definition,
+                bend: law.compliance,
+                damping: law.damping,
+                group,
+            }),
+        }
+    }
+}
+
+impl JointEntry {
+    fn set_law(&mut self, law: &JointLaw) {
+        let JointLaw {
+            stretch,
+            bend,
+            twist,
+        } = law;
+        let first = [stretch, bend, twist].into_iter().find_map(|law| *law);
+        self.damping = first.map_or(0.0, |law| law.damping);
+        let compliance = |law: &Option<RowLaw>| law.map(|law| law.compliance);
+        let damping = |law: &Option<RowLaw>| law.and_then(|l| unless(l.damping, self.damping));
+        (self.stretch, self.stretch_damping) = (compliance(stretch), damping(stretch));
+        (self.bend, self.bend_damping) = (compliance(bend), damping(bend));
+        (self.twist, self.twist_damping) = (compliance(twist), damping(twist));
+    }
+}
+
+/// `value`, unless it has the bits of `default`.
+fn unless(value: f64, default: f64) -> Option<f64> {
+    (value.to_bits() != default.to_bits()).then_some(value)
+}
+
+fn body(name: &str, body: &Body) -> BodyEntry {
+    let Body {
+        mobility: _,
+        position,
+        orientation,
+        velocity,
+        angular_velocity,
+        mass,
+        inertia,
+        force,
+        torque,
+    } = body;
+    let diagonal = inertia.diagonal();
+    let principal = same_bits(&Matrix3::from_diagonal(&diagonal), inertia);
+    let q = orientation.as_ref();
+    let quaternion = [q.w, q.i, q.j, q.k];
+    let turned = quaternion.map(f64::to_bits) != [1.0, 0.0, 0.0, 0.0].map(f64::to_bits);
+    BodyEntry {
+        name: name.to_owned(),
+        mass: *mass,
+        shape: None,
+        inertia: principal.then(|| diagonal.into()),
+        inertia_matrix: (!principal).then(|| inertia.transpose().into()),
+        position: (*position).into(),
+        orientation: turned.then_some(quaternion),
+        rotation: None,
+        velocity: (*velocity).into(),
+        angular_velocity: (*angular_velocity).into(),
+        force: (*force).into(),
+        torque: (*torque).into(),
+    }
+}
+
+fn same_bits(a: &Matrix3<f64>, b: &Matrix3<f64>) -> bool {
+    a.iter()
+        .zip(b.iter())
+        .all(|(a, b)| a.to_bits() == b.to_bits())
+}
+
+/// A joint of that kind without rows.
+fn between(scene: &Scene, name: &str, kind: Kind, frames: &[Frame; 2], group: u32) -> JointEntry {
+    let axes = |frame: &Frame| {
+        let turn = match frame.side {
+            Side::World(_) => Matrix3::identity(),
+            Side::Body(i) => scene.bodies.rotation(i),
+        };
+        let default = same_bits(&(turn.transpose() * hanging_axes()), &frame.axes);
+        (!default).then(|| frame.axes.into())
+    };
+    let [a, b] = frames;
+    JointEntry {
+        name: name.to_owned(),
+        kind,
+        a: side(scene, a).0,
+        b: side(scene, b).0,
+        point_a: Some(a.point.into()),
+        point_b: Some(b.point.into()),
+        axes_a: axes(a),
+        axes_b: axes(b),
+        group,
+        motion: side(scene, a).1.or(side(scene, b).1),
+        ..JointEntry::default()
+    }
+}
+
+/// The name of what holds a frame, and its motion.
+fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
+    match &frame.side {
+        Side::World(motion) => (WORLD.to_owned(), MotionEntry::of(motion)),
+        Side::Body(i) => (scene.body_names[*i].clone(), None),
+    }
+}
+
+fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
+    let point = |frame: &Frame| {
+        let (body, motion) = side(scene, frame);
+        let hanging = same_bits(&frame.axes, &hanging_axes());
+        PointEntry {
+            body,
+            point: frame.point.into(),
+            axes: (!hanging).then(|| frame.axes.into()),
+            motion,
+        }
+    };
+    frames.iter().map(point).collect()
+}
+
+/// The first thing of a scene that has no key, and what to do.
+fn not_in_text(scene: &Scene) -> Option<(String, &'static str)> {
+    if scene.body_names.iter().any(|name| name == WORLD) {
+        let what = format!("a body called `{WORLD}`, which stands for the fixed world");
+        return Some((what, "rename it"));
+    }
+    let cure = "leave it out, or build the scene by program";
+    for (name, constraint) in scene.constraint_names.iter().zip(&scene.constraints) {
+        match constraint {
+            Constraint::Hinge(_) | Constraint::Slider(_) => {
+                let kind = constraint.kind_name();
+                return Some((format!("the constraint `{name}` of kind {kind}"), cure));
+            }
+            Constraint::MasslessCable(cable) if cable.winch.is_some() => {
+                return Some((format!("the winch of the cable `{name}`"), cure));
+            }
+            _ => {}
+        }
+    }
+    let control = scene.controls.first();
+    control.map(|control| (format!("the control `{}`", control.name), cure))
+}
+
+/// The first thing in which two scenes of the same size differ.
+fn difference(built: &Scene, scene: &Scene) -> Option<String> {
+    if built == scene {
+        return None;
+    }
+    for (i, name) in scene.body_names.iter().enumerate() {
+        if built.bodies.get(i) != scene.bodies.get(i) {
+            return Some(format!("something of the body `{name}`"));
+        }
+    }
+    let pairs = built.constraints.iter().zip(&scene.constraints);
+    let mut named = scene.constraint_names.iter().zip(pairs);
+    let changed = named.find(|(_, (built, scene))| built != scene);
+    Some(changed.map_or_else(
+        || "something of the scene as a whole".to_owned(),
+        |(name, _)| format!("something of the constraint `{name}`"),
+    ))
+}

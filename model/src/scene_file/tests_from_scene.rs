@@ -1,0 +1,370 @@
+//! Tests of scenes written and read back. Equality is that of the bits: Rust's debug text tells −0 from 0.
+
+use std::f64::consts::TAU;
+
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use proptest::prelude::*;
+use rand_xoshiro::Xoshiro256PlusPlus;
+use rand_xoshiro::rand_core::{Rng, SeedableRng};
+
+use super::{SceneSource, SceneText, keys, write};
+use crate::body::Body;
+use crate::constraint::{
+    BendDefinition, Constraint, Cosserat, Distance, JointLaw, LinkBend, Lock, MasslessCable, Paper,
+    RowLaw, Spherical, TwistDefinition,
+};
+use crate::frame::{Frame, hanging_axes};
+use crate::motion::Motion;
+use crate::named::NAMES;
+use crate::scene::Scene;
+
+/// Asserts that the scene's text reads back to the scene, with comments and without.
+fn round_trip(scene: &Scene) {
+    let text = SceneText::from_scene(scene).expect("a text");
+    let source = SceneSource::Explicit(Box::new(text));
+    for toml in [source.to_toml(), source.to_commented_toml()] {
+        let toml = toml.expect("writes");
+        let again = SceneSource::parse(&toml, &[]).unwrap_or_else(|e| panic!("{e}\n{toml}"));
+        let built = again.build().unwrap_or_else(|e| panic!("{e}\n{toml}"));
+        assert_eq!(format!("{built:?}"), format!("{scene:?}"), "\n{toml}");
+    }
+}
+
+#[test]
+fn every_named_scene() {
+    for name in NAMES {
+        let specimen = ["pull", "twist", "bend"].contains(&name);
+        let sets: &[&[(&str, &str)]] = match name {
+            "hoist" => &[
+                &[],
+                &[("joint", "paper"), ("seed", "3"), ("initial_angle", "0.3")],
+                &[
+                    ("move_x", "0.5"),
+                    ("equilibrium", "true"),
+                    ("damping", "0.01"),
+                ],
+                &[
+                    ("circle_radius", "2"),
+                    ("anchor", "clamped"),
+                    ("twist", "false"),
+                ],
+            ],
+            _ if specimen => &[
+                &[],
+                &[("joint", "paper"), ("bearing", "true"), ("seed", "1")],
+            ],
+            _ => &[
+                &[],
+                &[
+                    ("transverse", "true"),
+                    ("seed", "7"),
+                    ("horizontal", "false"),
+                ],
+            ],
+        };
+        for overrides in sets {
+            let source = SceneSource::load(name, overrides).expect("loads");
+            round_trip(&source.build().expect("builds"));
+            let commented = source.to_commented_toml().expect("writes");
+            assert_eq!(
+                SceneSource::parse(&commented, &[]),
+                Ok(source),
+                "{commented}"
+            );
+        }
+    }
+}
+
+struct Random(Xoshiro256PlusPlus);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-53)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.0.next_u64() % n as u64) as usize
+    }
+
+    /// Any sign and size, and the zeros.
+    fn number(&mut self) -> f64 {
+        match self.below(8) {
+            0 => 0.0,
+            1 => -0.0,
+            2 => (self.unit() - 0.5) * 10.0_f64.powi(self.below(60) as i32 - 30),
+            _ => 10.0 * self.unit() - 5.0,
+        }
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.number(), self.number(), self.number())
+    }
+
+    fn turn(&mut self) -> UnitQuaternion<f64> {
+        match self.below(3) {
+            0 => UnitQuaternion::identity(),
+            _ => UnitQuaternion::from_scaled_axis(self.vector().map(|x| x % 3.0)),
+        }
+    }
+
+    fn axes(&mut self) -> Matrix3<f64> {
+        match self.below(3) {
+            0 => hanging_axes(),
+            1 => Matrix3::identity(),
+            _ => self.turn().to_rotation_matrix().into_inner(),
+        }
+    }
+
+    fn law(&mut self) -> RowLaw {
+        let damping = if self.below(2) == 0 {
+            0.25
+        } else {
+            self.unit()
+        };
+        RowLaw::new(self.number().abs(), damping)
+    }
+
+    fn maybe_law(&mut self) -> Option<RowLaw> {
+        (self.below(3) > 0).then(|| self.law())
+    }
+
+    fn motion(&mut self) -> Motion {
+        match self.below(3) {
+            0 => Motion::Fixed,
+            1 => Motion::Smooth {
+                displacement: self.vector(),
+                start: self.number(),
+                duration: self.unit() + 1e-3,
+            },
+            _ => Motion::Circle {
+                radius: self.number(),
+                period: self.unit() + 1e-3,
+                start: self.number(),
+                ramp: self.unit() + 1e-3,
+            },
+        }
+    }
+
+    /// A frame on a body, or on the world for body 0.
+    fn frame(&mut self, body: usize) -> Frame {
+        // Far apart, so that no two points are in one place.
+        let far = Vector3::x() * (self.unit() + 1.0) * 1e3;
+        let frame = match body {
+            0 => Frame::world(self.vector() - far).moving(self.motion()),
+            i => Frame::body(i - 1, self.vector() + far * i as f64),
+        };
+        frame.with_axes(self.axes())
+    }
+
+    fn body(&mut self) -> Body {
+        let mass = 10.0_f64.powi(self.below(12) as i32 - 6) * (self.unit() + 0.1);
+        let mut body = Body::rod(self.unit() + 0.1, self.unit() + 0.1, mass);
+        if self.below(2) == 0 {
+            let turn = self.turn().to_rotation_matrix().into_inner();
+            let inertia = turn * body.inertia * turn.transpose();
+            body.inertia = (inertia + inertia.transpose()) * 0.5;
+        }
+        body = body.at(self.vector()).turned(self.turn());
+        body.velocity = self.vector();
+        body.angular_velocity = self.vector();
+        body.force = self.vector();
+        body.torque = self.vector();
+        body
+    }
+
+    fn constraint(&mut self, bodies: usize) -> Constraint {
+        let b = self.below(bodies) + 1;
+        let a = (b + 1 + self.below(bodies)) % (bodies + 1);
+        let frames = [self.frame(a), self.frame(b)];
+        let law = JointLaw {
+            stretch: self.maybe_law(),
+            bend: self.maybe_law(),
+            twist: Some(self.law()),
+        };
+        let twist_reference = TAU * self.below(3) as f64 + self.number();
+        match self.below(7) {
+            0 => Constraint::Spherical(Spherical {
+                frames,
+                stretch: self.law(),
+            }),
+            1 => Constraint::Cosserat(Cosserat {
+                frames,
+                law,
+                twist_reference,
+            }),
+            2 => Constraint::Paper(Paper {
+                frames,
+                law,
+                twist_definition: TwistDefinition::Alternative,
+                safeguard: self.unit().max(1e-16),
+                twist_reference,
+            }),
+            3 => Constraint::Lock(Lock {
+                frames,
+                linear: self.law(),
+                angular: self.law(),
+            }),
+            4 => Constraint::Distance(Distance {
+                frames,
+                length: self.unit() + 0.1,
+                law: self.law(),
+                transverse: self.below(2) == 0,
+            }),
+            5 => {
+                let mut through = frames.to_vec();
+                for _ in 0..self.below(4) {
+                    let body = self.below(bodies + 1);
+                    through.push(self.frame(body));
+                }
+                Constraint::MasslessCable(MasslessCable {
+                    frames: through,
+                    length: self.unit() + 0.1,
+                    law: self.law(),
+                    tension_only: true,
+                    winch: None,
+                })
+            }
+            _ => {
+                let third = self.below(bodies + 1);
+                Constraint::LinkBend(LinkBend {
+                    frames: [frames[0], frames[1], self.frame(third)],
+                    law: self.law(),
+                    definition: [BendDefinition::Angle, BendDefinition::Vector][self.below(2)],
+                })
+            }
+        }
+    }
+
+    fn scene(&mut self) -> Scene {
+        let names = [
+            "plain",
+            "two words",
+            "a.b",
+            "\"quoted\"\n",
+            "Seil #1 ü",
+            "1",
+            "",
+        ];
+        let mut scene = Scene::new(names[self.below(7)]);
+        scene.gravity = self.vector();
+        scene.start_in_equilibrium = self.below(2) == 0;
+        let bodies = self.below(4) + 1;
+        for (i, name) in names.iter().enumerate().take(bodies) {
+            let body = self.body();
+            scene.add_body(format!("{name}{i}"), body);
+        }
+        for i in 0..self.below(8) {
+            let constraint = self.constraint(bodies);
+            let group = self.0.next_u64() as u32;
+            scene.add_constraint(format!("{}{i}", names[i % 7]), constraint, group);
+        }
+        scene.load = (self.below(2) == 0).then(|| self.below(bodies));
+        scene
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_scenes(seed in any::<u64>()) {
+        let scene = Random(Xoshiro256PlusPlus::seed_from_u64(seed)).scene();
+        prop_assert_eq!(scene.validate(), Ok(()));
+        round_trip(&scene);
+    }
+}
+
+#[test]
+fn what_a_text_cannot_hold_is_named() {
+    let scene = || {
+        let mut scene = Scene::new("pair");
+        scene.add_body("a", Body::sphere(1.0, 1.0));
+        let frames = [Vector3::zeros(), Vector3::z()];
+        let frames = [Frame::world(frames[0]), Frame::body(0, frames[1])];
+        let link = Distance {
+            frames,
+            length: 1.0,
+            law: RowLaw::RIGID,
+            transverse: false,
+        };
+        scene.add_constraint("link", Constraint::Distance(link), 0);
+        scene
+    };
+    let says = |change: fn(&mut Scene), words: &str| {
+        let mut scene = scene();
+        round_trip(&scene);
+        change(&mut scene);
+        let error = SceneText::from_scene(&scene).expect_err("a fault");
+        let text = error.to_string();
+        assert!(text.contains(words) && !text.contains('\n'), "{text}");
+    };
+    says(
+        |s| s.body_names[0] = "world".into(),
+        "a body called `world`",
+    );
+    says(|s| s.bodies.mass[0] = f64::NAN, "body `a`: mass is NaN");
+    says(
+        |s| s.constraints[0].frames_mut()[1].point = Vector3::zeros(),
+        "joint `link`: point_b: is in one place with point_a",
+    );
+    says(|s| s.bodies = crate::Bodies::new(), "no bodies");
+    says(
+        |s| {
+            let frames = s.constraints[0].frames();
+            let hinge = crate::Hinge::new([frames[0], frames[1]]);
+            s.constraints[0] = Constraint::Hinge(hinge);
+        },
+        "a text cannot hold the constraint `link` of kind hinge",
+    );
+}
+
+/// The keys that a reader of the table `table` takes, from its own message.
+fn taken(table: &str) -> Vec<String> {
+    let text = format!("{table}\nno-such-key = 1\n");
+    let error = SceneSource::parse(&text, &[]).expect_err("unknown key");
+    let error = error.to_string();
+    let (_, known) = error.split_once("expected one of").expect("the known keys");
+    let quoted = known.split('`').skip(1).step_by(2);
+    quoted.map(str::to_owned).collect()
+}
+
+#[test]
+fn every_key_has_its_meaning() {
+    let tables = NAMES.map(|name| {
+        let source = SceneSource::load(name, &[]).expect("loads");
+        (format!("[{name}]"), keys::of_source(&source))
+    });
+    let lists = write::LISTS.map(|list| (format!("[[{list}]]"), keys::of_list(list)));
+    let top = (String::new(), keys::of_list("scene"));
+    for (table, keys) in tables.into_iter().chain(lists).chain([top]) {
+        let names: Vec<_> = keys.iter().map(|key| key.name.clone()).collect();
+        assert_eq!(names, taken(&table), "{table}");
+        for key in keys {
+            assert!(key.meaning.len() > 5, "{table} {}", key.name);
+            assert!(!key.meaning.contains("\\["), "{}", key.meaning);
+            assert!(!key.meaning.contains("[`"), "{}", key.meaning);
+        }
+    }
+}
+
+#[test]
+fn comments_stand_before_their_keys() {
+    let source = SceneSource::load("hoist", &[("radius", "0.02")]).expect("loads");
+    let text = source.to_commented_toml().expect("writes");
+    assert!(
+        text.contains("\n# Length of the unstrained cable [m].\nlength = 10.0\n"),
+        "{text}"
+    );
+    assert!(
+        text.contains("\nradius = 0.02\n# Axial stiffness YA [N]."),
+        "{text}"
+    );
+    assert!(text.contains("\n# ea =    (not given)\n"), "{text}");
+    let scene = source.build().expect("builds");
+    let explicit = SceneText::from_scene(&scene).expect("a text");
+    let text = SceneSource::Explicit(Box::new(explicit)).to_commented_toml();
+    let text = text.expect("writes");
+    assert_eq!(text.matches("# mass: Mass [kg].\n").count(), 1, "{text}");
+    assert_eq!(text.matches("\n[[body]]\n").count(), 25);
+    assert!(!text.contains("order"), "{text}");
+}

@@ -1,0 +1,141 @@
+//! Scenes as TOML text for people: keys in the order of the documentation, one a line, each with its meaning.
+
+use serde::Serialize;
+use std::fmt::Write;
+use toml::{Table, Value};
+
+use super::keys::{self, Key};
+use super::{SceneSource, SceneText, one_line};
+use crate::error::SceneError;
+
+/// Columns that comments are wrapped at.
+const WIDTH: usize = 110;
+
+/// The lists of an explicit scene, in the order in which their constraints stand without `order`.
+pub(super) const LISTS: [&str; 4] = ["body", "joint", "cable", "bend"];
+
+/// A scene's own parameters, in the table `name`, with every key: those that are not given are comments.
+pub(super) fn commented(
+    source: &SceneSource,
+    name: &str,
+    parameters: &impl Serialize,
+) -> Result<String, SceneError> {
+    let table = table(parameters)?;
+    let mut out = String::new();
+    comment(&mut out, &keys::about(source));
+    let _ = writeln!(out, "[{name}]");
+    for Key { name, meaning } in keys::of_source(source) {
+        comment(&mut out, &meaning);
+        match table.get(&name) {
+            Some(value) => line(&mut out, &name, value),
+            None => _ = writeln!(out, "# {name} =    (not given)"),
+        }
+    }
+    Ok(out)
+}
+
+/// An explicit scene without comments.
+pub(super) fn explicit(scene: &SceneText) -> Result<String, SceneError> {
+    explicit_text(scene, false)
+}
+
+/// An explicit scene; the keys of each list are explained before its first entry.
+pub(super) fn explicit_commented(scene: &SceneText) -> Result<String, SceneError> {
+    explicit_text(scene, true)
+}
+
+fn explicit_text(scene: &SceneText, comments: bool) -> Result<String, SceneError> {
+    let mut table = table(scene)?;
+    let lists = LISTS.map(|list| (list, table.remove(list)));
+    let mut out = String::new();
+    for (key, value) in ordered(&table, &keys::of_list("scene")) {
+        if comments {
+            comment(&mut out, &key.meaning);
+        }
+        line(&mut out, &key.name, value);
+    }
+    for (list, entries) in lists {
+        let Some(Value::Array(entries)) = entries else {
+            continue;
+        };
+        let known = keys::of_list(list);
+        if comments && !entries.is_empty() {
+            out.push('\n');
+            for key in &known {
+                if entries.iter().any(|entry| entry.get(&key.name).is_some()) {
+                    comment(&mut out, &format!("{}: {}", key.name, key.meaning));
+                }
+            }
+        }
+        for entry in entries.iter().filter_map(Value::as_table) {
+            let _ = writeln!(out, "\n[[{list}]]");
+            for (key, value) in ordered(entry, &known) {
+                line(&mut out, &key.name, value);
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// The keys and values that are there, in the order of `known`.
+fn ordered<'a>(table: &'a Table, known: &'a [Key]) -> impl Iterator<Item = (&'a Key, &'a Value)> {
+    known
+        .iter()
+        .filter_map(|key| Some((key, table.get(&key.name)?)))
+}
+
+fn table(value: &impl Serialize) -> Result<Table, SceneError> {
+    Table::try_from(value).map_err(|e| SceneError::Toml {
+        line: None,
+        column: None,
+        message: one_line(&e.to_string()),
+    })
+}
+
+fn line(out: &mut String, key: &str, value: &Value) {
+    let _ = write!(out, "{key} = ");
+    inline(out, value);
+    out.push('\n');
+}
+
+/// A value on one line. Numbers in the fewest digits that read back to the same bits.
+fn inline(out: &mut String, value: &Value) {
+    let _ = match value {
+        Value::Float(x) if x.is_finite() => write!(out, "{x:?}"),
+        Value::Array(list) => {
+            out.push('[');
+            for (i, item) in list.iter().enumerate() {
+                out.push_str(if i == 0 { "" } else { ", " });
+                inline(out, item);
+            }
+            out.push(']');
+            Ok(())
+        }
+        Value::Table(table) => {
+            out.push_str("{ ");
+            for (i, (key, item)) in table.iter().enumerate() {
+                out.push_str(if i == 0 { "" } else { ", " });
+                let _ = write!(out, "{key} = ");
+                inline(out, item);
+            }
+            out.push_str(" }");
+            Ok(())
+        }
+        other => write!(out, "{other}"),
+    };
+}
+
+/// `text` as comment lines.
+fn comment(out: &mut String, text: &str) {
+    let mut width = 0;
+    for word in text.split_whitespace() {
+        let length = word.chars().count() + 1;
+        if width == 0 || width + length > WIDTH {
+            out.push_str(if width == 0 { "#" } else { "\n#" });
+            width = 1;
+        }
+        let _ = write!(out, " {word}");
+        width += length;
+    }
+    out.push_str(if width == 0 { "" } else { "\n" });
+}
