@@ -66,6 +66,7 @@
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
+//! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
@@ -88,6 +89,7 @@ pub mod linearized;
 pub mod material;
 mod motion;
 pub mod named;
+pub mod network;
 pub mod particles;
 pub mod scene;
 #[cfg(feature = "toml")]
@@ -110,6 +112,7 @@ pub use linearized::{Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
+pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use scene::{Control, Drive, Scene};
 #[cfg(feature = "toml")]

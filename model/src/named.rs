@@ -2,12 +2,13 @@
 
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
+use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 10] = [
+pub const NAMES: [&str; 15] = [
     "hoist",
     ChainModel::Links.scene_name(),
     ChainModel::MasslessCable.scene_name(),
@@ -18,6 +19,11 @@ pub const NAMES: [&str; 10] = [
     Specimen::Pull.name(),
     Specimen::Twist.name(),
     Specimen::Bend.name(),
+    Network::Ring.name(),
+    Network::Junction.name(),
+    Network::Cranes.name(),
+    Network::Ladder.name(),
+    Network::Net.name(),
 ];
 
 /// The scene called `name`, with its default parameters.
@@ -35,6 +41,8 @@ pub fn named(name: &str) -> Result<Scene, SceneError> {
         chain.build()
     } else if let Some(specimen) = Specimen::named(name) {
         SpecimenParams::new(specimen).build()
+    } else if let Some(network) = Network::named(name) {
+        NetworkParams::new(network).build()
     } else {
         Err(unknown(name))
     }
@@ -66,7 +74,7 @@ mod tests {
         assert_eq!(
             message,
             "no scene is called `hoits`: choose one of hoist, particles-a, particles-b, particles-c, particles-d, \
-             particles-e, particles-f, pull, twist, bend, or give a TOML file"
+             particles-e, particles-f, pull, twist, bend, ring, junction, cranes, ladder, net, or give a TOML file"
         );
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! A text is **one table** with the parameters of a named scene, all of which have defaults: `[hoist]` with the fields of
 //! [`HoistParams`], `[particles-a]` … `[particles-f]` with those of [`ParticleChainParams`], `[pull]`, `[twist]` or
-//! `[bend]` with those of [`SpecimenParams`]. `taut scene NAME` writes it with every key, its meaning and its unit. Or it
+//! `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`, `[cranes]`, `[ladder]` or `[net]` with those of
+//! [`NetworkParams`]. `taut scene NAME` writes it with every key, its meaning and its unit. Or it
 //! is **explicit**: lists of bodies and of constraints, one by one. `taut scene NAME --explicit` writes any scene so.
 //!
 //! ```toml
@@ -169,6 +170,7 @@ use toml::{Table, Value};
 use crate::error::SceneError;
 use crate::hoist::HoistParams;
 use crate::named::unknown;
+use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
@@ -183,6 +185,8 @@ pub enum SceneSource {
     Particles(Box<ParticleChainParams>),
     /// A specimen and its parameters.
     Specimen(Box<SpecimenParams>),
+    /// Cables with branches or loops and their parameters.
+    Network(Box<NetworkParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -193,6 +197,7 @@ enum Whole {
     Hoist,
     Particles(ChainModel),
     Specimen(Specimen),
+    Network(Network),
 }
 
 impl Whole {
@@ -201,7 +206,9 @@ impl Whole {
             return Some(Self::Hoist);
         }
         let chain = ChainModel::of_scene(name).map(Self::Particles);
-        chain.or_else(|| Specimen::named(name).map(Self::Specimen))
+        let specimen = || Specimen::named(name).map(Self::Specimen);
+        let network = || Network::named(name).map(Self::Network);
+        chain.or_else(specimen).or_else(network)
     }
 }
 
@@ -239,6 +246,10 @@ impl SceneSource {
                 let params: SpecimenParams = read_whole(text, table, overrides)?;
                 Self::Specimen(Box::new(SpecimenParams { specimen, ..params }))
             }
+            Whole::Network(network) => {
+                let params: NetworkParams = read_whole(text, table, overrides)?;
+                Self::Network(Box::new(NetworkParams { network, ..params }))
+            }
         })
     }
 
@@ -251,6 +262,7 @@ impl SceneSource {
             Self::Hoist(hoist) => hoist.build(),
             Self::Particles(chain) => chain.build(),
             Self::Specimen(specimen) => specimen.build(),
+            Self::Network(network) => network.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -265,6 +277,7 @@ impl SceneSource {
             Self::Hoist(hoist) => write::commented(self, "hoist", hoist),
             Self::Particles(chain) => write::commented(self, chain.model.scene_name(), chain),
             Self::Specimen(params) => write::commented(self, params.specimen.name(), params),
+            Self::Network(params) => write::commented(self, params.network.name(), params),
             Self::Explicit(scene) => write::explicit_commented(scene),
         }
     }
@@ -281,6 +294,9 @@ impl SceneSource {
             }
             Self::Specimen(params) => {
                 toml::to_string(&BTreeMap::from([(params.specimen.name(), params)]))
+            }
+            Self::Network(params) => {
+                toml::to_string(&BTreeMap::from([(params.network.name(), params)]))
             }
             Self::Explicit(scene) => return write::explicit(scene),
         };

@@ -17,6 +17,7 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
             of_struct(include_str!("../particles.rs"), "ParticleChainParams")
         }
         SceneSource::Specimen(_) => of_struct(include_str!("../specimen.rs"), "SpecimenParams"),
+        SceneSource::Network(_) => of_struct(include_str!("../network.rs"), "NetworkParams"),
         SceneSource::Explicit(_) => Vec::new(),
     }
 }
@@ -27,6 +28,7 @@ pub(super) fn about(source: &SceneSource) -> String {
         SceneSource::Hoist(_) => first_line(include_str!("../hoist.rs")),
         SceneSource::Particles(p) => about_chain(p.model),
         SceneSource::Specimen(_) => first_line(include_str!("../specimen.rs")),
+        SceneSource::Network(_) => first_line(include_str!("../network.rs")),
         SceneSource::Explicit(_) => "Bodies and constraints one by one.".to_owned(),
     }
 }
