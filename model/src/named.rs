@@ -1,6 +1,7 @@
 //! Scenes by name.
 
 use crate::error::SceneError;
+use crate::gantry::GantryParams;
 use crate::hoist::HoistParams;
 use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
@@ -8,8 +9,9 @@ use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 15] = [
+pub const NAMES: [&str; 16] = [
     "hoist",
+    "gantry",
     ChainModel::Links.scene_name(),
     ChainModel::MasslessCable.scene_name(),
     ChainModel::LoadEnforcement.scene_name(),
@@ -33,6 +35,8 @@ pub const NAMES: [&str; 15] = [
 pub fn named(name: &str) -> Result<Scene, SceneError> {
     if name == "hoist" {
         HoistParams::default().build()
+    } else if name == "gantry" {
+        GantryParams::default().build()
     } else if let Some(model) = ChainModel::of_scene(name) {
         let chain = ParticleChainParams {
             model,
@@ -73,7 +77,7 @@ mod tests {
         let message = named("hoits").expect_err("no such scene").to_string();
         assert_eq!(
             message,
-            "no scene is called `hoits`: choose one of hoist, particles-a, particles-b, particles-c, particles-d, \
+            "no scene is called `hoits`: choose one of hoist, gantry, particles-a, particles-b, particles-c, particles-d, \
              particles-e, particles-f, pull, twist, bend, ring, junction, cranes, ladder, net, or give a TOML file"
         );
     }

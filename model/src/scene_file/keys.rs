@@ -13,6 +13,7 @@ pub(super) struct Key {
 pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
     match source {
         SceneSource::Hoist(_) => of_struct(include_str!("../hoist.rs"), "HoistParams"),
+        SceneSource::Gantry(_) => of_struct(include_str!("../gantry.rs"), "GantryParams"),
         SceneSource::Particles(_) => {
             of_struct(include_str!("../particles.rs"), "ParticleChainParams")
         }
@@ -26,6 +27,7 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
 pub(super) fn about(source: &SceneSource) -> String {
     match source {
         SceneSource::Hoist(_) => first_line(include_str!("../hoist.rs")),
+        SceneSource::Gantry(_) => first_line(include_str!("../gantry.rs")),
         SceneSource::Particles(p) => about_chain(p.model),
         SceneSource::Specimen(_) => first_line(include_str!("../specimen.rs")),
         SceneSource::Network(_) => first_line(include_str!("../network.rs")),
