@@ -1,5 +1,8 @@
 //! Commands of `taut` with a file of their own.
 
+pub(crate) mod checks;
+pub(crate) mod hard;
 pub(crate) mod paper;
 pub(crate) mod scene;
+pub(crate) mod scenes;
 pub(crate) mod sweeps;

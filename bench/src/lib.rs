@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `ladder` | the main job: backends × mass ratios × iterations |
 //! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
+//! | `scenes` | branches and loops: every solver on the networks, cost against size |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
 //! | `statics` | the hanging cable: elongation, iterations needed |
@@ -13,7 +14,9 @@
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
+//! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
+//! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `plot` | charts as SVG |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `choice` | a backend and a form as one value, with its text form |
@@ -22,8 +25,10 @@
 
 pub mod accuracy;
 pub mod cache;
+pub mod check;
 pub mod choice;
 pub mod energy;
+pub mod hard;
 pub mod ladder;
 pub mod linear;
 pub mod machine;
@@ -34,6 +39,7 @@ pub mod poses;
 pub mod random;
 pub mod reference;
 pub mod run;
+pub mod scenes;
 pub mod shocks;
 pub mod stability;
 pub mod statics;

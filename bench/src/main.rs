@@ -4,8 +4,10 @@
 mod cli;
 
 use clap::{Args, Parser, Subcommand};
+use cli::hard::HardArgs;
 use cli::paper::PaperArgs;
 use cli::scene::SceneArgs;
+use cli::scenes;
 use cli::sweeps::{self, Sweep};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
@@ -16,7 +18,7 @@ use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, run, table, trajectory};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
-use taut_model::HoistParams;
+use taut_model::{HoistParams, Network};
 
 /// Sparse linear solvers on hoisting cables: speed against error.
 #[derive(Debug, Parser)]
@@ -53,6 +55,9 @@ enum Command {
     /// The paper's tables, figures and claims: what it prints beside what comes out here
     #[command(after_help = "Example: taut paper table1 fig11 --out target/figures")]
     Paper(PaperArgs),
+    /// Hard cases with known answers, or a known absence of one: reference, ours, error, bar, verdict
+    #[command(after_help = "Example: taut hard H42 --json hard.json")]
+    Hard(HardArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
 }
@@ -62,7 +67,10 @@ struct BenchArgs {
     /// Measures something else than the main job
     #[arg(long, value_enum, value_name = "NAME")]
     sweep: Option<Sweep>,
-    /// Numbers of segments
+    /// Cables with branches and loops instead of the hoist: ring, junction, cranes, ladder, net
+    #[arg(long = "scene", value_delimiter = ',', value_name = "NAME", value_parser = scenes::network)]
+    scenes: Vec<Network>,
+    /// Numbers of segments; of the ladder's cables; of the net's rows and columns
     #[arg(long, value_delimiter = ',', value_name = "N")]
     segments: Vec<usize>,
     /// Mass ratios load/segment
@@ -211,6 +219,7 @@ fn main() -> ExitCode {
         Some(Command::Run(args)) => simulate(&args),
         Some(Command::Scene(args)) => cli::scene::run(&args),
         Some(Command::Paper(args)) => cli::paper::run(&args),
+        Some(Command::Hard(args)) => cli::hard::run(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {
@@ -379,6 +388,9 @@ A straight cable is a chain of scalar systems, on which conjugate gradient ends 
 joints; for a bent, swinging one see `taut bench`.";
 
 fn bench(args: &BenchArgs) -> Result<(), Failure> {
+    if !args.scenes.is_empty() {
+        return scenes::run(args);
+    }
     if let Some(sweep) = args.sweep {
         return sweeps::run(sweep, args);
     }

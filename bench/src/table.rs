@@ -1,10 +1,10 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
+mod check;
 mod linear;
-mod paper;
 
+pub use check::checks;
 pub use linear::linear;
-pub use paper::paper;
 
 use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
@@ -120,7 +120,7 @@ pub fn ladder(results: &Results) -> String {
 }
 
 /// What has no rows, and why; nothing where there is nothing.
-fn omissions(omissions: &[Omission]) -> String {
+pub(crate) fn omissions(omissions: &[Omission]) -> String {
     let mut out = String::new();
     if !omissions.is_empty() {
         let _ = writeln!(out, "\nLeft out");

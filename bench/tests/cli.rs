@@ -674,6 +674,84 @@ fn the_paper_writes_checks_rows_and_charts() {
 }
 
 #[test]
+fn hard_cases_are_checks_by_name() {
+    let at = folder("hard");
+    refused(&at, "hard H99", &["H99", "H42", "H47", "H50"]);
+    let checks = json(&at, "hard h50 H50 --quick --json -");
+    let checks = checks.as_array().expect("a list");
+    assert!(checks.len() >= 4);
+    for check in checks {
+        for field in ["case", "reference", "ours", "criterion", "verdict", "note"] {
+            assert!(check[field].is_string(), "{field}: {check}");
+        }
+        for field in ["error", "bar"] {
+            assert!(check[field].is_number() || check[field].is_null());
+        }
+    }
+    let table = good(&at, "hard H42 --quick --json checks.json");
+    assert!(table.contains("H42: dependent") && table.contains("limit"));
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    assert!(at.join("checks.json").exists());
+}
+
+#[test]
+fn the_main_job_takes_scenes_with_branches_and_loops() {
+    let at = folder("scenes");
+    let rows = json(
+        &at,
+        "bench --scene ring,net --segments 8,9 --ratios 10 --backends banded,cg:group --iterations 50 --json -",
+    );
+    let records = rows["records"].as_array().expect("a list");
+    // The ring has three more orders of elimination.
+    assert_eq!(records.len(), 2 * (1 + 3 + 1) + 2 * 2);
+    for record in records {
+        for field in [
+            "rows",
+            "bodies",
+            "size",
+            "step_ns",
+            "solve_ns_per_row",
+            "forward_error",
+        ] {
+            assert!(record[field].is_number(), "{field}: {record}");
+        }
+        assert!(record["error"].is_null(), "{record}");
+        assert!(record["load_difference"].as_f64().expect("a run") < 1e-8);
+    }
+    let table = good(
+        &at,
+        "bench --scene ladder --quick --backends banded,faer:lu/kkt",
+    );
+    assert!(table.contains("ladder, 3 cables") && !table.contains("MISSED"));
+    refused(&at, "bench --scene rung", &["rung", "ring", "ladder"]);
+    refused(&at, "bench --scene ring --time 3", &["--time", "--scene"]);
+    refused(
+        &at,
+        "bench --scene ring --segments 3",
+        &["segments", "at least 8"],
+    );
+}
+
+#[test]
+fn networks_run_by_name() {
+    let at = folder("networks");
+    for scene in [
+        "ring --set points=1",
+        "junction --set joint=spherical",
+        "cranes --set mass_ratio=1e4",
+        "ladder --set cables=3",
+        "net --set rows=5 --set held=corners",
+    ] {
+        let run = json(
+            &at,
+            &format!("run {scene} --set seed=1 --time 0.5 --json -"),
+        );
+        assert_eq!(run["stable"], true, "{run}");
+    }
+    refused(&at, "run net --set columns=1", &["columns", "at least 2"]);
+}
+
+#[test]
 fn chains_and_specimens_run_by_name() {
     let at = folder("named_scenes");
     for name in [

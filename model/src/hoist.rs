@@ -7,10 +7,9 @@
 
 mod build;
 
-use std::f64::consts::PI;
-
-use crate::constraint::TwistDefinition;
+use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical, TwistDefinition};
 use crate::error::{SceneError, check};
+use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
 
 /// Most segments that a scene may have.
@@ -28,6 +27,20 @@ pub enum JointKind {
     Cosserat,
     /// The paper's joint: stretch, one bend row, twist.
     Paper,
+}
+
+impl JointKind {
+    /// A joint of this kind; ball joints take the stretch law alone.
+    pub(crate) fn constraint(self, frames: [Frame; 2], law: JointLaw) -> Constraint {
+        match self {
+            Self::Spherical => Constraint::Spherical(Spherical {
+                frames,
+                stretch: law.stretch.unwrap_or_default(),
+            }),
+            Self::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
+            Self::Paper => Constraint::Paper(Paper::new(frames, law)),
+        }
+    }
 }
 
 /// How an end of the cable is held.
@@ -202,9 +215,10 @@ impl HoistParams {
             (None, Some(radius)) => material.young * solid(radius).area(),
             (None, None) => 2e7,
         };
-        let radius = radius.unwrap_or_else(|| (ea / (PI * material.young)).sqrt());
-        let ei = positive("ei", self.ei, "> 0 N m²")?.unwrap_or(0.25 * ea * radius * radius);
-        let gj = positive("gj", self.gj, "> 0 N m²")?.unwrap_or(ei / (1.0 + material.poisson));
+        let radius = radius.unwrap_or_else(|| material.round_radius(ea));
+        let ei = positive("ei", self.ei, "> 0 N m²")?;
+        let gj = positive("gj", self.gj, "> 0 N m²")?;
+        let stiffness = Stiffness::of_round(ea, radius, material.poisson, [ei, gj]);
         let segment_length = self.length / self.segments as f64;
         let from_density = self.material.is_some() || self.radius.is_some();
         let segment_mass = match positive("segment_mass", self.segment_mass, "> 0 kg")? {
@@ -221,7 +235,7 @@ impl HoistParams {
             radius,
             load_mass,
             top_mass: positive("top_mass", self.top_mass, "> 0 kg")?.unwrap_or(segment_mass),
-            stiffness: Stiffness { ea, ei, gj },
+            stiffness,
         };
         hoist.check_representable()
     }
@@ -364,6 +378,7 @@ impl Hoist {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use std::f64::consts::PI;
 
     #[test]
     fn stiffness_defaults_are_those_of_a_steel_circle() {

@@ -66,6 +66,8 @@
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
+//! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
+//! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
@@ -83,11 +85,13 @@ mod check;
 pub mod constraint;
 mod error;
 pub mod frame;
+pub mod gantry;
 pub mod hoist;
 pub mod linearized;
 pub mod material;
 mod motion;
 pub mod named;
+pub mod network;
 pub mod particles;
 pub mod scene;
 #[cfg(feature = "toml")]
@@ -105,11 +109,13 @@ pub use constraint::{
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
+pub use gantry::{Controls, GantryParams, ResolvedGantry};
 pub use hoist::{Apart, End, Hoist, HoistParams, JointKind};
 pub use linearized::{Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
+pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use scene::{Control, Drive, Scene};
 #[cfg(feature = "toml")]

@@ -49,6 +49,12 @@ impl Material {
         }
     }
 
+    /// Radius of a solid round cable with axial stiffness `ea` (N) \[m].
+    #[must_use]
+    pub fn round_radius(&self, ea: f64) -> f64 {
+        (ea / (PI * self.young)).sqrt()
+    }
+
     /// Shear modulus G = Y/(2(1+ν)) \[Pa].
     #[must_use]
     pub fn shear(&self) -> f64 {
@@ -121,6 +127,18 @@ impl Stiffness {
             ea: material.young * section.area(),
             ei: material.young * section.second_moment(),
             gj: material.shear() * section.torsion_constant(),
+        }
+    }
+
+    /// Stiffness of a round cable with axial stiffness `ea` (N) and `radius` (m): `ei` and `gj` (N m²) where they are given,
+    /// else those of a solid one, EI = EA r²/4 and GJ = EI/(1 + ν).
+    #[must_use]
+    pub fn of_round(ea: f64, radius: f64, poisson: f64, [ei, gj]: [Option<f64>; 2]) -> Self {
+        let ei = ei.unwrap_or(0.25 * ea * radius * radius);
+        Self {
+            ea,
+            ei,
+            gj: gj.unwrap_or(ei / (1.0 + poisson)),
         }
     }
 

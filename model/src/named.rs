@@ -1,14 +1,17 @@
 //! Scenes by name.
 
 use crate::error::SceneError;
+use crate::gantry::GantryParams;
 use crate::hoist::HoistParams;
+use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 10] = [
+pub const NAMES: [&str; 16] = [
     "hoist",
+    "gantry",
     ChainModel::Links.scene_name(),
     ChainModel::MasslessCable.scene_name(),
     ChainModel::LoadEnforcement.scene_name(),
@@ -18,6 +21,11 @@ pub const NAMES: [&str; 10] = [
     Specimen::Pull.name(),
     Specimen::Twist.name(),
     Specimen::Bend.name(),
+    Network::Ring.name(),
+    Network::Junction.name(),
+    Network::Cranes.name(),
+    Network::Ladder.name(),
+    Network::Net.name(),
 ];
 
 /// The scene called `name`, with its default parameters.
@@ -27,6 +35,8 @@ pub const NAMES: [&str; 10] = [
 pub fn named(name: &str) -> Result<Scene, SceneError> {
     if name == "hoist" {
         HoistParams::default().build()
+    } else if name == "gantry" {
+        GantryParams::default().build()
     } else if let Some(model) = ChainModel::of_scene(name) {
         let chain = ParticleChainParams {
             model,
@@ -35,6 +45,8 @@ pub fn named(name: &str) -> Result<Scene, SceneError> {
         chain.build()
     } else if let Some(specimen) = Specimen::named(name) {
         SpecimenParams::new(specimen).build()
+    } else if let Some(network) = Network::named(name) {
+        NetworkParams::new(network).build()
     } else {
         Err(unknown(name))
     }
@@ -65,8 +77,8 @@ mod tests {
         let message = named("hoits").expect_err("no such scene").to_string();
         assert_eq!(
             message,
-            "no scene is called `hoits`: choose one of hoist, particles-a, particles-b, particles-c, particles-d, \
-             particles-e, particles-f, pull, twist, bend, or give a TOML file"
+            "no scene is called `hoits`: choose one of hoist, gantry, particles-a, particles-b, particles-c, particles-d, \
+             particles-e, particles-f, pull, twist, bend, ring, junction, cranes, ladder, net, or give a TOML file"
         );
     }
 }

@@ -1,9 +1,11 @@
 //! Scenes as TOML text, read and written; with overrides `KEY=VALUE`. This is where the format is explained.
 //!
 //! A text is **one table** with the parameters of a named scene, all of which have defaults: `[hoist]` with the fields of
-//! [`HoistParams`], `[particles-a]` … `[particles-f]` with those of [`ParticleChainParams`], `[pull]`, `[twist]` or
-//! `[bend]` with those of [`SpecimenParams`]. `taut scene NAME` writes it with every key, its meaning and its unit. Or it
-//! is **explicit**: lists of bodies and of constraints, one by one. `taut scene NAME --explicit` writes any scene so.
+//! [`HoistParams`], `[gantry]` with those of [`GantryParams`], `[particles-a]` … `[particles-f]` with those of
+//! [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`,
+//! `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`]. `taut scene NAME` writes it with every key, its
+//! meaning and its unit. Or it is **explicit**: lists of bodies and of constraints, one by one.
+//! `taut scene NAME --explicit` writes any scene so.
 //!
 //! ```toml
 //! [hoist]
@@ -250,8 +252,10 @@ use toml::Table;
 use toml::de::DeTable;
 
 use crate::error::SceneError;
+use crate::gantry::GantryParams;
 use crate::hoist::HoistParams;
 use crate::named::unknown;
+use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
@@ -262,10 +266,14 @@ use crate::specimen::{Specimen, SpecimenParams};
 pub enum SceneSource {
     /// The hoist and its parameters.
     Hoist(Box<HoistParams>),
+    /// The gantry crane and its parameters.
+    Gantry(Box<GantryParams>),
     /// The particle chain and its parameters.
     Particles(Box<ParticleChainParams>),
     /// A specimen and its parameters.
     Specimen(Box<SpecimenParams>),
+    /// Cables with branches or loops and their parameters.
+    Network(Box<NetworkParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -274,17 +282,23 @@ pub enum SceneSource {
 #[derive(Debug, Clone, Copy)]
 enum Whole {
     Hoist,
+    Gantry,
     Particles(ChainModel),
     Specimen(Specimen),
+    Network(Network),
 }
 
 impl Whole {
     fn named(name: &str) -> Option<Self> {
-        if name == "hoist" {
-            return Some(Self::Hoist);
+        match name {
+            "hoist" => return Some(Self::Hoist),
+            "gantry" => return Some(Self::Gantry),
+            _ => {}
         }
         let chain = ChainModel::of_scene(name).map(Self::Particles);
-        chain.or_else(|| Specimen::named(name).map(Self::Specimen))
+        let specimen = || Specimen::named(name).map(Self::Specimen);
+        let network = || Network::named(name).map(Self::Network);
+        chain.or_else(specimen).or_else(network)
     }
 }
 
@@ -314,6 +328,7 @@ impl SceneSource {
         let table = &mut table;
         Ok(match whole {
             Whole::Hoist => Self::Hoist(Box::new(read_whole(text, table, overrides)?)),
+            Whole::Gantry => Self::Gantry(Box::new(read_whole(text, table, overrides)?)),
             Whole::Particles(model) => {
                 let chain: ParticleChainParams = read_whole(text, table, overrides)?;
                 Self::Particles(Box::new(ParticleChainParams { model, ..chain }))
@@ -321,6 +336,10 @@ impl SceneSource {
             Whole::Specimen(specimen) => {
                 let params: SpecimenParams = read_whole(text, table, overrides)?;
                 Self::Specimen(Box::new(SpecimenParams { specimen, ..params }))
+            }
+            Whole::Network(network) => {
+                let params: NetworkParams = read_whole(text, table, overrides)?;
+                Self::Network(Box::new(NetworkParams { network, ..params }))
             }
         })
     }
@@ -332,8 +351,10 @@ impl SceneSource {
     pub fn build(&self) -> Result<Scene, SceneError> {
         match self {
             Self::Hoist(hoist) => hoist.build(),
+            Self::Gantry(gantry) => gantry.build(),
             Self::Particles(chain) => chain.build(),
             Self::Specimen(specimen) => specimen.build(),
+            Self::Network(network) => network.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -346,8 +367,10 @@ impl SceneSource {
     pub fn to_commented_toml(&self) -> Result<String, SceneError> {
         match self {
             Self::Hoist(hoist) => write::commented(self, "hoist", hoist),
+            Self::Gantry(gantry) => write::commented(self, "gantry", gantry),
             Self::Particles(chain) => write::commented(self, chain.model.scene_name(), chain),
             Self::Specimen(params) => write::commented(self, params.specimen.name(), params),
+            Self::Network(params) => write::commented(self, params.network.name(), params),
             Self::Explicit(scene) => write::explicit_commented(scene),
         }
     }
@@ -359,11 +382,15 @@ impl SceneSource {
     pub fn to_toml(&self) -> Result<String, SceneError> {
         let text = match self {
             Self::Hoist(hoist) => toml::to_string(&BTreeMap::from([("hoist", hoist)])),
+            Self::Gantry(gantry) => toml::to_string(&BTreeMap::from([("gantry", gantry)])),
             Self::Particles(chain) => {
                 toml::to_string(&BTreeMap::from([(chain.model.scene_name(), chain)]))
             }
             Self::Specimen(params) => {
                 toml::to_string(&BTreeMap::from([(params.specimen.name(), params)]))
+            }
+            Self::Network(params) => {
+                toml::to_string(&BTreeMap::from([(params.network.name(), params)]))
             }
             Self::Explicit(scene) => return write::explicit(scene),
         };

@@ -19,7 +19,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::Body;
-use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, RowLaw, TwistDefinition};
+use crate::constraint::{Constraint, Cosserat, JointLaw, RowLaw, TwistDefinition};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::hoist::{JointKind, MAX_SEGMENTS};
@@ -385,13 +385,11 @@ impl SpecimenParams {
     }
 
     fn joint(&self, frames: [Frame; 2], law: JointLaw) -> Constraint {
-        if self.joint == JointKind::Cosserat {
-            return Constraint::Cosserat(Cosserat::new(frames, law));
+        let mut joint = self.joint.constraint(frames, law);
+        if let Constraint::Paper(paper) = &mut joint {
+            paper.twist_definition = self.twist_definition;
         }
-        Constraint::Paper(Paper {
-            twist_definition: self.twist_definition,
-            ..Paper::new(frames, law)
-        })
+        joint
     }
 }
 

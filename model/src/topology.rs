@@ -1,10 +1,10 @@
 //! The graph of a scene: which bodies hang together, which constraints close loops, in which order to eliminate.
 //!
-//! Bodies are vertices and constraints hyperedges between them. The world, static and driven bodies are no vertices:
-//! constraints do not move them, and two that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes no loop forms a tree in each
-//! connected component, and S of a tree, eliminated from the leaves to a root, fills nothing: what is left to eliminate
-//! next to a constraint shares its one body towards the root. Constraints that close loops come last, where they fill
-//! their own rows only, \[SL §VI-A].
+//! Bodies are vertices and constraints hyperedges between them. The world and static and driven bodies are no vertices:
+//! forces do not move them, and two constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes
+//! no loop forms a tree in each connected component, and S of a tree, eliminated from the leaves to a root, fills
+//! nothing: what is left to eliminate next to a constraint shares its one body towards the root. Constraints that close
+//! loops come last, where they fill their own rows only, \[SL §VI-A].
 //!
 //! Constraints that share two bodies close a loop in this sense too, as links and the bend rows between them do. Whether
 //! it is good to put them last is a question of cost, not of topology.

@@ -83,8 +83,14 @@ fn a_slack_cable_lets_fall_freely_and_then_holds() {
             }
             lowest = lowest.min(height(&stepper));
         }
-        // v²/2g = 0.5 m: the cable of 1e5 N/m stops 3 kg within 0.018 m, and what Δt cannot resolve.
-        assert!(lowest > -2.5 - 0.05 && lowest < -2.5, "{choice}: {lowest}");
+        // It arrives with v² = 2 g · 0.5 m, unseen for up to a step; 1e5 N/m then stop 3 kg.
+        let speed = G.sqrt();
+        let overshoot = speed * DT + speed * (3.0_f64 / 1e5).sqrt();
+        let below = -2.5 - lowest;
+        assert!(
+            below > 0.0 && below < overshoot,
+            "{choice}: {below} of {overshoot}"
+        );
     }
 }
 

@@ -1,8 +1,9 @@
 //! Particle chains: Table I, Figs 2–5 and the claims about bending.
 
 use indicatif::ProgressBar;
+use taut_bench::check::{Check, Outcome, Verdict, picture};
 use taut_bench::paper::table1::{self, BAR, ROWS};
-use taut_bench::paper::{Check, Experiment, Outcome, Verdict, chains, claims, picture};
+use taut_bench::paper::{Experiment, chains, claims};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 

@@ -2,7 +2,7 @@
 
 use indicatif::ProgressBar;
 use table2::{Ends, Setting, Solver};
-use taut_bench::paper::{Check, Verdict};
+use taut_bench::check::{Check, Verdict};
 use taut_bench::paper::{swing, table2, timing};
 use taut_model::TwistDefinition;
 

@@ -1,13 +1,14 @@
 //! `taut paper`: the paper's tables, figures and claims, ours beside theirs.
 
+use super::checks;
 use crate::{Failure, progress};
 use clap::Args;
 use serde::Serialize;
 use std::collections::HashSet;
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
+use taut_bench::check::{self, Check};
 use taut_bench::machine::Machine;
-use taut_bench::paper::{self, Check, Experiment, Verdict};
+use taut_bench::paper::Experiment;
 use taut_bench::{output, table};
 
 #[derive(Debug, Args)]
@@ -47,19 +48,6 @@ struct Record<'a> {
     checks: &'a [Check],
 }
 
-/// How many checks came to what.
-fn summary(checks: &[Check]) -> String {
-    use Verdict::{DoesNotHold, Fail, Holds, HoldsOnlyIf, Limit, NotYet, Pass};
-    let mut out = format!("\n{} checks:", checks.len());
-    for verdict in [Pass, Fail, NotYet, Limit, Holds, HoldsOnlyIf, DoesNotHold] {
-        let count = checks.iter().filter(|c| c.verdict == verdict).count();
-        if count > 0 {
-            let _ = write!(out, " {count} {verdict},");
-        }
-    }
-    out.trim_end_matches(',').to_owned() + "\n"
-}
-
 /// Runs the experiments, prints their tables, writes their files. Code 1 where a bar of our own is missed.
 pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
     let only_json = args.json.as_deref() == Some(Path::new("-"));
@@ -94,20 +82,20 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
             checks: &outcome.checks,
         };
         output::write_json(&file("json"), &record)?;
-        if let Some(picture) = paper::picture(&outcome)? {
+        if let Some(picture) = check::picture(&outcome)? {
             output::write_text(&file("svg"), &picture)?;
         }
         if !only_json {
             output::print(&format!(
                 "\n{}\n{}",
                 experiment.title(),
-                table::paper(&outcome)
+                table::checks(&outcome, "paper, theory")
             ))?;
         }
         all.extend(outcome.checks);
     }
     if !only_json {
-        output::print(&summary(&all))?;
+        output::print(&checks::summary(&all))?;
         output::print(&format!(
             "\nrows, checks and charts written to {}\n",
             args.out.display()
@@ -116,12 +104,5 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
     if let Some(path) = &args.json {
         output::write_json(path, &all)?;
     }
-    let failed = all.iter().filter(|c| c.verdict == Verdict::Fail).count();
-    if failed > 0 {
-        return Err(Failure::Check(format!(
-            "{failed} of {} checks miss their bar",
-            all.len()
-        )));
-    }
-    Ok(())
+    checks::judge(&all)
 }

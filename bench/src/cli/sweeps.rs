@@ -87,7 +87,7 @@ fn refuse_without_effect(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> 
 }
 
 /// The numbers given, in order and once each; those of `default` where none is given.
-fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
+pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
     let mut numbers = if given.is_empty() {
         default
     } else {

@@ -15,7 +15,7 @@
 //! differ in every sample and agree in their statistics only, so that its numbers are ranges over several runs.
 
 use super::table1::{BAR, ROWS, Row, chain, drop_chain, letter, options};
-use super::{Check, Outcome, PaperError, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table;
 use indicatif::ProgressBar;
@@ -51,7 +51,7 @@ pub fn samples(
     decade: f64,
     noise: f64,
     time: f64,
-) -> Result<(Vec<Sample>, bool), PaperError> {
+) -> Result<(Vec<Sample>, bool), ExperimentError> {
     let mut samples = Vec::new();
     let mut params = chain(row, decade);
     // Slightly longer links perturb the motion within its plane.
@@ -192,7 +192,7 @@ const TIME: f64 = 30.0;
 /// Time between samples: the paper's step \[s].
 const DT: f64 = 1.0 / 60.0;
 
-fn runs(row: Row, decade: f64, quick: bool) -> Result<Runs, PaperError> {
+fn runs(row: Row, decade: f64, quick: bool) -> Result<Runs, ExperimentError> {
     let count = if quick { 3 } else { 10 };
     let runs: Vec<_> = (0..count)
         .into_par_iter()
@@ -334,7 +334,7 @@ pub(super) fn distribution(
     figure: &str,
     quick: bool,
     progress: &ProgressBar,
-) -> Result<Outcome, PaperError> {
+) -> Result<Outcome, ExperimentError> {
     progress.set_length(1);
     let runs = runs(row, LOAD, quick)?;
     let numbers = runs.scalars();
@@ -422,7 +422,7 @@ struct SpectralLine {
 }
 
 /// Fig. 4.
-pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     progress.set_length(2);
     let (mut numbers, mut charts, mut checks) = (Vec::new(), Vec::new(), Vec::new());
     let mut points = Vec::new();
@@ -470,7 +470,7 @@ pub(super) fn return_maps(quick: bool, progress: &ProgressBar) -> Result<Outcome
 }
 
 /// Fig. 5.
-pub(super) fn spectra(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn spectra(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     progress.set_length(COMPLIANCES.len() as u64);
     let (mut numbers, mut series, mut lines) = (Vec::new(), Vec::new(), Vec::new());
     for added in COMPLIANCES {

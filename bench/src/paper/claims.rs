@@ -8,7 +8,7 @@ use super::chains::{BENDING, LINKS};
 use super::table1::{self, BAR, ROWS, Row, chain, drop_chain, options};
 use super::table2::{self, largest};
 use super::timing;
-use super::{Check, Outcome, PaperError, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table;
 use crate::trajectory::Failure;
@@ -98,7 +98,7 @@ struct BendingForces {
 }
 
 impl BendingForces {
-    fn new(row: &Row, particles: usize) -> Result<Self, PaperError> {
+    fn new(row: &Row, particles: usize) -> Result<Self, ExperimentError> {
         let mut params = chain(row, 0.0);
         params.particles = particles;
         let scene = params.build()?;
@@ -145,7 +145,7 @@ pub fn limit(
     bending: Bending,
     compliance: f64,
     particles: usize,
-) -> Result<Record, PaperError> {
+) -> Result<Record, ExperimentError> {
     let model = match bending {
         Bending::Rows => ChainModel::BendVector,
         Bending::None | Bending::Explicit => ChainModel::Links,
@@ -172,7 +172,7 @@ pub fn limit(
             time: fate.time,
             reason: format!("violation {:.2}", fate.violation),
         };
-        Ok::<_, PaperError>((!fate.stable).then_some(failure))
+        Ok::<_, ExperimentError>((!fate.stable).then_some(failure))
     })?;
     Ok(Record {
         bending: bending.name().to_owned(),
@@ -187,7 +187,7 @@ pub fn limit(
 ///
 /// # Errors
 /// Scenes that are not sound.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, PaperError> {
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
     let particles = chain(&LINKS, 0.0).particles;
     let mut tasks = vec![(Bending::None, 0.0, particles)];
     for &compliance in &config.compliances {
@@ -427,7 +427,7 @@ fn chart(records: &[Record]) -> Chart {
     }
 }
 
-pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let (config, table1_config, rows, timed) = if quick {
         let rows = vec![table2::ROWS[7], table2::ROWS[9]];
         (

@@ -11,7 +11,7 @@ pub mod bend;
 pub mod pull;
 pub mod twist;
 
-use super::{Outcome, PaperError};
+use crate::check::{ExperimentError, Outcome};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper, static_equilibrium};
@@ -202,7 +202,7 @@ pub(crate) fn largest(errors: impl Iterator<Item = f64>) -> f64 {
     errors.fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
 }
 
-pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         pull::Config::quick()
     } else {
@@ -211,7 +211,7 @@ pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, Paper
     pull::outcome(&pull::run(&config, progress)?)
 }
 
-pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         twist::Config::quick()
     } else {
@@ -220,7 +220,7 @@ pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, Pape
     twist::outcome(&twist::run(&config, progress)?)
 }
 
-pub(super) fn bend(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn bend(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         bend::Config::quick()
     } else {

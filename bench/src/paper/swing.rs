@@ -31,7 +31,7 @@ pub use law::{Law, law};
 pub use modes::{Mode, modes, predicted};
 pub use report::{charts, checks, text_tables};
 
-use super::{Outcome, PaperError, csv};
+use crate::check::{ExperimentError, Outcome, csv};
 use crate::trajectory::{Failure, Sample, simulate, steps_in};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -359,7 +359,7 @@ pub fn records(results: &Results, config: &Config) -> Vec<Record> {
     .collect()
 }
 
-pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         Config::quick()
     } else {

@@ -9,7 +9,7 @@
 //! The scan of the table has lost its exponents. Those of ε are inferred (the masses' ratios that they give reproduce
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
-use super::{Check, Outcome, PaperError, csv};
+use crate::check::{Check, ExperimentError, Outcome, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table;
 use crate::trajectory::steps_in;
@@ -185,7 +185,7 @@ pub(super) fn drop_chain(
     noise: f64,
     (time, bar): (f64, f64),
     mut each: impl FnMut(&mut Stepper) -> Result<(), StepError>,
-) -> Result<Fate, PaperError> {
+) -> Result<Fate, ExperimentError> {
     let mut scene = params.build()?;
     // Signs without a pattern, so that no mode of the chain is left out.
     let signs = [0.3, -1.0, 0.7, -0.2, 0.9];
@@ -235,7 +235,7 @@ pub(super) fn drop_chain(
 ///
 /// # Errors
 /// Scenes and options that are not sound.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, PaperError> {
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, ExperimentError> {
     let noises = &config.noises;
     let tasks: Vec<(&Row, f64)> = config
         .rows
@@ -253,7 +253,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, Paper
         .collect()
 }
 
-fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, PaperError> {
+fn measure(config: &Config, row: &Row, noise: f64) -> Result<Record, ExperimentError> {
     let fate = |decade: f64| {
         drop_chain(
             &chain(row, decade),
@@ -470,7 +470,7 @@ fn chart(records: &[Record]) -> Chart {
     }
 }
 
-pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         Config::quick()
     } else {

@@ -32,7 +32,7 @@ pub use report::{charts, checks, text_tables};
 pub use rows::{ROWS, Row};
 pub use search::{Found, largest};
 
-use super::{Outcome, PaperError, csv};
+use crate::check::{ExperimentError, Outcome, csv};
 use crate::stability::predicted_limit;
 use crate::trajectory::{Failure, simulate};
 use indicatif::ProgressBar;
@@ -456,7 +456,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
         .collect()
 }
 
-pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         Config::quick()
     } else {

@@ -17,7 +17,7 @@ mod report;
 
 pub use report::{charts, checks, text_tables};
 
-use super::{Outcome, PaperError, csv};
+use crate::check::{ExperimentError, Outcome, csv};
 use crate::trajectory::Timing;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -242,7 +242,7 @@ pub fn exponent(points: &[[f64; 2]]) -> f64 {
     line(&logs)[1]
 }
 
-pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, PaperError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let config = if quick {
         Config::quick()
     } else {

@@ -6,7 +6,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{Apart, End, Hoist, HoistParams, JointKind};
 use crate::body::Body;
-use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
+use crate::constraint::{Constraint, JointLaw};
 use crate::error::SceneError;
 use crate::frame::Frame;
 use crate::material::Material;
@@ -95,16 +95,12 @@ impl HoistParams {
         let half = Vector3::new(0.0, 0.0, 0.5 * hoist.segment_length);
         let inner = self.law(hoist, hoist.segment_length);
         let end = self.law(hoist, 0.5 * hoist.segment_length);
-        let joint = |kind: JointKind, frames: [Frame; 2], law: JointLaw| match kind {
-            JointKind::Spherical => Constraint::Spherical(Spherical {
-                frames,
-                stretch: law.stretch.unwrap_or_default(),
-            }),
-            JointKind::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
-            JointKind::Paper => Constraint::Paper(Paper {
-                twist_definition: self.twist_definition,
-                ..Paper::new(frames, law)
-            }),
+        let joint = |kind: JointKind, frames: [Frame; 2], law: JointLaw| {
+            let mut joint = kind.constraint(frames, law);
+            if let Constraint::Paper(paper) = &mut joint {
+                paper.twist_definition = self.twist_definition;
+            }
+            joint
         };
         let held = |end: End| match end {
             End::Spherical => JointKind::Spherical,

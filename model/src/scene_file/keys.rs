@@ -13,10 +13,12 @@ pub(super) struct Key {
 pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
     match source {
         SceneSource::Hoist(_) => of_struct(include_str!("../hoist.rs"), "HoistParams"),
+        SceneSource::Gantry(_) => of_struct(include_str!("../gantry.rs"), "GantryParams"),
         SceneSource::Particles(_) => {
             of_struct(include_str!("../particles.rs"), "ParticleChainParams")
         }
         SceneSource::Specimen(_) => of_struct(include_str!("../specimen.rs"), "SpecimenParams"),
+        SceneSource::Network(_) => of_struct(include_str!("../network.rs"), "NetworkParams"),
         SceneSource::Explicit(_) => Vec::new(),
     }
 }
@@ -25,8 +27,10 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
 pub(super) fn about(source: &SceneSource) -> String {
     match source {
         SceneSource::Hoist(_) => first_line(include_str!("../hoist.rs")),
+        SceneSource::Gantry(_) => first_line(include_str!("../gantry.rs")),
         SceneSource::Particles(p) => about_chain(p.model),
         SceneSource::Specimen(_) => first_line(include_str!("../specimen.rs")),
+        SceneSource::Network(_) => first_line(include_str!("../network.rs")),
         SceneSource::Explicit(_) => "Bodies and constraints one by one.".to_owned(),
     }
 }

@@ -53,6 +53,12 @@ fn every_named_scene() {
                 &[],
                 &[("joint", "paper"), ("bearing", "true"), ("seed", "1")],
             ],
+            "gantry" => &[
+                &[],
+                &[("joint", "paper"), ("parts", "2"), ("seed", "3")],
+                &[("trolley_force", "2e4"), ("winch_force", "1e5")],
+            ],
+            "ring" | "junction" | "cranes" | "ladder" | "net" => &[&[], &[("seed", "7")]],
             _ => &[
                 &[],
                 &[

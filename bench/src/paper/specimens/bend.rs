@@ -18,7 +18,7 @@
 //! specimens are bent to three quarters of a circle.
 
 use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, order, params, read, relax};
-use crate::paper::{Check, Outcome, PaperError, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{error, table, text};
 use indicatif::ProgressBar;
@@ -94,7 +94,7 @@ pub struct Row {
 ///
 /// # Errors
 /// A scene or a step that fails.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, PaperError> {
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
         for &segments in &config.segments {
@@ -129,7 +129,7 @@ fn bend(
     params: &SpecimenParams,
     joint: Joint,
     (loads, to): (usize, f64),
-) -> Result<Vec<Row>, PaperError> {
+) -> Result<Vec<Row>, ExperimentError> {
     let specimen = params.resolve()?;
     let n = specimen.segments;
     let mut scene = params.build()?;
@@ -175,7 +175,11 @@ fn slowest_mode(specimen: &ResolvedSpecimen) -> f64 {
 ///
 /// # Errors
 /// A scene that is not sound.
-pub fn growth_out_of_plane(segments: usize, part: f64, refined: f64) -> Result<f64, PaperError> {
+pub fn growth_out_of_plane(
+    segments: usize,
+    part: f64,
+    refined: f64,
+) -> Result<f64, ExperimentError> {
     const PASSES: f64 = 300.0;
     let params = params(Specimen::Bend, MATERIALS[2], segments, Joint::Cosserat);
     let specimen = params.resolve()?;
@@ -319,7 +323,7 @@ const MEASURES: [Measure; 3] = [
 ///
 /// # Errors
 /// Rows that cannot be written.
-pub fn outcome(rows: &[Row]) -> Result<Outcome, PaperError> {
+pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
         let of = |measure: fn(&Row) -> f64| {
@@ -392,7 +396,7 @@ pub fn outcome(rows: &[Row]) -> Result<Outcome, PaperError> {
 }
 
 /// Up to which part of a circle the plane shape is stable, with two time steps.
-fn stability_of_the_plane() -> Result<Check, PaperError> {
+fn stability_of_the_plane() -> Result<Check, ExperimentError> {
     const PARTS: [f64; 5] = [0.75, 0.8, 0.85, 0.9, 1.0];
     let segments = SEGMENTS[SEGMENTS.len() - 1];
     let mut stable = [0.0_f64; 2];

@@ -1,7 +1,7 @@
 //! Fig. 10: pull. ΔL/L = F/YA, whatever the number of segments.
 
 use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, params, read, settle};
-use crate::paper::{Check, Outcome, PaperError, csv};
+use crate::check::{Check, ExperimentError, Outcome, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{error, table, text};
 use indicatif::ProgressBar;
@@ -70,7 +70,7 @@ pub struct Row {
 ///
 /// # Errors
 /// A scene or a step that fails.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, PaperError> {
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
     let mut tasks = Vec::new();
     for material in MATERIALS {
         for &segments in &config.segments {
@@ -100,7 +100,7 @@ fn pull(
     n: usize,
     joint: Joint,
     strain_theory: f64,
-) -> Result<Row, PaperError> {
+) -> Result<Row, ExperimentError> {
     let free = params(Specimen::Pull, material, n, joint);
     let force = strain_theory * free.resolve()?.stiffness.ea;
     let loaded = SpecimenParams {
@@ -137,7 +137,7 @@ fn pull(
 ///
 /// # Errors
 /// Rows that cannot be written.
-pub fn outcome(rows: &[Row]) -> Result<Outcome, PaperError> {
+pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {
         let of = |measure: fn(&Row) -> f64| {

@@ -25,7 +25,7 @@
 //! **Leak**: what the twist row reads at a joint that is bent without twist, by definition of the angle.
 
 use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, params, read, settle};
-use crate::paper::{Check, Outcome, PaperError, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{error, table, text};
 use indicatif::ProgressBar;
@@ -289,7 +289,7 @@ fn specimen(
     material: (&str, f64),
     segments: usize,
     joint: Joint,
-) -> Result<SpecimenParams, PaperError> {
+) -> Result<SpecimenParams, ExperimentError> {
     let square = params(Specimen::Twist, material, segments, joint);
     let ei = square.resolve()?.stiffness.ei;
     Ok(SpecimenParams {
@@ -302,7 +302,7 @@ fn specimen(
 ///
 /// # Errors
 /// A scene that cannot be built, or an equilibrium that is not found. A motion that breaks is a result.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, PaperError> {
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
     let mut tasks = Vec::new();
     for &m in &config.materials {
         for &n in &config.segments {
@@ -330,7 +330,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, PaperErro
     })
 }
 
-fn at_rest(material: (&str, f64), n: usize, joint: Joint) -> Result<Vec<Row>, PaperError> {
+fn at_rest(material: (&str, f64), n: usize, joint: Joint) -> Result<Vec<Row>, ExperimentError> {
     let params = specimen(material, n, joint)?;
     let found = params.resolve()?;
     let mut scene = params.build()?;
@@ -369,7 +369,7 @@ fn at_rest(material: (&str, f64), n: usize, joint: Joint) -> Result<Vec<Row>, Pa
     Ok(rows)
 }
 
-fn in_motion(motion: &Motion) -> Result<Held, PaperError> {
+fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
     let n = motion.segments;
     let base = specimen(MATERIALS[2], n, motion.joint)?;
     let stiffness = base.resolve()?.stiffness;
@@ -442,13 +442,13 @@ fn in_motion(motion: &Motion) -> Result<Held, PaperError> {
 ///
 /// # Errors
 /// A scene that cannot be built.
-pub fn leaks() -> Result<Vec<Leak>, PaperError> {
+pub fn leaks() -> Result<Vec<Leak>, ExperimentError> {
     let mut leaks = Vec::new();
     for direction_rad in [0.0, FRAC_PI_4, FRAC_PI_2] {
         for theta in [0.01, 0.03, 0.1, 0.3, 1.0] {
             let (sine, cosine) = f64::sin_cos(direction_rad);
             let axis = Vector3::new(0.0, cosine, sine);
-            let reading = |joint| -> Result<f64, PaperError> {
+            let reading = |joint| -> Result<f64, ExperimentError> {
                 let mut scene = params(Specimen::Bend, MATERIALS[2], 1, joint).build()?;
                 scene.bodies.orientation[0] = UnitQuaternion::from_scaled_axis(axis * theta);
                 Ok(read(&scene, 1)[0].twist)
@@ -539,7 +539,7 @@ fn turns(torque: f64) -> f64 {
 ///
 /// # Errors
 /// Rows that cannot be written.
-pub fn outcome(results: &Results) -> Result<Outcome, PaperError> {
+pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
     let mut checks = rest_checks(&results.rows);
     checks.extend(motion_checks(&results.held));
     checks.extend(leak_checks(&results.leaks));

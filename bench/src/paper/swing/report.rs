@@ -1,7 +1,7 @@
 //! Tables, checks and the chart of Fig. 16.
 
 use super::{Config, Results, Run};
-use crate::paper::{Check, Verdict};
+use crate::check::{Check, Verdict};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{error, table, text};
 use crate::trajectory::steps_in;

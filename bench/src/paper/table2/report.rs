@@ -1,7 +1,7 @@
 //! Tables, checks and the chart of Table II.
 
 use super::{Config, DT, Ends, GRAVITY, LENGTH, ROWS, Record, Row, Setting, Solver};
-use crate::paper::{Check, Verdict};
+use crate::check::{Check, Verdict};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{table, text};
 use std::fmt::Write;

@@ -1,7 +1,7 @@
 //! Table, checks and charts of Fig. 13.
 
 use super::{Config, PAPER_MANY, Record, exponent, relative_line};
-use crate::paper::{Check, Verdict};
+use crate::check::{Check, Verdict};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{nanoseconds, ratio, table, text};
 use std::fmt::Write;

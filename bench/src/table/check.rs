@@ -1,28 +1,21 @@
-//! Checks of the paper's figures: published, ours, error, bar, verdict; criteria and notes below them.
+//! Checks: reference, ours, error, bar, verdict; criteria and notes below them.
 
 use super::{error, table, text};
-use crate::paper::Outcome;
+use crate::check::Outcome;
 use comfy_table::{CellAlignment, ContentArrangement};
 
 /// Most characters of a line.
 const WIDTH: u16 = 118;
 
-/// An outcome's own tables, and its checks. A note that several rows share in a row stands once.
+/// An outcome's own tables, and its checks with `reference` as the heading of what ours is compared with. A note that
+/// several rows share in a row stands once.
 #[must_use]
-pub fn paper(outcome: &Outcome) -> String {
+pub fn checks(outcome: &Outcome, reference: &str) -> String {
     let mut out = outcome.text.clone();
     if outcome.checks.is_empty() {
         return out;
     }
-    let mut t = table(&[
-        "case",
-        "paper, theory",
-        "ours",
-        "error",
-        "bar",
-        "verdict",
-        "note",
-    ]);
+    let mut t = table(&["case", reference, "ours", "error", "bar", "verdict", "note"]);
     t.set_content_arrangement(ContentArrangement::Dynamic)
         .set_width(WIDTH);
     for column in t.column_iter_mut() {
@@ -70,7 +63,7 @@ pub fn paper(outcome: &Outcome) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::paper::Check;
+    use crate::check::Check;
 
     #[test]
     fn notes_stand_once_and_are_wrapped() {
@@ -83,10 +76,10 @@ mod tests {
             checks: vec![row("a"), row("b")],
             ..Outcome::default()
         };
-        let shown = paper(&outcome);
+        let shown = checks(&outcome, "paper, theory");
         assert_eq!(shown.matches("the same measure").count(), 1);
         assert!(shown.lines().all(|l| l.chars().count() <= 120), "{shown}");
         assert_eq!(shown.matches("pass").count(), 2);
-        assert!(paper(&Outcome::default()).is_empty());
+        assert!(checks(&Outcome::default(), "theory").is_empty());
     }
 }

@@ -1,0 +1,256 @@
+//! Checks: a reference, what comes out here, the error between them, its bar and the verdict. What the reproduction of
+//! the paper and the hard cases end in.
+
+use crate::plot::{self, Chart, PlotError};
+use serde::Serialize;
+use std::fmt;
+use taut_integrator::StepError;
+use taut_model::SceneError;
+
+/// A reference beside ours.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Check {
+    /// What is compared: experiment, row, quantity.
+    pub case: String,
+    /// What the paper or the theory says, as text, with a mark where the scan cannot be read.
+    pub reference: String,
+    /// What comes out here, as text with its unit.
+    pub ours: String,
+    /// Distance of ours from the reference in the criterion's measure.
+    pub error: Option<f64>,
+    /// What that distance may be.
+    pub bar: Option<f64>,
+    /// How `error` is measured, or what decides.
+    pub criterion: String,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// The condition of a claim that holds only under one; the cause of a failure.
+    pub note: String,
+}
+
+/// What a [`Check`] found: pass, fail, not yet and limit speak of what is ours, the others of what the paper says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Our own bar is kept.
+    Pass,
+    /// Our own bar is missed.
+    Fail,
+    /// Not measured.
+    NotYet,
+    /// Where something of ours, or of the step that it is compared with, ends: known, no bar.
+    Limit,
+    /// The paper's figure or claim holds.
+    Holds,
+    /// It holds under the condition of the note.
+    HoldsOnlyIf,
+    /// It does not hold.
+    DoesNotHold,
+}
+
+impl Verdict {
+    /// What a statement of the paper comes to.
+    #[must_use]
+    pub fn of(holds: bool) -> Self {
+        if holds {
+            Self::Holds
+        } else {
+            Self::DoesNotHold
+        }
+    }
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::NotYet => "not yet",
+            Self::Limit => "limit",
+            Self::Holds => "holds",
+            Self::HoldsOnlyIf => "holds only if",
+            Self::DoesNotHold => "does not hold",
+        })
+    }
+}
+
+impl Check {
+    /// A row whose error must be within our own bar: [`Verdict::Pass`] or [`Verdict::Fail`].
+    #[must_use]
+    pub fn within(
+        case: impl Into<String>,
+        reference: String,
+        ours: String,
+        error: f64,
+        bar: f64,
+    ) -> Self {
+        Self::judged(
+            case,
+            reference,
+            ours,
+            error,
+            bar,
+            [Verdict::Pass, Verdict::Fail],
+        )
+    }
+
+    /// A row on what the paper prints: [`Verdict::Holds`] where the error is within the bar.
+    #[must_use]
+    pub fn published(
+        case: impl Into<String>,
+        reference: String,
+        ours: String,
+        error: f64,
+        bar: f64,
+    ) -> Self {
+        Self::judged(
+            case,
+            reference,
+            ours,
+            error,
+            bar,
+            [Verdict::Holds, Verdict::DoesNotHold],
+        )
+    }
+
+    /// A claim in words, with its verdict and the condition or the cause.
+    #[must_use]
+    pub fn claim(
+        case: impl Into<String>,
+        reference: &str,
+        ours: String,
+        verdict: Verdict,
+        note: impl Into<String>,
+    ) -> Self {
+        Self {
+            case: case.into(),
+            reference: reference.to_owned(),
+            ours,
+            error: None,
+            bar: None,
+            criterion: String::new(),
+            verdict,
+            note: note.into(),
+        }
+    }
+
+    fn judged(
+        case: impl Into<String>,
+        reference: String,
+        ours: String,
+        error: f64,
+        bar: f64,
+        [good, bad]: [Verdict; 2],
+    ) -> Self {
+        Self {
+            case: case.into(),
+            reference,
+            ours,
+            error: Some(error),
+            bar: Some(bar),
+            criterion: String::new(),
+            // An error that is no number is none that is small.
+            verdict: if error <= bar { good } else { bad },
+            note: String::new(),
+        }
+    }
+
+    /// The same row with its criterion.
+    #[must_use]
+    pub fn by(mut self, criterion: impl Into<String>) -> Self {
+        self.criterion = criterion.into();
+        self
+    }
+
+    /// The same row with a note.
+    #[must_use]
+    pub fn noting(mut self, note: impl Into<String>) -> Self {
+        self.note = note.into();
+        self
+    }
+}
+
+/// What an experiment ends in.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Outcome {
+    /// Published beside ours, row by row.
+    pub checks: Vec<Check>,
+    /// Tables for people, besides that of the checks.
+    pub text: String,
+    /// The measured rows as CSV, with a header.
+    pub csv: String,
+    /// Rows of another kind, each with the ending of its file's name.
+    pub more_csv: Vec<(&'static str, String)>,
+    /// Charts.
+    pub charts: Vec<Chart>,
+}
+
+/// An experiment that could not be done.
+#[derive(Debug)]
+pub enum ExperimentError {
+    /// A step or its set-up.
+    Step(StepError),
+    /// A scene.
+    Scene(SceneError),
+    /// Rows that could not be written as CSV.
+    Csv(csv::Error),
+    /// A chart.
+    Plot(PlotError),
+}
+
+impl fmt::Display for ExperimentError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Step(e) => e.fmt(f),
+            Self::Scene(e) => e.fmt(f),
+            Self::Csv(e) => write!(f, "cannot write the rows: {e}"),
+            Self::Plot(e) => e.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ExperimentError {}
+
+impl From<StepError> for ExperimentError {
+    fn from(e: StepError) -> Self {
+        Self::Step(e)
+    }
+}
+
+impl From<SceneError> for ExperimentError {
+    fn from(e: SceneError) -> Self {
+        Self::Scene(e)
+    }
+}
+
+impl From<PlotError> for ExperimentError {
+    fn from(e: PlotError) -> Self {
+        Self::Plot(e)
+    }
+}
+
+/// Records as CSV with a header.
+///
+/// # Errors
+/// [`ExperimentError::Csv`] for records that are no flat rows.
+pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer.serialize(row).map_err(ExperimentError::Csv)?;
+    }
+    let bytes = writer
+        .into_inner()
+        .map_err(|e| ExperimentError::Csv(e.into_error().into()))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The charts of an outcome as one picture; nothing where there are none.
+///
+/// # Errors
+/// [`ExperimentError::Plot`].
+pub fn picture(outcome: &Outcome) -> Result<Option<String>, ExperimentError> {
+    if outcome.charts.is_empty() {
+        return Ok(None);
+    }
+    Ok(Some(plot::svg(&outcome.charts)?))
+}

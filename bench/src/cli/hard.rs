@@ -1,0 +1,65 @@
+//! `taut hard`: the hard cases, reference beside ours.
+
+use super::checks;
+use crate::{Failure, progress};
+use clap::Args;
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use taut_bench::hard::{self, CASES, Case};
+use taut_bench::machine::Machine;
+use taut_bench::{output, table};
+
+#[derive(Debug, Args)]
+pub(crate) struct HardArgs {
+    /// Cases by name, such as H42 (default: all)
+    #[arg(value_name = "CASE", value_parser = hard::named)]
+    cases: Vec<Case>,
+    /// A short form, some seconds altogether
+    #[arg(long)]
+    quick: bool,
+    /// Writes all checks to a file as well (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+/// What the columns of the checks are.
+const LEGEND: &str = "\
+pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
+the notes below the table that it needs";
+
+/// Runs the cases, prints their tables. Code 1 where a bar of our own is missed.
+pub(crate) fn run(args: &HardArgs) -> Result<(), Failure> {
+    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    let mut cases = if args.cases.is_empty() {
+        CASES.to_vec()
+    } else {
+        args.cases.clone()
+    };
+    let mut seen = HashSet::new();
+    cases.retain(|case| seen.insert(case.name));
+    if !only_json {
+        output::print(&format!("{}\n{LEGEND}\n", Machine::current()))?;
+    }
+    let mut all = Vec::new();
+    for case in cases {
+        let bar = progress(0).with_message(case.name);
+        let outcome = (case.run)(args.quick, &bar)?;
+        bar.finish_and_clear();
+        if !only_json {
+            output::print(&format!(
+                "\n{}: {}\n{}",
+                case.name,
+                case.title,
+                table::checks(&outcome, "reference")
+            ))?;
+        }
+        all.extend(outcome.checks);
+    }
+    if !only_json {
+        output::print(&checks::summary(&all))?;
+    }
+    if let Some(path) = &args.json {
+        output::write_json(path, &all)?;
+    }
+    checks::judge(&all)
+}

@@ -1,0 +1,177 @@
+//! Hard cases: scenes with known answers, or with a known absence of one, that solvers and steps are known to fail on.
+//!
+//! A case is a row of [`CASES`]: its name, what it is, and the function that measures it, in a module of its own. It ends
+//! in an [`Outcome`] as the paper's experiments do: rows of checks with reference, ours, error, bar and verdict.
+
+pub mod agreement;
+pub mod infeasible;
+pub mod mechanisms;
+pub mod redundant;
+
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
+use crate::choice::Choice;
+use indicatif::ProgressBar;
+use std::fmt;
+
+/// A hard case.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it is.
+    pub title: &'static str,
+    /// Measures it, whole or quick.
+    pub run: fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>,
+}
+
+/// All cases, in the order of their names.
+pub const CASES: [Case; 3] = [
+    Case {
+        name: "H42",
+        title: "dependent constraints: doubled joints, Bricard's six-bar, rows of four-bars",
+        run: redundant_constraints,
+    },
+    Case {
+        name: "H47",
+        title: "branches and loops: the same answer from every solver",
+        run: agreement::outcome,
+    },
+    Case {
+        name: "H50",
+        title: "a cable held at ends farther apart than it is long",
+        run: infeasible::outcome,
+    },
+];
+
+/// A name that no case has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownCase {
+    /// The name.
+    pub name: String,
+}
+
+impl fmt::Display for UnknownCase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = CASES.map(|c| c.name).join(", ");
+        write!(
+            f,
+            "no case is called `{}`: choose one of {names}",
+            self.name
+        )
+    }
+}
+
+impl std::error::Error for UnknownCase {}
+
+/// The case with that name, in upper or lower case.
+///
+/// # Errors
+/// [`UnknownCase`], which lists the names that there are.
+pub fn named(name: &str) -> Result<Case, UnknownCase> {
+    let found = CASES
+        .into_iter()
+        .find(|c| c.name.eq_ignore_ascii_case(name));
+    found.ok_or_else(|| UnknownCase {
+        name: name.to_owned(),
+    })
+}
+
+fn redundant_constraints(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let mut checks = redundant::checks()?;
+    checks.extend(mechanisms::checks(quick, progress)?);
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// Every solver compiled in, the iterative ones with iterations enough to converge to rounding on small scenes.
+#[must_use]
+pub fn solvers() -> Vec<Choice> {
+    let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
+    let patient = compiled.map(|choice| Choice {
+        backend: choice.backend.with_iterations(20_000).with_tolerance(1e-13),
+        form: choice.form,
+    });
+    patient.collect()
+}
+
+/// The checks of several solvers on one thing, `case`: those that pass in the same way share a row with the largest of
+/// their errors, the others have one each.
+#[must_use]
+pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
+    // A passed check with a number, or one in words, which then have to be the same.
+    let way = |c: &Check| match (c.verdict, c.error) {
+        (Verdict::Pass, Some(_)) => Some(String::new()),
+        (Verdict::Pass, None) => Some(c.ours.clone()),
+        _ => None,
+    };
+    let mut groups: Vec<Vec<(String, Check)>> = Vec::new();
+    for (solver, check) in checks {
+        let own = way(&check);
+        let known = own.is_some().then(|| {
+            let same = |g: &&mut Vec<(String, Check)>| way(&g[0].1) == own;
+            groups.iter_mut().find(same)
+        });
+        match known.flatten() {
+            Some(group) => group.push((solver, check)),
+            None => groups.push(vec![(solver, check)]),
+        }
+    }
+    let merged = groups.into_iter().filter_map(|group| {
+        let names: Vec<&str> = group.iter().map(|(solver, _)| solver.as_str()).collect();
+        let (who, names) = match names.as_slice() {
+            [one] => ((*one).to_owned(), String::new()),
+            all => (format!("{} solvers", all.len()), all.join(", ")),
+        };
+        let size = |c: &Check| c.error.unwrap_or(0.0);
+        let (_, worst) = group
+            .iter()
+            .max_by(|(_, a), (_, b)| size(a).total_cmp(&size(b)))?;
+        let note = [names.as_str(), worst.note.as_str()];
+        let note: Vec<&str> = note.into_iter().filter(|t| !t.is_empty()).collect();
+        Some(Check {
+            case: format!("{case}: {who}"),
+            note: note.join("; "),
+            ..worst.clone()
+        })
+    });
+    merged.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_case_lists_the_known() {
+        let e = named("H99").unwrap_err().to_string();
+        assert_eq!(e, "no case is called `H99`: choose one of H42, H47, H50");
+        assert_eq!(named("h42").unwrap().name, "H42");
+    }
+
+    #[test]
+    fn solvers_that_pass_alike_share_a_row() {
+        let within = |error| Check::within("", "1".into(), "2".into(), error, 1.0);
+        let said = |words: &str| Check::claim("", "", words.to_owned(), Verdict::Pass, "");
+        let rows = [
+            ("a", within(0.1)),
+            ("b", within(2.0)),
+            ("c", within(0.3)),
+            ("d", said("refused")),
+            ("e", said("silent")),
+            ("f", said("refused")),
+        ];
+        let rows = rows.map(|(solver, check)| (solver.to_owned(), check));
+        let merged = together("it", rows.to_vec());
+        let shown: Vec<_> = merged.iter().map(|c| (c.case.as_str(), c.error)).collect();
+        let expected = [
+            ("it: 2 solvers", Some(0.3)),
+            ("it: b", Some(2.0)),
+            ("it: 2 solvers", None),
+            ("it: e", None),
+        ];
+        assert_eq!(shown, expected);
+        assert_eq!(merged[0].note, "a, c");
+    }
+}

@@ -1,0 +1,100 @@
+//! H47: ring, junction, cranes, ladder and net with every solver: the multipliers of a common state against the KKT
+//! system in 32 digits, and the place of the load after a second against that of the reference solver.
+
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::scenes::{self, BAR, Config, Record};
+use indicatif::ProgressBar;
+use std::time::Duration;
+use taut_model::Network;
+
+/// Iterations that the iterative solvers have in each solve.
+const ITERATIONS: usize = 1000;
+
+/// The scenes that are compared, in one size each, or two.
+#[must_use]
+pub fn config(quick: bool) -> Config {
+    let own = if quick {
+        Config::quick()
+    } else {
+        Config::default()
+    };
+    let few = if quick { 1 } else { 2 };
+    Config {
+        sizes: own
+            .sizes
+            .into_iter()
+            .map(|(network, sizes)| (network, sizes.into_iter().take(few).collect()))
+            .collect(),
+        iterations: vec![ITERATIONS],
+        timing_budget: Duration::ZERO,
+        ..own
+    }
+}
+
+/// The checks of H47.
+///
+/// # Errors
+/// As [`scenes::run`].
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let results = scenes::run(&config(quick), progress)?;
+    let mut checks = Vec::new();
+    for network in Network::ALL {
+        let own = results.records.iter().filter(|r| r.scene == network.name());
+        let mut sizes: Vec<usize> = own.clone().map(|r| r.size).collect();
+        sizes.dedup();
+        for size in sizes {
+            let direct: Vec<&Record> = own
+                .clone()
+                .filter(|r| r.size == size && r.iterations == 0)
+                .collect();
+            checks.extend(worst(network, size, &direct));
+        }
+    }
+    for r in results.records.iter().filter(|r| r.iterations > 0) {
+        checks.push(iterative(r));
+    }
+    Ok(Outcome {
+        checks,
+        csv: csv(&results.records)?,
+        ..Outcome::default()
+    })
+}
+
+/// The direct solver with the largest error, and the one with the load farthest away.
+fn worst(network: Network, size: usize, rows: &[&Record]) -> Vec<Check> {
+    let of = |what: &str, reference: &str, error: fn(&Record) -> Option<f64>| {
+        // A solver that failed has no number, which counts as the largest.
+        let value = |r: &Record| error(r).unwrap_or(f64::INFINITY);
+        let worst = rows.iter().max_by(|a, b| value(a).total_cmp(&value(b)))?;
+        let ours = format!("{:.1e} with {}", value(worst), worst.backend);
+        let case = format!(
+            "{} {size}: {what}, {} direct solvers",
+            network.name(),
+            rows.len()
+        );
+        let note = worst.error.clone().unwrap_or_default();
+        Some(Check::within(case, reference.to_owned(), ours, value(worst), BAR).noting(note))
+    };
+    let checks = [
+        of("multipliers", "32 digits", |r| r.forward_error),
+        of("load after 1 s", "banded", |r| r.load_difference),
+    ];
+    checks.into_iter().flatten().collect()
+}
+
+/// An iteration within the bar passes; one that says of itself that it did not converge is at its limit; a false claim
+/// fails.
+fn iterative(r: &Record) -> Check {
+    let error = r.forward_error.unwrap_or(f64::INFINITY);
+    let case = format!("{} {}: {}", r.scene, r.size, r.backend);
+    let ours = format!(
+        "{error:.1e}, claims {} after {}",
+        r.status, r.iterations_used
+    );
+    let mut check = Check::within(case, "32 digits".to_owned(), ours, error, BAR)
+        .by("one solve from the multipliers of the step before, to its own tolerance");
+    if check.verdict == Verdict::Fail && r.status != "converged" && r.error.is_none() {
+        check.verdict = Verdict::Limit;
+    }
+    check.noting(r.error.clone().unwrap_or_default())
+}

@@ -1,0 +1,323 @@
+//! The gantry crane of \[SL §VIII, Fig. 14]: a trolley on a beam, a hook block on two massless cables, a rigid cable and a
+//! load, driven by an operator.
+//!
+//! ```text
+//!  crane   ════════╤═════════════  static; the beam lies along x, through the origin
+//!  trolley       [═╧═]             on a slider with a motor
+//!                 ║ ║              two massless cables side by side, each reeved through trolley and hook
+//!  hook           [_]              a box
+//!                  │               rigid cable of segments, as in the hoist
+//!  load           [ ]              a cube
+//! ```
+//!
+//! The hook block hangs in 2 n vertical falls, n of each massless cable, at x = ±½ `rope_spread.x` and between, y = ±½
+//! `rope_spread.y`; the sheaves are points without friction. So the block keeps its direction about z, stays level as far
+//! as its weight and its load do it, and rises by 1/n of what the winches haul in.
+//!
+//! The controls are [`TROLLEY_SPEED`] and [`HOIST_SPEED`], or [`Controls`] for both of them.
+
+mod build;
+
+use nalgebra::Vector3;
+
+use crate::error::{SceneError, check};
+use crate::hoist::{JointKind, MAX_SEGMENTS};
+use crate::material::{Material, Stiffness};
+
+/// Name of the control that is the trolley's speed along x \[m/s].
+pub const TROLLEY_SPEED: &str = "trolley_speed";
+/// Name of the control that is the speed at which the hook block is lifted \[m/s].
+pub const HOIST_SPEED: &str = "hoist_speed";
+
+/// Most falls of a hoist cable.
+const MAX_PARTS: usize = 12;
+
+/// What the operator of the gantry sets between two steps.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Controls {
+    /// Speed of the trolley along x \[m/s].
+    pub trolley_speed: f64,
+    /// Speed at which the hook block is lifted \[m/s]; negative lowers it.
+    pub hoist_speed: f64,
+}
+
+impl Controls {
+    /// The values in the order of the scene's controls: name and value.
+    #[must_use]
+    pub fn values(&self) -> [(&'static str, f64); 2] {
+        [
+            (TROLLEY_SPEED, self.trolley_speed),
+            (HOIST_SPEED, self.hoist_speed),
+        ]
+    }
+}
+
+/// Parameters of the gantry. SI units; `None` stands for the default that the field names.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
+pub struct GantryParams {
+    /// Number of segments of the rigid cable between hook and load.
+    pub segments: usize,
+    /// Length of the rigid cable, unstrained \[m].
+    pub cable_length: f64,
+    /// Mass of a segment \[kg].
+    pub segment_mass: f64,
+    /// Mass of the load over that of a segment, without unit.
+    pub mass_ratio: f64,
+    /// Mass of the hook block \[kg]. Default: a quarter of the load's.
+    pub hook_mass: Option<f64>,
+    /// Mass of the trolley \[kg]. Default: half of the load's.
+    pub trolley_mass: Option<f64>,
+    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+    pub gravity: f64,
+    /// Distance from the trolley's centre down to the top of the hook block \[m].
+    pub drop: f64,
+    /// Falls of each of the two hoist cables, 2 to 12.
+    pub parts: usize,
+    /// Extent of the falls along x and y \[m], > 0.
+    pub rope_spread: [f64; 2],
+    /// Axial stiffness of each hoist cable \[N]; 0 for rigid ones.
+    pub rope_ea: f64,
+    /// Height of the hook block \[m]: from where it hangs to where the cable is attached; its centre is in the middle.
+    pub hook_height: f64,
+    /// Distance from the load's centre up to where the cable is attached \[m]. Default: half its edge.
+    pub load_offset: Option<f64>,
+    /// Axial stiffness YA of the rigid cable \[N].
+    pub ea: f64,
+    /// Bending stiffness YI \[N m²]. Default: of a solid round cable of steel.
+    pub ei: Option<f64>,
+    /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable of steel.
+    pub gj: Option<f64>,
+    /// Kind of the cable's inner joints: `spherical`, `cosserat` or `paper`.
+    pub joint: JointKind,
+    /// How the cable is held at hook and load: `spherical`, or `clamped`, which turns the load with the hook.
+    pub attachment: crate::hoist::End,
+    /// Largest force of the trolley's motor \[N]. Default: no limit. Zero lets the trolley roll freely.
+    pub trolley_force: Option<f64>,
+    /// Largest tension that each winch holds \[N]. Default: no limit.
+    pub winch_force: Option<f64>,
+    /// Drop at which hauling in stops \[m], > 0.
+    pub least_drop: f64,
+    /// Whether a simulation starts from the static equilibrium near this pose, not from unstrained cables.
+    pub equilibrium: bool,
+    /// Seed of the segments' random angular velocities; 0 is none.
+    pub seed: u64,
+    /// Bound of each component of the random angular velocities \[rad/s].
+    pub seed_rate: f64,
+    /// Damping time τ of all rows but those of the motors \[s].
+    pub damping: f64,
+}
+
+impl Default for GantryParams {
+    fn default() -> Self {
+        Self {
+            segments: 12,
+            cable_length: 4.0,
+            segment_mass: 1.0,
+            mass_ratio: 1000.0,
+            hook_mass: None,
+            trolley_mass: None,
+            gravity: 9.81,
+            drop: 6.0,
+            parts: 2,
+            rope_spread: [0.4, 0.6],
+            rope_ea: 2e7,
+            hook_height: 0.6,
+            load_offset: None,
+            ea: 2e7,
+            ei: None,
+            gj: None,
+            joint: JointKind::Cosserat,
+            attachment: crate::hoist::End::Clamped,
+            trolley_force: None,
+            winch_force: None,
+            least_drop: 1.0,
+            equilibrium: true,
+            seed: 1,
+            seed_rate: 1e-3,
+            damping: 0.0,
+        }
+    }
+}
+
+/// A gantry with all defaults worked out: [`GantryParams::resolve`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ResolvedGantry {
+    /// Length of a segment \[m].
+    pub segment_length: f64,
+    /// Radius of the rigid cable \[m].
+    pub radius: f64,
+    /// Mass of the load \[kg].
+    pub load_mass: f64,
+    /// Edge of the load, a cube of steel \[m].
+    pub load_edge: f64,
+    /// Distance from the load's centre up to where the cable is attached \[m].
+    pub load_offset: f64,
+    /// Mass of the hook block \[kg].
+    pub hook_mass: f64,
+    /// Mass of the trolley \[kg].
+    pub trolley_mass: f64,
+    /// Stiffness of the rigid cable.
+    pub stiffness: Stiffness,
+}
+
+impl GantryParams {
+    /// Checks the parameters and works out their defaults.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, and what it has to be.
+    pub fn resolve(&self) -> Result<ResolvedGantry, SceneError> {
+        self.check_ranges()?;
+        let load_mass = self.mass_ratio * self.segment_mass;
+        let load_edge = (load_mass / Material::STEEL.density).cbrt();
+        let radius = Material::STEEL.round_radius(self.ea);
+        let stiffness =
+            Stiffness::of_round(self.ea, radius, Material::STEEL.poisson, [self.ei, self.gj]);
+        let gantry = ResolvedGantry {
+            segment_length: self.cable_length / self.segments as f64,
+            radius,
+            load_mass,
+            load_edge,
+            load_offset: self.load_offset.unwrap_or(0.5 * load_edge),
+            hook_mass: self.hook_mass.unwrap_or(0.25 * load_mass),
+            trolley_mass: self.trolley_mass.unwrap_or(0.5 * load_mass),
+            stiffness,
+        };
+        for (what, value) in [
+            ("segment length", gantry.segment_length),
+            ("cable radius", radius),
+            ("load mass", load_mass),
+            ("load edge", load_edge),
+            ("hook_mass", gantry.hook_mass),
+            ("trolley_mass", gantry.trolley_mass),
+            ("ei", stiffness.ei),
+            ("gj", stiffness.gj),
+        ] {
+            let needs = "between 1e-150 and 1e150 when all is worked out";
+            check(what, value, (1e-150..=1e150).contains(&value), needs)?;
+        }
+        Ok(gantry)
+    }
+
+    /// Offsets of the falls of one hoist cable from the middle of trolley and hook, in the order of the cable \[m]; `side`
+    /// is ±1.
+    fn falls(&self, side: f64) -> impl Iterator<Item = Vector3<f64>> {
+        let [x, y] = self.rope_spread;
+        let (parts, step) = (self.parts, x / (self.parts - 1) as f64);
+        (0..parts).map(move |k| Vector3::new(k as f64 * step - 0.5 * x, 0.5 * side * y, 0.0))
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        let n = self.segments as f64;
+        check("segments", n, self.segments > 0, "at least 1")?;
+        if self.segments > MAX_SEGMENTS {
+            return Err(SceneError::TooLarge {
+                what: "segments",
+                value: self.segments,
+                limit: MAX_SEGMENTS,
+            });
+        }
+        let parts = (2..=MAX_PARTS).contains(&self.parts);
+        check("parts", self.parts as f64, parts, "2 to 12")?;
+        let representable = |value: f64| (1e-150..=1e150).contains(&value);
+        for (what, value, needs) in [
+            ("cable_length", self.cable_length, "> 0 m, 1e-150 to 1e150"),
+            ("segment_mass", self.segment_mass, "> 0 kg, 1e-150 to 1e150"),
+            ("mass_ratio", self.mass_ratio, "> 0, 1e-150 to 1e150"),
+            ("drop", self.drop, "> 0 m, 1e-150 to 1e150"),
+            ("least_drop", self.least_drop, "> 0 m, 1e-150 to 1e150"),
+            ("rope_spread", self.rope_spread[0], "two lengths > 0 m"),
+            ("rope_spread", self.rope_spread[1], "two lengths > 0 m"),
+            ("hook_height", self.hook_height, "> 0 m, 1e-150 to 1e150"),
+            ("ea", self.ea, "> 0 N, 1e-150 to 1e150"),
+        ] {
+            check(what, value, representable(value), needs)?;
+        }
+        for (what, value, needs) in [
+            ("rope_ea", self.rope_ea, "≥ 0 N; 0 is rigid"),
+            ("gravity", self.gravity, "≥ 0 m/s²"),
+            ("damping", self.damping, "≥ 0 s"),
+            ("seed_rate", self.seed_rate, "≥ 0 rad/s"),
+            ("load_offset", self.load_offset.unwrap_or(0.0), "≥ 0 m"),
+            ("trolley_force", self.trolley_force.unwrap_or(0.0), "≥ 0 N"),
+            ("winch_force", self.winch_force.unwrap_or(0.0), "≥ 0 N"),
+        ] {
+            check(what, value, value >= 0.0, needs)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::Constraint;
+    use crate::{Linearized, Mobility, check_jacobian};
+
+    #[test]
+    fn the_default_is_a_closed_geometry() {
+        for parts in [2, 3, 4, 12] {
+            let params = GantryParams {
+                parts,
+                ..GantryParams::default()
+            };
+            let scene = params.build().expect("builds");
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0);
+            assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-12), "{:?}", lin.phi);
+            for i in 0..scene.constraints.len() {
+                let check = check_jacobian(&scene, i);
+                assert!(check.max < 1e-7, "{}: {check:?}", scene.constraint_names[i]);
+            }
+            assert_eq!(scene.body_names[..3], ["crane", "trolley", "hook"]);
+            assert_eq!(scene.bodies.mobility[0], Mobility::Static);
+            let falls = scene.constraints.iter().filter_map(|c| match c {
+                Constraint::MasslessCable(c) => Some(c.frames.len()),
+                _ => None,
+            });
+            assert_eq!(falls.collect::<Vec<_>>(), [2 * parts; 2]);
+        }
+    }
+
+    #[test]
+    fn controls_drive_trolley_and_winches() {
+        let mut scene = GantryParams::default().build().expect("builds");
+        let names: Vec<_> = scene.controls.iter().map(|c| c.name.as_str()).collect();
+        let controls = Controls {
+            trolley_speed: 0.5,
+            hoist_speed: 0.25,
+        };
+        assert_eq!(names, controls.values().map(|(name, _)| name));
+        for (i, (_, value)) in controls.values().into_iter().enumerate() {
+            scene.set_control(i, value, 0.0);
+        }
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        lin.drive(&scene, 0.0, 0.1);
+        let driven: Vec<_> = lin.phi_t.iter().filter(|rate| **rate != 0.0).collect();
+        // The motor's row, and two falls of each cable shorten by 0.25 m/s.
+        assert_eq!(driven.len(), 3);
+        assert_eq!(*driven[0], -0.5);
+        assert!(driven[1..].iter().all(|rate| (**rate - 0.5).abs() < 1e-12));
+    }
+
+    #[test]
+    fn faults_name_the_parameter() {
+        let says = |change: fn(&mut GantryParams), words: &str| {
+            let mut params = GantryParams::default();
+            change(&mut params);
+            let text = params.build().expect_err("a fault").to_string();
+            assert!(text.starts_with(words), "{text}");
+        };
+        says(|p| p.segments = 0, "segments is 0: it has to be at least");
+        says(|p| p.parts = 1, "parts is 1: it has to be 2 to 12");
+        says(|p| p.parts = 13, "parts is 13");
+        says(|p| p.drop = f64::NAN, "drop is NaN");
+        says(|p| p.mass_ratio = -1.0, "mass_ratio is -1");
+        says(|p| p.rope_ea = -1.0, "rope_ea is -1");
+        says(|p| p.hook_mass = Some(0.0), "hook_mass is 0");
+        says(|p| p.trolley_force = Some(-5.0), "trolley_force is -5");
+        says(|p| p.least_drop = 0.0, "least_drop is 0");
+    }
+}

@@ -1,0 +1,164 @@
+//! Lays out the gantry, unstrained.
+
+use nalgebra::Vector3;
+
+use super::{Controls, GantryParams, ResolvedGantry};
+use crate::body::Body;
+use crate::constraint::{Constraint, MasslessCable, Motor, RowLaw, Slider, Winch};
+use crate::error::SceneError;
+use crate::frame::{Frame, axes_along};
+use crate::hoist::{End, JointKind};
+use crate::scene::{Control, Drive, Scene};
+use crate::seed;
+
+/// Numbers of the bodies and constraints that have one place in every gantry.
+const CRANE: usize = 0;
+const TROLLEY: usize = 1;
+const HOOK: usize = 2;
+const RAIL: usize = 0;
+const ROPES: [usize; 2] = [1, 2];
+
+impl GantryParams {
+    /// Builds the scene. Bodies: `crane`, `trolley`, `hook`, `segment-1` …, `load`. Constraints: `rail`, `rope-1`,
+    /// `rope-2`, `top`, `joint-1` …, `bottom`. Controls: those of [`Controls`].
+    ///
+    /// # Errors
+    /// As [`GantryParams::resolve`].
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        let gantry = self.resolve()?;
+        let mut scene = Scene::new("gantry");
+        scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
+        self.add_bodies(&mut scene, &gantry);
+        self.add_rail(&mut scene);
+        for (i, side) in [1.0, -1.0].into_iter().enumerate() {
+            let rope = self.rope(side);
+            scene.add_constraint(
+                format!("rope-{}", i + 1),
+                Constraint::MasslessCable(rope),
+                0,
+            );
+        }
+        self.add_cable(&mut scene, &gantry);
+        self.add_controls(&mut scene);
+        let spins = &mut scene.bodies.angular_velocity[HOOK + 1..HOOK + 1 + self.segments];
+        seed::replace(spins, self.seed, self.seed_rate);
+        scene.start_in_equilibrium = self.equilibrium;
+        scene.group_by_topology();
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn add_bodies(&self, scene: &mut Scene, gantry: &ResolvedGantry) {
+        let at = |depth: f64| Vector3::new(0.0, 0.0, -depth);
+        let [x, y] = self.rope_spread;
+        let height = self.hook_height;
+        let trolley = Vector3::new(2.0 * x, 1.5 * y, 0.5 * y);
+        let hook = Vector3::new(1.5 * x, 1.2 * y, height);
+        scene.add_body("crane", Body::fixed());
+        scene.add_body("trolley", Body::cuboid(trolley, gantry.trolley_mass));
+        let block = Body::cuboid(hook, gantry.hook_mass);
+        scene.add_body("hook", block.at(at(self.drop + 0.5 * height)));
+        let (top, l) = (self.drop + height, gantry.segment_length);
+        for i in 0..self.segments {
+            let rod = Body::rod(l, gantry.radius, self.segment_mass);
+            let centre = top + l * (i as f64 + 0.5);
+            scene.add_body(format!("segment-{}", i + 1), rod.at(at(centre)));
+        }
+        let edge = Vector3::repeat(gantry.load_edge);
+        let cube = Body::cuboid(edge, gantry.load_mass);
+        let depth = top + self.cable_length + gantry.load_offset;
+        scene.load = Some(scene.add_body("load", cube.at(at(depth))));
+    }
+
+    fn add_rail(&self, scene: &mut Scene) {
+        let along = axes_along(&Vector3::x()).unwrap_or_else(crate::frame::hanging_axes);
+        let frames = [CRANE, TROLLEY].map(|b| Frame::body(b, Vector3::zeros()).with_axes(along));
+        let law = RowLaw::new(0.0, self.damping);
+        let rail = Slider {
+            rotation: law,
+            across: law,
+            motor: Some(Motor {
+                force_limit: self.trolley_force.unwrap_or(f64::INFINITY),
+                ..Motor::speed(0.0)
+            }),
+            ..Slider::new(frames)
+        };
+        scene.add_constraint("rail", Constraint::Slider(rail), 0);
+    }
+
+    /// The hoist cable at y = ½ `side` `rope_spread.y`.
+    fn rope(&self, side: f64) -> MasslessCable {
+        let top = Vector3::new(0.0, 0.0, 0.5 * self.hook_height);
+        let mut frames = Vec::with_capacity(2 * self.parts);
+        for (k, offset) in self.falls(side).enumerate() {
+            let ends = [
+                Frame::body(TROLLEY, offset),
+                Frame::body(HOOK, offset + top),
+            ];
+            // Down and up in turns.
+            let [first, second] = if k % 2 == 0 { [0, 1] } else { [1, 0] };
+            frames.extend([ends[first], ends[second]]);
+        }
+        let length = self.rope_length(self.drop);
+        let compliance = if self.rope_ea > 0.0 {
+            length / self.rope_ea
+        } else {
+            0.0
+        };
+        MasslessCable {
+            winch: Some(Winch {
+                force_limit: self.winch_force.unwrap_or(f64::INFINITY),
+                brake_limit: self.winch_force.unwrap_or(f64::INFINITY),
+                shortest: self.rope_length(self.least_drop),
+                ..Winch::new()
+            }),
+            ..MasslessCable::new(frames, length, RowLaw::new(compliance, self.damping))
+        }
+    }
+
+    /// Length of a hoist cable whose falls are `drop` (m) long each, with what lies along trolley and hook \[m].
+    fn rope_length(&self, drop: f64) -> f64 {
+        self.parts as f64 * drop + self.rope_spread[0]
+    }
+
+    fn add_cable(&self, scene: &mut Scene, gantry: &ResolvedGantry) {
+        let l = gantry.segment_length;
+        let half = Vector3::new(0.0, 0.0, 0.5 * l);
+        let law = |length| gantry.stiffness.joint_law(length, self.damping);
+        let held = match self.attachment {
+            End::Spherical => JointKind::Spherical,
+            End::Clamped => self.joint,
+        };
+        let (first, load) = (HOOK + 1, HOOK + 1 + self.segments);
+        let below = Vector3::new(0.0, 0.0, -0.5 * self.hook_height);
+        let ends = [Frame::body(HOOK, below), Frame::body(first, half)];
+        scene.add_constraint("top", held.constraint(ends, law(0.5 * l)), 0);
+        for i in 1..self.segments {
+            let ends = [
+                Frame::body(first + i - 1, -half),
+                Frame::body(first + i, half),
+            ];
+            scene.add_constraint(format!("joint-{i}"), self.joint.constraint(ends, law(l)), 0);
+        }
+        let above = Vector3::new(0.0, 0.0, gantry.load_offset);
+        let ends = [Frame::body(load - 1, -half), Frame::body(load, above)];
+        scene.add_constraint("bottom", held.constraint(ends, law(0.5 * l)), 0);
+    }
+
+    fn add_controls(&self, scene: &mut Scene) {
+        let drive = |constraint, gain| Drive { constraint, gain };
+        // Hauling in all falls at once lifts the hook by one fall's share.
+        let lift = -(self.parts as f64);
+        let drives = [
+            vec![drive(RAIL, 1.0)],
+            ROPES.map(|rope| drive(rope, lift)).to_vec(),
+        ];
+        let names = Controls::default().values().map(|(name, _)| name);
+        for (name, drives) in names.into_iter().zip(drives) {
+            scene.controls.push(Control {
+                name: name.to_owned(),
+                drives,
+            });
+        }
+    }
+}

@@ -1,0 +1,391 @@
+//! Lays out the networks: polylines of exact segments, then bodies and joints along them.
+
+use std::f64::consts::{FRAC_PI_6, PI};
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::{Held, Network, NetworkParams, ResolvedNetwork};
+use crate::body::Body;
+use crate::constraint::{Constraint, Distance, JointLaw, RowLaw, Spherical};
+use crate::error::SceneError;
+use crate::frame::Frame;
+use crate::hoist::JointKind;
+use crate::material::Material;
+use crate::scene::Scene;
+use crate::seed;
+
+/// Slope of what must not be taut between two points at the same height \[rad].
+const SLOPE: f64 = FRAC_PI_6;
+
+/// A scene at work.
+struct Builder<'a> {
+    params: &'a NetworkParams,
+    network: ResolvedNetwork,
+    scene: Scene,
+}
+
+impl NetworkParams {
+    /// Builds the scene with unstrained cables. Bodies: the segments, cable by cable from the top; then what they
+    /// hold. Constraints: those of the cables from the top, then the links, then what holds the load. Groups: one for
+    /// each tree, one for all that closes loops ([`Scene::group_by_topology`]).
+    ///
+    /// # Errors
+    /// As [`NetworkParams::resolve`].
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        let mut scene = Scene::new(self.network.name());
+        scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
+        let mut builder = Builder {
+            params: self,
+            network: self.resolve()?,
+            scene,
+        };
+        match self.network {
+            Network::Ring => builder.ring(),
+            Network::Junction => builder.junction(),
+            Network::Cranes => builder.cranes(),
+            Network::Ladder => builder.ladder(),
+            Network::Net => builder.net(),
+        }
+        let mut scene = builder.scene;
+        let spins = &mut scene.bodies.angular_velocity;
+        let rates = match self.network {
+            Network::Net => &mut scene.bodies.velocity,
+            Network::Ring => &mut spins[..self.segments],
+            Network::Junction => &mut spins[..3 * self.segments],
+            Network::Cranes => &mut spins[..2 * self.segments],
+            Network::Ladder => &mut spins[..self.cables * self.segments],
+        };
+        seed::replace(rates, self.seed, self.seed_rate);
+        scene.start_in_equilibrium = self.equilibrium;
+        scene.group_by_topology();
+        scene.validate()?;
+        Ok(scene)
+    }
+}
+
+impl Builder<'_> {
+    fn length(&self) -> f64 {
+        self.network.segment_length
+    }
+
+    fn law(&self, length: f64) -> JointLaw {
+        let damping = self.params.damping;
+        self.network.stiffness.joint_law(length, damping)
+    }
+
+    /// The half of a segment's length, in its own frame: from its centre to its upper end.
+    fn half(&self) -> Vector3<f64> {
+        Vector3::new(0.0, 0.0, 0.5 * self.length())
+    }
+
+    fn upper(&self, segment: usize) -> Frame {
+        Frame::body(segment, self.half())
+    }
+
+    fn lower(&self, segment: usize) -> Frame {
+        Frame::body(segment, -self.half())
+    }
+
+    /// `count` segments in a straight line from `from` along the unit vector `along`, joined to each other. Returns the
+    /// first and the last.
+    fn cable(
+        &mut self,
+        name: &str,
+        from: Vector3<f64>,
+        along: Vector3<f64>,
+        count: usize,
+    ) -> [usize; 2] {
+        let l = self.length();
+        // The rotation about y that takes −z to `along`; exact for a cable straight down.
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * (-along.x).atan2(-along.z));
+        let first = self.scene.bodies.len();
+        for i in 0..count {
+            let centre = from + along * (l * (i as f64 + 0.5));
+            let rod = Body::rod(l, self.network.radius, self.params.segment_mass);
+            let segment = rod.at(centre).turned(turn);
+            self.scene.add_body(format!("{name}-{}", i + 1), segment);
+        }
+        for i in 1..count {
+            self.join(format!("{name}-joint-{i}"), first + i - 1, first + i);
+        }
+        [first, first + count - 1]
+    }
+
+    /// The inner joint between the lower end of `a` and the upper end of `b`.
+    fn join(&mut self, name: String, a: usize, b: usize) {
+        let law = self.law(self.length());
+        let frames = [self.lower(a), self.upper(b)];
+        let joint = self.params.joint.constraint(frames, law);
+        self.scene.add_constraint(name, joint, 0);
+    }
+
+    /// A ball joint at the end of a cable.
+    fn end(&mut self, name: impl Into<String>, a: Frame, b: Frame) {
+        let law = self.law(0.5 * self.length());
+        let joint = JointKind::Spherical.constraint([a, b], law);
+        self.scene.add_constraint(name, joint, 0);
+    }
+
+    /// The load: a solid steel sphere that hangs at its centre.
+    fn load(&mut self, at: Vector3<f64>) -> usize {
+        let mass = self.network.load_mass;
+        let radius = (0.75 * mass / (PI * Material::STEEL.density)).cbrt();
+        let load = self
+            .scene
+            .add_body("load", Body::sphere(radius, mass).at(at));
+        self.scene.load = Some(load);
+        load
+    }
+
+    /// The load: a beam from `left` to `right`, at the same height.
+    fn beam(&mut self, left: Vector3<f64>, right: Vector3<f64>) -> usize {
+        let width = right.x - left.x;
+        let mass = self.network.load_mass;
+        let side = (mass / (Material::STEEL.density * width)).sqrt();
+        let beam = Body::cuboid(Vector3::new(width, side, side), mass);
+        let load = self.scene.add_body("load", beam.at(0.5 * (left + right)));
+        self.scene.load = Some(load);
+        load
+    }
+
+    /// Segments along the straight sides of a closed polygon, then the joints over its corners, the last of which
+    /// closes the loop.
+    fn polygon(&mut self, corners: &[Vector3<f64>], counts: &[usize]) -> Vec<[usize; 2]> {
+        let mut sides: Vec<[usize; 2]> = Vec::new();
+        let next = corners.iter().cycle().skip(1);
+        for (k, ((from, to), &count)) in corners.iter().zip(next).zip(counts).enumerate() {
+            let along = (to - from).normalize();
+            let side = self.cable(&format!("side-{}", k + 1), *from, along, count);
+            if let Some(before) = sides.last() {
+                self.join(format!("corner-{k}"), before[1], side[0]);
+            }
+            sides.push(side);
+        }
+        let last = sides[sides.len() - 1];
+        self.join("closing".to_owned(), last[1], sides[0][0]);
+        sides
+    }
+
+    fn ring(&mut self) {
+        let (n, l) = (self.params.segments, self.length());
+        let length = |count: usize| l * count as f64;
+        if self.params.points == 1 {
+            // Two sides of about the same length, each with a corner outwards.
+            let right = [n / 4, n / 2 - n / 4];
+            let left_all = n - n / 2;
+            let left = [left_all / 2, left_all - left_all / 2];
+            let bottom = Vector3::new(0.0, 0.0, -0.9 * length(n / 2));
+            let top = Vector3::zeros();
+            let east = apex(top, bottom, length(right[0]), length(right[1]), 1.0);
+            let west = apex(top, bottom, length(left[1]), length(left[0]), -1.0);
+            let corners = [top, east, bottom, west];
+            let counts = [right[0], right[1], left[0], left[1]];
+            let sides = self.polygon(&corners, &counts);
+            self.end("anchor", Frame::world(top), self.upper(sides[0][0]));
+            let load = self.load(bottom);
+            let hook = Frame::body(load, Vector3::zeros());
+            self.end("load", self.lower(sides[1][1]), hook);
+            return;
+        }
+        // A V between the two points, and a large one with the load.
+        let half = ((n as f64 / 8.0).round() as usize).max(1);
+        let right = (n - 2 * half) / 2;
+        let left = n - 2 * half - right;
+        let span = length(half) * SLOPE.cos();
+        let west = Vector3::new(-span, 0.0, 0.0);
+        let east = Vector3::new(span, 0.0, 0.0);
+        let sag = Vector3::new(0.0, 0.0, -length(half) * SLOPE.sin());
+        let bottom = apex(east, west, length(right), length(left), 1.0);
+        let corners = [west, sag, east, bottom];
+        let sides = self.polygon(&corners, &[half, half, right, left]);
+        self.end("anchor-left", Frame::world(west), self.upper(sides[0][0]));
+        self.end("anchor-right", Frame::world(east), self.upper(sides[2][0]));
+        let load = self.load(bottom);
+        let hook = Frame::body(load, Vector3::zeros());
+        self.end("load", self.lower(sides[2][1]), hook);
+    }
+
+    fn junction(&mut self) {
+        let n = self.params.segments;
+        let whole = self.length() * n as f64;
+        let (sine, cosine) = SLOPE.sin_cos();
+        let radius = 0.1 * self.length();
+        let hub_at = Vector3::new(0.0, 0.0, -(whole + radius) * cosine);
+        let mut tops = Vec::new();
+        for (name, side) in [("left", -1.0), ("right", 1.0)] {
+            let top = Vector3::new(side * (whole + radius) * sine, 0.0, 0.0);
+            let along = Vector3::new(-side * sine, 0.0, -cosine);
+            let cable = self.cable(name, top, along, n);
+            self.end(
+                format!("anchor-{name}"),
+                Frame::world(top),
+                self.upper(cable[0]),
+            );
+            tops.push((name, cable[1], -along * radius));
+        }
+        let foot = Vector3::new(0.0, 0.0, -radius);
+        let below = self.cable("below", hub_at + foot, -Vector3::z(), n);
+        let hub = Body::sphere(radius, self.params.segment_mass).at(hub_at);
+        let hub = self.scene.add_body("hub", hub);
+        for (name, segment, lever) in tops {
+            self.end(
+                format!("hub-{name}"),
+                self.lower(segment),
+                Frame::body(hub, lever),
+            );
+        }
+        self.end("hub-below", Frame::body(hub, foot), self.upper(below[0]));
+        let load = self.load(hub_at + foot - Vector3::z() * whole);
+        let hook = Frame::body(load, Vector3::zeros());
+        self.end("load", self.lower(below[1]), hook);
+    }
+
+    fn cranes(&mut self) {
+        let n = self.params.segments;
+        let whole = self.length() * n as f64;
+        let (sine, cosine) = (0.1, 0.99_f64.sqrt());
+        let width = 0.3 * whole;
+        let mut feet = Vec::new();
+        for (name, side) in [("left", -1.0), ("right", 1.0)] {
+            let foot = Vector3::new(side * 0.5 * width, 0.0, -whole * cosine);
+            let top = Vector3::new(side * (0.5 * width + whole * sine), 0.0, 0.0);
+            let along = Vector3::new(-side * sine, 0.0, -cosine);
+            let cable = self.cable(name, top, along, n);
+            self.end(
+                format!("crane-{name}"),
+                Frame::world(top),
+                self.upper(cable[0]),
+            );
+            feet.push((name, cable[1], foot));
+        }
+        let beam = self.beam(feet[0].2, feet[1].2);
+        for (name, segment, foot) in feet {
+            let lever = foot - self.scene.bodies.position[beam];
+            self.end(
+                format!("load-{name}"),
+                self.lower(segment),
+                Frame::body(beam, lever),
+            );
+        }
+    }
+
+    fn ladder(&mut self) {
+        let (n, k, spacing) = (
+            self.params.segments,
+            self.params.cables,
+            self.params.spacing,
+        );
+        let whole = self.length() * n as f64;
+        let top = |j: usize| {
+            let x = spacing * (j as f64 - 0.5 * (k - 1) as f64);
+            Vector3::new(x, 0.0, 0.0)
+        };
+        let mut cables = Vec::new();
+        for j in 0..k {
+            let name = format!("cable-{}", j + 1);
+            let cable = self.cable(&name, top(j), -Vector3::z(), n);
+            let anchor = Frame::world(top(j));
+            self.end(format!("{name}-anchor"), anchor, self.upper(cable[0]));
+            cables.push(cable);
+        }
+        let every = self.params.rung_every;
+        for below in (every..n).step_by(every) {
+            for j in 1..k {
+                let [a, b] = [cables[j - 1][0] + below, cables[j][0] + below];
+                let frames = [self.upper(a), self.upper(b)];
+                let rung = self.link(frames, spacing, false);
+                self.scene
+                    .add_constraint(format!("rung-{below}-{j}"), rung, 0);
+            }
+        }
+        let down = -Vector3::z() * whole;
+        let beam = self.beam(top(0) + down, top(k - 1) + down);
+        for (j, cable) in cables.into_iter().enumerate() {
+            let lever = top(j) + down - self.scene.bodies.position[beam];
+            let hook = Frame::body(beam, lever);
+            self.end(format!("load-{}", j + 1), self.lower(cable[1]), hook);
+        }
+    }
+
+    /// A link of the cable's axial stiffness.
+    fn link(&self, frames: [Frame; 2], length: f64, transverse: bool) -> Constraint {
+        let compliance = length / self.network.stiffness.ea;
+        Constraint::Distance(Distance {
+            frames,
+            length,
+            law: RowLaw::new(compliance, self.params.damping),
+            transverse,
+        })
+    }
+
+    fn net(&mut self) {
+        let (rows, columns, l) = (self.params.rows, self.params.columns, self.length());
+        let slope = match self.params.held {
+            Held::Edge => 0.0,
+            Held::Corners => SLOPE,
+        };
+        let down = Vector3::new(0.0, 0.0, -l);
+        // The upper edge: down to the middle and up again, with a level link in between where their number is odd.
+        let links = columns - 1;
+        let mut edge = vec![Vector3::zeros()];
+        for j in 0..links {
+            let fall = match (2 * j + 1).cmp(&links) {
+                std::cmp::Ordering::Less => -slope,
+                std::cmp::Ordering::Equal => 0.0,
+                std::cmp::Ordering::Greater => slope,
+            };
+            edge.push(edge[j] + Vector3::new(l * fall.cos(), 0.0, l * fall.sin()));
+        }
+        for i in 0..rows {
+            for (j, top) in edge.iter().enumerate() {
+                let last = i + 1 == rows;
+                let mass = if last {
+                    self.network.load_mass
+                } else {
+                    self.params.segment_mass
+                };
+                let node = Body::particle(mass).at(top + down * i as f64);
+                let index = self.scene.add_body(format!("node-{i}-{j}"), node);
+                if last && j == columns / 2 {
+                    self.scene.load = Some(index);
+                }
+            }
+        }
+        let node = |i: usize, j: usize| Frame::body(i * columns + j, Vector3::zeros());
+        for (j, top) in edge.iter().enumerate() {
+            if self.params.held == Held::Edge || j == 0 || j == links {
+                // Half a link of cable between the world and the node.
+                let stretch = self.law(0.5 * l).stretch.unwrap_or_default();
+                let frames = [Frame::world(*top), node(0, j)];
+                let anchor = Constraint::Spherical(Spherical { frames, stretch });
+                self.scene.add_constraint(format!("anchor-{j}"), anchor, 0);
+            }
+        }
+        for i in 0..rows {
+            for j in 0..columns {
+                if i > 0 {
+                    let link = self.link([node(i - 1, j), node(i, j)], l, true);
+                    self.scene.add_constraint(format!("down-{i}-{j}"), link, 0);
+                }
+                if j > 0 {
+                    let link = self.link([node(i, j - 1), node(i, j)], l, true);
+                    self.scene
+                        .add_constraint(format!("across-{i}-{j}"), link, 0);
+                }
+            }
+        }
+    }
+}
+
+/// The corner of a triangle over the side from `p` to `q`, at the distances `a` from `p` and `b` from `q`. With `side` 1
+/// it lies where a quarter turn from x towards z takes the direction of that side, with −1 opposite.
+fn apex(p: Vector3<f64>, q: Vector3<f64>, a: f64, b: f64, side: f64) -> Vector3<f64> {
+    let base = q - p;
+    let c = base.norm();
+    let along = base / c;
+    let foot = (a * a - b * b + c * c) / (2.0 * c);
+    let height = ((a - foot) * (a + foot)).max(0.0).sqrt();
+    // `along` turned by a right angle in the plane of x and z.
+    let across = Vector3::new(-along.z, 0.0, along.x);
+    p + along * foot + across * (side * height)
+}

@@ -1,0 +1,198 @@
+//! Geometry, rows, groups and faults of the networks.
+
+use super::*;
+use crate::check_jacobian;
+use crate::constraint::RowKind;
+use crate::linearized::Linearized;
+use crate::scene::Scene;
+use nalgebra::Vector3;
+
+/// Every network in some sizes and forms.
+fn all() -> Vec<NetworkParams> {
+    let mut found = Vec::new();
+    for network in Network::ALL {
+        for (segments, joint) in [(8, JointKind::Cosserat), (13, JointKind::Spherical)] {
+            for points in [1, 2] {
+                found.push(NetworkParams {
+                    segments,
+                    joint,
+                    points,
+                    held: if points == 1 {
+                        Held::Edge
+                    } else {
+                        Held::Corners
+                    },
+                    columns: segments,
+                    rung_every: 3,
+                    ..NetworkParams::new(network)
+                });
+            }
+        }
+    }
+    found
+}
+
+fn build(params: &NetworkParams) -> Scene {
+    params.build().unwrap_or_else(|e| panic!("{params:?}: {e}"))
+}
+
+#[test]
+fn every_gap_is_closed_at_the_start() {
+    for params in all() {
+        let scene = build(&params);
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        for (c, constraint) in scene.constraints.iter().enumerate() {
+            let mut row = lin.row_range(c).start;
+            for (kind, count, _) in constraint.parts() {
+                for phi in &lin.phi[row..row + count] {
+                    assert!(phi.is_finite());
+                    if kind != RowKind::Bend {
+                        let name = &scene.constraint_names[c];
+                        assert!(phi.abs() < 1e-14, "{params:?}: {name} {kind:?} {phi:e}");
+                    }
+                }
+                row += count;
+            }
+        }
+    }
+}
+
+#[test]
+fn jacobians_are_derivatives() {
+    for params in all() {
+        let mut scene = build(&params);
+        // Off the plane, where rows are not zero by symmetry.
+        for (i, x) in scene.bodies.position.iter_mut().enumerate() {
+            *x += Vector3::new(0.01, 0.02, -0.01) * (i as f64).sin();
+        }
+        for c in 0..scene.constraints.len() {
+            let check = check_jacobian(&scene, c);
+            let name = &scene.constraint_names[c];
+            assert!(check.max < 1e-7, "{params:?}: {name} {}", check.max);
+        }
+    }
+}
+
+#[test]
+fn loads_hang_at_the_bottom_and_in_the_middle() {
+    for params in all() {
+        let scene = build(&params);
+        let load = scene.load.expect("a load");
+        let mass = scene.bodies.mass[load];
+        assert_eq!(mass, params.mass_ratio * params.segment_mass);
+        let z = |i: usize| scene.bodies.position[i].z;
+        let top = (0..scene.bodies.len()).map(z).fold(f64::MIN, f64::max);
+        assert!(z(load) < top - 0.1, "{params:?}");
+        if params.held == Held::Edge && params.network != Network::Net {
+            let lowest = (0..scene.bodies.len()).map(z).fold(f64::MAX, f64::min);
+            assert!(z(load) <= lowest, "{params:?}");
+        }
+    }
+}
+
+#[test]
+fn loops_are_a_group_of_their_own() {
+    // Closing constraints: independent loops through bodies, the world being none.
+    for (network, closing) in [
+        (Network::Ring, 1),
+        (Network::Junction, 0),
+        (Network::Cranes, 0),
+        // 5 links in each of 3 gaps; the beam joins the cables.
+        (Network::Ladder, 15),
+        // 7 × 7 meshes.
+        (Network::Net, 49),
+    ] {
+        let scene = build(&NetworkParams::new(network));
+        let count = scene.groups.iter().filter(|g| **g == 1).count();
+        assert_eq!(count, closing, "{network:?}");
+        assert!(scene.groups.iter().all(|g| *g <= 1));
+        assert!(scene.start_in_equilibrium);
+    }
+}
+
+#[test]
+fn seeds_disturb_what_is_light() {
+    for network in Network::ALL {
+        let params = NetworkParams {
+            seed: 3,
+            ..NetworkParams::new(network)
+        };
+        let bodies = build(&params).bodies;
+        let rates = if network == Network::Net {
+            &bodies.velocity
+        } else {
+            &bodies.angular_velocity
+        };
+        let moving = rates.iter().filter(|w| w.amin() > 0.0).count();
+        let rigid = match network {
+            Network::Junction => 2,
+            Network::Net => 0,
+            _ => 1,
+        };
+        assert_eq!(moving, bodies.len() - rigid, "{network:?}");
+        assert!(rates.iter().all(|w| w.amax() <= params.seed_rate));
+    }
+}
+
+#[test]
+fn faults_name_the_parameter() {
+    let says = |network, change: fn(&mut NetworkParams), words: &str| {
+        let mut params = NetworkParams::new(network);
+        change(&mut params);
+        let text = params.build().expect_err("a fault").to_string();
+        assert!(text.contains(words), "{text}");
+    };
+    use Network::{Cranes, Ladder, Net, Ring};
+    says(
+        Ring,
+        |p| p.segments = 7,
+        "segments is 7: it has to be at least 1, for a ring",
+    );
+    says(Ring, |p| p.points = 3, "points is 3: it has to be 1 or 2");
+    says(
+        Ladder,
+        |p| p.cables = 1,
+        "cables is 1: it has to be at least 2",
+    );
+    says(Ladder, |p| p.rung_every = 0, "rung_every is 0");
+    says(Ladder, |p| p.cables = usize::MAX, "segments × cables");
+    says(Net, |p| p.rows = 1, "rows is 1");
+    says(Net, |p| p.columns = 20_000_000, "rows × columns");
+    says(Cranes, |p| p.length = f64::NAN, "length is NaN");
+    says(Cranes, |p| p.ea = 0.0, "ea is 0: it has to be > 0 N");
+    says(
+        Cranes,
+        |p| p.joint = JointKind::Paper,
+        "joint: a network has",
+    );
+    says(Cranes, |p| p.length = 1e-200, "when all is worked out");
+}
+
+#[cfg(feature = "toml")]
+#[test]
+fn networks_by_name_and_text() {
+    use crate::SceneSource;
+    for network in Network::ALL {
+        let name = network.name();
+        let overrides = [
+            ("segments", "9"),
+            ("rows", "3"),
+            ("joint", "spherical"),
+            ("held", "corners"),
+            ("ea", "1.2345678901234567e7"),
+        ];
+        let source = SceneSource::load(name, &overrides).expect("loads");
+        let scene = source.build().expect("builds");
+        assert_eq!(scene.name, name);
+        let text = source.to_toml().expect("writes");
+        assert!(text.starts_with(&format!("[{name}]")), "{text}");
+        assert_eq!(SceneSource::parse(&text, &[]), Ok(source.clone()));
+        assert_eq!(
+            SceneSource::parse(&text, &[]).and_then(|s| s.build()),
+            Ok(scene)
+        );
+    }
+    let text = SceneSource::parse("[ring]\n[net]\n", &[]).expect_err("two scenes");
+    assert!(text.to_string().contains("stands beside [net]"), "{text}");
+}

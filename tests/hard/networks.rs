@@ -1,0 +1,60 @@
+//! H47, and the networks at rest.
+
+use crate::checks;
+use taut_bench::check::Verdict;
+use taut_bench::trajectory::load_position;
+use taut_integrator::{StepOptions, Stepper};
+use taut_model::{Held, JointKind, Network, NetworkParams};
+
+#[test]
+fn every_solver_agrees_on_branches_and_loops() {
+    let checks = checks("H47");
+    for network in Network::ALL {
+        let own = checks.iter().filter(|c| c.case.starts_with(network.name()));
+        let passed = own.filter(|c| c.verdict == Verdict::Pass).count();
+        assert!(passed >= 4, "{}: {passed}", network.name());
+    }
+}
+
+/// Each network is at rest where a simulation starts, carries its weight there, and stays.
+#[test]
+fn networks_hang_in_equilibrium_and_carry_their_weight() {
+    for network in Network::ALL {
+        for joint in [JointKind::Cosserat, JointKind::Spherical] {
+            for (points, held) in [(2, Held::Edge), (1, Held::Corners)] {
+                let params = NetworkParams {
+                    joint,
+                    points,
+                    held,
+                    ..NetworkParams::new(network)
+                };
+                let place = format!("{network:?}, {joint:?}, {held:?}");
+                let scene = params.build().expect("builds");
+                let weight = scene.mass() * params.gravity;
+                let stepper = Stepper::new(scene, StepOptions::default());
+                let mut stepper = stepper.unwrap_or_else(|e| panic!("{place}: {e}"));
+                let before = load_position(stepper.scene());
+                stepper.step().expect("solvable");
+                let dt = stepper.options().dt;
+                let rows = stepper.linearized();
+                let mut carried = 0.0;
+                for (c, constraint) in stepper.scene().constraints.iter().enumerate() {
+                    // Side a is the world.
+                    if constraint.frames()[0].body_index().is_none() {
+                        let row = rows.row_range(c).start + 2;
+                        carried -= stepper.multipliers()[row] / dt;
+                    }
+                }
+                assert!(
+                    (carried / weight - 1.0).abs() < 1e-7,
+                    "{place}: {carried} {weight}"
+                );
+                for _ in 0..30 {
+                    stepper.step().expect("solvable");
+                }
+                let way = (load_position(stepper.scene()) - before).norm();
+                assert!(way < 1e-7, "{place}: {way:e}");
+            }
+        }
+    }
+}

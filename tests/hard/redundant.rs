@@ -1,0 +1,54 @@
+//! H42.
+
+use crate::checks;
+use taut_bench::Choice;
+use taut_bench::check::Verdict;
+use taut_bench::hard::redundant::{BAR, Found, solve};
+use taut_bench::hard::solvers;
+
+#[test]
+fn the_checks_of_dependent_constraints_pass() {
+    let checks = checks("H42");
+    let finished = |c: &&taut_bench::check::Check| {
+        c.case.contains("ε > 0: default") && c.verdict == Verdict::Pass
+    };
+    assert!(checks.iter().filter(finished).count() >= 3, "{checks:#?}");
+}
+
+/// What exact factorisations of S or its groups find, and what iterations that have none do.
+#[test]
+fn a_doubled_rigid_joint_is_refused_by_name_or_solved_with_the_right_sum() {
+    let iterates =
+        |c: &Choice| ["gauss-seidel:joints", "cg:none", "cg:jacobi"].contains(&&*c.family());
+    for copies in [2, 3] {
+        for choice in solvers() {
+            let found = solve(copies, 0.0, &choice).expect("a result");
+            let place = format!("{copies} × {choice}: {found:?}");
+            match &found {
+                Found::Refused { culprit, message } => {
+                    assert!(!iterates(&choice), "{place}");
+                    // UMFPACK says that the matrix is singular, not where.
+                    let named = culprit.as_deref() == Some("copy-2");
+                    assert!(named || choice.backend.name() == "umfpack", "{place}");
+                    assert!(message.contains("singular"), "{place}");
+                }
+                Found::Shares { .. } => {
+                    assert!(iterates(&choice), "{place}");
+                    assert!(found.unbalanced() <= BAR, "{place}");
+                    let least_norm = choice.backend.name() == "cg";
+                    assert_eq!(found.uneven() <= BAR, least_norm, "{place}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_doubled_compliant_joint_shares_the_weight() {
+    for copies in [2, 3] {
+        for choice in solvers() {
+            let found = solve(copies, 1e-6, &choice).expect("a result");
+            assert!(found.uneven() <= BAR, "{copies} × {choice}: {found:?}");
+        }
+    }
+}
