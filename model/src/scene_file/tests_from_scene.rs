@@ -16,6 +16,7 @@ use crate::constraint::{
 use crate::frame::{Frame, hanging_axes};
 use crate::motion::Motion;
 use crate::named::NAMES;
+use crate::network::Network;
 use crate::scene::Scene;
 
 /// Asserts that the scene's text reads back to the scene, with comments and without.
@@ -52,6 +53,15 @@ fn every_named_scene() {
             _ if specimen => &[
                 &[],
                 &[("joint", "paper"), ("bearing", "true"), ("seed", "1")],
+            ],
+            _ if Network::named(name).is_some() => &[
+                &[],
+                &[
+                    ("joint", "spherical"),
+                    ("seed", "7"),
+                    ("held", "corners"),
+                    ("damping", "0.01"),
+                ],
             ],
             _ => &[
                 &[],
