@@ -193,6 +193,12 @@ fn networks_by_name_and_text() {
             Ok(scene)
         );
     }
+    // Every body and constraint as text of its own, too.
+    for params in all() {
+        let scene = build(&params);
+        let text = crate::scene_file::SceneText::from_scene(&scene).expect("a text");
+        assert_eq!(text.build(), Ok(scene), "{params:?}");
+    }
     let text = SceneSource::parse("[ring]\n[net]\n", &[]).expect_err("two scenes");
     assert!(text.to_string().contains("stands beside [net]"), "{text}");
 }

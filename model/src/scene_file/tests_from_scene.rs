@@ -16,6 +16,7 @@ use crate::constraint::{
 use crate::frame::{Frame, hanging_axes};
 use crate::motion::Motion;
 use crate::named::NAMES;
+use crate::network::Network;
 use crate::scene::{Control, Drive, Scene};
 
 /// Asserts that the scene's text reads back to the scene, with comments and without.
@@ -58,7 +59,15 @@ fn every_named_scene() {
                 &[("joint", "paper"), ("parts", "2"), ("seed", "3")],
                 &[("trolley_force", "2e4"), ("winch_force", "1e5")],
             ],
-            "ring" | "junction" | "cranes" | "ladder" | "net" => &[&[], &[("seed", "7")]],
+            _ if Network::named(name).is_some() => &[
+                &[],
+                &[
+                    ("joint", "spherical"),
+                    ("seed", "7"),
+                    ("held", "corners"),
+                    ("damping", "0.01"),
+                ],
+            ],
             _ => &[
                 &[],
                 &[
