@@ -4,9 +4,14 @@
 //! in an [`Outcome`] as the paper's experiments do: rows of checks with reference, ours, error, bar and verdict.
 
 pub mod agreement;
+pub mod crane;
+pub mod frequency;
+pub mod gantry;
+pub mod hoisting;
 pub mod infeasible;
 pub mod mechanisms;
 pub mod redundant;
+pub mod tackle;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
@@ -25,7 +30,27 @@ pub struct Case {
 }
 
 /// All cases, in the order of their names.
-pub const CASES: [Case; 3] = [
+pub const CASES: [Case; 7] = [
+    Case {
+        name: "gantry",
+        title: "the gantry crane driven for a minute, loads to 10⁵ cable elements",
+        run: gantry::outcome,
+    },
+    Case {
+        name: "H28",
+        title: "a pendulum that is hoisted slowly",
+        run: hoisting::outcome,
+    },
+    Case {
+        name: "H29",
+        title: "frequencies of cranes: trolley, hook and load, two parallel cables, the gantry",
+        run: crane::outcome,
+    },
+    Case {
+        name: "H30",
+        title: "masses over a sheave, tackles of 2 to 12 parts",
+        run: tackle::outcome,
+    },
     Case {
         name: "H42",
         title: "dependent constraints: doubled joints, Bricard's six-bar, rows of four-bars",
@@ -146,7 +171,10 @@ mod tests {
     #[test]
     fn an_unknown_case_lists_the_known() {
         let e = named("H99").unwrap_err().to_string();
-        assert_eq!(e, "no case is called `H99`: choose one of H42, H47, H50");
+        assert_eq!(
+            e,
+            "no case is called `H99`: choose one of gantry, H28, H29, H30, H42, H47, H50"
+        );
         assert_eq!(named("h42").unwrap().name, "H42");
     }
 

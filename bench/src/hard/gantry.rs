@@ -1,0 +1,280 @@
+//! The gantry crane \[SL §VIII] driven for a minute from a table of inputs, at load/element ratios to 10⁵, with the true
+//! inertia of its thin cable elements (the paper multiplies it by 20).
+//!
+//! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
+
+use super::{solvers, together};
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
+use crate::inputs::Inputs;
+use crate::trajectory::steps_in;
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::fmt::Write;
+use std::time::Instant;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{GantryParams, Scene};
+
+/// The drive: a minute.
+pub const DRIVE: &str = include_str!("gantry.csv");
+const TIME: f64 = 60.0;
+const DT: f64 = 1.0 / 60.0;
+/// Largest error of the positions of hook and load that passes \[m]: half a percent of what hangs below the trolley.
+const BAR: f64 = 0.05;
+/// Largest relative error of the multipliers of a direct solver that passes.
+const SOLVER_BAR: f64 = 1e-8;
+/// The same for an iterative one that converged: 20 000 iterations, residual 1e-13.
+const ITERATIVE_BAR: f64 = 1e-6;
+
+/// One drive.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct Run {
+    /// Centres of hook and load after each sixtieth of a second \[m].
+    path: Vec<[Vector3<f64>; 2]>,
+    /// Wall-clock time of the slowest step and of all steps \[s].
+    worst: f64,
+    total: f64,
+    /// Steps that the guard took again.
+    redone: usize,
+    failure: Option<String>,
+}
+
+/// What a drive at one ratio came to.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Row {
+    ratio: f64,
+    stable: bool,
+    hook_error_m: f64,
+    load_error_m: f64,
+    reference_error_m: f64,
+    realtime_factor: f64,
+    worst_step_s: f64,
+    redone: usize,
+}
+
+/// The checks of the driven gantry.
+///
+/// # Errors
+/// Where a scene or a step fails at the start.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (ratios, time): (&[f64], f64) = if quick {
+        (&[1e5], 15.0)
+    } else {
+        (&[1e3, 1e4, 1e5], TIME)
+    };
+    progress.set_length(3 * ratios.len() as u64);
+    let mut outcome = Outcome::default();
+    let mut rows = Vec::new();
+    for &ratio in ratios {
+        let params = GantryParams {
+            mass_ratio: ratio,
+            ..GantryParams::default()
+        };
+        let driven = |finer| -> Result<Run, StepError> {
+            let run = drive(params.build().map_err(StepError::Scene)?, time, finer);
+            progress.inc(1);
+            run
+        };
+        let (coarse, fine) = if quick { (4, 8) } else { (8, 16) };
+        let (ours, coarse, fine) = (driven(1)?, driven(coarse)?, driven(fine)?);
+        let row = compare(ratio, time, &ours, [&coarse, &fine]);
+        outcome.checks.extend(checks(&row, &ours));
+        rows.push(row);
+    }
+    outcome.text = table(&rows);
+    outcome.csv = crate::check::csv(&rows)?;
+    for parts in if quick { vec![2] } else { vec![2, 4, 12] } {
+        outcome.checks.extend(agreement(parts)?);
+    }
+    Ok(outcome)
+}
+
+/// Drives `scene` for `time` (s), in steps `finer` times shorter than a sixtieth of a second.
+fn drive(scene: Scene, time: f64, finer: usize) -> Result<Run, StepError> {
+    let options = StepOptions {
+        dt: DT / finer as f64,
+        ..StepOptions::default()
+    };
+    let inputs = inputs(&scene)?;
+    let mut stepper = Stepper::new(scene, options)?;
+    let (hook, load) = (2, stepper.scene().bodies.len() - 1);
+    let mut run = Run::default();
+    for n in 1..=steps_in(time, DT) * finer {
+        let start = Instant::now();
+        let step = inputs.apply(&mut stepper).and_then(|()| stepper.step());
+        let spent = start.elapsed().as_secs_f64();
+        run.total += spent;
+        // The first step may allocate.
+        run.worst = if n > 1 { run.worst.max(spent) } else { 0.0 };
+        match step {
+            Ok(report) => run.redone += usize::from(report.redone),
+            Err(e) => {
+                run.failure = Some(e.to_string());
+                break;
+            }
+        }
+        if n % finer == 0 {
+            run.path
+                .push([hook, load].map(|i| stepper.scene().bodies.position[i]));
+        }
+    }
+    Ok(run)
+}
+
+/// The drive for a scene that has the gantry's controls.
+fn inputs(scene: &Scene) -> Result<Inputs, StepError> {
+    Inputs::parse(DRIVE, scene).map_err(|_| StepError::NotControllable {
+        what: scene.name.clone(),
+        reason: "does not have the controls of the drive",
+    })
+}
+
+/// Largest distance of two paths of hook (0) or load (1); infinite where one ends early.
+fn distance(a: &Run, b: &Run, which: usize) -> f64 {
+    if a.path.len() != b.path.len() {
+        return f64::INFINITY;
+    }
+    let pairs = a.path.iter().zip(&b.path);
+    pairs
+        .map(|(a, b)| (a[which] - b[which]).norm())
+        .fold(0.0, f64::max)
+}
+
+fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row {
+    Row {
+        ratio,
+        stable: ours.failure.is_none(),
+        hook_error_m: distance(ours, fine, 0),
+        load_error_m: distance(ours, fine, 1),
+        reference_error_m: distance(coarse, fine, 1),
+        realtime_factor: time / ours.total,
+        worst_step_s: ours.worst,
+        redone: ours.redone,
+    }
+}
+
+fn checks(row: &Row, ours: &Run) -> Vec<Check> {
+    let case = |what: &str| format!("load/element {:.0e}: {what}", row.ratio);
+    let stable = Check::claim(
+        case("driven to the end"),
+        "stable, true inertia",
+        ours.failure
+            .clone()
+            .unwrap_or_else(|| format!("stable, {} steps redone", row.redone)),
+        if row.stable {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        },
+        "",
+    );
+    let position = |what: &str, error: f64| {
+        Check::within(
+            case(what),
+            "steps 16 times finer".to_owned(),
+            format!("{:.1} mm", 1e3 * error),
+            error,
+            BAR,
+        )
+        .by("largest distance over the whole drive, m")
+        .noting(format!(
+            "the reference differs by {:.1e} m from one with steps twice as long",
+            row.reference_error_m
+        ))
+    };
+    let worst = Check::within(
+        case("slowest step"),
+        "16.7 ms a frame".to_owned(),
+        format!("{:.3} ms", 1e3 * row.worst_step_s),
+        row.worst_step_s,
+        DT,
+    )
+    .by("seconds, wall clock");
+    vec![
+        stable,
+        position("hook", row.hook_error_m),
+        position("load", row.load_error_m),
+        worst,
+    ]
+}
+
+fn table(rows: &[Row]) -> String {
+    let mut text = String::from(
+        "load/element  hook error  load error  reference ±  real-time factor  slowest step  redone\n",
+    );
+    for r in rows {
+        let _ = writeln!(
+            text,
+            "{:>12.0e}  {:>7.1} mm  {:>7.1} mm  {:>8.2} mm  {:>16.0}  {:>9.3} ms  {:>6}",
+            r.ratio,
+            1e3 * r.hook_error_m,
+            1e3 * r.load_error_m,
+            1e3 * r.reference_error_m,
+            r.realtime_factor,
+            1e3 * r.worst_step_s,
+            r.redone
+        );
+    }
+    text
+}
+
+/// Every solver on the system after four seconds of the drive, falls per hoist cable `parts`.
+fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
+    let params = GantryParams {
+        parts,
+        mass_ratio: 1e4,
+        ..GantryParams::default()
+    };
+    let scene = params.build()?;
+    let inputs = inputs(&scene)?;
+    let options = StepOptions {
+        dt: DT,
+        ..StepOptions::default()
+    };
+    let mut leader = Stepper::new(scene.clone(), options)?;
+    for _ in 0..steps_in(4.0, DT) {
+        inputs.apply(&mut leader)?;
+        leader.step()?;
+    }
+    let state = leader.scene().clone();
+    let tension: Vec<f64> = leader.multipliers().iter().map(|mu| mu / DT).collect();
+    let mut found = Vec::new();
+    for choice in solvers() {
+        let scene = Scene {
+            start_in_equilibrium: false,
+            ..state.clone()
+        };
+        let mut stepper = Stepper::new(scene, choice.plain_options(DT))?;
+        stepper.set_state(&state.bodies, leader.time())?;
+        stepper.set_tension(&tension)?;
+        let exact = stepper.reference_multipliers()?;
+        // Cold, so that what comes out is the solver's own.
+        stepper.set_multipliers(&vec![0.0; exact.len()])?;
+        stepper.set_tension(&tension)?;
+        stepper.solve()?;
+        let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let pairs = stepper.multipliers().iter().zip(&exact);
+        let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
+        let iterative = choice.backend.is_iterative();
+        let bar = if iterative { ITERATIVE_BAR } else { SOLVER_BAR };
+        let mut check = Check::within(
+            "",
+            "32 digits".to_owned(),
+            format!("{error:.1e}"),
+            error,
+            bar,
+        );
+        if iterative && check.verdict == Verdict::Fail {
+            // It says so itself: the iterations ran out.
+            check.verdict = Verdict::Limit;
+        }
+        found.push((
+            choice.family(),
+            check.by("multipliers, relative to the largest"),
+        ));
+    }
+    Ok(together(
+        &format!("{parts} falls a cable, multipliers"),
+        found,
+    ))
+}

@@ -1,0 +1,162 @@
+//! H30: masses over a sheave, block and tackle: cables that slide through points without friction.
+//!
+//! Atwood's machine: a = g (m₁ − m₂)/(m₁ + m₂), the sheave being a point without inertia. Tackle of n parts: each carries
+//! T = W/n; what is hauled in lifts the block by 1/n; the sum of the spans is the cable's length at all times.
+
+use crate::check::{Check, ExperimentError, Outcome};
+use crate::hard::{solvers, together};
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use taut_integrator::{Stepper, static_equilibrium};
+use taut_model::{Body, Constraint, Control, Drive, Frame, MasslessCable, RowLaw, Scene, Winch};
+
+const GRAVITY: f64 = 10.0;
+const DT: f64 = 1.0 / 60.0;
+/// Largest relative error that passes.
+const BAR: f64 = 1e-8;
+/// Bar of iterative solvers, which stop at a residual of 1e-13: what stiff rows make of it.
+const ITERATIVE_BAR: f64 = 1e-6;
+
+/// The checks of H30.
+///
+/// # Errors
+/// Where a scene or a step fails.
+pub fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let mut checks = atwood()?;
+    for parts in 2..=12 {
+        checks.extend(tackle(parts)?);
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+fn bar(choice: &crate::Choice) -> f64 {
+    if choice.backend.is_iterative() {
+        ITERATIVE_BAR
+    } else {
+        BAR
+    }
+}
+
+/// Two masses over a point of the world.
+fn atwood() -> Result<Vec<Check>, ExperimentError> {
+    let (heavy, light) = (3.0, 2.0);
+    let mut scene = Scene::new("atwood");
+    scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+    let mut hang = |name: &str, mass: f64, depth: f64| {
+        let body = Body::particle(mass).at(Vector3::new(0.0, 0.0, -depth));
+        Frame::body(scene.add_body(name, body), Vector3::zeros())
+    };
+    let frames = vec![
+        hang("heavy", heavy, 2.0),
+        Frame::world(Vector3::zeros()),
+        hang("light", light, 5.0),
+    ];
+    let cable = MasslessCable::new(frames, 7.0, RowLaw::RIGID);
+    scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
+    let exact = GRAVITY * (heavy - light) / (heavy + light);
+    let mut found = Vec::new();
+    for choice in solvers() {
+        let mut stepper = Stepper::new(scene.clone(), choice.options(DT))?;
+        let steps = 30_u32;
+        for _ in 0..steps {
+            stepper.step()?;
+        }
+        let time = f64::from(steps) * DT;
+        let fallen = -2.0 - stepper.scene().bodies.position[0].z;
+        let ours = 2.0 * fallen / (time * time);
+        let error = (ours / exact - 1.0).abs();
+        let check = Check::within(
+            "",
+            format!("a = {exact:.6} m/s²"),
+            format!("{ours:.6} m/s²"),
+            error,
+            bar(&choice),
+        );
+        found.push((choice.family(), check));
+    }
+    Ok(together("Atwood's machine", found))
+}
+
+/// A block that hangs in `parts` vertical falls of one cable, 0.1 m apart, and a control that hauls it in.
+fn block(parts: usize, law: RowLaw) -> Scene {
+    let (mass, drop) = (500.0, 4.0);
+    let mut scene = Scene::new("tackle");
+    scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+    let body = Body::cuboid(Vector3::new(1.5, 0.4, 0.4), mass).at(Vector3::new(0.0, 0.0, -drop));
+    let body = scene.add_body("block", body);
+    scene.load = Some(body);
+    let mut frames = Vec::new();
+    for k in 0..parts {
+        let x = Vector3::x() * (0.1 * (k as f64 - 0.5 * (parts - 1) as f64));
+        let mut ends = [Frame::world(x), Frame::body(body, x)];
+        if k % 2 == 1 {
+            ends.reverse();
+        }
+        frames.extend(ends);
+    }
+    let length = parts as f64 * drop + 0.1 * (parts - 1) as f64;
+    let cable = MasslessCable {
+        winch: Some(Winch::new()),
+        ..MasslessCable::new(frames, length, law)
+    };
+    scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
+    scene.controls.push(Control {
+        name: "haul".to_owned(),
+        drives: vec![Drive {
+            constraint: 0,
+            gain: -1.0,
+        }],
+    });
+    scene
+}
+
+fn tackle(parts: usize) -> Result<Vec<Check>, ExperimentError> {
+    let weight = 500.0 * GRAVITY;
+    let share = weight / parts as f64;
+    let compliance = 1e-6;
+    let (mut tension, mut lifted) = (Vec::new(), Vec::new());
+    for choice in solvers() {
+        let case = |text: &str| format!("{} {text}", choice.family());
+        let scene = block(parts, RowLaw::new(compliance, 0.0));
+        let scene = static_equilibrium(scene, &choice.backend)?;
+        let mut excess = [0.0];
+        scene.constraints[0].violation(&scene.bodies, 0.0, &mut excess);
+        let ours = excess[0] / compliance;
+        let error = (ours / share - 1.0).abs();
+        let check = Check::within(
+            "",
+            format!("T = W/n = {share:.3} N"),
+            format!("{ours:.3} N"),
+            error,
+            BAR,
+        );
+        tension.push((case("").trim().to_owned(), check));
+
+        let (speed, time) = (0.6, 1.0);
+        let mut stepper = Stepper::new(block(parts, RowLaw::RIGID), choice.options(DT))?;
+        stepper.set_control(0, speed)?;
+        while stepper.time() < time - 0.5 * DT {
+            stepper.step()?;
+        }
+        // A winch that starts at once leaves the spans half a step behind at first: the end counts.
+        let slack = stepper.linearized().phi[0].abs();
+        let rise = stepper.scene().bodies.position[0].z + 4.0;
+        let exact = speed * time / parts as f64;
+        let error = (rise / exact - 1.0).abs().max(slack);
+        let check = Check::within(
+            "",
+            format!("rises by {exact:.6} m"),
+            format!("{rise:.6} m"),
+            error,
+            bar(&choice),
+        );
+        let check = check.by("relative, or metres that the sum of the spans differs from the length");
+        lifted.push((choice.family(), check));
+    }
+    let mut checks = together(&format!("{parts} parts at rest"), tension);
+    checks.extend(together(&format!("{parts} parts, 0.6 m hauled in"), lifted));
+    Ok(checks)
+}
