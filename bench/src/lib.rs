@@ -18,6 +18,7 @@
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `plot` | charts as SVG |
+//! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `choice` | a backend and a form as one value, with its text form |
 //! | `cache` | references kept in files |
@@ -29,6 +30,7 @@ pub mod check;
 pub mod choice;
 pub mod energy;
 pub mod hard;
+pub mod inputs;
 pub mod ladder;
 pub mod linear;
 pub mod machine;

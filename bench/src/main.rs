@@ -171,6 +171,9 @@ struct RunArgs {
     /// Simulated time (s)
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     time: f64,
+    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls
+    #[arg(long, value_name = "FILE.csv")]
+    controls: Option<PathBuf>,
     /// Writes one line a step to a CSV file
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
@@ -488,7 +491,10 @@ fn guard(text: &str) -> Result<Option<Guard>, Failure> {
 }
 
 fn simulate(args: &RunArgs) -> Result<(), Failure> {
-    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    let mut prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    if let Some(path) = &args.controls {
+        prepared = prepared.driven_by(path)?;
+    }
     let mut options = StepOptions::default();
     if let Some(name) = &args.backend {
         let choice: Choice = name.parse().map_err(Failure::Input)?;

@@ -62,6 +62,18 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     })
 }
 
+/// The text of a file.
+///
+/// # Errors
+/// [`FileError`] with the path.
+pub fn read_text(path: &Path) -> Result<String, FileError> {
+    std::fs::read_to_string(path).map_err(|source| FileError {
+        path: path.into(),
+        doing: "read",
+        source,
+    })
+}
+
 /// Writes text to `path`, making its folder, or to standard output for `-`.
 ///
 /// # Errors

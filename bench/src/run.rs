@@ -1,10 +1,11 @@
 //! `taut run`: one scene, one solver, and everything that a run tells.
 
-use crate::trajectory::{Failure, Timing, Trajectory, simulate};
+use crate::inputs::{InputError, Inputs};
+use crate::trajectory::{Failure, Timing, Trajectory, simulate_driven};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use taut_integrator::{Energy, Phase, StepError, StepOptions, Stepper};
 use taut_model::{Scene, SceneError, SceneSource};
 
@@ -19,6 +20,8 @@ pub struct Prepared {
     pub max_gap: f64,
     /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
     pub planar: bool,
+    /// What drives its controls.
+    pub inputs: Inputs,
 }
 
 /// Why a scene cannot be prepared.
@@ -28,6 +31,8 @@ pub enum PrepareError {
     File(crate::output::FileError),
     /// The scene is not sound.
     Scene(SceneError),
+    /// The table of inputs in the file of that name does not fit the scene.
+    Inputs(PathBuf, InputError),
 }
 
 impl std::fmt::Display for PrepareError {
@@ -35,6 +40,7 @@ impl std::fmt::Display for PrepareError {
         match self {
             Self::File(e) => e.fmt(f),
             Self::Scene(e) => e.fmt(f),
+            Self::Inputs(path, e) => write!(f, "{}: {e}", path.display()),
         }
     }
 }
@@ -51,14 +57,8 @@ pub fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, Pr
     let is_file =
         !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
     let source = if is_file {
-        let failed = |source| {
-            PrepareError::File(crate::output::FileError {
-                path: scene.into(),
-                doing: "read",
-                source,
-            })
-        };
-        SceneSource::parse(&std::fs::read_to_string(scene).map_err(failed)?, overrides)
+        let text = crate::output::read_text(Path::new(scene)).map_err(PrepareError::File)?;
+        SceneSource::parse(&text, overrides)
     } else {
         SceneSource::load(scene, overrides)
     };
@@ -86,7 +86,21 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
         cable,
         max_gap,
         planar,
+        inputs: Inputs::default(),
     })
+}
+
+impl Prepared {
+    /// The same with the inputs of the CSV file `path`: see [`Inputs`].
+    ///
+    /// # Errors
+    /// [`PrepareError::File`], [`PrepareError::Inputs`].
+    pub fn driven_by(mut self, path: &Path) -> Result<Self, PrepareError> {
+        let text = crate::output::read_text(path).map_err(PrepareError::File)?;
+        self.inputs = Inputs::parse(&text, &self.scene)
+            .map_err(|e| PrepareError::Inputs(path.to_owned(), e))?;
+        Ok(self)
+    }
 }
 
 /// Positions of the load over time.
@@ -194,7 +208,13 @@ pub fn run(
     progress: &ProgressBar,
 ) -> Result<(Summary, Trajectory), StepError> {
     let mut stepper = Stepper::new(prepared.scene.clone(), options.clone())?;
-    let trajectory = simulate(&mut stepper, time, prepared.max_gap, |_| progress.inc(1));
+    let trajectory = simulate_driven(
+        &mut stepper,
+        time,
+        prepared.max_gap,
+        |stepper| prepared.inputs.apply(stepper),
+        |_| progress.inc(1),
+    );
     let start = trajectory
         .samples
         .first()

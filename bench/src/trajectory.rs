@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
-use taut_integrator::{Energy, PhaseTimes, Stepper};
-use taut_model::{RowKind, Scene};
+use taut_integrator::{Energy, PhaseTimes, StepError, Stepper};
+use taut_model::{Constraint, RowKind, Scene};
 use taut_solver::Status;
 
 /// The state after a step, in the numbers that are compared.
@@ -125,6 +125,10 @@ pub(crate) fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
                 _ => return None,
             };
             let phi = &rows.phi[rows.row_range(i)][..count];
+            if matches!(constraint, Constraint::MasslessCable(c) if c.tension_only) {
+                // What is slack is not too short.
+                return Some(phi[0].max(0.0));
+            }
             Some(phi.iter().map(|x| x * x).sum::<f64>().sqrt())
         })
 }
@@ -145,6 +149,17 @@ pub fn simulate(
     stepper: &mut Stepper,
     time: f64,
     max_gap: f64,
+    after_step: impl FnMut(&Sample),
+) -> Trajectory {
+    simulate_driven(stepper, time, max_gap, |_| Ok(()), after_step)
+}
+
+/// [`simulate`] with something to be done before each step, such as setting controls.
+pub fn simulate_driven(
+    stepper: &mut Stepper,
+    time: f64,
+    max_gap: f64,
+    mut before_step: impl FnMut(&mut Stepper) -> Result<(), StepError>,
     mut after_step: impl FnMut(&Sample),
 ) -> Trajectory {
     let dt = stepper.options().dt;
@@ -154,7 +169,7 @@ pub fn simulate(
         ..Trajectory::default()
     };
     for _ in 0..steps {
-        let report = match stepper.step() {
+        let report = match before_step(stepper).and_then(|()| stepper.step()) {
             Ok(report) => report,
             Err(e) => {
                 trajectory.failure = Some(Failure {

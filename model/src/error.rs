@@ -65,6 +65,15 @@ pub enum SceneError {
         /// Names of the bodies that there are (the first few).
         known: Vec<String>,
     },
+    /// A control names a joint or cable that is not there.
+    UnknownJoint {
+        /// Who names it.
+        what: String,
+        /// The name.
+        name: String,
+        /// Names of those that it could be (the first few).
+        known: Vec<String>,
+    },
     /// No side of a joint is a body that forces move.
     BothWorld {
         /// The joint.
@@ -210,6 +219,17 @@ impl SceneError {
     /// The faults of bodies and joints as they stand in a scene.
     fn fmt_structure(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::UnknownJoint { what, name, known } if known.is_empty() => write!(
+                f,
+                "{what} names `{name}`, which is not there: give a joint a motor with a speed, or a cable a winch"
+            ),
+            Self::UnknownJoint { what, name, known } => {
+                let known = known.join(", ");
+                write!(
+                    f,
+                    "{what} names `{name}`, which is not there: choose one of {known}"
+                )
+            }
             Self::BothWorld { joint } => {
                 write!(
                     f,

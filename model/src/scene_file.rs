@@ -27,8 +27,10 @@
 //! | `[[body]]` | meaning, see [`BodyEntry`] |
 //! |---|---|
 //! | `name` | any but `world` |
-//! | `mass` | kg |
-//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ rod = { length, radius } }` along the body's z |
+//! | `mobility` | `dynamic` (default): forces move it; `static`: nothing does; `driven`: its velocities do |
+//! | `mass` | kg; a static or driven body needs neither mass nor inertia |
+//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along the |
+//! | | body's z, which may be called `rod`, too |
 //! | `inertia` or | principal moments along the body's axes, kg m² |
 //! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
 //! | `position` | centre of mass, world, m; default the origin |
@@ -38,22 +40,34 @@
 //!
 //! | `[[joint]]` | meaning, see [`JointEntry`] |
 //! |---|---|
-//! | `name`, `kind` | `spherical`, `cosserat`, `paper`, `lock` or `distance` |
+//! | `name`, `kind` | `spherical`, `cosserat`, `paper`, `lock`, `distance`, `hinge` or `slider` |
 //! | `a`, `b` | names of bodies, or `world` |
 //! | `point` or `point_a` and `point_b` | world, in the pose given; or each in its body's frame (world: world), m |
-//! | `axis` or | direction of the cable in the pose given, world; default `[0, 0, -1]` |
-//! | `axes_a` and `axes_b` | columns u (along the cable), v, w in each body's frame |
+//! | `axis` or | direction of the cable, hinge or slider in the pose given, world; default `[0, 0, -1]` |
+//! | `axes_a` and `axes_b` | columns u (along that axis), v, w in each body's frame |
 //! | `stretch`, `bend`, `twist` | compliances of the rows, m/N and rad/(N m), 0 is rigid; no key, no row |
 //! | `ea`, `ei`, `gj` with `length` | the same rows by stiffness, N and N m², over metres of cable |
 //! | `length`, `transverse` | of a distance: length at rest, m; whether it has transverse rows |
 //! | `rotation` | of a lock, rad/(N m); default 0, as its `stretch` |
+//! | `stretch`, `bend` | of a hinge: gap and tilt, m/N and rad/(N m); default 0 |
+//! | `rotation`, `across` | of a slider, rad/(N m) and m/N; default 0 |
+//! | `motor` | of a hinge or slider; see below |
+//! | `angle_reference` | of a hinge: angle that the pose is counted from, rad; default 0 |
 //! | `damping` | damping time of all rows, s; default 0 |
-//! | `stretch_damping`, `bend_damping`, … | that of one kind of rows; also `twist_damping`, `rotation_damping` |
+//! | `stretch_damping`, `bend_damping`, … | that of one kind of rows; also of `twist`, `rotation`, `across` |
 //! | `twist_definition`, `safeguard` | of the paper's joint |
 //! | `twist_reference` | twist that the pose is counted from, rad: 2π for one whole turn; default 0 |
 //! | `motion` | of the world's side, m and s: `{ smooth = { displacement, start, duration } }` or |
 //! | | `{ circle = { radius, period, start, ramp } }` |
-//! | `group` | for block Gauss–Seidel over groups; default 0 |
+//! | `group` | for block Gauss–Seidel over groups; default 0, but by topology ([`Scene::group_by_topology`]) where no |
+//! | | entry of the text has one |
+//!
+//! | `motor = { … }` | holds the angle of a hinge, or how far b's point is ahead of a's along the axis; see [`MotorEntry`] |
+//! |---|---|
+//! | `speed` or | m/s or rad/s; 0 is a brake |
+//! | `position` | m or rad |
+//! | `force_limit` | N or N m, in both directions; left out (or `inf`): no limit |
+//! | `compliance`, `damping` | while it holds a position, m/N or rad/(N m), and s; default 0 |
 //!
 //! | `[[cable]]` | a massless cable, see [`CableEntry`] |
 //! |---|---|
@@ -62,7 +76,16 @@
 //! | | with an optional `motion` of a world point |
 //! | `length` | of the whole at rest, m |
 //! | `stretch` or `ea` | compliance, m/N; stiffness, N |
+//! | `tension_only` | `true` (default): it goes slack; `false`: it pushes |
+//! | `winch` | changes its length; see below |
 //! | `damping`, `group` | as in a joint |
+//!
+//! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
+//! |---|---|
+//! | `speed`, `since` | at which it pays out, m/s (negative hauls in), from that time on, s; default 0 |
+//! | `force_limit` | tension at which the drum slips, N |
+//! | `brake`, `brake_limit` | whether the brake is on, and the tension at which it then slips, N; default `false` |
+//! | `shortest`, `longest` | where hauling in stops (default 1e-3) and where the drum is empty, m |
 //!
 //! | `[[bend]]` | the bend of links, see [`BendEntry`] |
 //! |---|---|
@@ -72,65 +95,117 @@
 //! | `bend` | compliance, rad/(N m) |
 //! | `damping`, `group` | as in a joint |
 //!
-//! A hook on a massless cable between two points of the world, one of which moves, and a bob under it:
+//! | `[[control]]` | an input that an operator sets, zero until then; see [`ControlEntry`] |
+//! |---|---|
+//! | `name` | |
+//! | `drives` | `{ joint = "…", gain = … }` each: a joint whose motor has a speed, or a cable with a winch; its speed over |
+//! | | the value of the control, default 1 |
+//!
+//! A crane: its jib slews about the fixed tower, a trolley runs along the jib, a winch on it holds a hook on a massless
+//! cable, and a load hangs from the hook:
 //! ```
 //! let text = r#"
-//! name = "ferry"
-//! load = "bob"
+//! name = "crane"
+//! load = "load"
+//!
+//! [[body]]
+//! name = "tower"
+//! mobility = "static"
+//! position = [0, 0, 30]                      # m, world
+//!
+//! [[body]]
+//! name = "jib"
+//! mass = 4000                                # kg
+//! shape = { cylinder = { length = 40, radius = 0.5 } }
+//! position = [20, 0, 30]
+//! rotation = [0, 1.5707963267948966, 0]      # its z axis along the world's x
+//!
+//! [[body]]
+//! name = "trolley"
+//! mass = 300
+//! shape = { box = { size = [1, 1, 0.5] } }
+//! position = [12, 0, 29]
 //!
 //! [[body]]
 //! name = "hook"
-//! mass = 50                                  # kg
-//! shape = { box = { size = [0.2, 0.2, 0.3] } }
-//! position = [0, 0, -2]                      # m, world
+//! mass = 200
+//! shape = { sphere = { radius = 0.2 } }
+//! position = [12, 0, 10]
 //!
 //! [[body]]
-//! name = "bob"
-//! mass = 10
-//! shape = { sphere = { radius = 0.1 } }
-//! position = [0, 0, -3]
-//!
-//! [[cable]]
-//! name = "main"
-//! through = [
-//!   { body = "world", point = [-1.5, 0, 0] },
-//!   { body = "hook", point = [0, 0, 0.15] }, # m, in the hook's frame
-//!   { body = "world", point = [1.5, 0, 0], motion = { smooth = { displacement = [0.5, 0, 0], duration = 2 } } },
-//! ]
-//! length = 4.8                               # m
-//! ea = 1e6                                   # N
+//! name = "load"
+//! mass = 3000
+//! shape = { box = { size = [2, 2, 1] } }
+//! position = [12, 0, 7]
 //!
 //! [[joint]]
-//! name = "pendulum"
+//! name = "slew"
+//! kind = "hinge"
+//! a = "tower"
+//! b = "jib"
+//! point = [0, 0, 30]
+//! axis = [0, 0, 1]
+//! motor = { speed = 0, force_limit = 2e5 }   # rad/s, N m
+//!
+//! [[joint]]
+//! name = "rail"
+//! kind = "slider"
+//! a = "jib"
+//! b = "trolley"
+//! point_a = [1, 0, -20]                      # m, in the jib's frame: the tower's end
+//! point_b = [0, 0, 0]
+//! axis = [1, 0, 0]
+//! motor = { speed = 0.5, force_limit = 1e4 } # m/s, N
+//!
+//! [[joint]]
+//! name = "sling"
 //! kind = "distance"
 //! a = "hook"
-//! b = "bob"
-//! point_a = [0, 0, -0.15]
-//! point_b = [0, 0, 0]
-//! length = 0.85
-//! stretch = 1e-6                             # m/N
+//! b = "load"
+//! point_a = [0, 0, -0.2]
+//! point_b = [0, 0, 0.5]
+//! length = 2.3
+//! stretch = 1e-7                             # m/N
 //!
-//! [[bend]]
-//! name = "stiff"
-//! through = [{ body = "world" }, { body = "hook" }, { body = "bob" }]
-//! bend = 1e-3                                # rad/(N m)
+//! [[cable]]
+//! name = "rope"
+//! through = [{ body = "trolley" }, { body = "hook" }]
+//! length = 19
+//! ea = 2e7                                   # N
+//! winch = { force_limit = 5e4, brake_limit = 9e4, shortest = 2, longest = 60 }
+//!
+//! [[control]]
+//! name = "hoist_speed"                       # upwards, m/s
+//! drives = [{ joint = "rope", gain = -1 }]
+//!
+//! [[control]]
+//! name = "trolley_speed"
+//! drives = [{ joint = "rail" }]
+//!
+//! [[control]]
+//! name = "slew_speed"
+//! drives = [{ joint = "slew" }]
 //! "#;
-//! use taut_model::SceneSource;
 //! use taut_model::scene_file::SceneText;
+//! use taut_model::{Constraint, SceneSource};
 //!
-//! let scene = SceneSource::parse(text, &[("body.bob.mass", "20")])?.build()?;
-//! assert_eq!(scene.constraint_names, ["pendulum", "main", "stiff"]);
+//! let mut scene = SceneSource::parse(text, &[("body.load.mass", "2000")])?.build()?;
+//! assert_eq!(scene.constraint_names, ["slew", "rail", "sling", "rope"]);
+//! assert_eq!(scene.groups, [0; 4]);
 //! assert_eq!(SceneText::from_scene(&scene)?.build()?, scene);
+//! scene.set_control(0, 0.25, 0.0);
+//! assert!(matches!(&scene.constraints[3], Constraint::MasslessCable(rope) if rope.length_at(4.0) == 18.0));
 //!
-//! let fault = SceneSource::parse(&text.replace("ea = 1e6", "ea = -1"), &[])?.build();
+//! let fault = SceneSource::parse(&text.replace("ea = 2e7", "ea = -1"), &[])?.build();
 //! let fault = fault.expect_err("a negative stiffness").to_string();
-//! assert_eq!(fault, "line 25, column 1: cable `main`: ea is -1: it has to be > 0 N, or N m²");
+//! assert_eq!(fault, "line 70, column 1: cable `rope`: ea is -1: it has to be > 0 N, or N m²");
 //! # Ok::<(), taut_model::SceneError>(())
 //! ```
 //!
 //! # Overrides
 //! A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass`,
-//! `joint.anchor.ei` or `cable.main.through.1.point` (entries by name or number from 0) in an explicit scene. A value is
+//! `joint.anchor.ei`, `joint.rail.motor.speed` or `cable.main.through.1.point` (entries by name or number from 0) in an
+//! explicit scene. A value is
 //! TOML, or else taken as a string: `joint=paper` needs no quotes.
 //!
 //! # Faults
@@ -139,14 +214,19 @@
 
 mod build;
 mod cable;
+mod control;
 mod entries;
 mod from_scene;
 mod joint;
 mod keys;
 mod motion;
+mod motor;
+mod overrides;
 mod places;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_drives;
 #[cfg(test)]
 mod tests_explicit;
 #[cfg(test)]
@@ -156,17 +236,20 @@ mod tests_from_scene;
 mod write;
 
 pub use cable::{BendEntry, CableEntry, PointEntry};
+pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use joint::{JointEntry, Kind};
 pub use motion::MotionEntry;
+pub use motor::{MotorEntry, WinchEntry};
 
+use overrides::merge;
 use places::{Places, located};
 
 use std::collections::BTreeMap;
 
 use serde::de::DeserializeOwned;
+use toml::Table;
 use toml::de::DeTable;
-use toml::{Table, Value};
 
 use crate::error::SceneError;
 use crate::gantry::GantryParams;
@@ -350,78 +433,6 @@ fn read_whole<T: DeserializeOwned + Default>(
 ) -> Result<T, SceneError> {
     let params = merge::<BTreeMap<String, T>>(text, table, overrides)?;
     Ok(params.into_values().next().unwrap_or_default())
-}
-
-/// Merges the overrides into `table` and deserialises it. When the text alone is sound, the overrides are tried one
-/// after the other, so that the one at fault can be named.
-fn merge<T: DeserializeOwned>(
-    text: &str,
-    table: &mut Table,
-    overrides: &[(&str, &str)],
-) -> Result<T, SceneError> {
-    let mut scene = toml::from_str::<T>(text).map_err(|e| located(&e, text));
-    let sound = scene.is_ok();
-    for (key, value) in overrides {
-        let at_fault = |message: String| SceneError::Override {
-            key: (*key).to_owned(),
-            message,
-        };
-        let value = value
-            .parse::<Value>()
-            .unwrap_or_else(|_| Value::String((*value).to_owned()));
-        insert(table, key, value).map_err(at_fault)?;
-        if sound {
-            let read = table.clone().try_into::<T>();
-            scene = Ok(read.map_err(|e| at_fault(one_line(e.message())))?);
-        }
-    }
-    if !sound && !overrides.is_empty() {
-        // The overrides may have mended the text; if not, the text's own error knows the line.
-        return table.clone().try_into::<T>().or(scene);
-    }
-    scene
-}
-
-/// Puts `value` at the path `key`. Entries of lists are found by their `name` or their number.
-fn insert(table: &mut Table, key: &str, value: Value) -> Result<(), String> {
-    let mut parts: Vec<&str> = key.trim().split('.').map(str::trim).collect();
-    let whole = whole_of(table);
-    if let Some((whole, _)) = &whole
-        && parts[0] != whole
-    {
-        parts.insert(0, whole);
-    }
-    let Some((last, path)) = parts.split_last() else {
-        return Err("the key is empty".into());
-    };
-    let mut parts = path.iter();
-    let mut here = table;
-    while let Some(part) = parts.next() {
-        here = match here.get_mut(*part) {
-            Some(Value::Table(inner)) => inner,
-            Some(Value::Array(list)) => {
-                let Some(name) = parts.next() else {
-                    return Err(format!("say which entry: {part}.NAME.{last}"));
-                };
-                let index = position(list, name)
-                    .ok_or_else(|| format!("`{part}` has no entry called `{name}`"))?;
-                match &mut list[index] {
-                    Value::Table(inner) => inner,
-                    _ => return Err(format!("`{part}.{name}` has no keys")),
-                }
-            }
-            Some(_) => return Err(format!("`{part}` has no keys")),
-            None => return Err(format!("there is no `{part}` to hold `{last}`")),
-        };
-    }
-    here.insert((*last).to_owned(), value);
-    Ok(())
-}
-
-fn position(list: &[Value], name: &str) -> Option<usize> {
-    let named = |entry: &Value| entry.get("name").and_then(Value::as_str) == Some(name);
-    let by_number = || name.parse().ok().filter(|i| *i < list.len());
-    list.iter().position(named).or_else(by_number)
 }
 
 /// A fault of the text with line and column from 1 of the byte `at`, columns in characters.

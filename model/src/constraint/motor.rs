@@ -4,7 +4,7 @@
 //! it is rigid, and its multiplier is the force that holding the speed takes. Where that would be more than F the row
 //! gives way: λ = ±F.
 
-use super::{RowKind, RowLaw};
+use super::{Constraint, RowKind, RowLaw};
 use crate::error::{SceneError, check, limited};
 
 /// What a motor holds.
@@ -86,6 +86,18 @@ impl Motor {
         match self.target {
             Target::Position(_) => 0.0,
             Target::Speed(speed) => -speed,
+        }
+    }
+}
+
+impl Constraint {
+    /// Whether a control can drive it: it has a motor that holds a speed, or a winch.
+    pub(crate) fn follows_speed(&self) -> bool {
+        match self {
+            Self::MasslessCable(cable) => cable.winch.is_some(),
+            other => other
+                .motor()
+                .is_some_and(|m| matches!(m.target, Target::Speed(_))),
         }
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
 use crate::body::Mobility;
-use crate::constraint::{Constraint, Distance, MasslessCable, Target};
+use crate::constraint::{Constraint, Distance, MasslessCable};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -49,14 +49,7 @@ impl Scene {
             for drive in &control.drives {
                 check(format!("{}: gain", what()), drive.gain, true, "a number")?;
                 let constraint = self.constraints.get(drive.constraint);
-                let driven = match constraint {
-                    Some(Constraint::MasslessCable(cable)) => cable.winch.is_some(),
-                    Some(other) => other
-                        .motor()
-                        .is_some_and(|m| matches!(m.target, Target::Speed(_))),
-                    None => false,
-                };
-                if !driven {
+                if !constraint.is_some_and(Constraint::follows_speed) {
                     let reason = "drives what has neither a motor that holds a speed nor a winch: name a joint or cable that has";
                     return Err(SceneError::Conflict {
                         what: what(),

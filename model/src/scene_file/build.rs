@@ -131,11 +131,11 @@ impl Names<'_> {
     }
 }
 
-/// A constraint with its name and group, and the path of its entry.
+/// A constraint with its name and its group if the text gives one, and the path of its entry.
 struct Built {
     path: String,
     name: String,
-    group: u32,
+    group: Option<u32>,
     constraint: Constraint,
 }
 
@@ -178,12 +178,26 @@ impl SceneText {
             .as_ref()
             .map(|name| names.find("load".into(), name));
         scene.load = load.transpose().map_err(|e| Fault::new("load", e))?;
-        for built in self.in_order(self.constraints(&scene, &names)?)? {
-            let i = scene.add_constraint(built.name, built.constraint, built.group);
+        let all = self.in_order(self.constraints(&scene, &names)?)?;
+        let grouped = all.iter().any(|built| built.group.is_some());
+        for built in all {
+            let group = built.group.unwrap_or(0);
+            let i = scene.add_constraint(built.name, built.constraint, group);
             scene.validate_constraint(i).map_err(|error| {
                 let keys = keys_of(&error);
                 of_keys(error, &keys, &built.path)
             })?;
+        }
+        if !grouped {
+            scene.group_by_topology();
+        }
+        for (i, entry) in self.control.iter().enumerate() {
+            let path = format!("control.{i}");
+            let control = entry.build(&scene).map_err(|fault| fault.within(&path))?;
+            if self.control[..i].iter().any(|c| c.name == entry.name) {
+                return Err(duplicate("control", &entry.name, &path));
+            }
+            scene.controls.push(control);
         }
         scene.validate().map_err(|error| {
             let gravity = matches!(&error, SceneError::BadValue { what, .. } if what == "gravity");
@@ -304,7 +318,7 @@ fn keys_of(error: &SceneError) -> Vec<&'static str> {
         SceneError::Axes { side, .. } if side == "a" => vec!["axes_a", "through"],
         SceneError::Axes { side, .. } if side == "b" => vec!["axes_b", "through"],
         SceneError::Axes { .. } => vec!["through"],
-        SceneError::BothWorld { .. } | SceneError::SameBody { .. } => vec!["b"],
+        SceneError::BothWorld { .. } | SceneError::SameBody { .. } => vec!["b", "through"],
         SceneError::NoRows { .. } => vec!["kind"],
         _ => Vec::new(),
     }

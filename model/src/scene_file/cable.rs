@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::build::{Entry, Names};
 use super::joint::is_zero;
 use super::motion::MotionEntry;
+use super::motor::WinchEntry;
 use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{BendDefinition, Constraint, LinkBend, MasslessCable, RowLaw};
@@ -44,9 +45,13 @@ pub struct CableEntry {
     /// Damping time \[s].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping: f64,
-    /// Group for block Gauss–Seidel.
-    #[serde(default)]
-    pub group: u32,
+    /// Whether it goes slack where it is too long (default), or pushes: `false`.
+    pub tension_only: Option<bool>,
+    /// What pays it out and hauls it in, m, s and N: `{ speed, force_limit, brake, brake_limit, shortest, longest, since }`,
+    /// any of them.
+    pub winch: Option<WinchEntry>,
+    /// Group for block Gauss–Seidel; default by topology.
+    pub group: Option<u32>,
 }
 
 /// The bend at the middle one of three points.
@@ -65,9 +70,8 @@ pub struct BendEntry {
     /// Damping time \[s].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping: f64,
-    /// Group for block Gauss–Seidel.
-    #[serde(default)]
-    pub group: u32,
+    /// Group for block Gauss–Seidel; default by topology.
+    pub group: Option<u32>,
 }
 
 impl CableEntry {
@@ -85,11 +89,12 @@ impl CableEntry {
             return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
         };
         let law = law(&of, "stretch", compliance, self.damping)?;
-        Ok(Constraint::MasslessCable(MasslessCable::new(
-            frames,
-            self.length,
-            law,
-        )))
+        let winch = self.winch.as_ref().map(|winch| winch.build(&of));
+        Ok(Constraint::MasslessCable(MasslessCable {
+            tension_only: self.tension_only.unwrap_or(true),
+            winch: winch.transpose()?,
+            ..MasslessCable::new(frames, self.length, law)
+        }))
     }
 }
 

@@ -5,9 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, WORLD};
 use super::cable::{BendEntry, CableEntry};
+use super::control::ControlEntry;
 use super::joint::JointEntry;
 use super::places::{Fault, Places};
-use crate::body::Body;
+use crate::body::{Body, Mobility};
 
 /// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,6 +33,8 @@ pub struct SceneText {
     pub cable: Vec<CableEntry>,
     /// The bends of links.
     pub bend: Vec<BendEntry>,
+    /// The inputs.
+    pub control: Vec<ControlEntry>,
     /// Where all this was read from.
     #[serde(skip)]
     pub(super) places: Places,
@@ -50,20 +53,24 @@ impl Default for SceneText {
             joint: Vec::new(),
             cable: Vec::new(),
             bend: Vec::new(),
+            control: Vec::new(),
             places: Places::default(),
         }
     }
 }
 
 /// A body. Exactly one of `shape`, `inertia`, `inertia_matrix` gives its inertia; at most one of `orientation`,
-/// `rotation` its pose.
+/// `rotation` its pose. A static or driven body needs neither mass nor inertia: it then has those of [`Body::fixed`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BodyEntry {
     /// Its name; `world` is taken.
     pub name: String,
-    /// Mass \[kg].
-    pub mass: f64,
+    /// What moves it: `dynamic`, forces (the default); `static`, nothing; `driven`, its velocities whatever the forces.
+    #[serde(default, skip_serializing_if = "is_dynamic")]
+    pub mobility: Mobility,
+    /// Mass \[kg]; a static or driven body needs none.
+    pub mass: Option<f64>,
     /// A solid shape of that mass.
     pub shape: Option<Shape>,
     /// Principal moments of inertia along the body axes \[kg m²].
@@ -100,7 +107,8 @@ pub enum Shape {
         /// Radius \[m].
         radius: f64,
     },
-    /// A cylinder along the body's z axis.
+    /// A cylinder along the body's z axis; `cylinder` in a text, too.
+    #[serde(alias = "cylinder")]
     Rod {
         /// Length \[m].
         length: f64,
@@ -114,6 +122,14 @@ pub enum Shape {
     },
 }
 
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde asks with a reference"
+)]
+fn is_dynamic(mobility: &Mobility) -> bool {
+    *mobility == Mobility::Dynamic
+}
+
 /// Whether all numbers are +0, bit for bit.
 fn is_zero(vector: &[f64; 3]) -> bool {
     vector.iter().all(|x| x.to_bits() == 0)
@@ -125,9 +141,19 @@ impl BodyEntry {
         if self.name == WORLD {
             return Err(of.conflict("name", "stands for the fixed world: take another"));
         }
-        let mass = of.check("mass", self.mass, self.mass > 0.0, "> 0 kg")?;
+        let held = self.mobility != Mobility::Dynamic;
+        let fixed = Body::fixed();
+        let mass = match self.mass {
+            Some(mass) => of.check("mass", mass, mass > 0.0, "> 0 kg")?,
+            None if held => fixed.mass,
+            None => {
+                let reason = "is missing: give it in kg, or make the body static or driven";
+                return Err(of.conflict("mass", reason));
+            }
+        };
         let mut body = match (&self.shape, &self.inertia, &self.inertia_matrix) {
             (Some(shape), None, None) => shape.body(mass, &of)?,
+            (None, None, None) if held => Body::new(mass, fixed.inertia),
             (None, Some(moments), None) => {
                 of.finite("inertia", moments)?;
                 Body::new(mass, Matrix3::from_diagonal(&(*moments).into()))
@@ -151,6 +177,17 @@ impl BodyEntry {
         ] {
             of.finite(key, vector.map_or(&[][..], |v| v))?;
         }
+        if self.mobility == Mobility::Static {
+            let needs = "0 for a static body: make it driven to move it";
+            for (key, rates) in [
+                ("velocity", self.velocity),
+                ("angular_velocity", self.angular_velocity),
+            ] {
+                let rate = rates.into_iter().find(|x| *x != 0.0).unwrap_or(0.0);
+                of.check(key, rate, rate == 0.0, needs)?;
+            }
+        }
+        body.mobility = self.mobility;
         body.position = self.position.into();
         body.orientation = match (self.orientation, self.rotation) {
             (None, None) => UnitQuaternion::identity(),
@@ -178,8 +215,11 @@ impl Shape {
         Ok(match *self {
             Self::Sphere { radius } => Body::sphere(long("shape.sphere.radius", radius)?, mass),
             Self::Rod { length, radius } => {
-                let length = long("shape.rod.length", length)?;
-                Body::rod(length, long("shape.rod.radius", radius)?, mass)
+                let length = long("shape.rod.length", length)
+                    .map_err(|fault| fault.or_at("shape.cylinder.length"))?;
+                let radius = long("shape.rod.radius", radius)
+                    .map_err(|fault| fault.or_at("shape.cylinder.radius"))?;
+                Body::rod(length, radius, mass)
             }
             Self::Box { size } => {
                 for edge in size {

@@ -7,13 +7,15 @@ use nalgebra::Matrix3;
 
 use super::build::WORLD;
 use super::cable::{BendEntry, CableEntry, PointEntry};
+use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText};
 use super::joint::{JointEntry, Kind};
 use super::motion::MotionEntry;
-use crate::body::Body;
+use super::motor::{MotorEntry, WinchEntry, unless};
+use crate::body::{Body, Mobility};
 use crate::constraint::{
-    Constraint, Cosserat, Distance, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
-    Spherical, TwistDefinition,
+    Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
+    Slider, Spherical, TwistDefinition,
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
@@ -36,10 +38,13 @@ impl SceneText {
             groups,
             load,
             start_in_equilibrium,
-            controls: _,
+            controls,
         } = scene;
-        if let Some((what, cure)) = not_in_text(scene) {
-            return Err(SceneError::NotInText { what, cure });
+        if body_names.iter().any(|name| name == WORLD) {
+            return Err(SceneError::NotInText {
+                what: format!("a body called `{WORLD}`, which stands for the fixed world"),
+                cure: "rename it",
+            });
         }
         let mut text = Self {
             name: name.clone(),
@@ -60,6 +65,8 @@ impl SceneText {
         if !joints.chain(cables).chain(bends).eq(constraint_names) {
             text.order.clone_from(constraint_names);
         }
+        let control = |control| ControlEntry::of(control, scene);
+        text.control = controls.iter().map(control).collect();
         match difference(&text.build()?, scene) {
             None => Ok(text),
             Some(what) => Err(SceneError::NotInText {
@@ -129,12 +136,22 @@ impl SceneText {
                 entry.transverse = transverse.then_some(true);
                 self.joint.push(entry);
             }
+            Constraint::Hinge(hinge) => {
+                let mut entry = joint(Kind::Hinge, &hinge.frames);
+                entry.set_hinge(hinge);
+                self.joint.push(entry);
+            }
+            Constraint::Slider(slider) => {
+                let mut entry = joint(Kind::Slider, &slider.frames);
+                entry.set_slider(slider);
+                self.joint.push(entry);
+            }
             Constraint::MasslessCable(MasslessCable {
                 frames,
                 length,
                 law,
-                tension_only: _,
-                winch: _,
+                tension_only,
+                winch,
             }) => self.cable.push(CableEntry {
                 name: name.to_owned(),
                 through: points(scene, frames),
@@ -142,10 +159,10 @@ impl SceneText {
                 ea: None,
                 stretch: Some(law.compliance),
                 damping: law.damping,
-                group,
+                tension_only: (!tension_only).then_some(false),
+                winch: winch.as_ref().map(WinchEntry::of),
+                group: Some(group),
             }),
-            // Refused before: no list holds them.
-            Constraint::Hinge(_) | Constraint::Slider(_) => {}
             Constraint::LinkBend(LinkBend {
                 frames,
                 law,
@@ -156,7 +173,7 @@ impl SceneText {
                 definition: *definition,
                 bend: law.compliance,
                 damping: law.damping,
-                group,
+                group: Some(group),
             }),
         }
     }
@@ -177,16 +194,41 @@ impl JointEntry {
         (self.bend, self.bend_damping) = (compliance(bend), damping(bend));
         (self.twist, self.twist_damping) = (compliance(twist), damping(twist));
     }
-}
 
-/// `value`, unless it has the bits of `default`.
-fn unless(value: f64, default: f64) -> Option<f64> {
-    (value.to_bits() != default.to_bits()).then_some(value)
+    fn set_hinge(&mut self, hinge: &Hinge) {
+        let Hinge {
+            frames: _,
+            stretch,
+            tilt,
+            motor,
+            angle_reference,
+        } = hinge;
+        self.stretch = Some(stretch.compliance);
+        self.bend = Some(tilt.compliance);
+        self.damping = stretch.damping;
+        self.bend_damping = unless(tilt.damping, stretch.damping);
+        self.motor = motor.as_ref().map(MotorEntry::of);
+        self.angle_reference = unless(*angle_reference, 0.0);
+    }
+
+    fn set_slider(&mut self, slider: &Slider) {
+        let Slider {
+            frames: _,
+            rotation,
+            across,
+            motor,
+        } = slider;
+        self.rotation = Some(rotation.compliance);
+        self.across = Some(across.compliance);
+        self.damping = rotation.damping;
+        self.across_damping = unless(across.damping, rotation.damping);
+        self.motor = motor.as_ref().map(MotorEntry::of);
+    }
 }
 
 fn body(name: &str, body: &Body) -> BodyEntry {
     let Body {
-        mobility: _,
+        mobility,
         position,
         orientation,
         velocity,
@@ -198,14 +240,18 @@ fn body(name: &str, body: &Body) -> BodyEntry {
     } = body;
     let diagonal = inertia.diagonal();
     let principal = same_bits(&Matrix3::from_diagonal(&diagonal), inertia);
+    let (held, fixed) = (*mobility != Mobility::Dynamic, Body::fixed());
+    let left_out = held && same_bits(inertia, &fixed.inertia);
+    let mass_left_out = held && mass.to_bits() == fixed.mass.to_bits();
     let q = orientation.as_ref();
     let quaternion = [q.w, q.i, q.j, q.k];
     let turned = quaternion.map(f64::to_bits) != [1.0, 0.0, 0.0, 0.0].map(f64::to_bits);
     BodyEntry {
         name: name.to_owned(),
-        mass: *mass,
+        mobility: *mobility,
+        mass: (!mass_left_out).then_some(*mass),
         shape: None,
-        inertia: principal.then(|| diagonal.into()),
+        inertia: (principal && !left_out).then(|| diagonal.into()),
         inertia_matrix: (!principal).then(|| inertia.transpose().into()),
         position: (*position).into(),
         orientation: turned.then_some(quaternion),
@@ -243,7 +289,7 @@ fn between(scene: &Scene, name: &str, kind: Kind, frames: &[Frame; 2], group: u3
         point_b: Some(b.point.into()),
         axes_a: axes(a),
         axes_b: axes(b),
-        group,
+        group: Some(group),
         motion: side(scene, a).1.or(side(scene, b).1),
         ..JointEntry::default()
     }
@@ -271,29 +317,6 @@ fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
     frames.iter().map(point).collect()
 }
 
-/// The first thing of a scene that has no key, and what to do.
-fn not_in_text(scene: &Scene) -> Option<(String, &'static str)> {
-    if scene.body_names.iter().any(|name| name == WORLD) {
-        let what = format!("a body called `{WORLD}`, which stands for the fixed world");
-        return Some((what, "rename it"));
-    }
-    let cure = "leave it out, or build the scene by program";
-    for (name, constraint) in scene.constraint_names.iter().zip(&scene.constraints) {
-        match constraint {
-            Constraint::Hinge(_) | Constraint::Slider(_) => {
-                let kind = constraint.kind_name();
-                return Some((format!("the constraint `{name}` of kind {kind}"), cure));
-            }
-            Constraint::MasslessCable(cable) if cable.winch.is_some() => {
-                return Some((format!("the winch of the cable `{name}`"), cure));
-            }
-            _ => {}
-        }
-    }
-    let control = scene.controls.first();
-    control.map(|control| (format!("the control `{}`", control.name), cure))
-}
-
 /// The first thing in which two scenes of the same size differ.
 fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
@@ -303,6 +326,10 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
         if built.bodies.get(i) != scene.bodies.get(i) {
             return Some(format!("something of the body `{name}`"));
         }
+    }
+    let mut controls = built.controls.iter().zip(&scene.controls);
+    if let Some((_, control)) = controls.find(|(built, control)| built != control) {
+        return Some(format!("something of the control `{}`", control.name));
     }
     let pairs = built.constraints.iter().zip(&scene.constraints);
     let mut named = scene.constraint_names.iter().zip(pairs);

@@ -5,10 +5,12 @@ use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
 use super::motion::MotionEntry;
+use super::motor::MotorEntry;
 use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{
-    Constraint, Cosserat, Distance, JointLaw, Lock, Paper, RowLaw, Spherical, TwistDefinition,
+    Constraint, Cosserat, Distance, Hinge, JointLaw, Lock, Paper, RowLaw, Slider, Spherical,
+    TwistDefinition,
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, axes_along, hanging_axes};
@@ -28,19 +30,24 @@ pub enum Kind {
     Lock,
     /// Link of a particle chain: the distance of its points.
     Distance,
+    /// Turns about its axis; rigid otherwise unless compliances are given.
+    Hinge,
+    /// Slides along the axis of a; rigid otherwise unless compliances are given.
+    Slider,
 }
 
 /// A joint between a and b, `world` or names of bodies.
 ///
 /// Its rows: `stretch`, `bend`, `twist` as compliances, or `ea`, `ei`, `gj` with `length`; rows without either are not
 /// there. A lock has `stretch` and `rotation`, rigid by default. A distance has `length`, `stretch` or `ea`, and may have
-/// `transverse`; its points are `point_a` and `point_b`.
+/// `transverse`; its points are `point_a` and `point_b`. A hinge has `stretch` and `bend`, a slider has `rotation` and
+/// `across`, rigid by default; both may have a `motor`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointEntry {
     /// Its name.
     pub name: String,
-    /// Its kind: `spherical`, `cosserat`, `paper`, `lock` or `distance`.
+    /// Its kind: `spherical`, `cosserat`, `paper`, `lock`, `distance`, `hinge` or `slider`.
     pub kind: Kind,
     /// Side a: `world` or a body's name.
     pub a: String,
@@ -52,7 +59,8 @@ pub struct JointEntry {
     pub point_a: Option<[f64; 3]>,
     /// Attachment point on b, body frame \[m] (world frame for the world).
     pub point_b: Option<[f64; 3]>,
-    /// Direction of the cable in the pose given, world; default −z. The joint is straight and untwisted there.
+    /// Direction of the cable, hinge or slider in the pose given, world; default −z. The joint is straight and untwisted
+    /// there.
     pub axis: Option<[f64; 3]>,
     /// Columns u, v, w of side a in its body frame; instead of `axis`.
     pub axes_a: Option<[[f64; 3]; 3]>,
@@ -68,12 +76,14 @@ pub struct JointEntry {
     pub gj: Option<f64>,
     /// Compliance of the stretch rows, or of a distance \[m/N]; 0 is rigid.
     pub stretch: Option<f64>,
-    /// Compliance of the bend rows \[rad/(N m)]; 0 is rigid.
+    /// Compliance of the bend rows, or of a hinge's tilt \[rad/(N m)]; 0 is rigid.
     pub bend: Option<f64>,
     /// Compliance of the twist row \[rad/(N m)]; 0 is rigid.
     pub twist: Option<f64>,
-    /// Compliance of a lock's rotation rows \[rad/(N m)]; 0 is rigid.
+    /// Compliance of the rotation rows of a lock or slider \[rad/(N m)]; 0 is rigid.
     pub rotation: Option<f64>,
+    /// Compliance of a slider's rows across its axis \[m/N]; 0 is rigid.
+    pub across: Option<f64>,
     /// Damping time of all rows \[s] without one of their own.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping: f64,
@@ -83,11 +93,15 @@ pub struct JointEntry {
     pub bend_damping: Option<f64>,
     /// Damping time of the twist row \[s].
     pub twist_damping: Option<f64>,
-    /// Damping time of a lock's rotation rows \[s].
+    /// Damping time of the rotation rows of a lock or slider \[s].
     pub rotation_damping: Option<f64>,
-    /// Group for block Gauss–Seidel.
-    #[serde(default)]
-    pub group: u32,
+    /// Damping time of a slider's rows across its axis \[s].
+    pub across_damping: Option<f64>,
+    /// Drives a hinge or slider: `{ speed, force_limit }`, or `{ position, force_limit, compliance, damping }`; in m or rad,
+    /// N or N m, s. No limit where it is left out.
+    pub motor: Option<MotorEntry>,
+    /// Group for block Gauss–Seidel; default by topology.
+    pub group: Option<u32>,
     /// Whether a distance has transverse rows, for time steppers that know them; default `false`.
     pub transverse: Option<bool>,
     /// `ordinary` or `alternative`, for the paper's joint.
@@ -96,6 +110,8 @@ pub struct JointEntry {
     pub safeguard: Option<f64>,
     /// Twist that the pose given is counted from, whole turns with it \[rad]; default 0.
     pub twist_reference: Option<f64>,
+    /// Angle that a hinge's pose is counted from, whole turns with it \[rad]; default 0.
+    pub angle_reference: Option<f64>,
     /// Motion of the world side.
     pub motion: Option<MotionEntry>,
 }
@@ -116,18 +132,17 @@ impl JointEntry {
             bend: self.law(&of, "bend", self.bend, ("ei", self.ei))?,
             twist: self.law(&of, "twist", self.twist, ("gj", self.gj))?,
         };
-        let no_angles = matches!(self.kind, Kind::Spherical | Kind::Lock | Kind::Distance);
-        if no_angles && (law.bend.or(law.twist)).is_some() {
-            let reason = "bend, twist, ei, gj need kind = \"cosserat\" or \"paper\"";
-            return Err(of.conflict("kind", reason));
-        }
         let no_rows = || {
             let joint = self.name.clone();
             Fault::new("kind", SceneError::NoRows { joint })
         };
-        if [law.stretch, law.bend, law.twist] == [None; 3] && self.kind != Kind::Lock {
+        let rigid = matches!(self.kind, Kind::Lock | Kind::Hinge | Kind::Slider);
+        if [law.stretch, law.bend, law.twist] == [None; 3] && !rigid {
             return Err(no_rows());
         }
+        let or_rigid = |key, law: Option<RowLaw>| law.map_or_else(|| self.row(&of, key, 0.0), Ok);
+        let motor = self.motor.as_ref().map(|motor| motor.build(&of));
+        let motor = motor.transpose();
         let twist_reference = self.twist_reference.unwrap_or(0.0);
         Ok(match self.kind {
             Kind::Spherical => Constraint::Spherical(Spherical {
@@ -146,11 +161,21 @@ impl JointEntry {
             }),
             Kind::Lock => Constraint::Lock(Lock {
                 frames,
-                linear: match law.stretch {
-                    Some(law) => law,
-                    None => self.row(&of, "stretch", 0.0)?,
-                },
+                linear: or_rigid("stretch", law.stretch)?,
                 angular: self.row(&of, "rotation", self.rotation.unwrap_or(0.0))?,
+            }),
+            Kind::Hinge => Constraint::Hinge(Hinge {
+                frames,
+                stretch: or_rigid("stretch", law.stretch)?,
+                tilt: or_rigid("bend", law.bend)?,
+                motor: motor?,
+                angle_reference: self.angle_reference.unwrap_or(0.0),
+            }),
+            Kind::Slider => Constraint::Slider(Slider {
+                frames,
+                rotation: self.row(&of, "rotation", self.rotation.unwrap_or(0.0))?,
+                across: self.row(&of, "across", self.across.unwrap_or(0.0))?,
+                motor: motor?,
             }),
             Kind::Distance => Constraint::Distance(Distance {
                 frames,
@@ -163,65 +188,103 @@ impl JointEntry {
 
     /// Refuses keys that the kind does not have, and numbers that it cannot have.
     fn check_keys(&self, of: &Entry<'_>) -> Result<(), Fault> {
-        let angles = matches!(self.kind, Kind::Cosserat | Kind::Paper);
-        for (key, given, fits, reason) in [
+        use Kind::{Cosserat, Distance, Hinge, Lock, Paper, Slider};
+        let cable: &[Kind] = &[Cosserat, Paper];
+        for (keys, given, kinds, reason) in [
             (
-                "rotation",
-                self.rotation.is_some(),
-                self.kind == Kind::Lock,
-                "is for locks: use bend and twist",
+                ["rotation", "rotation_damping"],
+                [self.rotation, self.rotation_damping],
+                &[Lock, Slider][..],
+                "is for locks and sliders: use bend and twist, and their damping",
             ),
             (
-                "rotation_damping",
-                self.rotation_damping.is_some(),
-                self.kind == Kind::Lock,
-                "is for locks: use bend_damping and twist_damping",
+                ["across", "across_damping"],
+                [self.across, self.across_damping],
+                &[Slider],
+                "needs kind = \"slider\"",
             ),
             (
-                "bend_damping",
-                self.bend_damping.is_some(),
-                angles,
+                ["bend_damping", ""],
+                [self.bend_damping, None],
+                &[Cosserat, Paper, Hinge],
+                "needs kind = \"cosserat\", \"paper\" or \"hinge\"",
+            ),
+            (
+                ["twist_damping", "twist_reference"],
+                [self.twist_damping, self.twist_reference],
+                cable,
                 "needs kind = \"cosserat\" or \"paper\"",
             ),
             (
-                "twist_damping",
-                self.twist_damping.is_some(),
-                angles,
-                "needs kind = \"cosserat\" or \"paper\"",
+                ["angle_reference", ""],
+                [self.angle_reference, None],
+                &[Hinge],
+                "needs kind = \"hinge\"",
             ),
             (
-                "twist_definition",
-                self.twist_definition.is_some(),
-                self.kind == Kind::Paper,
+                ["safeguard", "twist_definition"],
+                [self.safeguard, self.twist_definition.map(|_| 0.0)],
+                &[Paper],
                 "needs kind = \"paper\"",
             ),
             (
-                "safeguard",
-                self.safeguard.is_some(),
-                self.kind == Kind::Paper,
-                "needs kind = \"paper\"",
-            ),
-            (
-                "twist_reference",
-                self.twist_reference.is_some(),
-                angles,
-                "needs kind = \"cosserat\" or \"paper\"",
-            ),
-            (
-                "transverse",
-                self.transverse.is_some(),
-                self.kind == Kind::Distance,
+                ["transverse", ""],
+                [self.transverse.map(|_| 0.0), None],
+                &[Distance],
                 "needs kind = \"distance\"",
             ),
+            (
+                ["motor", ""],
+                [self.motor.as_ref().map(|_| 0.0), None],
+                &[Hinge, Slider],
+                "needs kind = \"hinge\" or \"slider\"",
+            ),
         ] {
-            if given && !fits {
-                return Err(of.conflict(key, reason));
+            let wrong = (0..2).find(|&i| given[i].is_some() && !kinds.contains(&self.kind));
+            if let Some(i) = wrong {
+                return Err(of.conflict(keys[i], reason));
             }
         }
+        self.check_rows(of)?;
         if let Some(s) = self.safeguard {
             of.check("safeguard", s, s > 0.0 && s < 1.0, "between 0 and 1")?;
         }
-        of.finite("twist_reference", &[self.twist_reference.unwrap_or(0.0)])
+        let number = |value: Option<f64>| [value.unwrap_or(0.0)];
+        of.finite("angle_reference", &number(self.angle_reference))?;
+        of.finite("twist_reference", &number(self.twist_reference))
+    }
+
+    /// Refuses rows that the kind does not have.
+    fn check_rows(&self, of: &Entry<'_>) -> Result<(), Fault> {
+        let bend = self.bend.or(self.ei).is_some();
+        let twist = self.twist.or(self.gj).is_some();
+        match self.kind {
+            Kind::Spherical | Kind::Lock | Kind::Distance if bend || twist => {
+                let reason = "bend, twist, ei, gj need kind = \"cosserat\" or \"paper\"";
+                Err(of.conflict("kind", reason))
+            }
+            Kind::Hinge if twist => {
+                let key = if self.twist.is_some() { "twist" } else { "gj" };
+                let reason = "holds what a hinge leaves free: remove it, or give a motor";
+                Err(of.conflict(key, reason))
+            }
+            Kind::Slider => {
+                let given = [
+                    ("stretch", self.stretch),
+                    ("stretch_damping", self.stretch_damping),
+                    ("bend", self.bend),
+                    ("twist", self.twist),
+                    ("ea", self.ea),
+                    ("ei", self.ei),
+                    ("gj", self.gj),
+                ];
+                let wrong = given.into_iter().find(|(_, value)| value.is_some());
+                wrong.map_or(Ok(()), |(key, _)| {
+                    Err(of.conflict(key, "is no row of a slider: use rotation and across"))
+                })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Length at rest of a distance, whose points must be in two places.
@@ -261,6 +324,7 @@ impl JointEntry {
             "stretch" => ("stretch_damping", self.stretch_damping),
             "bend" => ("bend_damping", self.bend_damping),
             "twist" => ("twist_damping", self.twist_damping),
+            "across" => ("across_damping", self.across_damping),
             _ => ("rotation_damping", self.rotation_damping),
         };
         let key = if own.is_some() { key } else { "damping" };

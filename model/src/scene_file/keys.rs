@@ -57,6 +57,7 @@ pub(super) fn of_list(list: &str) -> Vec<Key> {
         "body" => of_struct(include_str!("entries.rs"), "BodyEntry"),
         "joint" => of_struct(include_str!("joint.rs"), "JointEntry"),
         "cable" => of_struct(include_str!("cable.rs"), "CableEntry"),
+        "control" => of_struct(include_str!("control.rs"), "ControlEntry"),
         "bend" => of_struct(include_str!("cable.rs"), "BendEntry"),
         _ => Vec::new(),
     }

@@ -121,7 +121,7 @@ fn faults_say_where() {
     assert!(
         unknown
             .to_string()
-            .contains("choose one of hoist, particles-a")
+            .contains("choose one of hoist, gantry, particles-a")
     );
     assert!(fault("", &[]).contains("no bodies"));
     let text = fault("[hoist]\nsegments = 3\nlenght = 2.0\n", &[]);

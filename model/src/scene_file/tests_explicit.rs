@@ -260,7 +260,11 @@ fn faults_of_bodies_say_what_and_where() {
         "body `link`: mass is -2: it has to be > 0 kg",
     );
     says("mass = 2", "mass = nan", "mass is NaN");
-    says("mass = 2", "", "line 6, column 1: missing field `mass`");
+    says(
+        "mass = 2",
+        "",
+        "line 6, column 1: body `link`: mass: is missing",
+    );
     says("length = 1.0", "length = 0", "length is 0");
     says(
         "inertia = [1, 2, 2.5]",
@@ -325,7 +329,7 @@ fn faults_of_joints_say_what_and_where() {
         "stretch = 0\nrotation = 1",
         "is for locks",
     );
-    says("kind = \"spherical\"", "kind = \"hinge\"", "`cosserat`");
+    says("kind = \"spherical\"", "kind = \"weld\"", "`cosserat`");
     says("a = \"world\"", "a = \"hook\"", "moves the world side");
     says("duration = 2", "duration = 0", "time span");
     says(

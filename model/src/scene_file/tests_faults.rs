@@ -49,8 +49,7 @@ through = [{ body = "world" }, { body = "hook" }, { body = "bob" }]
 bend = 1e-3
 "#;
 
-/// What is replaced, by what; where the message starts, and words of it: the key and the cure.
-const FAULTS: &[(&str, &str, &str, &[&str])] = &[
+const FAULTS: &[FaultCase] = &[
     // Reading.
     (
         "mass = 50",
@@ -62,7 +61,13 @@ const FAULTS: &[(&str, &str, &str, &[&str])] = &[
         "mass = 50\n",
         "",
         "line 6, column 1",
-        &["missing field `mass`", "add it"],
+        &["body `hook`: mass: is missing", "give it in kg"],
+    ),
+    (
+        "length = 4.8\n",
+        "",
+        "line 20, column 1",
+        &["missing field `length`", "add it"],
     ),
     (
         "mass = 50",
@@ -79,7 +84,7 @@ const FAULTS: &[(&str, &str, &str, &[&str])] = &[
     ("mass = 50", "mass = = 50", "line 8", &[]),
     (
         "\"cosserat\"",
-        "\"hinge\"",
+        "\"weld\"",
         "line 32, column 8",
         &["key `kind`", "`cosserat`"],
     ),
@@ -309,7 +314,7 @@ const FAULTS: &[(&str, &str, &str, &[&str])] = &[
     ),
 ];
 
-fn fault(text: &str, overrides: &[(&str, &str)]) -> String {
+pub(super) fn fault(text: &str, overrides: &[(&str, &str)]) -> String {
     let built = SceneSource::parse(text, overrides).and_then(|s| s.build());
     let error = built.expect_err(text);
     error.to_string()
@@ -333,10 +338,23 @@ fn the_text_without_faults_is_sound() {
 
 #[test]
 fn faults_name_line_key_and_cure() {
+    check_faults(CRANE, FAULTS);
+}
+
+/// What is replaced, by what; where the message starts, and words of it: the key and the cure.
+pub(super) type FaultCase = (
+    &'static str,
+    &'static str,
+    &'static str,
+    &'static [&'static str],
+);
+
+/// Asserts that `sound` with one replacement is faulty, for each of `faults`, and that the message is as wanted.
+pub(super) fn check_faults(sound: &str, faults: &[FaultCase]) {
     let mut wrong = Vec::new();
-    for (from, to, start, words) in FAULTS {
-        assert_eq!(CRANE.matches(from).count().min(1), 1, "{from}");
-        let text = fault(&CRANE.replacen(from, to, 1), &[]);
+    for (from, to, start, words) in faults {
+        assert_eq!(sound.matches(from).count().min(1), 1, "{from}");
+        let text = fault(&sound.replacen(from, to, 1), &[]);
         let good = text.starts_with(start) && !text.contains('\n');
         if !(good && words.iter().all(|word| text.contains(word))) {
             wrong.push(format!(
@@ -394,7 +412,7 @@ fn a_scene_changed_after_reading_has_no_lines() {
     let Ok(SceneSource::Explicit(mut scene)) = SceneSource::parse(CRANE, &[]) else {
         panic!("an explicit scene");
     };
-    scene.body[1].mass = -1.0;
+    scene.body[1].mass = Some(-1.0);
     let text = scene.build().expect_err("a fault").to_string();
     assert_eq!(text, "body `bob`: mass is -1: it has to be > 0 kg");
 }

@@ -11,8 +11,8 @@ use crate::error::SceneError;
 /// Columns that comments are wrapped at.
 const WIDTH: usize = 110;
 
-/// The lists of an explicit scene, in the order in which their constraints stand without `order`.
-pub(super) const LISTS: [&str; 4] = ["body", "joint", "cable", "bend"];
+/// The lists of an explicit scene; those of constraints in the order in which they stand without `order`.
+pub(super) const LISTS: [&str; 5] = ["body", "joint", "cable", "bend", "control"];
 
 /// A scene's own parameters, in the table `name`, with every key: those that are not given are comments.
 pub(super) fn commented(

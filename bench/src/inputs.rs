@@ -1,0 +1,237 @@
+//! Scripted inputs: what an operator does, from a table of times and control values, for runs that can be repeated.
+//!
+//! A CSV file with a heading: `time` (s, ascending) and names of the scene's controls, in any order. Between two rows the
+//! values change linearly; before the first and after the last they are zero. A step holds the value of its middle, so
+//! that the way driven is exact to second order in Δt.
+//!
+//! ```csv
+//! time,trolley_speed,hoist_speed
+//! 0,0,0
+//! 1,0.5,0
+//! 4,0.5,0.2
+//! 5,0,0
+//! ```
+
+use std::fmt;
+use taut_integrator::{StepError, Stepper};
+use taut_model::{Control, Scene};
+
+/// Name of the column of times.
+const TIME: &str = "time";
+
+/// Values of some of a scene's controls over time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Inputs {
+    /// Numbers of the controls, one a column.
+    controls: Vec<usize>,
+    /// Times \[s], ascending.
+    time: Vec<f64>,
+    /// Values, row by row.
+    values: Vec<f64>,
+}
+
+/// A table of inputs that does not fit, with its line from 1 where it is known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputError {
+    /// Line of the text.
+    pub line: Option<u64>,
+    /// What is wrong, and what to do.
+    pub message: String,
+}
+
+impl fmt::Display for InputError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.line {
+            Some(line) => write!(f, "line {line}: {}", self.message),
+            None => f.write_str(&self.message),
+        }
+    }
+}
+
+impl std::error::Error for InputError {}
+
+fn fault(line: Option<u64>, message: impl Into<String>) -> InputError {
+    InputError {
+        line,
+        message: message.into(),
+    }
+}
+
+impl Inputs {
+    /// Reads a CSV text for `scene`.
+    ///
+    /// # Errors
+    /// [`InputError`]: no `time`, a column that is no control of the scene, a number that is none or not finite, times
+    /// that do not ascend.
+    pub fn parse(text: &str, scene: &Scene) -> Result<Self, InputError> {
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_reader(text.as_bytes());
+        let read = |e: csv::Error| {
+            let line = e.position().map(csv::Position::line);
+            let message = match e.kind() {
+                csv::ErrorKind::UnequalLengths {
+                    expected_len, len, ..
+                } => format!("has {len} values, the heading has {expected_len}"),
+                _ => e.to_string(),
+            };
+            fault(line, message)
+        };
+        let heading = reader.headers().map_err(read)?.clone();
+        let columns: Vec<Option<usize>> = heading
+            .iter()
+            .map(|name| column(name, &scene.controls))
+            .collect::<Result<_, _>>()?;
+        let timed = columns.iter().position(Option::is_none);
+        let Some(timed) = timed else {
+            let message = format!("the heading has no `{TIME}`: name the column of times (s) so");
+            return Err(fault(Some(1), message));
+        };
+        let mut inputs = Self {
+            controls: columns.iter().copied().flatten().collect(),
+            ..Self::default()
+        };
+        let mut seen = inputs.controls.clone();
+        seen.sort_unstable();
+        seen.dedup();
+        if seen.len() + 1 < columns.len() {
+            return Err(fault(Some(1), "two columns have the same name: drop one"));
+        }
+        for record in reader.records() {
+            let record = record.map_err(read)?;
+            let line = record.position().map(csv::Position::line);
+            for (k, text) in record.iter().enumerate() {
+                let value: Option<f64> = text.parse().ok().filter(|v: &f64| v.is_finite());
+                let value = value.ok_or_else(|| {
+                    let name = heading.get(k).unwrap_or_default();
+                    fault(line, format!("`{name}` is `{text}`: give a finite number"))
+                })?;
+                if k != timed {
+                    inputs.values.push(value);
+                } else if inputs.time.last().is_some_and(|last| *last >= value) {
+                    let message = format!("`{TIME}` is {value}: times have to ascend");
+                    return Err(fault(line, message));
+                } else {
+                    inputs.time.push(value);
+                }
+            }
+        }
+        if inputs.time.is_empty() {
+            return Err(fault(None, "the table has no rows: give at least one"));
+        }
+        Ok(inputs)
+    }
+
+    /// Value of column `k` at time `t` (s).
+    fn at(&self, k: usize, t: f64) -> f64 {
+        let (time, width) = (&self.time, self.controls.len());
+        let value = |row: usize| self.values[row * width + k];
+        let after = time.partition_point(|x| *x <= t);
+        match (after.checked_sub(1), after < time.len()) {
+            (Some(before), true) => {
+                let part = (t - time[before]) / (time[after] - time[before]);
+                value(before) + part * (value(after) - value(before))
+            }
+            (Some(before), false) if time[before] == t => value(before),
+            _ => 0.0,
+        }
+    }
+
+    /// Sets the controls for the step that begins at the stepper's time.
+    ///
+    /// # Errors
+    /// As [`Stepper::set_control`].
+    pub fn apply(&self, stepper: &mut Stepper) -> Result<(), StepError> {
+        let middle = stepper.time() + 0.5 * stepper.options().dt;
+        for (k, &control) in self.controls.iter().enumerate() {
+            stepper.set_control(control, self.at(k, middle))?;
+        }
+        Ok(())
+    }
+}
+
+/// The control that a column is for, none for that of the times.
+fn column(name: &str, controls: &[Control]) -> Result<Option<usize>, InputError> {
+    if name == TIME {
+        return Ok(None);
+    }
+    let found = controls.iter().position(|c| c.name == name);
+    let Some(found) = found else {
+        let known: Vec<&str> = controls.iter().map(|c| c.name.as_str()).collect();
+        let known = if known.is_empty() {
+            "the scene has none".to_owned()
+        } else {
+            format!("choose one of {}", known.join(", "))
+        };
+        let message = format!("no control is called `{name}`: {known}");
+        return Err(fault(Some(1), message));
+    };
+    Ok(Some(found))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_model::GantryParams;
+
+    fn gantry() -> Scene {
+        GantryParams::default().build().expect("builds")
+    }
+
+    #[test]
+    fn values_are_linear_between_rows_and_zero_outside() {
+        let text = "# a drive\ntime, hoist_speed\n1,0.5\n3,-0.5\n";
+        let inputs = Inputs::parse(text, &gantry()).expect("reads");
+        assert_eq!(inputs.controls, [1]);
+        let at = |t| inputs.at(0, t);
+        assert_eq!(
+            [at(0.9), at(1.0), at(1.5), at(2.0), at(3.0), at(3.1)],
+            [0.0, 0.5, 0.25, 0.0, -0.5, 0.0]
+        );
+    }
+
+    #[test]
+    fn faults_say_where_and_what_to_do() {
+        let says = |text: &str, words: &str| {
+            let error = Inputs::parse(text, &gantry())
+                .expect_err("a fault")
+                .to_string();
+            assert_eq!(error, words);
+        };
+        says(
+            "time,hoist\n0,1\n",
+            "line 1: no control is called `hoist`: choose one of trolley_speed, hoist_speed",
+        );
+        says(
+            "hoist_speed\n1\n",
+            "line 1: the heading has no `time`: name the column of times (s) so",
+        );
+        says(
+            "time,hoist_speed,hoist_speed\n0,1,1\n",
+            "line 1: two columns have the same name: drop one",
+        );
+        says(
+            "time,hoist_speed\n0,1\n1,fast\n",
+            "line 3: `hoist_speed` is `fast`: give a finite number",
+        );
+        says(
+            "time,hoist_speed\n0,1\n1,inf\n",
+            "line 3: `hoist_speed` is `inf`: give a finite number",
+        );
+        says(
+            "time,hoist_speed\n1,1\n1,2\n",
+            "line 3: `time` is 1: times have to ascend",
+        );
+        says(
+            "time,hoist_speed\n0\n",
+            "line 2: has 1 values, the heading has 2",
+        );
+        says(
+            "time,hoist_speed\n",
+            "the table has no rows: give at least one",
+        );
+        let none = Inputs::parse("time,x\n0,1\n", &Scene::new("none")).expect_err("a fault");
+        assert!(none.message.ends_with("the scene has none"), "{none}");
+    }
+}
