@@ -177,7 +177,7 @@ pub struct Record {
     /// The same without refinement.
     pub forward_error_unrefined: Option<f64>,
     /// Distance of the load's place from that of the reference solver, over the size of the scene; none where the
-    /// case is not run.
+    /// case is not run, or an iteration loses the motion.
     pub load_difference: Option<f64>,
     /// Entries of the factor, where the backend knows it beforehand.
     pub factor_entries: Option<usize>,

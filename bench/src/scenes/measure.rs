@@ -238,8 +238,10 @@ fn motion(
     for _ in 0..steps_in(config.time, config.dt) {
         match stepper.step() {
             Ok(_) => {}
-            // An iteration that stops early may end the run: a result.
-            Err(StepError::NonFinite { .. }) if row.iterations > 0 => return Ok(()),
+            // An iteration that stops early may lose the motion: a result.
+            Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if row.iterations > 0 => {
+                return Ok(());
+            }
             Err(e) => return Err(e),
         }
     }
