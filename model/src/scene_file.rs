@@ -29,8 +29,8 @@
 //! | `name` | any but `world` |
 //! | `mobility` | `dynamic` (default): forces move it; `static`: nothing does; `driven`: its velocities do |
 //! | `mass` | kg; a static or driven body needs neither mass nor inertia |
-//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along the |
-//! | | body's z, which may be called `rod`, too |
+//! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along |
+//! | | the body's z, which may be called `rod`, too |
 //! | `inertia` or | principal moments along the body's axes, kg m² |
 //! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
 //! | `position` | centre of mass, world, m; default the origin |
@@ -62,7 +62,7 @@
 //! | `group` | for block Gauss–Seidel over groups; default 0, but by topology ([`Scene::group_by_topology`]) where no |
 //! | | entry of the text has one |
 //!
-//! | `motor = { … }` | holds the angle of a hinge, or how far b's point is ahead of a's along the axis; see [`MotorEntry`] |
+//! | `motor = { … }` | holds a hinge's angle, or how far a slider's point of b is ahead of a's; see [`MotorEntry`] |
 //! |---|---|
 //! | `speed` or | m/s or rad/s; 0 is a brake |
 //! | `position` | m or rad |
@@ -98,8 +98,8 @@
 //! | `[[control]]` | an input that an operator sets, zero until then; see [`ControlEntry`] |
 //! |---|---|
 //! | `name` | |
-//! | `drives` | `{ joint = "…", gain = … }` each: a joint whose motor has a speed, or a cable with a winch; its speed over |
-//! | | the value of the control, default 1 |
+//! | `drives` | `{ joint = "…", gain = … }` each: a joint whose motor has a speed, or a cable with a winch; |
+//! | | its speed over the value of the control, default 1 |
 //!
 //! A crane: its jib slews about the fixed tower, a trolley runs along the jib, a winch on it holds a hook on a massless
 //! cable, and a load hangs from the hook:
@@ -198,7 +198,7 @@
 //!
 //! let fault = SceneSource::parse(&text.replace("ea = 2e7", "ea = -1"), &[])?.build();
 //! let fault = fault.expect_err("a negative stiffness").to_string();
-//! assert_eq!(fault, "line 70, column 1: cable `rope`: ea is -1: it has to be > 0 N, or N m²");
+//! assert_eq!(fault, "line 68, column 1: cable `rope`: ea is -1: it has to be > 0 N, or N m²");
 //! # Ok::<(), taut_model::SceneError>(())
 //! ```
 //!

@@ -47,8 +47,8 @@ pub struct CableEntry {
     pub damping: f64,
     /// Whether it goes slack where it is too long (default), or pushes: `false`.
     pub tension_only: Option<bool>,
-    /// What pays it out and hauls it in, m, s and N: `{ speed, force_limit, brake, brake_limit, shortest, longest, since }`,
-    /// any of them.
+    /// What pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit, brake, brake_limit, shortest,
+    /// longest }`.
     pub winch: Option<WinchEntry>,
     /// Group for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,

@@ -13,8 +13,8 @@ use crate::scene::{Control, Drive, Scene, first_names};
 pub struct ControlEntry {
     /// Its name, the heading of its column in a table of inputs.
     pub name: String,
-    /// What follows it, each `{ joint = "…", gain = … }`: a joint whose motor holds a speed, or a cable with a winch, and
-    /// its speed over the value of the control (default 1).
+    /// What follows it, each `{ joint = "…", gain = … }`: a joint whose motor holds a speed, or a cable with a winch,
+    /// and its speed over the value of the control (default 1).
     pub drives: Vec<DriveEntry>,
 }
 

@@ -39,9 +39,9 @@ pub enum Kind {
 /// A joint between a and b, `world` or names of bodies.
 ///
 /// Its rows: `stretch`, `bend`, `twist` as compliances, or `ea`, `ei`, `gj` with `length`; rows without either are not
-/// there. A lock has `stretch` and `rotation`, rigid by default. A distance has `length`, `stretch` or `ea`, and may have
-/// `transverse`; its points are `point_a` and `point_b`. A hinge has `stretch` and `bend`, a slider has `rotation` and
-/// `across`, rigid by default; both may have a `motor`.
+/// there. A lock has `stretch` and `rotation`, a hinge `stretch` and `bend`, a slider `rotation` and `across`, all rigid
+/// by default; hinge and slider may have a `motor`. A distance has `length`, `stretch` or `ea`, and may have
+/// `transverse`; its points are `point_a` and `point_b`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct JointEntry {
@@ -59,8 +59,8 @@ pub struct JointEntry {
     pub point_a: Option<[f64; 3]>,
     /// Attachment point on b, body frame \[m] (world frame for the world).
     pub point_b: Option<[f64; 3]>,
-    /// Direction of the cable, hinge or slider in the pose given, world; default −z. The joint is straight and untwisted
-    /// there.
+    /// Direction of the cable, hinge or slider in the pose given, world; default −z. The joint is straight and
+    /// untwisted there.
     pub axis: Option<[f64; 3]>,
     /// Columns u, v, w of side a in its body frame; instead of `axis`.
     pub axes_a: Option<[[f64; 3]; 3]>,
@@ -97,8 +97,8 @@ pub struct JointEntry {
     pub rotation_damping: Option<f64>,
     /// Damping time of a slider's rows across its axis \[s].
     pub across_damping: Option<f64>,
-    /// Drives a hinge or slider: `{ speed, force_limit }`, or `{ position, force_limit, compliance, damping }`; in m or rad,
-    /// N or N m, s. No limit where it is left out.
+    /// Drives a hinge or slider: `{ speed, force_limit }`, or `{ position, force_limit, compliance, damping }`; in m or
+    /// rad, N or N m, s. No limit where it is left out.
     pub motor: Option<MotorEntry>,
     /// Group for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,

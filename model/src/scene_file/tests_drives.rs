@@ -216,9 +216,10 @@ const FAULTS: &[FaultCase] = &[
         &["≥ 0 s"],
     ),
     (
-        "kind = \"slider\"\na = \"jib\"\nb = \"trolley\"\npoint_a = [0, 0, -10]\npoint_b = [0, 0, 0]\naxis = [1, 0, 0]\nacross = 2e-8\nacross_damping = 0.3",
-        "kind = \"lock\"\na = \"jib\"\nb = \"trolley\"\npoint_a = [0, 0, -10]\npoint_b = [0, 0, 0]",
-        "line 44, column 1: joint `rail`: motor",
+        "[[cable]]",
+        "[[joint]]\nname = \"weld\"\nkind = \"lock\"\na = \"world\"\nb = \"jib\"\npoint = [0, 0, 0]\n\
+         motor = { speed = 1 }\n[[cable]]",
+        "line 54, column 1: joint `weld`: motor",
         &["\"hinge\" or \"slider\""],
     ),
     // Winches.
