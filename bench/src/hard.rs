@@ -121,13 +121,13 @@ pub fn solvers() -> Vec<Choice> {
     patient.collect()
 }
 
-/// The checks of several solvers on one thing, `case`: those that pass in the same way share a row with the largest of
-/// their errors, the others have one each.
+/// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
+/// with the largest of their errors, the others have one each.
 #[must_use]
 pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
-    // A passed check with a number, or one in words, which then have to be the same.
+    // A passed check with a number and a bar, or one in words, which have to be the same.
     let way = |c: &Check| match (c.verdict, c.error) {
-        (Verdict::Pass, Some(_)) => Some(String::new()),
+        (Verdict::Pass, Some(_)) => Some(format!("{:?}", c.bar)),
         (Verdict::Pass, None) => Some(c.ours.clone()),
         _ => None,
     };

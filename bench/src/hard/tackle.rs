@@ -153,7 +153,8 @@ fn tackle(parts: usize) -> Result<Vec<Check>, ExperimentError> {
             error,
             bar(&choice),
         );
-        let check = check.by("relative, or metres that the sum of the spans differs from the length");
+        let check =
+            check.by("relative, or metres that the sum of the spans differs from the length");
         lifted.push((choice.family(), check));
     }
     let mut checks = together(&format!("{parts} parts at rest"), tension);
