@@ -654,15 +654,20 @@ impl Stepper {
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
         let (mut clock, mut work) = (PhaseClock::start(), Work::default());
         self.find_tension(&mut clock, &mut work)?;
+        let places = self.bounded.clone();
         if !self.bounded.is_empty() {
-            // Which rows are at their bounds.
-            self.solve_scheme(self.options.stiffness, &mut clock, &mut work)?;
+            // Which rows are at their bounds: of the system with this tension, not with that of its solve.
+            let (tension, mu, mu_dt) = (self.tension.clone(), self.mu.clone(), self.mu_dt);
+            let solved = self.solve_scheme(self.options.stiffness, &mut clock, &mut work);
+            (self.tension, self.mu, self.mu_dt) = (tension, mu, mu_dt);
+            solved?;
         }
         self.prepare(self.options.stiffness)?;
         let dt = self.substep();
         self.bounded.hold(&mut self.pieces, dt);
         let solved = self.solve_extended();
         self.bounded.release(&mut self.pieces);
+        self.bounded = places;
         solved
     }
 
