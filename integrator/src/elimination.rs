@@ -8,7 +8,7 @@
 use crate::UnknownName;
 use std::fmt;
 use std::str::FromStr;
-use taut_model::{Linearized, Scene, Slot, Topology};
+use taut_model::{Linearized, Scene, SceneError, Slot, Topology};
 use taut_solver::{
     Backend, BlockPattern, EliminationCost, Partition, Preconditioner, SolveError,
     elimination_cost, minimum_degree,
@@ -73,6 +73,28 @@ pub struct EliminationOrder {
     /// factorises; `None` beyond 10¹⁵ operations, which no step
     /// could make.
     pub cost: Option<EliminationCost>,
+}
+
+/// Most pairs of constraints with a dynamic body in common, of which each is a block of S: some gigabytes.
+const MOST_PAIRS: usize = 20_000_000;
+
+/// Refuses scenes whose S could not be stored: thousands of constraints on one body that moves.
+pub(crate) fn check_size(scene: &Scene, rows: &Linearized) -> Result<(), SceneError> {
+    let mut at_body = vec![0_usize; scene.bodies.len()];
+    let dynamic = |slot: &&Slot| scene.bodies.is_dynamic(slot.body);
+    for slot in rows.slots.iter().filter(dynamic) {
+        at_body[slot.body] += 1;
+    }
+    let pairs = at_body.iter().map(|n| n.saturating_mul(*n) / 2);
+    let pairs = pairs.fold(0_usize, usize::saturating_add);
+    let most = at_body.iter().enumerate().max_by_key(|(_, n)| **n);
+    match most {
+        Some((body, _)) if pairs > MOST_PAIRS => Err(SceneError::Conflict {
+            what: format!("body `{}`", scene.body_names[body]),
+            reason: "has more joints than can be solved together: make it static or driven, or split it",
+        }),
+        _ => Ok(()),
+    }
 }
 
 /// Nothing is counted beyond this.

@@ -94,6 +94,7 @@ impl Stepper {
             time: 0.0,
         };
         let mut pieces = Pieces::new(&scene);
+        elimination::check_size(&scene, &pieces.rows)?;
         let elimination =
             elimination::order_of(options.elimination, &scene, &pieces.rows, &options.backend)
                 .map_err(at_start)?;
