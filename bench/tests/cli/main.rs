@@ -2,6 +2,8 @@
 
 /// `taut paper`, `taut hard`, `taut static`: records of checks.
 mod checks;
+/// The gantry, driven by tables of inputs.
+mod driven;
 /// Bad input: one line that says what to do, and code 2.
 mod refusals;
 /// `taut run`, `taut scene`, and what all commands share.

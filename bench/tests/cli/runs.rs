@@ -102,7 +102,7 @@ fn a_written_scene_runs_as_the_scene_itself() {
         let size = if name.starts_with("particles") {
             "particles=4 --set seed=2"
         } else {
-            "segments=4 --set seed=2"
+            "segments=8 --set seed=2"
         };
         let by_name = json(&at, &format!("run {name} --set {size} --time 0.2 --json -"));
         for form in ["", "--explicit"] {

@@ -1,0 +1,130 @@
+use crate::{folder, good, json, refused};
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+
+/// A trolley that drives off and stops, a hook that is lifted: jerks that the winches slip at.
+const INPUTS: &str = "time,trolley_speed,hoist_speed\n0,0,0\n0.2,0.5,0\n0.4,0.5,0.3\n0.6,0,0\n";
+
+const GANTRY: &str = "gantry --set segments=3 --set winch_force=3300 --set trolley_force=500";
+
+/// A folder with the inputs in `inputs.csv`.
+fn with_inputs(name: &str) -> PathBuf {
+    let at = folder(name);
+    fs::write(at.join("inputs.csv"), INPUTS).expect("writable");
+    at
+}
+
+fn same(a: &Value, b: &Value, place: &str) {
+    for what in ["load", "final_state", "energy", "max_violation_m", "steps"] {
+        assert_eq!(a[what], b[what], "{place}: {what}");
+        assert!(!a[what].is_null(), "{place}: {what}");
+    }
+}
+
+/// Where the trolley is at the end \[m].
+fn trolley(run: &Value) -> f64 {
+    run["final_state"]["position"][1][0].as_f64().expect("x")
+}
+
+#[test]
+fn a_driven_run_can_be_repeated() {
+    let at = with_inputs("driven");
+    let arguments = format!("run {GANTRY} --controls inputs.csv --time 1 --json -");
+    let first = json(&at, &arguments);
+    assert_eq!(
+        (&first["stable"], &first["steps"]),
+        (&true.into(), &60.into())
+    );
+    same(&first, &json(&at, &arguments), "twice");
+    // 0.2 s at 0.5 m/s and two ramps of as much: the rail's motor slips at first.
+    let way = trolley(&first);
+    assert!(way > 0.1 && way < 0.21, "{way}");
+    let still = json(&at, &format!("run {GANTRY} --time 1 --json -"));
+    assert!(trolley(&still).abs() < 1e-6, "{still}");
+    assert_ne!(first["final_state"], still["final_state"]);
+    // Without limits the trolley goes just where the table says.
+    let strong = "run gantry --set segments=3 --controls inputs.csv --time 1 --json -";
+    let way = trolley(&json(&at, strong));
+    assert!((way - 0.2).abs() < 1e-9, "{way}");
+}
+
+/// Parameters and bodies one by one, written and read back: the same driven run to the last bit.
+#[test]
+fn a_written_gantry_is_driven_as_the_gantry_itself() {
+    let at = with_inputs("written_gantry");
+    let driven = "--controls inputs.csv --time 0.5 --json -";
+    let by_name = json(&at, &format!("run {GANTRY} {driven}"));
+    for form in ["", "--explicit"] {
+        let written = good(&at, &format!("scene {GANTRY} {form}"));
+        fs::write(at.join("f.toml"), &written).expect("writable");
+        same(&json(&at, &format!("run f.toml {driven}")), &by_name, form);
+        assert_eq!(good(&at, "scene f.toml"), written, "{form}");
+    }
+}
+
+#[test]
+fn faulty_inputs_are_refused_with_their_line() {
+    let at = folder("faulty_inputs");
+    for (text, words) in [
+        ("", &["time"][..]),
+        ("time,hoist_speed\n", &["no rows"]),
+        ("hoist_speed\n0\n", &["line 1", "`time`"]),
+        ("time,hook_speed\n0,0\n", &["hook_speed", "hoist_speed"]),
+        (
+            "time,hoist_speed,hoist_speed\n0,0,0\n",
+            &["line 1", "same name"],
+        ),
+        (
+            "time,hoist_speed\n0,0\n1,fast\n",
+            &["line 3", "`hoist_speed` is `fast`"],
+        ),
+        ("time,hoist_speed\n0,0\n1,nan\n", &["line 3", "finite"]),
+        ("time,hoist_speed\n0,inf\n", &["line 2", "finite"]),
+        ("time,hoist_speed\n0,\n", &["line 2", "finite"]),
+        ("time,hoist_speed\n0,0\n1,0\n1,0\n", &["line 4", "ascend"]),
+        ("time,hoist_speed\n1,0\n0,0\n", &["line 3", "ascend"]),
+        ("time,hoist_speed\n0,0,0\n", &["line 2", "has 3 values"]),
+        ("time,hoist_speed\n0,0\n1\n", &["line 3", "has 1 values"]),
+    ] {
+        fs::write(at.join("bad.csv"), text).expect("writable");
+        let mut all = vec!["bad.csv"];
+        all.extend(words);
+        refused(&at, "run gantry --controls bad.csv --time 0.1", &all);
+    }
+    fs::write(at.join("bad.csv"), [0xff, 0xfe, 0x00]).expect("writable");
+    refused(&at, "run gantry --controls bad.csv", &["bad.csv", "UTF-8"]);
+    refused(
+        &at,
+        "run gantry --controls none.csv",
+        &["none.csv", "cannot read"],
+    );
+    refused(&at, "run gantry --controls", &["--controls", "--help"]);
+    // A scene without controls has none of that name.
+    fs::write(at.join("bad.csv"), "time,hoist_speed\n0,0\n").expect("writable");
+    refused(&at, "run hoist --controls bad.csv", &["hoist_speed"]);
+    refused(
+        &at,
+        "run gantry --set winch_force=-1",
+        &["winch_force is -1", "≥ 0 N"],
+    );
+    refused(&at, "run gantry --set parts=1", &["parts is 1", "2 to 12"]);
+    refused(&at, "scene gantry --set drop=nan", &["drop is NaN"]);
+    refused(&at, "scene gantry --set sheaves=3", &["sheaves", "parts"]);
+}
+
+#[test]
+fn the_driven_gantry_is_a_hard_case_by_name() {
+    let at = folder("hard_gantry");
+    let checks = json(&at, "hard H30 --quick --json -");
+    let checks = checks.as_array().expect("a list");
+    assert!(!checks.is_empty());
+    for check in checks {
+        assert_ne!(check["verdict"], "FAIL", "{check}");
+        for field in ["case", "reference", "ours", "criterion", "note"] {
+            assert!(check[field].is_string(), "{field}: {check}");
+        }
+    }
+    refused(&at, "hard H31415", &["H31415", "H30", "H50"]);
+    refused(&at, "hard H30 H", &["`H`", "H30"]);
+}
