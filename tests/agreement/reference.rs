@@ -1,8 +1,9 @@
 use nalgebra::Vector3;
 use taut_bench::Choice;
-use taut_integrator::{Form, StepOptions, Stepper};
+use taut_integrator::{Elimination, Form, StepOptions, Stepper};
 use taut_model::{JointKind, Scene};
 use taut_solver::forward_error;
+use taut_tests::machines::random_machine;
 use taut_tests::scenes::{Pose, hoist, random_scene, rigid_chain};
 use taut_tests::{Worst, compiled, compiled_direct, oracle};
 
@@ -33,6 +34,7 @@ fn the_reference_multipliers_are_those_of_the_dense_oracle() {
     }
     for seed in 1..=10 {
         compare(random_scene(seed), format!("random scene {seed}"));
+        compare(random_machine(seed), format!("random machine {seed}"));
     }
     compare(rigid_chain(8, 1e8), "rigid chain".to_owned());
     worst.expect_measured("reference multipliers", 0.0);
@@ -127,4 +129,44 @@ fn every_solver_is_far_from_a_wrong_reference() {
             "{choice}"
         );
     }
+}
+
+/// Machines: all solvers in both forms, iterations with the tolerance of their kind, over some steps; bounds included.
+#[test]
+fn every_solver_agrees_on_machines() {
+    let [mut direct, mut gradients, mut sweeps] = [(); 3].map(|()| Worst::default());
+    for choice in compiled() {
+        let patient = Choice {
+            backend: choice
+                .backend
+                .with_iterations(200_000)
+                .with_tolerance(1e-12),
+            form: choice.form,
+        };
+        for seed in 1..=10 {
+            let orders = Elimination::ALL;
+            let options = StepOptions {
+                elimination: orders[seed as usize % orders.len()],
+                ..patient.options(DT)
+            };
+            let mut stepper = Stepper::new(random_machine(seed), options).expect("sound");
+            for step in 0..6 {
+                let exact = stepper.reference_multipliers().expect("solvable");
+                let report = stepper.solve().expect("solvable");
+                let place = format!("{choice}, machine {seed}, step {step}");
+                assert_eq!(report.undecided, 0, "{place}");
+                let error = forward_error(stepper.multipliers(), &exact);
+                match choice.backend.name() {
+                    "cg" => gradients.see(error, &place),
+                    "gauss-seidel" => sweeps.see(error, &place),
+                    _ => direct.see(error, &place),
+                }
+                stepper.step().expect("solvable");
+            }
+        }
+    }
+    direct.expect_measured("direct solvers", 8.0e-16);
+    // The residual that they stop at, over what stiff joints make of it.
+    sweeps.expect_measured("Gauss–Seidel", 4.8e-10);
+    gradients.expect_measured("conjugate gradient", 1e-11);
 }

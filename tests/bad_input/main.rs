@@ -2,6 +2,8 @@
 
 /// Systems that no backend can or should solve.
 mod backends;
+/// Motors, winches, controls, gantries, networks, static and driven bodies.
+mod drives;
 /// Scenes, parameters and step options.
 mod scenes;
 

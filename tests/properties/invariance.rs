@@ -5,6 +5,7 @@ use taut_bench::Choice;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Bodies, Scene};
 use taut_solver::{Backend, DenseOptions, forward_error};
+use taut_tests::machines::random_machine;
 use taut_tests::random::Random;
 use taut_tests::scenes::{moved, random_scene, relabelled};
 use taut_tests::{Worst, allowed, compiled_direct, paper, unguarded};
@@ -57,12 +58,13 @@ proptest! {
         turn in prop::array::uniform3(-3.0..3.0_f64),
         shift in prop::array::uniform3(-5.0..5.0_f64),
         kkt in any::<bool>(),
+        machine in any::<bool>(),
     ) {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::from(turn));
         let shift = Vector3::from(shift);
         let backend = Backend::Dense(DenseOptions::default());
         let choice = if kkt { Choice::kkt(backend) } else { Choice::schur(backend) };
-        let scene = random_scene(seed);
+        let scene = if machine { random_machine(seed) } else { random_scene(seed) };
         let other = moved(&scene, &turn, &shift);
         for (steps, measured) in MEASURED {
             let expected = moved(stepped(&scene, choice.options(DT), steps).scene(), &turn, &shift);
@@ -87,10 +89,11 @@ fn stepped_under(scene: &Scene, options: StepOptions, tension: &[f64]) -> Steppe
 /// that both have in common: a start, or a redone step, is more than one solve and passes its rounding on.
 #[test]
 fn relabelling_bodies_and_constraints_permutes_the_multipliers() {
+    let joints = (1..=10).map(|seed| (seed, random_scene(seed)));
+    let machines = (1..=10).map(|seed| (seed, random_machine(seed)));
     let mut paper_s = (Worst::default(), Worst::default());
     let mut default_s = (Worst::default(), Worst::default());
-    for seed in 1..=10 {
-        let scene = random_scene(seed);
+    for (seed, scene) in joints.chain(machines) {
         let mut random = Random::new(1000 + seed);
         let bodies = random.permutation(scene.bodies.len());
         let constraints = random.permutation(scene.constraints.len());
@@ -110,7 +113,7 @@ fn relabelling_bodies_and_constraints_permutes_the_multipliers() {
             ] {
                 let plain = stepped_under(&scene, options.clone(), &tension);
                 let permuted = stepped_under(&other, options, &moved(&tension));
-                let place = format!("seed {seed}, {choice}");
+                let place = format!("{}, seed {seed}, {choice}", scene.name);
                 let expected = moved(plain.multipliers());
                 multipliers.see(forward_error(permuted.multipliers(), &expected), &place);
                 let (a, b) = (&plain.scene().bodies, &permuted.scene().bodies);

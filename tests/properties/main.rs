@@ -2,10 +2,14 @@
 
 /// The assembled systems: symmetric, definite, and the same as their definition.
 mod assembly;
+/// Rows with bounds: complementarity, against all active sets.
+mod bounded;
 /// Momenta, energy, unit quaternions.
 mod conservation;
 /// The same run gives the same bits.
 mod determinism;
+/// A step's equations as dense matrices.
+mod equations;
 /// Turning, shifting and renumbering a scene.
 mod invariance;
 /// Guesses and refinement.

@@ -6,6 +6,7 @@
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
+//! | `machines` | random scenes of what moves and is moved: motors, winches, static and driven bodies |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
 //! | test binary | asserts |
@@ -18,6 +19,7 @@
 //! | `structure` | allocations, imports, features, unsafe code, the top level |
 
 pub mod graphs;
+pub mod machines;
 pub mod scenes;
 pub mod systems;
 

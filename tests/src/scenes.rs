@@ -4,8 +4,8 @@ use crate::random::Random;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_bench::poses;
 use taut_model::{
-    Body, Constraint, Cosserat, Frame, HoistParams, JointKind, JointLaw, Lock, Motion, Paper,
-    RowLaw, Scene, Side, Spherical,
+    Body, Constraint, Control, Cosserat, Drive, Frame, Hinge, HoistParams, JointKind, JointLaw,
+    Lock, MasslessCable, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical, Target,
 };
 
 pub use taut_bench::poses::Pose;
@@ -26,10 +26,44 @@ pub fn hoist(joint: JointKind, pose: Pose, segments: usize, mass_ratio: f64) -> 
     poses::hoist(&params, pose).expect("sound parameters")
 }
 
-/// The four kinds of joint.
-pub const KINDS: [&str; 4] = ["spherical", "paper", "cosserat", "lock"];
+/// The joints of cables, which hold all directions or all but the turns.
+pub const JOINTS: [&str; 4] = ["spherical", "paper", "cosserat", "lock"];
 
-/// A joint of the given kind with stretch, bend and twist of the given compliances and damping time.
+/// All kinds of joint: [`JOINTS`], then those that turn or slide and their motors, which hold an angle, a place or a
+/// speed; then massless cables that push when they are too short, and one that does not.
+pub const KINDS: [&str; 12] = [
+    "spherical",
+    "paper",
+    "cosserat",
+    "lock",
+    "hinge",
+    "hinge-position",
+    "hinge-speed",
+    "slider",
+    "slider-position",
+    "slider-speed",
+    "cable",
+    "tension-cable",
+];
+
+/// Largest force of a motor of [`joint`] \[N, N m].
+const MOTOR_LIMIT: f64 = 5.0;
+
+/// The motor of a kind that says so in its name, with the given compliance where it holds a position.
+fn motor(kind: &str, compliance: f64, damping: f64) -> Option<Motor> {
+    let target = match kind.split_once('-')?.1 {
+        "position" => Target::Position(0.1),
+        _ => Target::Speed(0.2),
+    };
+    Some(Motor {
+        target,
+        force_limit: MOTOR_LIMIT,
+        law: RowLaw::new(compliance, damping),
+    })
+}
+
+/// A joint of the given kind with stretch, bend and twist of the given compliances and damping time. Motors hold 0.1 m or
+/// rad, or 0.2 m/s or rad/s, with at most 5 N or N m; a massless cable is 1 mm long.
 ///
 /// # Panics
 /// Where there is no such kind.
@@ -58,6 +92,22 @@ pub fn joint(
             linear: RowLaw::new(stretch, damping),
             angular: RowLaw::new(angular, damping),
         }),
+        "hinge" | "hinge-position" | "hinge-speed" => Constraint::Hinge(Hinge {
+            stretch: RowLaw::new(stretch, damping),
+            tilt: RowLaw::new(angular, damping),
+            motor: motor(kind, angular, damping),
+            ..Hinge::new(frames)
+        }),
+        "slider" | "slider-position" | "slider-speed" => Constraint::Slider(Slider {
+            rotation: RowLaw::new(angular, damping),
+            across: RowLaw::new(stretch, damping),
+            motor: motor(kind, stretch, damping),
+            ..Slider::new(frames)
+        }),
+        "cable" | "tension-cable" => Constraint::MasslessCable(MasslessCable {
+            tension_only: kind == "tension-cable",
+            ..MasslessCable::new(frames.into(), 1e-3, RowLaw::new(stretch, damping))
+        }),
         other => panic!("no kind of joint is called {other}"),
     }
 }
@@ -81,7 +131,14 @@ pub fn free_cable(kind: &str, segments: usize, stretch: f64, seed: u64) -> Scene
     }
     for i in 1..segments {
         let frames = [Frame::body(i - 1, -half), Frame::body(i, half)];
-        let constraint = joint(kind, frames, stretch, 1e3 * stretch, 0.0);
+        let mut constraint = joint(kind, frames, stretch, 1e3 * stretch, 0.0);
+        if let Constraint::MasslessCable(cable) = &mut constraint {
+            // From centre to centre, as the ends meet in one point, where a cable has no direction.
+            cable.length = SEGMENT;
+            for frame in &mut cable.frames {
+                frame.point *= 0.1;
+            }
+        }
         scene.add_constraint(format!("joint-{i}"), constraint, 0);
     }
     scene
@@ -141,7 +198,7 @@ pub fn random_scene(seed: u64) -> Scene {
             || Frame::world(Vector3::zeros()).moving(anchor_motion()),
             |p| Frame::body(p, -half),
         );
-        let kind = KINDS[random.below(4)];
+        let kind = JOINTS[random.below(4)];
         let (stretch, angular) = (
             random.log_uniform(1e-8, 1e-4),
             random.log_uniform(1e-4, 1.0),
@@ -159,7 +216,7 @@ pub fn random_scene(seed: u64) -> Scene {
     scene
 }
 
-fn anchor_motion() -> Motion {
+pub(crate) fn anchor_motion() -> Motion {
     Motion::Smooth {
         displacement: Vector3::new(0.3, -0.1, 0.2),
         start: -0.1,
@@ -227,6 +284,20 @@ pub fn relabelled(scene: &Scene, bodies: &[usize], constraints: &[usize]) -> Sce
             constraint,
             scene.groups[old],
         );
+    }
+    let mut constraint_place = vec![0; constraints.len()];
+    for (new, &old) in constraints.iter().enumerate() {
+        constraint_place[old] = new;
+    }
+    for control in &scene.controls {
+        let drives = control.drives.iter().map(|drive| Drive {
+            constraint: constraint_place[drive.constraint],
+            ..*drive
+        });
+        other.controls.push(Control {
+            name: control.name.clone(),
+            drives: drives.collect(),
+        });
     }
     other.load = scene.load.map(|i| place[i]);
     other

@@ -5,9 +5,10 @@ use std::cell::Cell;
 use std::hint::black_box;
 use taut_bench::Choice;
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{ChainModel, ParticleChainParams};
+use taut_model::{ChainModel, GantryParams, Network, NetworkParams, ParticleChainParams};
 use taut_solver::Backend;
 use taut_tests::compiled;
+use taut_tests::machines::random_machine;
 use taut_tests::scenes::{KINDS, free_cable, random_scene};
 
 const DT: f64 = 1.0 / 240.0;
@@ -95,7 +96,18 @@ fn steps_after_the_first_allocate_nothing() {
     let mut scenes: Vec<_> = KINDS
         .map(|kind| (kind, free_cable(kind, 6, 1e-6, 1)))
         .into();
-    scenes.push(("all kinds", random_scene(3)));
+    scenes.push(("all joints", random_scene(3)));
+    scenes.push(("all kinds", random_machine(3)));
+    for network in Network::ALL {
+        let params = NetworkParams {
+            segments: 8,
+            cables: 2,
+            rows: 3,
+            columns: 4,
+            ..NetworkParams::new(network)
+        };
+        scenes.push((network.name(), params.build().expect("builds")));
+    }
     for model in ChainModel::ALL {
         let chain = ParticleChainParams {
             model,
@@ -147,6 +159,54 @@ fn steps_after_the_first_allocate_nothing() {
         STEPS + 1,
         faults.join("\n")
     );
+}
+
+/// The places of the gantry's bounded rows: whether each is at a bound.
+fn at_bounds(stepper: &Stepper) -> [bool; 3] {
+    let (mu, bounds) = (stepper.multipliers(), &stepper.linearized().bounds);
+    let at = |bound: f64, mu: f64| (bound * DT - mu).abs() <= 1e-12 * mu.abs();
+    [0, 1, 2].map(|k| {
+        let bound = &bounds[k];
+        at(bound.lower, mu[bound.row]) || at(bound.upper, mu[bound.row])
+    })
+}
+
+/// The same of the gantry, whose controls are set before every step: jerks that are too much for the trolley's motor and
+/// for the winches, and times in which they are not.
+#[test]
+fn a_driven_gantry_allocates_nothing() {
+    let params = GantryParams {
+        segments: 4,
+        trolley_force: Some(200.0),
+        winch_force: Some(3200.0),
+        ..GantryParams::default()
+    };
+    let scene = params.build().expect("builds");
+    for choice in compiled().iter().filter(|c| promises(&c.backend)) {
+        let mut stepper = Stepper::new(scene.clone(), choice.options(DT)).expect("sound");
+        stepper.step().expect("stable");
+        let (mut reached, mut left, mut before) = ([false; 3], [false; 3], [false; 3]);
+        let steps = calls(|| {
+            for n in 0..120 {
+                let (trolley, hoist) = match n % 60 {
+                    0..20 => (0.5, 0.4),
+                    20..40 => (0.001, -0.2),
+                    _ => (0.0, 0.0),
+                };
+                stepper.set_control(0, trolley).expect("a control");
+                stepper.set_control(1, hoist).expect("a control");
+                stepper.step().expect("stable");
+                let now = at_bounds(&stepper);
+                for k in 0..3 {
+                    reached[k] |= now[k] && !before[k];
+                    left[k] |= before[k] && !now[k];
+                }
+                before = now;
+            }
+        });
+        assert_eq!((reached, left), ([true; 3], [true; 3]), "{choice}");
+        assert_eq!(steps, 0, "{choice}");
+    }
 }
 
 /// A step that fails takes the same way.
