@@ -179,10 +179,8 @@ pub fn simulate_driven(
                 return trajectory;
             }
         };
-        trajectory.claimed += usize::from(matches!(
-            report.solve.status,
-            Status::Converged | Status::Direct
-        ));
+        let converged = matches!(report.solve.status, Status::Converged | Status::Direct);
+        trajectory.claimed += usize::from(converged && report.undecided == 0);
         let sample = Sample {
             time: report.time,
             load: load_position(stepper.scene()),

@@ -212,7 +212,8 @@ impl Stepper {
             return Err(refused(what, "got a value that is not finite"));
         }
         self.scene.set_control(control, value, self.time);
-        self.changed();
+        // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
+        self.solved = false;
         Ok(())
     }
 

@@ -652,18 +652,21 @@ impl Stepper {
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
-        let (mut clock, mut work) = (PhaseClock::start(), Work::default());
-        self.find_tension(&mut clock, &mut work)?;
-        if !self.bounded.is_empty() {
-            // Which rows are at their bounds.
-            self.solve_scheme(self.options.stiffness, &mut clock, &mut work)?;
-        }
+        self.find_tension(&mut PhaseClock::start(), &mut Work::default())?;
         self.prepare(self.options.stiffness)?;
         let dt = self.substep();
-        self.bounded.hold(&mut self.pieces, dt);
-        let solved = self.solve_extended();
-        self.bounded.release(&mut self.pieces);
-        solved
+        // The stepper's own solves start from what they know, not from what is found here.
+        let mut bounded = self.bounded.clone();
+        bounded.begin();
+        loop {
+            bounded.hold(&mut self.pieces, dt);
+            let solved = self.solve_extended();
+            bounded.release(&mut self.pieces);
+            let mut mu = solved?;
+            if bounded.judge(&mut self.pieces, &mut mu, dt) != Verdict::Changed {
+                return Ok(mu);
+            }
+        }
     }
 
     /// μ of the KKT system of the pieces as they are, in extended precision.

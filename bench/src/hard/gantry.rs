@@ -139,7 +139,7 @@ fn distance(a: &Run, b: &Run, which: usize) -> f64 {
 }
 
 fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row {
-    let mut later = ours.spent[1..].to_vec();
+    let mut later = ours.spent.get(1..).unwrap_or_default().to_vec();
     later.sort_by(f64::total_cmp);
     let late = later.len().saturating_sub(1 + later.len() / 1000);
     let at = |i: usize| later.get(i).copied().unwrap_or(f64::NAN);
