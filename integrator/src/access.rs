@@ -145,9 +145,23 @@ impl Stepper {
                 "got a velocity that is not finite",
             ));
         }
+        let (v, w) = (
+            velocity - bodies.velocity[body],
+            angular_velocity - bodies.angular_velocity[body],
+        );
         bodies.velocity[body] = velocity;
         bodies.angular_velocity[body] = angular_velocity;
-        self.changed();
+        // What led to the present state is the velocity before: its rate of the rows stays.
+        let rows = &self.pieces.rows;
+        for slot in rows.slots.iter().filter(|slot| slot.body == body) {
+            let range = rows.row_range(slot.constraint);
+            let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
+            for (phi_t, j) in self.history.phi_t[range].iter_mut().zip(jacobian) {
+                let change = [v.x, v.y, v.z, w.x, w.y, w.z];
+                *phi_t -= crate::products::dot(j, &change);
+            }
+        }
+        self.solved = false;
         Ok(())
     }
 
@@ -233,6 +247,17 @@ impl Stepper {
             self.set_control(found.ok_or_else(missing)?, value)?;
         }
         Ok(())
+    }
+
+    /// Name of a constraint that gave way at its limit of force in the last solve; slack cables do not count.
+    pub(crate) fn at_force_limit(&self) -> Option<String> {
+        let bounds = &self.pieces.rows.bounds;
+        let limit = |mu: f64, bound: f64| bound != 0.0 && mu == bound * self.mu_dt;
+        let held = bounds.iter().find(|b| {
+            let mu = self.mu[b.row];
+            limit(mu, b.lower) || limit(mu, b.upper) || (b.lower == 0.0 && b.upper == 0.0)
+        })?;
+        self.scene.constraint_names.get(held.constraint).cloned()
     }
 
     /// Laws and bounds are those of the present state again; its solve no longer is.

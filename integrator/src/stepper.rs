@@ -447,7 +447,7 @@ impl Stepper {
     }
 
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
-    /// during the sub-step that led here have paid out.
+    /// have paid out.
     pub(crate) fn accept(&mut self) {
         update_windings(&mut self.scene, self.time);
         let rows = &self.pieces.rows;
@@ -663,8 +663,10 @@ impl Stepper {
             let solved = self.solve_extended();
             bounded.release(&mut self.pieces);
             let mut mu = solved?;
-            if bounded.judge(&mut self.pieces, &mut mu, dt) != Verdict::Changed {
-                return Ok(mu);
+            match bounded.judge(&mut self.pieces, &mut mu, dt) {
+                Verdict::Settled => return Ok(mu),
+                Verdict::Changed => {}
+                Verdict::Undecided => return Err(StepError::Undecided { time: self.time }),
             }
         }
     }
