@@ -1,0 +1,76 @@
+use crate::{folder, good, json, refused, taut, text};
+use serde_json::Value;
+use std::fs;
+
+#[test]
+fn the_paper_writes_checks_rows_and_charts() {
+    let at = folder("paper");
+    refused(&at, "paper fig6", &["fig6", "table1", "claims", "drawings"]);
+    let checks = json(&at, "paper fig4 fig5 --quick --json -");
+    let checks = checks.as_array().expect("a list");
+    assert!(checks.len() >= 3);
+    for check in checks {
+        for field in ["case", "reference", "ours", "criterion", "verdict", "note"] {
+            assert!(check[field].is_string(), "{field}: {check}");
+        }
+        for field in ["error", "bar"] {
+            assert!(check[field].is_number() || check[field].is_null());
+        }
+    }
+    for name in ["fig4", "fig5"] {
+        let file = |end| fs::read_to_string(at.join(format!("target/taut/paper/{name}.{end}")));
+        let csv = file("csv").expect("rows");
+        assert!(csv.lines().count() > 1000, "{csv}");
+        let record: Value = serde_json::from_str(&file("json").expect("checks")).expect("JSON");
+        assert_eq!(record["experiment"], name);
+        assert!(record["quick"].as_bool().expect("whether quick"));
+        let svg = file("svg").expect("a chart");
+        assert!(svg.starts_with("<svg") && svg.contains("stretch") | svg.contains("frequency"));
+    }
+    let table = good(&at, "paper fig12 --quick --out figures");
+    assert!(at.join("figures/fig12.svg").exists());
+    assert!(table.contains("Fig. 12: bend") && table.contains("pass"));
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    fs::write(at.join("taken"), "").expect("writes");
+    let output = taut(&at, "paper fig4 --quick --out taken/here");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("taken/here"));
+}
+
+#[test]
+fn hard_cases_are_checks_by_name() {
+    let at = folder("hard");
+    refused(&at, "hard H99", &["H99", "H42", "H47", "H50"]);
+    let checks = json(&at, "hard h50 H50 --quick --json -");
+    let checks = checks.as_array().expect("a list");
+    assert!(checks.len() >= 4);
+    for check in checks {
+        for field in ["case", "reference", "ours", "criterion", "verdict", "note"] {
+            assert!(check[field].is_string(), "{field}: {check}");
+        }
+        for field in ["error", "bar"] {
+            assert!(check[field].is_number() || check[field].is_null());
+        }
+    }
+    let table = good(&at, "hard H42 --quick --json checks.json");
+    assert!(table.contains("H42: dependent") && table.contains("limit"));
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    assert!(at.join("checks.json").exists());
+}
+
+#[test]
+fn the_static_table_is_json_too() {
+    let at = folder("static");
+    let rows = json(&at, "static --segments 3 --ratios 10 --limit 200 --json -");
+    for row in rows["settled"].as_array().expect("direct solvers") {
+        assert!(row["error"].as_f64().is_some_and(|e| e <= 1e-9), "{row}");
+    }
+    if cfg!(feature = "cg") {
+        let needed = rows["needed"].as_array().expect("iterative solvers");
+        let cg = needed.iter().filter(|r| r["backend"] == "cg:jacobi");
+        assert!(
+            cg.map(|r| r["iterations"].as_u64()).all(|n| n == Some(4)),
+            "{rows}"
+        );
+    }
+}

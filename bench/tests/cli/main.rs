@@ -1,0 +1,70 @@
+//! The command line as its users meet it: exit codes, what goes to which stream, files for programs.
+
+/// `taut paper`, `taut hard`, `taut static`: records of checks.
+mod checks;
+/// Bad input: one line that says what to do, and code 2.
+mod refusals;
+/// `taut run`, `taut scene`, and what all commands share.
+mod runs;
+/// `taut bench` and its sweeps.
+mod sweeps;
+
+use serde_json::Value;
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Command, Output, Stdio};
+
+/// An empty folder of a test's own, in which the program runs.
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder to write to");
+    folder
+}
+
+/// The program with the words of a line as arguments, its streams piped.
+fn program(folder: &PathBuf, arguments: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_taut"));
+    command
+        .current_dir(folder)
+        .args(arguments.split_whitespace())
+        .stdin(Stdio::null());
+    command
+}
+
+fn taut(folder: &PathBuf, arguments: &str) -> Output {
+    let output = program(folder, arguments).output();
+    output.unwrap_or_else(|e| panic!("`taut {arguments}`: {e}"))
+}
+
+fn text(bytes: &[u8]) -> &str {
+    std::str::from_utf8(bytes).expect("UTF-8")
+}
+
+/// Bad input: code 2, nothing on standard output, and one line on standard error with all the words.
+fn refused(folder: &PathBuf, arguments: &str, words: &[&str]) {
+    let output = taut(folder, arguments);
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    let place = format!("`taut {arguments}`: {stderr}");
+    assert_eq!(output.status.code(), Some(2), "{place}");
+    assert_eq!(stdout, "", "{place}");
+    assert_eq!(stderr.lines().count(), 1, "{place}");
+    assert!(stderr.ends_with('\n'), "{place}");
+    for word in words {
+        assert!(stderr.contains(word), "`{word}` is missing in {place}");
+    }
+}
+
+/// A good run: code 0 and nothing on standard error.
+fn good(folder: &PathBuf, arguments: &str) -> String {
+    let output = taut(folder, arguments);
+    assert_eq!(text(&output.stderr), "", "`taut {arguments}`");
+    assert_eq!(output.status.code(), Some(0), "`taut {arguments}`");
+    text(&output.stdout).to_owned()
+}
+
+/// A good run that writes nothing but JSON to standard output.
+fn json(folder: &PathBuf, arguments: &str) -> Value {
+    let stdout = good(folder, arguments);
+    serde_json::from_str(&stdout).unwrap_or_else(|e| panic!("`taut {arguments}`: {e}\n{stdout}"))
+}

@@ -1,0 +1,188 @@
+use crate::{folder, good, refused, taut, text};
+use std::fs;
+
+#[test]
+fn unknown_names_list_the_known_ones() {
+    let at = folder("unknown_names");
+    let backends = ["superlu", "banded", "gauss-seidel", "umfpack"];
+    refused(&at, "run hoist --backend superlu", &backends);
+    refused(&at, "bench --backends banded,superlu", &backends);
+    refused(&at, "static --backends superlu", &backends);
+    refused(
+        &at,
+        "run hoist --backend cg:quick",
+        &["cg", "jacobi", "group"],
+    );
+    refused(&at, "run hoist --backend cg/kkt", &["cg", "/kkt"]);
+    refused(&at, "run hoist --backend banded/lu", &["lu", "schur, kkt"]);
+    refused(&at, "run crane", &["crane", "hoist"]);
+    refused(
+        &at,
+        "run hoist --scheme euler",
+        &["euler", "linearly-implicit"],
+    );
+    refused(&at, "crane", &["crane", "--help"]);
+    refused(&at, "run hoist --fast", &["--fast", "--help"]);
+}
+
+#[test]
+fn a_missing_argument_is_named() {
+    let at = folder("missing_argument");
+    refused(&at, "run", &["SCENE", "--help"]);
+    refused(&at, "run hoist --json", &["--json", "--help"]);
+}
+
+#[test]
+fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
+    let at = folder("not_compiled");
+    let features = [
+        ("banded", cfg!(feature = "banded")),
+        ("gauss-seidel", cfg!(feature = "gauss-seidel")),
+        ("cg", cfg!(feature = "cg")),
+        ("faer", cfg!(feature = "faer")),
+        ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
+        ("umfpack", cfg!(feature = "umfpack")),
+    ];
+    for (name, on) in features {
+        let arguments = format!("run hoist --set segments=2 --time 0.1 --backend {name}");
+        if on {
+            good(&at, &arguments);
+        } else {
+            let cure = format!("--features {name}");
+            refused(&at, &arguments, &[name, "not compiled in", &cure]);
+        }
+    }
+}
+
+#[test]
+fn parameters_out_of_range_are_named_with_their_range() {
+    let at = folder("parameters");
+    refused(
+        &at,
+        "run hoist --set segment_mass=-1",
+        &["segment_mass is -1", "> 0 kg"],
+    );
+    refused(
+        &at,
+        "bench --set segment_mass=-1",
+        &["segment_mass is -1", "> 0 kg"],
+    );
+    refused(&at, "run hoist --set length=0", &["length is 0", "> 0 m"]);
+    refused(
+        &at,
+        "run hoist --set length=nan",
+        &["length is NaN", "> 0 m"],
+    );
+    refused(
+        &at,
+        "run hoist --set mass_ratio=inf",
+        &["mass_ratio is inf", "> 0"],
+    );
+    refused(
+        &at,
+        "run hoist --set segments=0",
+        &["segments is 0", "at least 1"],
+    );
+    refused(&at, "bench --segments 0", &["segments is 0", "at least 1"]);
+    refused(&at, "run hoist --set segments=1.5", &["segments", "1.5"]);
+    refused(
+        &at,
+        "run hoist --set joint=glue",
+        &["joint", "glue", "cosserat"],
+    );
+    refused(
+        &at,
+        "run hoist --set material=wood",
+        &["wood", "steel, nylon, rubber"],
+    );
+    refused(&at, "run hoist --set foo", &["--set foo", "KEY=VALUE"]);
+    refused(&at, "run hoist --set weight=3", &["weight", "segment_mass"]);
+    refused(&at, "bench --set weight=3", &["weight", "segment_mass"]);
+}
+
+#[test]
+fn numbers_out_of_range_are_named_with_their_option() {
+    let at = folder("numbers");
+    for ratios in ["x", "0", "nan", "inf", "1,,2", "1,-5"] {
+        refused(&at, &format!("bench --ratios={ratios}"), &["--ratios"]);
+        refused(&at, &format!("static --ratios={ratios}"), &["--ratios"]);
+    }
+    refused(&at, "bench --ratios=-1", &["--ratios", "-1", "positive"]);
+    refused(&at, "bench --segments=-3", &["--segments"]);
+    refused(&at, "bench --iterations 0", &["--iterations", "at least 1"]);
+    for value in ["0", "-1", "nan", "inf", "1e300"] {
+        refused(&at, &format!("run hoist --time={value}"), &["--time"]);
+        refused(&at, &format!("bench --time={value}"), &["--time"]);
+    }
+    for value in ["0", "-1", "nan", "inf"] {
+        refused(&at, &format!("run hoist --dt={value}"), &["--dt"]);
+    }
+    // More steps than anyone can store.
+    refused(&at, "run hoist --dt 1e-300", &["steps"]);
+}
+
+#[test]
+fn bad_scene_files_are_refused() {
+    let at = folder("files");
+    let file = |name: &str, content: &[u8]| fs::write(at.join(name), content).expect("writable");
+    file("empty.toml", b"");
+    refused(&at, "run empty.toml", &["no bodies", "[[body]]"]);
+    file("comment.toml", b"# nothing yet\n");
+    refused(&at, "run comment.toml", &["no bodies", "[[body]]"]);
+    file("malformed.toml", b"[hoist]\nsegments = 4\nlength = = 3\n");
+    refused(&at, "run malformed.toml", &["line 3"]);
+    file("unknown.toml", b"[hoist]\nsegments = 4\nweight = 3\n");
+    refused(
+        &at,
+        "run unknown.toml",
+        &["line 3", "weight", "segment_mass"],
+    );
+    file("nan.toml", b"[hoist]\nlength = nan\n");
+    refused(&at, "run nan.toml", &["length is NaN"]);
+    file("binary.toml", &[0xff, 0xfe, 0x00]);
+    refused(&at, "run binary.toml", &["binary.toml", "UTF-8"]);
+    refused(&at, "run missing.toml", &["missing.toml", "cannot read"]);
+    refused(&at, "run ./missing", &["./missing", "cannot read"]);
+    fs::create_dir(at.join("folder.toml")).expect("writable");
+    refused(&at, "run folder.toml", &["folder.toml", "cannot read"]);
+}
+
+/// Where a file cannot be written the run is not called good.
+#[test]
+fn files_that_cannot_be_written_are_an_error() {
+    let at = folder("unwritable");
+    fs::write(at.join("file"), "in the way").expect("writable");
+    for option in ["--out file/load.csv", "--json file/run.json"] {
+        let arguments = format!("run hoist --set segments=2 --time 0.1 {option}");
+        let output = taut(&at, &arguments);
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{arguments}: {stderr}");
+        assert!(
+            stderr.contains("cannot write `file/"),
+            "{arguments}: {stderr}"
+        );
+    }
+}
+
+#[test]
+fn sweeps_refuse_what_has_no_effect_on_them() {
+    let at = folder("sweeps");
+    refused(&at, "bench --sweep crane", &["crane", "--sweep", "linear"]);
+    refused(&at, "bench --sweep", &["--sweep", "--help"]);
+    for option in ["--iterations 5", "--set length=5", "--time 1", "--dt 1/60"] {
+        let name = option.split(' ').next().unwrap_or_default();
+        refused(
+            &at,
+            &format!("bench --sweep linear {option}"),
+            &[name, "no effect on `--sweep linear`"],
+        );
+    }
+    refused(&at, "--sweep linear --ratios 0", &["--ratios", "positive"]);
+    refused(&at, "bench --sweep linear --segments 0", &["segments is 0"]);
+    refused(
+        &at,
+        "bench --sweep linear --backends superlu",
+        &["superlu", "banded"],
+    );
+}

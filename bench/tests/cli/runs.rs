@@ -1,0 +1,340 @@
+use crate::{folder, good, json, program, refused, taut, text};
+use serde_json::Value;
+use std::fs;
+use std::process::Stdio;
+use taut_solver::Backend;
+
+/// A load of 10⁵ segment masses on an anchor that moves: more than the paper's step can do. The program says so, in
+/// every way.
+#[test]
+fn an_unstable_run_has_code_1_and_still_its_summary() {
+    let at = folder("unstable");
+    let arguments = "run hoist --scheme linearly-implicit --stiffness off --guard off --set mass_ratio=1e5 \
+        --set seed=1 --set move_x=0.5 --time 5 --json -";
+    let output = taut(&at, arguments);
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{stderr}");
+    assert_eq!(stderr.lines().count(), 1, "{stderr}");
+    assert!(stderr.contains("unstable at t = "), "{stderr}");
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    assert_eq!(summary["stable"], false);
+    let end = summary["failure"]["time"].as_f64().expect("a time");
+    assert!(end > 0.0 && end < 5.0, "{end}");
+    assert!(
+        summary["failure"]["reason"]
+            .as_str()
+            .is_some_and(|r| !r.is_empty())
+    );
+    assert_eq!(summary["steps"].as_u64(), Some((end * 60.0).round() as u64));
+}
+
+#[test]
+fn the_summary_of_a_run_has_its_fields() {
+    let at = folder("run");
+    let run = json(
+        &at,
+        "run hoist --set segments=4 --set mass_ratio=10 --time 0.5 --json -",
+    );
+    for field in ["scene", "backend", "scheme"] {
+        assert!(
+            run[field].as_str().is_some_and(|s| !s.is_empty()),
+            "{field}: {run}"
+        );
+    }
+    assert_eq!(
+        (&run["scene"], &run["stable"], &run["steps"]),
+        (&"hoist".into(), &true.into(), &30.into())
+    );
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    assert!((number(&run["dt"]) * 60.0 - 1.0).abs() < 1e-15);
+    assert!(number(&run["max_violation_m"]) >= 0.0);
+    assert!(number(&run["max_elongation_error"]) >= 0.0);
+    for field in ["median", "min", "max"] {
+        assert!(number(&run["step_ns"][field]) > 0.0, "{field}");
+    }
+    for instant in ["start", "end"] {
+        for kind in ["kinetic", "gravity", "elastic"] {
+            assert!(
+                number(&run["energy"][instant][kind]).is_finite(),
+                "{instant} {kind}"
+            );
+        }
+    }
+    let (times, positions) = (&run["load"]["time"], &run["load"]["position"]);
+    assert_eq!(times.as_array().map(Vec::len), Some(30));
+    assert_eq!(positions.as_array().map(Vec::len), Some(30));
+    assert!((number(&times[29]) - 0.5).abs() < 1e-12);
+    // 10 m of cable, stretched a little.
+    assert!(
+        (number(&positions[29][2]) + 10.0).abs() < 0.01,
+        "{positions}"
+    );
+}
+
+/// A file with the same parameters is the same scene: the same numbers come out.
+#[test]
+fn a_scene_file_is_the_named_scene_with_its_parameters() {
+    let at = folder("scene_file");
+    fs::write(
+        at.join("cable.toml"),
+        "[hoist]\nsegments = 5\nmass_ratio = 20.0\nmove_x = 0.3\n",
+    )
+    .expect("writable");
+    let by_file = json(&at, "run cable.toml --time 0.5 --json -");
+    let by_name =
+        "run hoist --set segments=5 --set mass_ratio=20 --set move_x=0.3 --time 0.5 --json -";
+    let by_name = json(&at, by_name);
+    assert_eq!(by_file["load"], by_name["load"]);
+    assert_eq!(by_file["final_state"], by_name["final_state"]);
+    // The anchor moves: it is not a comparison of zeros.
+    assert!(
+        by_file["load"]["position"][29][0]
+            .as_f64()
+            .is_some_and(|x| x != 0.0)
+    );
+}
+
+/// Both forms of every scene, written and read back: the same run, bit for bit (numbers in JSON keep all their digits).
+#[test]
+fn a_written_scene_runs_as_the_scene_itself() {
+    let at = folder("written_scene");
+    for name in taut_model::named::NAMES {
+        let size = if name.starts_with("particles") {
+            "particles=4 --set seed=2"
+        } else {
+            "segments=4 --set seed=2"
+        };
+        let by_name = json(&at, &format!("run {name} --set {size} --time 0.2 --json -"));
+        for form in ["", "--explicit"] {
+            let written = good(&at, &format!("scene {name} --set {size} {form}"));
+            fs::write(at.join("f"), written).expect("writable");
+            let by_file = json(&at, "run f --time 0.2 --json -");
+            for what in ["load", "final_state", "energy", "max_violation_m"] {
+                assert_eq!(by_file[what], by_name[what], "{name} {form}: {what}");
+            }
+            // What was written is what is written of it.
+            assert_eq!(
+                good(&at, "scene f"),
+                good(&at, &format!("scene {name} --set {size} {form}"))
+            );
+        }
+        let speeds = by_name["final_state"]["velocity"].as_array();
+        let mut components = speeds.into_iter().flatten().filter_map(Value::as_array);
+        let moves = components.any(|v| v.iter().any(|x| x.as_f64() != Some(0.0)));
+        assert!(moves, "{name} rests: it would be a comparison of zeros");
+    }
+    refused(&at, "scene crane", &["crane", "hoist"]);
+    refused(&at, "scene hoist --set length=-1", &["length is -1"]);
+}
+
+#[test]
+fn a_csv_file_has_a_line_for_each_step() {
+    let at = folder("csv");
+    let stdout = good(
+        &at,
+        "run hoist --set segments=3 --time 0.5 --out deep/load.csv",
+    );
+    assert!(
+        stdout.contains("verdict") && stdout.contains("stable"),
+        "{stdout}"
+    );
+    let csv = fs::read_to_string(at.join("deep/load.csv")).expect("written");
+    let lines: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(lines.len(), 31);
+    assert!(
+        lines.iter().all(|line| line.len() == lines[0].len()),
+        "{csv}"
+    );
+    for cell in lines[1..].iter().flatten() {
+        assert!(cell.parse::<f64>().is_ok_and(f64::is_finite), "{cell}");
+    }
+}
+
+#[test]
+fn the_list_of_backends_names_all_with_licence_and_whether_they_are_there() {
+    let stdout = good(&folder("backends"), "backends");
+    for backend in Backend::all() {
+        let line = stdout
+            .lines()
+            .find(|l| l.split_whitespace().next() == Some(backend.name()));
+        let line = line.unwrap_or_else(|| panic!("{} is missing in\n{stdout}", backend.name()));
+        let there = if backend.is_compiled() { "yes" } else { "no" };
+        assert!(line.split_whitespace().any(|w| w == there), "{line}");
+        assert!(line.contains(backend.licence()), "{line}");
+    }
+}
+
+#[test]
+fn runs_take_schemes_stiffness_guard_and_substeps() {
+    let at = folder("options");
+    let run = |options: &str| {
+        json(
+            &at,
+            &format!("run hoist --set segments=4 --time 0.5 {options} --json -"),
+        )
+    };
+    let default = run("");
+    assert_eq!(default["scheme"], "third-difference");
+    assert_eq!(
+        (&default["stiffness"], &default["guard"]),
+        (&Value::from("0.4"), &Value::from(0.005))
+    );
+    let paper = run("--scheme linearly-implicit --stiffness off --guard off --dt 1/120");
+    assert_eq!(
+        (&paper["stiffness"], &paper["guard"]),
+        (&Value::from("off"), &Value::Null)
+    );
+    assert_eq!(paper["steps"], 60);
+    let relative = run(
+        "--scheme spook --stiffness relative:0.5 --angular-scheme linearly-implicit --substeps 2",
+    );
+    assert_eq!(relative["stiffness"], "relative:0.5");
+    assert_eq!(relative["substeps"], 2);
+    assert_eq!(default["elimination"], "scene");
+    let ordered = run("--elimination minimum-degree");
+    assert_eq!(ordered["elimination"], "minimum-degree");
+    // A chain has no fill in either.
+    assert!(default["factor_entries"].as_u64() > Some(0));
+    assert_eq!(default["factor_entries"], ordered["factor_entries"]);
+    let resting = run("--set equilibrium=true");
+    assert!(
+        resting["max_elongation_error"]
+            .as_f64()
+            .is_some_and(|e| e < 1e-9),
+        "{resting}"
+    );
+    for (options, word) in [
+        ("--stiffness=-1", "alpha"),
+        ("--stiffness nan", "alpha"),
+        ("--stiffness soft", "stiffness"),
+        ("--guard=-1", "guard.tolerance"),
+        ("--guard never", "--guard"),
+        ("--substeps 0", "substeps"),
+        ("--scheme third-difference:a=0.1", "`a`"),
+        ("--scheme third-difference:gamma=1", "gamma"),
+        ("--scheme euler", "third-difference"),
+        ("--elimination band", "minimum-degree"),
+        ("--dt=-1", "--dt"),
+        ("--dt nan", "--dt"),
+        ("--dt 1/0", "--dt"),
+        ("--set damping=-1", "damping"),
+        ("--set ea=0", "ea"),
+    ] {
+        refused(&at, &format!("run hoist {options}"), &[word]);
+    }
+}
+
+#[test]
+fn networks_run_by_name() {
+    let at = folder("networks");
+    for scene in [
+        "ring --set points=1",
+        "junction --set joint=spherical",
+        "cranes --set mass_ratio=1e4",
+        "ladder --set cables=3",
+        "net --set rows=5 --set held=corners",
+    ] {
+        let run = json(
+            &at,
+            &format!("run {scene} --set seed=1 --time 0.5 --json -"),
+        );
+        assert_eq!(run["stable"], true, "{run}");
+    }
+    refused(&at, "run net --set columns=1", &["columns", "at least 2"]);
+}
+
+#[test]
+fn chains_and_specimens_run_by_name() {
+    let at = folder("named_scenes");
+    for name in [
+        "particles-b",
+        "particles-c",
+        "particles-d",
+        "particles-e",
+        "particles-f",
+    ] {
+        let run = json(
+            &at,
+            &format!("run {name} --scheme linearly-implicit --time 1 --json -"),
+        );
+        assert_eq!(run["scene"], name);
+        assert_eq!(run["stable"], true, "{run}");
+    }
+    for name in ["pull", "twist", "bend"] {
+        let run = json(
+            &at,
+            &format!("run {name} --set material=nylon --set segments=6 --time 0.5 --json -"),
+        );
+        assert_eq!(run["scene"], name);
+        assert_eq!(run["steps"], 30, "{run}");
+    }
+    refused(
+        &at,
+        "run particles-e --set added_compliance=-1",
+        &["added_compliance"],
+    );
+    refused(
+        &at,
+        "run twist --set joint=spherical",
+        &["joint", "cosserat"],
+    );
+}
+
+#[test]
+fn json_goes_to_a_file_beside_the_table() {
+    let at = folder("bench_file");
+    let stdout = good(
+        &at,
+        "bench --quick --segments 3 --ratios 5 --iterations 2 --time 0.3 --json rows.json",
+    );
+    assert!(stdout.contains("dense"), "{stdout}");
+    let read = |name: &str| -> Value {
+        let text = fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    assert!(
+        read("rows.json")
+            .as_array()
+            .is_some_and(|rows| !rows.is_empty())
+    );
+    // Where later commands look for it.
+    assert_eq!(read("target/taut/bench.json"), read("rows.json"));
+}
+
+/// `taut run … | head -1`: whoever stops reading is not told of a panic.
+#[cfg(unix)]
+#[test]
+fn a_reader_that_stops_reading_is_no_panic() {
+    let at = folder("closed_pipe");
+    for arguments in ["backends", "run hoist --set segments=2 --time 0.1"] {
+        let mut child = program(&at, arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        drop(child.stdout.take());
+        let output = child.wait_with_output().expect("it ends");
+        let stderr = text(&output.stderr);
+        assert!(!stderr.contains("panicked"), "`taut {arguments}`: {stderr}");
+        assert_ne!(
+            output.status.code(),
+            Some(101),
+            "`taut {arguments}`: {stderr}"
+        );
+    }
+}
+
+#[test]
+fn help_and_version_are_no_errors() {
+    let at = folder("help");
+    assert!(good(&at, "--version").contains(env!("CARGO_PKG_VERSION")));
+    for command in [
+        "--help",
+        "run --help",
+        "bench --help",
+        "static --help",
+        "backends --help",
+    ] {
+        assert!(good(&at, command).contains("Usage"), "{command}");
+    }
+}

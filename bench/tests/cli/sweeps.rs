@@ -1,0 +1,212 @@
+use crate::{folder, good, json, refused};
+use serde_json::Value;
+use std::fs;
+
+#[test]
+fn the_main_job_writes_records_with_their_fields() {
+    let at = folder("bench");
+    let arguments = "bench --quick --segments 4 --ratios 10 --iterations 1,5 --time 0.3 --json -";
+    let records = json(&at, arguments);
+    let records = records.as_array().expect("a list of records");
+    let numbers = [
+        "segments",
+        "mass_ratio",
+        "iterations",
+        "dt",
+        "step_ns",
+        "step_ns_min",
+        "solve_ns",
+        "backward_error",
+        "forward_error",
+        "elongation_error",
+        "load_error_m",
+        "max_violation_m",
+    ];
+    for record in records {
+        for field in numbers {
+            assert!(
+                record[field].as_f64().is_some_and(f64::is_finite),
+                "{field}: {record}"
+            );
+        }
+        for field in ["scene", "backend", "options"] {
+            assert!(
+                record[field].as_str().is_some_and(|s| !s.is_empty()),
+                "{field}: {record}"
+            );
+        }
+        assert!(record["stable"].is_boolean(), "{record}");
+        // The anchor still moves at the end: there may be no drift to speak of.
+        assert!(record.get("energy_drift").is_some(), "{record}");
+        assert_eq!(
+            (&record["segments"], &record["mass_ratio"]),
+            (&4.into(), &10.0.into())
+        );
+        assert!(
+            record["step_ns_min"].as_f64() <= record["step_ns"].as_f64(),
+            "{record}"
+        );
+    }
+    let compiled = taut_bench::Choice::all()
+        .into_iter()
+        .filter(|c| c.check().is_ok());
+    for choice in compiled {
+        let rows: Vec<_> = records
+            .iter()
+            .filter(|r| r["backend"] == *choice.family())
+            .collect();
+        let iterations: Vec<_> = rows
+            .iter()
+            .filter_map(|r| r["iterations"].as_u64())
+            .collect();
+        let expected: &[u64] = if choice.backend.is_iterative() {
+            &[1, 5]
+        } else {
+            &[0]
+        };
+        assert_eq!(iterations, expected, "{choice}");
+    }
+}
+
+#[test]
+fn the_linear_sweep_writes_records_with_their_fields() {
+    let at = folder("linear");
+    let records = json(&at, "bench --sweep linear --quick --json -");
+    let records = records.as_array().expect("a list of records");
+    for record in records {
+        for field in ["mass_ratio", "ea", "forward_error", "backward_error"] {
+            let sound = |x: f64| x.is_finite() && x >= 0.0;
+            assert!(
+                record[field].as_f64().is_some_and(sound),
+                "{field}: {record}"
+            );
+        }
+        for field in ["pose", "backend", "options"] {
+            assert!(
+                record[field].as_str().is_some_and(|s| !s.is_empty()),
+                "{field}: {record}"
+            );
+        }
+        assert_eq!(record["segments"], 24, "{record}");
+        assert_eq!(record["error"], Value::Null, "{record}");
+    }
+    let compiled = taut_bench::Choice::all()
+        .into_iter()
+        .filter(|c| c.check().is_ok());
+    for choice in compiled {
+        let rows = records
+            .iter()
+            .filter(|r| r["backend"] == *choice.family())
+            .count();
+        // Two poses, five ratios, three refinements.
+        assert_eq!(rows, 30, "{choice}");
+    }
+}
+
+#[test]
+fn the_linear_sweep_reads_what_narrows_it() {
+    let at = folder("linear_narrow");
+    let stdout = good(
+        &at,
+        "bench --sweep linear --segments 4,3,3 --ratios 1e9,10 --backends dense,dense,dense/kkt",
+    );
+    for words in [
+        "straight, 3 segments",
+        "bent, 4 segments",
+        "at most 1e-12 with",
+    ] {
+        assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
+    }
+    let rows = fs::read_to_string(at.join("target/taut/linear.json")).expect("the copy");
+    let rows: Value = serde_json::from_str(&rows).expect("JSON");
+    // Two solvers, two cables, two ratios, two poses, three refinements.
+    assert_eq!(rows.as_array().map(Vec::len), Some(48));
+}
+
+#[test]
+fn the_accuracy_sweep_compares_every_scheme_with_the_reference() {
+    let at = folder("accuracy");
+    let line = "bench --sweep accuracy --segments 4 --ratios 100 --dt 1/60,1/120,1/240 --time 1 \
+                --backends banded,cg:group --iterations 20 --json -";
+    let results = json(&at, line);
+    let records = results["records"].as_array().expect("a list of records");
+    let of = |setting: &str, dt: f64| {
+        let found = records.iter().find(|r| {
+            r["setting"] == setting
+                && r["joint"] == "cosserat"
+                && r["drive"] == "aside"
+                && r["dt"].as_f64().is_some_and(|x| (x - dt).abs() < 1e-12)
+                && r["refinements"] == 1
+        });
+        found.unwrap_or_else(|| panic!("no record of {setting} at {dt}"))
+    };
+    let error = |r: &Value| {
+        let of = |field: &str| r[field].as_f64().expect("a number");
+        of("horizontal_m").hypot(of("vertical_m"))
+    };
+    let errors = [60.0, 120.0, 240.0].map(|rate: f64| error(of("default", 1.0 / rate)));
+    for pair in errors.windows(2) {
+        assert!((pair[0] / pair[1]).log2() > 1.8, "{errors:?}");
+    }
+    assert!(errors[0] < 1e-4, "{errors:?}");
+    for record in records {
+        assert!(
+            record["step_ns"].as_f64().is_some_and(|ns| ns > 0.0),
+            "{record}"
+        );
+        assert!(
+            record["reference_m"].as_f64().is_some_and(|e| e < 1e-5),
+            "{record}"
+        );
+    }
+    assert_eq!(of("default", 1.0 / 60.0)["stable"], true);
+    assert!(records.iter().any(|r| r["iterations"] == 20));
+    assert!(results["costs"].as_array().is_some_and(|c| c.len() == 5));
+    // The references are kept: the same again is the same, to the last bit.
+    assert!(at.join("target/taut/reference").is_dir());
+    let again = json(&at, line);
+    for (a, b) in records
+        .iter()
+        .zip(again["records"].as_array().expect("a list"))
+    {
+        assert_eq!(a["horizontal_m"], b["horizontal_m"], "{a}");
+    }
+}
+
+#[test]
+fn the_main_job_takes_scenes_with_branches_and_loops() {
+    let at = folder("scenes");
+    let rows = json(
+        &at,
+        "bench --scene ring,net --segments 8,9 --ratios 10 --backends banded,cg:group --iterations 50 --json -",
+    );
+    let records = rows["records"].as_array().expect("a list");
+    // The ring has three more orders of elimination.
+    assert_eq!(records.len(), 2 * (1 + 3 + 1) + 2 * 2);
+    for record in records {
+        for field in [
+            "rows",
+            "bodies",
+            "size",
+            "step_ns",
+            "solve_ns_per_row",
+            "forward_error",
+        ] {
+            assert!(record[field].is_number(), "{field}: {record}");
+        }
+        assert!(record["error"].is_null(), "{record}");
+        assert!(record["load_difference"].as_f64().expect("a run") < 1e-8);
+    }
+    let table = good(
+        &at,
+        "bench --scene ladder --quick --backends banded,faer:lu/kkt",
+    );
+    assert!(table.contains("ladder, 3 cables") && !table.contains("MISSED"));
+    refused(&at, "bench --scene rung", &["rung", "ring", "ladder"]);
+    refused(&at, "bench --scene ring --time 3", &["--time", "--scene"]);
+    refused(
+        &at,
+        "bench --scene ring --segments 3",
+        &["segments", "at least 8"],
+    );
+}
