@@ -78,9 +78,16 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
             crate::reference::most_gap(p).map_err(PrepareError::Scene)?,
         ),
         SceneSource::Particles(p) => (None, p.spacing),
+        SceneSource::Gantry(p) => (None, p.cable_length),
+        SceneSource::Network(p) => (None, p.length),
         _ => (None, f64::INFINITY),
     };
-    let planar = matches!(&source, SceneSource::Hoist(p) if p.seed == 0 && p.circle_radius == 0.0);
+    let planar = match &source {
+        SceneSource::Hoist(p) => p.seed == 0 && p.circle_radius == 0.0,
+        SceneSource::Gantry(p) => p.seed == 0,
+        SceneSource::Network(p) => p.seed == 0,
+        _ => false,
+    };
     Ok(Prepared {
         scene: built,
         cable,
@@ -177,6 +184,8 @@ pub struct Summary {
     pub planar: bool,
     /// Steps whose iteration did not meet its tolerance.
     pub unconverged_steps: usize,
+    /// Steps in which it was left undecided which rows are at their bounds.
+    pub undecided_steps: usize,
     /// How it ended early.
     pub failure: Option<Failure>,
     /// Load positions, one a step.
@@ -253,6 +262,7 @@ pub fn run(
         stable: trajectory.failure.is_none(),
         planar: prepared.planar,
         unconverged_steps: trajectory.samples.len().saturating_sub(trajectory.claimed),
+        undecided_steps: trajectory.undecided,
         failure: trajectory.failure.clone(),
         load: LoadPath {
             time: trajectory.samples.iter().map(|s| s.time).collect(),
@@ -315,6 +325,10 @@ pub fn text(s: &Summary) -> String {
         None if s.unconverged_steps > 0 => format!(
             "stable, but {} steps ran out of iterations: raise `iterations=`",
             s.unconverged_steps
+        ),
+        None if s.undecided_steps > 0 => format!(
+            "stable, but {} steps left undecided which cables are slack or which motors at their limits",
+            s.undecided_steps
         ),
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),

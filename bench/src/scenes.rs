@@ -37,8 +37,11 @@ pub const SWING: f64 = 0.2;
 /// Rows beyond which the dense solver, whose cost is cubic, has no rows.
 pub const DENSE_ROWS: usize = 600;
 
-/// Rows beyond which there is no reference, no run, and no iterative solver: times and entries only.
-pub const JUDGED_ROWS: usize = 1300;
+/// Rows beyond which no run is made and iterative solvers have no rows: errors of one solve, times and entries only.
+pub const RUN_ROWS: usize = 2400;
+
+/// The same for the runs of iterative solvers.
+pub const ITERATIVE_RUN_ROWS: usize = 1300;
 
 /// Segments of the ladder's cables.
 const LADDER_SEGMENTS: usize = 12;
@@ -321,8 +324,8 @@ fn omitted(case: &measure::Case, choice: &Choice, alone: bool) -> Option<String>
     if dense && case.rows > DENSE_ROWS && !alone {
         return Some(format!("cubic cost beyond {DENSE_ROWS} rows"));
     }
-    (choice.backend.is_iterative() && case.rows > JUDGED_ROWS && !alone)
-        .then(|| format!("iterations are not judged beyond {JUDGED_ROWS} rows"))
+    (choice.backend.is_iterative() && case.rows > RUN_ROWS && !alone)
+        .then(|| format!("no iterations beyond {RUN_ROWS} rows"))
 }
 
 /// Exponents of every scene and solver with three sizes or more, of iterations at their lowest limit.

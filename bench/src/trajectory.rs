@@ -41,6 +41,8 @@ pub struct Trajectory {
     pub failure: Option<Failure>,
     /// Steps whose iteration claimed convergence.
     pub claimed: usize,
+    /// Steps in which it was left undecided which rows are at their bounds.
+    pub undecided: usize,
 }
 
 /// The end of an unstable run.
@@ -112,7 +114,8 @@ impl Timing {
     }
 }
 
-/// Gaps of all joints with stretch rows, and by how much links are too long or too short \[m].
+/// Gaps of all joints with stretch rows, of sliders across their axis, and by how much links are too long or too short
+/// \[m].
 pub(crate) fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
     scene
@@ -120,16 +123,17 @@ pub(crate) fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
         .iter()
         .enumerate()
         .filter_map(|(i, constraint)| {
-            let count = match constraint.parts().next()? {
-                (RowKind::Stretch, count, _) | (RowKind::Length, count, _) => count,
-                _ => return None,
-            };
-            let phi = &rows.phi[rows.row_range(i)][..count];
             if matches!(constraint, Constraint::MasslessCable(c) if c.tension_only) {
                 // What is slack is not too short.
-                return Some(phi[0].max(0.0));
+                return Some(rows.phi[rows.row_range(i).start].max(0.0));
             }
-            Some(phi.iter().map(|x| x * x).sum::<f64>().sqrt())
+            let mut first = rows.row_range(i).start;
+            constraint.parts().find_map(|(kind, count, _)| {
+                let range = first..first + count;
+                first += count;
+                let gap = matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across);
+                gap.then(|| rows.phi[range].iter().map(|x| x * x).sum::<f64>().sqrt())
+            })
         })
 }
 
@@ -183,6 +187,7 @@ pub fn simulate_driven(
             report.solve.status,
             Status::Converged | Status::Direct
         ));
+        trajectory.undecided += usize::from(report.undecided > 0);
         let sample = Sample {
             time: report.time,
             load: load_position(stepper.scene()),

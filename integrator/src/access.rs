@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::stepper::Stepper;
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Mobility, Motor, Winch, update_windings};
+use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Winch, update_windings};
 use taut_solver::SolveError;
 
 impl Stepper {
@@ -145,9 +145,23 @@ impl Stepper {
                 "got a velocity that is not finite",
             ));
         }
+        let (v, w) = (
+            velocity - bodies.velocity[body],
+            angular_velocity - bodies.angular_velocity[body],
+        );
         bodies.velocity[body] = velocity;
         bodies.angular_velocity[body] = angular_velocity;
-        self.changed();
+        // What led to the present state is the velocity before: its rate of the rows stays.
+        let rows = &self.pieces.rows;
+        for slot in rows.slots.iter().filter(|slot| slot.body == body) {
+            let range = rows.row_range(slot.constraint);
+            let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
+            for (phi_t, j) in self.history.phi_t[range].iter_mut().zip(jacobian) {
+                let change = [v.x, v.y, v.z, w.x, w.y, w.z];
+                *phi_t -= crate::products::dot(j, &change);
+            }
+        }
+        self.solved = false;
         Ok(())
     }
 
@@ -212,8 +226,38 @@ impl Stepper {
             return Err(refused(what, "got a value that is not finite"));
         }
         self.scene.set_control(control, value, self.time);
-        self.changed();
+        // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
+        self.solved = false;
         Ok(())
+    }
+
+    /// Sets the gantry's controls from the next step on. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`StepError::NotControllable`] where the scene has no control of one of their names or a value is not finite.
+    pub fn set_controls(&mut self, controls: &Controls) -> Result<(), StepError> {
+        for (name, value) in controls.values() {
+            let found = self.scene.controls.iter().position(|c| c.name == name);
+            let missing = || {
+                refused(
+                    format!("control `{name}`"),
+                    "is not there: is this a gantry?",
+                )
+            };
+            self.set_control(found.ok_or_else(missing)?, value)?;
+        }
+        Ok(())
+    }
+
+    /// Name of a constraint that gave way at its limit of force in the last solve; slack cables do not count.
+    pub(crate) fn at_force_limit(&self) -> Option<String> {
+        let bounds = &self.pieces.rows.bounds;
+        let limit = |mu: f64, bound: f64| bound != 0.0 && mu == bound * self.mu_dt;
+        let held = bounds.iter().find(|b| {
+            let mu = self.mu[b.row];
+            limit(mu, b.lower) || limit(mu, b.upper) || (b.lower == 0.0 && b.upper == 0.0)
+        })?;
+        self.scene.constraint_names.get(held.constraint).cloned()
     }
 
     /// Laws and bounds are those of the present state again; its solve no longer is.
@@ -240,6 +284,34 @@ mod tests {
             backend,
             ..StepOptions::paper()
         }
+    }
+
+    #[test]
+    fn the_gantry_is_driven_by_its_controls() {
+        let gantry = taut_model::GantryParams::default();
+        let mut stepper = Stepper::new(gantry.build().unwrap(), options()).unwrap();
+        let start = stepper.scene().bodies.position.clone();
+        let controls = Controls {
+            trolley_speed: 0.5,
+            hoist_speed: 0.1,
+        };
+        stepper.set_controls(&controls).unwrap();
+        for _ in 0..120 {
+            stepper.step().unwrap();
+        }
+        let moved = |i: usize| stepper.scene().bodies.position[i] - start[i];
+        let time = stepper.time();
+        assert_eq!(moved(0), Vector3::zeros());
+        assert!((moved(1).x - 0.5 * time).abs() < 1e-9, "{}", moved(1));
+        // The hook follows in swings and bounces.
+        assert!((moved(2).z - 0.1 * time).abs() < 0.05, "{}", moved(2));
+        let mut other = Stepper::new(Scene::new("no bodies"), options());
+        assert!(other.is_err());
+        let mut free = Scene::new("free");
+        free.add_body("ball", taut_model::Body::sphere(1.0, 1.0));
+        other = Stepper::new(free, options());
+        let refused = other.unwrap().set_controls(&controls).unwrap_err();
+        assert!(refused.to_string().contains("`trolley_speed`"), "{refused}");
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! Which rows are at a bound is found by block principal pivoting (Júdice and Pires, *A block principal pivoting
 //! algorithm for large-scale strictly monotone linear complementarity problems*, 1994): all rows that are in the wrong
 //! place change it at once, as long as that makes them fewer, and else one at a time (Murty 1974), which ends for every
-//! positive definite S. The places are kept from step to step, so that one solve a step is enough unless a row changes.
+//! positive definite S, if not always within the passes allowed here. The places are kept from step to step, so that one solve a step is enough unless a row changes.
 
 use crate::pieces::Pieces;
 use crate::products::dot;
@@ -72,8 +72,10 @@ impl Bounded {
         let mut bounded = Self::default();
         let mut first = 0;
         for bound in &pieces.rows.bounds {
+            // A cable that is too long is slack to begin with.
+            let slack = bound.upper == 0.0 && pieces.rows.phi[bound.row] < 0.0;
             bounded.rows.push(Row {
-                place: Place::Inside,
+                place: if slack { Place::Upper } else { Place::Inside },
                 rate: 0.0,
                 sigma: 0.0,
                 first,
@@ -197,10 +199,16 @@ impl Bounded {
                 Place::Inside if mu[r] < lower - noise => Place::Lower,
                 Place::Inside if mu[r] > upper + noise => Place::Upper,
                 Place::Inside => Place::Inside,
+                Place::Lower | Place::Upper if lower == upper => {
+                    // A row without any force is held on the side that it would leave.
+                    let (w, _) = residual(pieces, k, mu[r]);
+                    row.place = if w < 0.0 { Place::Lower } else { Place::Upper };
+                    row.place
+                }
                 held => {
                     let (w, size) = residual(pieces, k, mu[r]);
                     let inward = if held == Place::Lower { w } else { -w };
-                    if inward > noise * size && lower < upper {
+                    if inward > noise * size {
                         Place::Inside
                     } else {
                         held
@@ -214,13 +222,17 @@ impl Bounded {
         self.pivot(pieces, mu, dt)
     }
 
-    fn pivot(&mut self, pieces: &Pieces, mu: &mut [f64], dt: f64) -> Verdict {
+    fn pivot(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
         let verdict = match (self.wrong.len(), self.passes) {
             (0, _) => Verdict::Settled,
             (_, 0) => Verdict::Undecided,
             _ => Verdict::Changed,
         };
         if verdict != Verdict::Changed {
+            for (row, bound) in self.rows.iter().zip(&pieces.rows.bounds) {
+                let only = pieces.rows.row_range(bound.constraint).len() == 1;
+                pieces.idle[bound.constraint] = only && row.place != Place::Inside;
+            }
             for bound in &pieces.rows.bounds {
                 // Within the noise, or undecided.
                 mu[bound.row] = mu[bound.row].clamp(bound.lower * dt, bound.upper * dt);

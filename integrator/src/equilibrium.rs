@@ -92,6 +92,7 @@ pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, Step
     Err(StepError::NoEquilibrium {
         passes: PASSES,
         change,
+        limited: stepper.at_force_limit(),
     })
 }
 

@@ -43,12 +43,19 @@ pub enum StepError {
         /// Why not, and what to do.
         reason: &'static str,
     },
+    /// Which rows are at their bounds could not be decided.
+    Undecided {
+        /// Time at the beginning of the step \[s].
+        time: f64,
+    },
     /// No static equilibrium was found.
     NoEquilibrium {
         /// Solves made.
         passes: usize,
         /// Change of the positions in the last of them, over the scene's extent.
         change: f64,
+        /// A constraint that gave way at its limit of force.
+        limited: Option<String>,
     },
     /// The state is no longer finite: the step has become unstable.
     NonFinite {
@@ -87,11 +94,25 @@ impl fmt::Display for StepError {
                 source.fmt(f)
             }
             Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
-            Self::NoEquilibrium { passes, change } => write!(
+            Self::Undecided { time } => write!(
                 f,
-                "no static equilibrium found in {passes} solves (the last moved the scene by {change:.1e} of its extent): \
-                 is every body held?"
+                "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"
             ),
+            Self::NoEquilibrium {
+                passes,
+                change,
+                limited,
+            } => {
+                write!(
+                    f,
+                    "no static equilibrium found in {passes} solves (the last moved the scene by {change:.1e} of its \
+                     extent): "
+                )?;
+                match limited {
+                    Some(name) => write!(f, "`{name}` gives way at its limit of force: raise it"),
+                    None => f.write_str("is every body held?"),
+                }
+            }
             Self::NonFinite { body, time } => write!(
                 f,
                 "the state of body `{body}` is not finite at t = {time:.4} s: the step is unstable (use a smaller Δt, \

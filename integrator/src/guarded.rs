@@ -124,11 +124,13 @@ impl Stepper {
             self.advanced = dt;
             done += dt;
             self.time = begin + done;
+            update_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
-            self.accept();
             length = (2.0 * dt).min(first);
         }
         self.time = begin + whole;
+        // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
+        self.accept();
         Ok(())
     }
 

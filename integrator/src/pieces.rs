@@ -28,6 +28,8 @@ pub(crate) struct Pieces {
     /// Length over which each constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the
     /// length of a link; 0 where φ is linear in the positions \[m].
     turning_length: Vec<f64>,
+    /// Constraints whose only row is at a bound: what they measure does not act. Empty where no row has bounds.
+    pub(crate) idle: Vec<bool>,
     pub(crate) geometric: Geometric,
     pub(crate) inertia: Inertia,
     pub(crate) regularization: Regularization,
@@ -60,6 +62,14 @@ impl Pieces {
             speed_rows: (0..count).filter(speed).collect(),
             weighting,
             turning_length: scene.constraints.iter().map(turning_length).collect(),
+            idle: vec![
+                false;
+                if rows.bounds.is_empty() {
+                    0
+                } else {
+                    rows.constraints()
+                }
+            ],
             geometric: Geometric::new(scene, &rows),
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
@@ -206,12 +216,13 @@ impl Pieces {
         }
     }
 
-    /// Largest distance of a gap from its prediction, over the length that turns. NaN where a gap is.
+    /// Largest distance of a gap from its prediction, over the length that turns; slack cables have none. NaN where a gap
+    /// is.
     pub(crate) fn disagreement(&self) -> f64 {
         let rows = &self.rows;
         let mut worst = 0.0_f64;
         for (c, &length) in self.turning_length.iter().enumerate() {
-            if length == 0.0 {
+            if length == 0.0 || self.idle.get(c) == Some(&true) {
                 continue;
             }
             let range = rows.row_range(c);

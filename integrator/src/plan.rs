@@ -23,6 +23,8 @@ pub(crate) struct Plan {
     pub(crate) block: Vec<BlockOf>,
     /// Block row of each constraint.
     constraint: Vec<usize>,
+    /// Whether the system's rows are the scene's in their own order: a cable's Schur form.
+    in_scene_order: bool,
     maps: Maps,
 }
 
@@ -100,6 +102,7 @@ impl Plan {
         Ok(Self {
             pattern: Arc::new(pattern),
             block: order.iter().copied().map(BlockOf::Constraint).collect(),
+            in_scene_order: order.iter().copied().eq(0..order.len()),
             constraint: place,
             maps,
         })
@@ -153,6 +156,7 @@ impl Plan {
             pattern: Arc::new(pattern),
             block,
             constraint: constraint_block,
+            in_scene_order: false,
             maps: Maps::Kkt { body, slot },
         })
     }
@@ -230,6 +234,10 @@ impl Plan {
         sign: f64,
         b: &mut [f64],
     ) {
+        if self.in_scene_order && sign == 1.0 {
+            b.copy_from_slice(multipliers);
+            return;
+        }
         for (k, block) in self.block.iter().enumerate() {
             let to = &mut b[self.pattern.rows(k)];
             match *block {
@@ -251,6 +259,10 @@ impl Plan {
         sign: f64,
         multipliers: &mut [f64],
     ) {
+        if self.in_scene_order && sign == 1.0 {
+            multipliers.copy_from_slice(x);
+            return;
+        }
         for (k, block) in self.block.iter().enumerate() {
             if let BlockOf::Constraint(c) = *block {
                 for (to, from) in multipliers[rows.row_range(c)]

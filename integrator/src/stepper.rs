@@ -448,7 +448,7 @@ impl Stepper {
     }
 
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
-    /// during the sub-step that led here have paid out.
+    /// have paid out.
     pub(crate) fn accept(&mut self) {
         update_windings(&mut self.scene, self.time);
         let rows = &self.pieces.rows;
@@ -653,23 +653,23 @@ impl Stepper {
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
-        let (mut clock, mut work) = (PhaseClock::start(), Work::default());
-        self.find_tension(&mut clock, &mut work)?;
-        let places = self.bounded.clone();
-        if !self.bounded.is_empty() {
-            // Which rows are at their bounds: of the system with this tension, not with that of its solve.
-            let (tension, mu, mu_dt) = (self.tension.clone(), self.mu.clone(), self.mu_dt);
-            let solved = self.solve_scheme(self.options.stiffness, &mut clock, &mut work);
-            (self.tension, self.mu, self.mu_dt) = (tension, mu, mu_dt);
-            solved?;
-        }
+        self.find_tension(&mut PhaseClock::start(), &mut Work::default())?;
         self.prepare(self.options.stiffness)?;
         let dt = self.substep();
-        self.bounded.hold(&mut self.pieces, dt);
-        let solved = self.solve_extended();
-        self.bounded.release(&mut self.pieces);
-        self.bounded = places;
-        solved
+        // The stepper's own solves start from what they know, not from what is found here.
+        let mut bounded = self.bounded.clone();
+        bounded.begin();
+        loop {
+            bounded.hold(&mut self.pieces, dt);
+            let solved = self.solve_extended();
+            bounded.release(&mut self.pieces);
+            let mut mu = solved?;
+            match bounded.judge(&mut self.pieces, &mut mu, dt) {
+                Verdict::Settled => return Ok(mu),
+                Verdict::Changed => {}
+                Verdict::Undecided => return Err(StepError::Undecided { time: self.time }),
+            }
+        }
     }
 
     /// μ of the KKT system of the pieces as they are, in extended precision.

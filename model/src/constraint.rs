@@ -147,6 +147,7 @@ impl Constraint {
     }
 
     /// The rows in their order, as (kind, number of rows, law).
+    #[inline]
     pub fn parts(&self) -> impl Iterator<Item = (RowKind, usize, RowLaw)> {
         use RowKind::{Across, Bend, Length, Rotation, Stretch, Transverse, Twist};
         let joint = |law: &JointLaw, bend_rows| {

@@ -53,6 +53,8 @@
 //! | A, I_a, J_t | [`CrossSection`] | area, second moment, torsion constant | m², m⁴, m⁴ |
 //! | YA, YI, GJ | [`Stiffness`] `ea`, `ei`, `gj` | axial, bending, torsional stiffness | N, N m², N m² |
 //! | l, L | `segment_length`, `length` | length of a segment, of the cable | m |
+//! | L(t) | [`MasslessCable::length_at`] | length at rest of a cable with a winch | m |
+//! | lo, hi | [`RowBounds`] | bounds of λ: a cable cannot push, a motor has a limited force | N or N m |
 //! | M/m | [`HoistParams::mass_ratio`] | mass of the load over that of a segment | – |
 //!
 //! # Map

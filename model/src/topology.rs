@@ -4,7 +4,8 @@
 //! forces do not move them, and two constraints that share nothing else are not coupled in S = J M⁻¹ Jᵀ + Σ. What closes
 //! no loop forms a tree in each connected component, and S of a tree, eliminated from the leaves to a root, fills
 //! nothing: what is left to eliminate next to a constraint shares its one body towards the root. Constraints that close
-//! loops come last, where they fill their own rows only, \[SL §VI-A].
+//! loops come last, where they fill their own rows only, \[SL §VI-A]; as there, they make one more group, which need not be
+//! a forest itself.
 //!
 //! Constraints that share two bodies close a loop in this sense too, as links and the bend rows between them do. Whether
 //! it is good to put them last is a question of cost, not of topology.

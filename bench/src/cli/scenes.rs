@@ -31,8 +31,12 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
     } else {
         Config::default()
     };
-    let mut networks = args.scenes.clone();
-    networks.dedup();
+    let mut networks = Vec::new();
+    for network in &args.scenes {
+        if !networks.contains(network) {
+            networks.push(*network);
+        }
+    }
     let mut config = config.with(&networks, &sorted(&args.segments, Vec::new()));
     take_ratios(&args.ratios, &mut config.ratios)?;
     config.iterations = sorted(&args.iterations, config.iterations);

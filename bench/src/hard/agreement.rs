@@ -10,7 +10,7 @@ use taut_model::Network;
 /// Iterations that the iterative solvers have in each solve.
 const ITERATIONS: usize = 1000;
 
-/// The scenes that are compared, in one size each, or two.
+/// The scenes that are compared: in their smallest size, or the two smallest and the largest.
 #[must_use]
 pub fn config(quick: bool) -> Config {
     let own = if quick {
@@ -18,12 +18,16 @@ pub fn config(quick: bool) -> Config {
     } else {
         Config::default()
     };
-    let few = if quick { 1 } else { 2 };
+    let chosen = |sizes: Vec<usize>| -> Vec<usize> {
+        let last = sizes.len().saturating_sub(1);
+        let some = |i: &usize| *i == 0 || (!quick && (*i == 1 || *i == last));
+        (0..sizes.len()).filter(some).map(|i| sizes[i]).collect()
+    };
     Config {
         sizes: own
             .sizes
             .into_iter()
-            .map(|(network, sizes)| (network, sizes.into_iter().take(few).collect()))
+            .map(|(network, sizes)| (network, chosen(sizes)))
             .collect(),
         iterations: vec![ITERATIONS],
         timing_budget: Duration::ZERO,

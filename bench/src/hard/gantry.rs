@@ -14,26 +14,26 @@ use std::fmt::Write;
 use std::time::Instant;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{GantryParams, Scene};
+use taut_solver::Status;
 
 /// The drive: a minute.
 pub const DRIVE: &str = include_str!("gantry.csv");
 const TIME: f64 = 60.0;
 const DT: f64 = 1.0 / 60.0;
-/// Largest error of the positions of hook and load that passes \[m]: half a percent of what hangs below the trolley.
-const BAR: f64 = 0.05;
-/// Largest relative error of the multipliers of a direct solver that passes.
+/// Largest error of the positions of hook and load that passes \[m].
+const BAR: f64 = 0.02;
+/// The same between the reference and one in steps twice as long.
+const REFERENCE_BAR: f64 = 2e-3;
+/// Largest relative error of the multipliers that passes.
 const SOLVER_BAR: f64 = 1e-8;
-/// The same for an iterative one that converged: 20 000 iterations, residual 1e-13.
-const ITERATIVE_BAR: f64 = 1e-6;
 
 /// One drive.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Run {
     /// Centres of hook and load after each sixtieth of a second \[m].
     path: Vec<[Vector3<f64>; 2]>,
-    /// Wall-clock time of the slowest step and of all steps \[s].
-    worst: f64,
-    total: f64,
+    /// Wall-clock time of each step \[s].
+    spent: Vec<f64>,
     /// Steps that the guard took again.
     redone: usize,
     failure: Option<String>,
@@ -48,6 +48,8 @@ struct Row {
     load_error_m: f64,
     reference_error_m: f64,
     realtime_factor: f64,
+    /// The step that 999 of 1000 are not slower than; the first, which may allocate, is left out.
+    late_step_s: f64,
     worst_step_s: f64,
     redone: usize,
 }
@@ -102,10 +104,7 @@ fn drive(scene: Scene, time: f64, finer: usize) -> Result<Run, StepError> {
     for n in 1..=steps_in(time, DT) * finer {
         let start = Instant::now();
         let step = inputs.apply(&mut stepper).and_then(|()| stepper.step());
-        let spent = start.elapsed().as_secs_f64();
-        run.total += spent;
-        // The first step may allocate.
-        run.worst = if n > 1 { run.worst.max(spent) } else { 0.0 };
+        run.spent.push(start.elapsed().as_secs_f64());
         match step {
             Ok(report) => run.redone += usize::from(report.redone),
             Err(e) => {
@@ -141,14 +140,19 @@ fn distance(a: &Run, b: &Run, which: usize) -> f64 {
 }
 
 fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row {
+    let mut later = ours.spent.get(1..).unwrap_or_default().to_vec();
+    later.sort_by(f64::total_cmp);
+    let late = later.len().saturating_sub(1 + later.len() / 1000);
+    let at = |i: usize| later.get(i).copied().unwrap_or(f64::NAN);
     Row {
         ratio,
         stable: ours.failure.is_none(),
         hook_error_m: distance(ours, fine, 0),
         load_error_m: distance(ours, fine, 1),
-        reference_error_m: distance(coarse, fine, 1),
-        realtime_factor: time / ours.total,
-        worst_step_s: ours.worst,
+        reference_error_m: distance(coarse, fine, 0).max(distance(coarse, fine, 1)),
+        realtime_factor: time / ours.spent.iter().sum::<f64>(),
+        late_step_s: at(late),
+        worst_step_s: at(later.len().saturating_sub(1)),
         redone: ours.redone,
     }
 }
@@ -177,23 +181,54 @@ fn checks(row: &Row, ours: &Run) -> Vec<Check> {
             BAR,
         )
         .by("largest distance over the whole drive, m")
-        .noting(format!(
-            "the reference differs by {:.1e} m from one with steps twice as long",
-            row.reference_error_m
-        ))
     };
-    let worst = Check::within(
-        case("slowest step"),
+    let late = Check::within(
+        case("all but the slowest 0.1 % of the steps"),
         "16.7 ms a frame".to_owned(),
-        format!("{:.3} ms", 1e3 * row.worst_step_s),
-        row.worst_step_s,
+        format!("{:.3} ms", 1e3 * row.late_step_s),
+        row.late_step_s,
         DT,
     )
     .by("seconds, wall clock");
+    // What else the machine does comes in here, which is no fault of the step's.
+    let in_time = row.worst_step_s <= DT;
+    let worst = Check::claim(
+        case("slowest step"),
+        "16.7 ms a frame",
+        format!("{:.3} ms", 1e3 * row.worst_step_s),
+        if in_time {
+            Verdict::Pass
+        } else {
+            Verdict::Limit
+        },
+        "",
+    );
+    let reference = Check::within(
+        case("the reference"),
+        "steps twice as long".to_owned(),
+        format!("{:.2} mm", 1e3 * row.reference_error_m),
+        row.reference_error_m,
+        REFERENCE_BAR,
+    )
+    .by("largest distance over the whole drive, m");
+    let fast = Check::claim(
+        case("real-time factor"),
+        "above 1",
+        format!("{:.0}", row.realtime_factor),
+        if row.realtime_factor > 1.0 {
+            Verdict::Pass
+        } else {
+            Verdict::Fail
+        },
+        "",
+    );
     vec![
         stable,
         position("hook", row.hook_error_m),
         position("load", row.load_error_m),
+        reference,
+        fast,
+        late,
         worst,
     ]
 }
@@ -251,21 +286,28 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         // Cold, so that what comes out is the solver's own.
         stepper.set_multipliers(&vec![0.0; exact.len()])?;
         stepper.set_tension(&tension)?;
-        stepper.solve()?;
+        let report = match stepper.solve() {
+            Ok(report) => report,
+            Err(e) => {
+                let failed = "failed".to_owned();
+                let check = Check::claim("", "32 digits", failed, Verdict::Fail, e.to_string());
+                found.push((choice.family(), check));
+                continue;
+            }
+        };
         let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let pairs = stepper.multipliers().iter().zip(&exact);
         let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
-        let iterative = choice.backend.is_iterative();
-        let bar = if iterative { ITERATIVE_BAR } else { SOLVER_BAR };
         let mut check = Check::within(
             "",
             "32 digits".to_owned(),
             format!("{error:.1e}"),
             error,
-            bar,
+            SOLVER_BAR,
         );
-        if iterative && check.verdict == Verdict::Fail {
-            // It says so itself: the iterations ran out.
+        let claimed = matches!(report.solve.status, Status::Direct | Status::Converged);
+        if !claimed && check.verdict == Verdict::Fail {
+            // It says so itself.
             check.verdict = Verdict::Limit;
         }
         found.push((

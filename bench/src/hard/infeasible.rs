@@ -116,6 +116,8 @@ pub enum Rigid {
     Refused {
         /// When \[s].
         time: f64,
+        /// Whether by an error of the solve, which names the joint; else the state was lost.
+        typed: bool,
         /// In words.
         message: String,
     },
@@ -155,6 +157,7 @@ pub fn rigid(choice: &Choice, seconds: f64, plain: bool) -> Result<Rigid, StepEr
             Err(e) => {
                 return Ok(Rigid::Refused {
                     time: stepper.time(),
+                    typed: matches!(e, StepError::Solve { .. }),
                     message: e.to_string(),
                 });
             }
@@ -253,9 +256,15 @@ fn without_compliance(choice: &Choice, seconds: f64, plain: bool) -> Result<Chec
         form: choice.form,
     };
     Ok(match rigid(&choice, seconds, plain)? {
-        Rigid::Refused { time, message } => {
+        Rigid::Refused {
+            time,
+            typed,
+            message,
+        } => {
             let ours = format!("refused at {time:.2} s");
-            Check::claim("", reference, ours, Verdict::Pass, message)
+            // A motion that is lost is told, but by its symptom.
+            let verdict = if typed { Verdict::Pass } else { Verdict::Limit };
+            Check::claim("", reference, ours, verdict, message)
         }
         Rigid::Runs {
             speed,
@@ -275,9 +284,12 @@ fn without_compliance(choice: &Choice, seconds: f64, plain: bool) -> Result<Chec
             };
             check.note =
                 format!("claims {claims}; {unconverged} sub-steps of the guard did not converge");
-            if finite && check.verdict == Verdict::Fail {
-                check.verdict = Verdict::Limit;
-            }
+            // There is no solution to converge to.
+            check.verdict = if finite && !claimed {
+                Verdict::Limit
+            } else {
+                Verdict::Fail
+            };
             check
         }
     })

@@ -1,6 +1,6 @@
 //! The common states of the networks, and one solver's errors and times there.
 
-use super::{BAR, Config, JUDGED_ROWS, Record, SWING, Task, WARM_UP};
+use super::{BAR, Config, ITERATIVE_RUN_ROWS, RUN_ROWS, Record, SWING, Task, WARM_UP};
 use crate::choice::Choice;
 use crate::reference::Snapshot;
 use crate::trajectory::{Timing, load_position, steps_in};
@@ -24,8 +24,9 @@ pub(super) struct Case {
     /// The common state, and the impulses of the step that led there, which iterations start from.
     state: Snapshot,
     guess: Vec<f64>,
-    /// Exact multipliers of the common state, and the load's place after the run; none for a case that is too large.
-    exact: Option<Vec<f64>>,
+    /// Exact multipliers of the common state.
+    exact: Vec<f64>,
+    /// The load's place after the run; none for a case that is too large.
     load: Option<Vector3<f64>>,
     /// Largest distance of two bodies along an axis \[m].
     extent: f64,
@@ -95,15 +96,15 @@ impl Case {
             tension: guess.iter().map(|mu| mu / config.dt).collect(),
         };
         let rows = guess.len();
-        let (mut exact, mut load) = (None, None);
-        if rows <= JUDGED_ROWS {
+        let mut load = None;
+        if rows <= RUN_ROWS {
             for _ in WARM_UP..steps_in(config.time, config.dt) {
                 stepper.step()?;
             }
             load = Some(load_position(stepper.scene()));
             state.put(&mut stepper)?;
-            exact = Some(stepper.reference_multipliers()?);
         }
+        let exact = stepper.reference_multipliers()?;
         let extent = |k: usize| {
             let places = start.bodies.position.iter().map(|x| x[k]);
             places.clone().fold(f64::MIN, f64::max) - places.fold(f64::MAX, f64::min)
@@ -180,9 +181,8 @@ pub(super) fn row(config: &Config, case: &Case, task: &Task) -> Record {
     }
     if !choice.backend.is_iterative() {
         let errors = [row.forward_error, row.load_difference];
-        let known = errors.iter().flatten().count() == errors.len();
         let kept = errors.iter().flatten().all(|e| *e <= BAR);
-        row.within_bar = (known || row.error.is_some()).then_some(kept && row.error.is_none());
+        row.within_bar = Some(kept && row.error.is_none());
     }
     row
 }
@@ -210,9 +210,7 @@ fn algebra(case: &Case, options: StepOptions, row: &mut Record) -> Result<(), St
         solver.analyze(&pattern)
     });
     row.factor_entries = analysed.ok().and_then(|r| r.factor_entries);
-    let Some(exact) = &case.exact else {
-        return Ok(());
-    };
+    let exact = &case.exact;
     let error = forward_error(stepper.multipliers(), exact);
     row.forward_error_unrefined = Some(error);
     row.forward_error = Some(error);
@@ -234,6 +232,9 @@ fn motion(
     let Some(load) = &case.load else {
         return Ok(());
     };
+    if row.iterations > 0 && case.rows > ITERATIVE_RUN_ROWS {
+        return Ok(());
+    }
     let mut stepper = Stepper::new(case.start.clone(), options)?;
     for _ in 0..steps_in(config.time, config.dt) {
         match stepper.step() {

@@ -122,12 +122,12 @@ impl MasslessCable {
         }
     }
 
-    /// Length at rest at time `t` (s), not before [`Winch::since`] \[m].
+    /// Length at rest at time `t` (s) \[m]; before [`Winch::since`] the winch rests.
     #[must_use]
     pub fn length_at(&self, t: f64) -> f64 {
         match &self.winch {
             Some(w) if !w.brake && w.speed != 0.0 => {
-                let wound = self.length + w.speed * (t - w.since);
+                let wound = self.length + w.speed * (t - w.since).max(0.0);
                 // A cable that is out of the range already stays as it is.
                 let (shortest, longest) = (w.shortest.min(self.length), w.longest.max(self.length));
                 wound.clamp(shortest, longest)
@@ -337,6 +337,20 @@ mod tests {
             (cable.length, cable.bounds_at(3.0).0),
             (4.0, f64::NEG_INFINITY)
         );
+    }
+
+    #[test]
+    fn a_winch_rests_until_its_time() {
+        let cable = MasslessCable {
+            winch: Some(Winch {
+                speed: -0.5,
+                since: 5.0,
+                ..Winch::new()
+            }),
+            ..MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
+        };
+        let lengths = [-1.0, 0.0, 5.0, 6.0].map(|t| cable.length_at(t));
+        assert_eq!(lengths, [10.0, 10.0, 10.0, 9.5]);
     }
 
     #[test]

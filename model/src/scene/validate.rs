@@ -1,6 +1,6 @@
 //! Checks a scene before it is simulated.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
@@ -44,10 +44,17 @@ impl Scene {
     fn validate_controls(&self) -> Result<(), SceneError> {
         let names: Vec<String> = self.controls.iter().map(|c| c.name.clone()).collect();
         unique("control", &names)?;
+        let mut driven_by: HashMap<usize, &str> = HashMap::new();
         for control in &self.controls {
             let what = || format!("control `{}`", control.name);
             for drive in &control.drives {
                 check(format!("{}: gain", what()), drive.gain, true, "a number")?;
+                if driven_by.insert(drive.constraint, &control.name).is_some() {
+                    return Err(SceneError::Conflict {
+                        what: what(),
+                        reason: "drives what is driven already, by it or by another: keep one of them",
+                    });
+                }
                 let constraint = self.constraints.get(drive.constraint);
                 if !constraint.is_some_and(Constraint::follows_speed) {
                     let reason = "drives what has neither a motor that holds a speed nor a winch: name a joint or cable that has";
