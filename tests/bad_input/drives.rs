@@ -439,8 +439,9 @@ fn the_least_gantries_run() {
     }
 }
 
-/// 10⁵ bodies in a line, around a hub and through one cable: topology, and the steppers of what is sparse. A hub couples
-/// all constraints with each other: S is full, more than can be stored, unless the hub is one that nothing moves.
+/// 10⁵ bodies in a line, around a hub and through one cable: topology, and the steppers of what is sparse. A hub
+/// couples all constraints with each other: S is full, more than can be stored, unless the hub is one that nothing
+/// moves.
 #[test]
 fn many_bodies_are_put_in_order_or_refused() {
     const MANY: usize = 100_000;

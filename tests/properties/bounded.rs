@@ -42,8 +42,8 @@ impl Problem {
         }
     }
 
-    /// How far the impulses are from the conditions: every bound beyond which they are, and every w of the wrong sign, the
-    /// latter over what it is made of.
+    /// How far the impulses are from the conditions: every bound beyond which they are, and every w of the wrong
+    /// sign, the latter over what it is made of.
     fn fault(&self, mu: &[f64]) -> f64 {
         let mu = DVector::from_column_slice(mu);
         let w = &self.equations.b - &self.s * &mu;
@@ -144,8 +144,8 @@ proptest! {
     })]
 
     /// Bodies held by up to twelve cables that cannot push and motors of limited force: each step's impulses keep the
-    /// bounds, and what they leave of the rows has the right sign. Of both steps, by every direct solver, from the places
-    /// that the last step left and from none.
+    /// bounds, and what they leave of the rows has the right sign. Of both steps, by every direct solver, from the
+    /// places that the last step left and from none.
     #[test]
     fn impulses_of_bounded_rows_are_complementary(
         seed in 1_u64..1000,
@@ -184,8 +184,8 @@ proptest! {
     }
 }
 
-/// The same of machines in motion, with the guard, whose implicit steps have bounds too: nothing is left undecided by any
-/// solver, iterations included, and rows both reach their bounds and leave them.
+/// The same of machines in motion, with the guard, whose implicit steps have bounds too: nothing is left undecided by
+/// any solver, iterations included, and rows both reach their bounds and leave them.
 #[test]
 fn every_solver_decides_every_bound() {
     for choice in compiled() {

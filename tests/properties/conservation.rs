@@ -22,8 +22,8 @@ fn after(scene: &Scene, options: StepOptions, steps: usize) -> Scene {
     stepper.scene().clone()
 }
 
-/// Joints between bodies exchange impulses, and so do motors and massless cables: their sum stays, to rounding, over 200
-/// steps, relative to Σ m |v|.
+/// Joints between bodies exchange impulses, and so do motors and massless cables: their sum stays, to rounding, over
+/// 200 steps, relative to Σ m |v|.
 #[test]
 fn a_free_cable_keeps_its_momentum_to_rounding() {
     let mut worst = Worst::default();
@@ -45,10 +45,10 @@ fn a_free_cable_keeps_its_momentum_to_rounding() {
     worst.expect_measured("drift of the momentum", 6.1e-16);
 }
 
-/// The lever arms are those of the beginning of the step, to which both velocities beside it belong by halves: the angular
-/// momentum about the centre of mass is kept to O(Δt²), half the time step, about a quarter of the drift. Motors are as
-/// strong as it takes here, and cables push: where rows reach bounds the motion has kinks at times that the steps do not
-/// meet, and the order is the first.
+/// The lever arms are those of the beginning of the step, to which both velocities beside it belong by halves: the
+/// angular momentum about the centre of mass is kept to O(Δt²), half the time step, about a quarter of the drift.
+/// Motors are as strong as it takes here, and cables push: where rows reach bounds the motion has kinks at times that
+/// the steps do not meet, and the order is the first.
 #[test]
 fn a_free_cable_keeps_its_angular_momentum_to_second_order() {
     let drift = |scene: &Scene, dt: f64| {

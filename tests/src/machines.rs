@@ -1,5 +1,5 @@
-//! Random scenes of what moves and is moved: hinges and sliders with motors, massless cables with winches, static and driven
-//! bodies, rows at their bounds and within.
+//! Random scenes of what moves and is moved: hinges and sliders with motors, massless cables with winches, static and
+//! driven bodies, rows at their bounds and within.
 
 use crate::random::Random;
 use crate::scenes::{JOINTS, KINDS, anchor_motion, joint};
@@ -17,9 +17,9 @@ const TURNING: usize = KINDS.len() - 2;
 /// Numbers of the bodies that are not dynamic.
 const HOLDERS: [usize; 2] = [0, 1];
 
-/// A tree of rods on a static and a driven body, with joints and motors of all kinds, and massless cables across it, taut
-/// and slack, from the world and from the holders, over sheaves and with winches. The control `drive` has a drive for each
-/// motor of a speed and each winch.
+/// A tree of rods on a static and a driven body, with joints and motors of all kinds, and massless cables across it,
+/// taut and slack, from the world and from the holders, over sheaves and with winches. The control `drive` has a
+/// drive for each motor of a speed and each winch.
 #[must_use]
 pub fn random_machine(seed: u64) -> Scene {
     let mut random = Random::new(500 + seed);

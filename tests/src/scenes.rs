@@ -62,8 +62,8 @@ fn motor(kind: &str, compliance: f64, damping: f64) -> Option<Motor> {
     })
 }
 
-/// A joint of the given kind with stretch, bend and twist of the given compliances and damping time. Motors hold 0.1 m or
-/// rad, or 0.2 m/s or rad/s, with at most 5 N or N m; a massless cable is 1 mm long.
+/// A joint of the given kind with stretch, bend and twist of the given compliances and damping time. Motors hold 0.1
+/// m or rad, or 0.2 m/s or rad/s, with at most 5 N or N m; a massless cable is 1 mm long.
 ///
 /// # Panics
 /// Where there is no such kind.

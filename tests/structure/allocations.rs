@@ -171,8 +171,8 @@ fn at_bounds(stepper: &Stepper) -> [bool; 3] {
     })
 }
 
-/// The same of the gantry, whose controls are set before every step: jerks that are too much for the trolley's motor and
-/// for the winches, and times in which they are not.
+/// The same of the gantry, whose controls are set before every step: jerks that are too much for the trolley's motor
+/// and for the winches, and times in which they are not.
 #[test]
 fn a_driven_gantry_allocates_nothing() {
     let params = GantryParams {
