@@ -158,7 +158,7 @@ fn double_pendulum() -> Result<Vec<Check>, ExperimentError> {
 fn bifilar() -> Result<Check, ExperimentError> {
     let (above, below, length, mass) = (1.0, 0.6, 3.0, 200.0);
     // The cables lean inwards: the block hangs this far down.
-    let fall = (length * length - (above - below) * (above - below) as f64).sqrt();
+    let fall = (length * length - (above - below) * (above - below)).sqrt();
     let mut scene = crane("bifilar");
     let block = Body::cuboid(Vector3::new(2.0, 0.5, 0.5), mass);
     let inertia = block.inertia[(2, 2)];
