@@ -156,7 +156,7 @@ fn double_pendulum() -> Result<Vec<Check>, ExperimentError> {
 }
 
 fn bifilar() -> Result<Check, ExperimentError> {
-    let (above, below, length, mass) = (1.0, 0.6, 3.0, 200.0);
+    let (above, below, length, mass) = (1.0_f64, 0.6_f64, 3.0_f64, 200.0_f64);
     // The cables lean inwards: the block hangs this far down.
     let fall = (length * length - (above - below) * (above - below)).sqrt();
     let mut scene = crane("bifilar");
