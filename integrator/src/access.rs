@@ -289,7 +289,11 @@ mod tests {
     #[test]
     fn the_gantry_is_driven_by_its_controls() {
         let gantry = taut_model::GantryParams::default();
-        let mut stepper = Stepper::new(gantry.build().unwrap(), options()).unwrap();
+        let default = StepOptions {
+            backend: options().backend,
+            ..StepOptions::default()
+        };
+        let mut stepper = Stepper::new(gantry.build().unwrap(), default).unwrap();
         let start = stepper.scene().bodies.position.clone();
         let controls = Controls {
             trolley_speed: 0.5,

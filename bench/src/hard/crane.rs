@@ -156,9 +156,9 @@ fn double_pendulum() -> Result<Vec<Check>, ExperimentError> {
 }
 
 fn bifilar() -> Result<Check, ExperimentError> {
-    let (above, below, length, mass) = (1.0, 0.6, 3.0, 200.0);
+    let (above, below, length, mass) = (1.0_f64, 0.6_f64, 3.0_f64, 200.0_f64);
     // The cables lean inwards: the block hangs this far down.
-    let fall = f64::sqrt(length * length - (above - below) * (above - below));
+    let fall = (length * length - (above - below) * (above - below)).sqrt();
     let mut scene = crane("bifilar");
     let block = Body::cuboid(Vector3::new(2.0, 0.5, 0.5), mass);
     let inertia = block.inertia[(2, 2)];

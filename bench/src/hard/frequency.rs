@@ -65,10 +65,10 @@ mod tests {
             (0..2000).map(at).collect()
         };
         let one = single(&samples(&[(1e-3, 1.7)]), 0.01, 60);
-        assert!((one / 1.7 - 1.0).abs() < 1e-9, "{one}");
+        assert!((one / 1.7 - 1.0).abs() < 1e-7, "{one}");
         let two = pair(&samples(&[(1e-3, 1.3), (2e-4, 6.5)]), 0.01, 15);
-        assert!((two[0] / 1.3 - 1.0).abs() < 1e-8, "{two:?}");
-        assert!((two[1] / 6.5 - 1.0).abs() < 1e-8, "{two:?}");
+        assert!((two[0] / 1.3 - 1.0).abs() < 1e-7, "{two:?}");
+        assert!((two[1] / 6.5 - 1.0).abs() < 1e-7, "{two:?}");
         assert!(single(&[1.0, 2.0], 0.01, 60).is_nan());
     }
 }

@@ -333,17 +333,21 @@ impl Random {
             let group = self.0.next_u64() as u32;
             scene.add_constraint(format!("{}{i}", names[i % 7]), constraint, group);
         }
-        let followers: Vec<_> = (0..scene.constraints.len())
+        let mut followers: Vec<_> = (0..scene.constraints.len())
             .filter(|&i| scene.constraints[i].follows_speed())
             .collect();
         for name in names.iter().take(self.below(4)) {
-            let drives = self.below(4).min(8 * followers.len());
-            let drives = (0..drives).map(|_| Drive {
-                constraint: followers[self.below(followers.len())],
-                gain: [1.0, self.number()][self.below(2)],
-            });
+            // Each follows one control at most.
+            let drives = self.below(4).min(followers.len());
+            let mut drive = || {
+                let follower = self.below(followers.len());
+                Drive {
+                    constraint: followers.swap_remove(follower),
+                    gain: [1.0, self.number()][self.below(2)],
+                }
+            };
             scene.controls.push(Control {
-                drives: drives.collect(),
+                drives: (0..drives).map(|_| drive()).collect(),
                 name: (*name).to_owned(),
             });
         }
