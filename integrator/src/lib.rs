@@ -41,6 +41,7 @@
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
+//! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
@@ -65,6 +66,7 @@ mod guarded;
 mod gyroscopic;
 mod history;
 mod inertia;
+mod observe;
 mod options;
 mod pieces;
 mod plan;
@@ -76,6 +78,7 @@ mod stepper;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
+pub use observe::Energy;
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};
-pub use stepper::{Energy, Stepper};
+pub use stepper::Stepper;

@@ -1,0 +1,179 @@
+//! What a stepper tells of its state: scene, multipliers, linear system, energies, and the exact solution of the next step.
+
+use crate::bounded::Verdict;
+use crate::pieces::Pieces;
+use crate::plan::Plan;
+use crate::report::{PhaseClock, Work};
+use crate::stepper::Stepper;
+use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
+use nalgebra::Vector3;
+use taut_model::{Linearized, Scene};
+use taut_solver::SymBlockMatrix;
+
+/// Energies at one instant \[J].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+pub struct Energy {
+    /// ½ m v² + ½ ω·Iω.
+    pub kinetic: f64,
+    /// −m g·x, zero at the origin.
+    pub gravity: f64,
+    /// ½ ε λ².
+    pub elastic: f64,
+}
+
+impl Energy {
+    /// Their sum.
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.kinetic + self.gravity + self.elastic
+    }
+}
+
+impl Stepper {
+    /// The scene in its present state.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scene in its present state, without the stepper.
+    #[must_use]
+    pub fn into_scene(self) -> Scene {
+        self.scene
+    }
+
+    /// The options.
+    #[must_use]
+    pub fn options(&self) -> &StepOptions {
+        &self.options
+    }
+
+    /// Time of the present state \[s].
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Impulses μ = Δt λ of the last solve, one a row \[N s, N m s].
+    #[must_use]
+    pub fn multipliers(&self) -> &[f64] {
+        &self.mu
+    }
+
+    /// The order of the constraints in the linear system, and what it costs.
+    #[must_use]
+    pub fn elimination(&self) -> &EliminationOrder {
+        &self.elimination
+    }
+
+    /// The linear system of the last solve: matrix, right-hand side, solution as the backend and the refinement left
+    /// it. Its blocks stand in the order of [`elimination`](Self::elimination).
+    #[must_use]
+    pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
+        (&self.matrix, &self.rhs, &self.x)
+    }
+
+    /// The constraints' linearisation at the present state; ∂φ/∂t is that of the last step or solve.
+    #[must_use]
+    pub fn linearized(&self) -> &Linearized {
+        &self.pieces.rows
+    }
+
+    /// Kinetic, gravitational and elastic energy \[J] at the beginning of the last sub-step, where position, tension and the
+    /// mean of the velocities before and after it belong to one instant. (With [`crate::Scheme::LinearlyImplicit`] the
+    /// tension belongs to the end, an error of first order.) Before a step of the present state: that of its positions
+    /// and velocities as they are, and the elastic energy of the last solve.
+    #[must_use]
+    pub fn energy(&self) -> Energy {
+        let bodies = &self.scene.bodies;
+        let dt = self.advanced;
+        let mut energy = Energy {
+            elastic: self.elastic_energy(),
+            ..Energy::default()
+        };
+        for i in self.scene.dynamic_bodies() {
+            let position = bodies.position[i] - bodies.velocity[i] * dt;
+            let (mut velocity, mut omega) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            let orientation =
+                gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
+            if dt > 0.0 {
+                let mean = |k: usize| self.pieces.v[6 * i + k] + 0.5 * self.pieces.dv[6 * i + k];
+                velocity = Vector3::new(mean(0), mean(1), mean(2));
+                omega = Vector3::new(mean(3), mean(4), mean(5));
+            }
+            let y = orientation.inverse() * omega;
+            let spin = y.dot(&(bodies.inertia[i] * y));
+            energy.kinetic += 0.5 * (bodies.mass[i] * velocity.norm_squared() + spin);
+            energy.gravity -= bodies.mass[i] * self.scene.gravity.dot(&position);
+        }
+        energy
+    }
+
+    /// Elastic energy ½ Σ ε λ² of the last solve's multipliers \[J]; not ½ φ²/ε, which overstates stiff rows. With
+    /// damping (τ > 0) the multipliers of moving rows hold the dissipative force too, and this is no longer stored
+    /// energy alone.
+    #[must_use]
+    pub fn elastic_energy(&self) -> f64 {
+        // Transverse rows are a filter, not a spring.
+        let energies = (0..self.mu.len()).filter(|r| !self.pieces.is_transverse(*r));
+        let compliance = &self.pieces.rows.compliance;
+        0.5 * energies
+            .map(|r| compliance[r] * (self.mu[r] / self.mu_dt).powi(2))
+            .sum::<f64>()
+    }
+
+    /// The exact impulses of the next sub-step from the present state, to the last digit: the KKT system of the pieces M̃, J, Σ, c (as rounded
+    /// to doubles) in extended precision. The oracle for every form and backend. Allocates.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
+        self.find_tension(&mut PhaseClock::start(), &mut Work::default())?;
+        self.prepare(self.options.stiffness)?;
+        let dt = self.substep();
+        // The stepper's own solves start from what they know, not from what is found here.
+        let mut bounded = self.bounded.clone();
+        bounded.begin();
+        loop {
+            bounded.hold(&mut self.pieces, dt);
+            let solved = self.solve_extended();
+            bounded.release(&mut self.pieces);
+            let mut mu = solved?;
+            match bounded.judge(&mut self.pieces, &mut mu, dt) {
+                Verdict::Settled => return Ok(mu),
+                Verdict::Changed => {}
+                Verdict::Undecided => return Err(StepError::Undecided { time: self.time }),
+            }
+        }
+    }
+
+    /// μ of the KKT system of the pieces as they are, in extended precision.
+    fn solve_extended(&mut self) -> Result<Vec<f64>, StepError> {
+        let Pieces {
+            rows,
+            inertia,
+            regularization,
+            w,
+            rate,
+            ..
+        } = &mut self.pieces;
+        let at_state = |source| StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        };
+        // What the backend factorises is no matter here: all is factorised.
+        let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
+        let order = elimination::order_of(auto, &self.scene, rows, all).map_err(at_state)?;
+        let plan = Plan::new(Form::Kkt, &self.scene, rows, &order.constraints).map_err(at_state)?;
+        let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
+        plan.fill(rows, inertia, regularization, w, &mut a);
+        let mut b = vec![0.0; a.dim()];
+        plan.gather(rows, &inertia.impulse, rate, 1.0, &mut b);
+        let x = taut_solver::reference_solution(&a, &b).map_err(at_state)?;
+        let mut mu = vec![0.0; rows.rows()];
+        plan.scatter_multipliers(rows, &x, -1.0, &mut mu);
+        Ok(mu)
+    }
+}
