@@ -1,8 +1,8 @@
 //! Scripted inputs: what an operator does, from a table of times and control values, for runs that can be repeated.
 //!
 //! A CSV file with a heading: `time` (s, ascending) and names of the scene's controls, in any order. Between two rows the
-//! values change linearly; before the first and after the last they are zero. A step holds the value of its middle, so
-//! that the way driven is exact to second order in Δt.
+//! values change linearly; before the first and after the last they are those of that row. A step holds the value of its
+//! middle, so that the way driven is exact to second order in Δt.
 //!
 //! ```csv
 //! time,trolley_speed,hoist_speed
@@ -79,15 +79,20 @@ impl Inputs {
             fault(line, message)
         };
         let heading = reader.headers().map_err(read)?.clone();
+        if !heading.iter().any(|name| name == TIME) {
+            let separated = heading.len() == 1 && heading.iter().any(|h| h.contains([';', '\t']));
+            let message = if separated {
+                "the columns have to be separated by commas".to_owned()
+            } else {
+                format!("the heading has no `{TIME}`: name the column of times (s) so")
+            };
+            return Err(fault(Some(1), message));
+        }
         let columns: Vec<Option<usize>> = heading
             .iter()
             .map(|name| column(name, &scene.controls))
             .collect::<Result<_, _>>()?;
-        let timed = columns.iter().position(Option::is_none);
-        let Some(timed) = timed else {
-            let message = format!("the heading has no `{TIME}`: name the column of times (s) so");
-            return Err(fault(Some(1), message));
-        };
+        let timed = columns.iter().position(Option::is_none).unwrap_or(0);
         let mut inputs = Self {
             controls: columns.iter().copied().flatten().collect(),
             ..Self::default()
@@ -133,8 +138,8 @@ impl Inputs {
                 let part = (t - time[before]) / (time[after] - time[before]);
                 value(before) + part * (value(after) - value(before))
             }
-            (Some(before), false) if time[before] == t => value(before),
-            _ => 0.0,
+            (Some(last), false) => value(last),
+            (None, _) => value(0),
         }
     }
 
@@ -180,14 +185,14 @@ mod tests {
     }
 
     #[test]
-    fn values_are_linear_between_rows_and_zero_outside() {
+    fn values_are_linear_between_rows_and_hold_outside() {
         let text = "# a drive\ntime, hoist_speed\n1,0.5\n3,-0.5\n";
         let inputs = Inputs::parse(text, &gantry()).expect("reads");
         assert_eq!(inputs.controls, [1]);
         let at = |t| inputs.at(0, t);
         assert_eq!(
             [at(0.9), at(1.0), at(1.5), at(2.0), at(3.0), at(3.1)],
-            [0.0, 0.5, 0.25, 0.0, -0.5, 0.0]
+            [0.5, 0.5, 0.25, 0.0, -0.5, -0.5]
         );
     }
 
@@ -206,6 +211,10 @@ mod tests {
         says(
             "hoist_speed\n1\n",
             "line 1: the heading has no `time`: name the column of times (s) so",
+        );
+        says(
+            "time;hoist_speed\n0;1\n",
+            "line 1: the columns have to be separated by commas",
         );
         says(
             "time,hoist_speed,hoist_speed\n0,1,1\n",

@@ -171,7 +171,8 @@ struct RunArgs {
     /// Simulated time (s)
     #[arg(long, value_name = "S", default_value_t = 10.0)]
     time: f64,
-    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls
+    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
+    /// between, the first and the last row hold outside
     #[arg(long, value_name = "FILE.csv")]
     controls: Option<PathBuf>,
     /// Writes one line a step to a CSV file

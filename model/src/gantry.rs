@@ -1,5 +1,5 @@
 //! The gantry crane of \[SL §VIII, Fig. 14]: a trolley on a beam, a hook block on two massless cables, a rigid cable and a
-//! load, driven by an operator.
+//! load, driven by an operator through the controls `trolley_speed` and `hoist_speed`.
 //!
 //! ```text
 //!  crane   ════════╤═════════════  static; the beam lies along x, through the origin
@@ -14,7 +14,7 @@
 //! `rope_spread.y`; the sheaves are points without friction. So the block keeps its direction about z, stays level as far
 //! as its weight and its load do it, and rises by 1/n of what the winches haul in.
 //!
-//! The controls are [`TROLLEY_SPEED`] and [`HOIST_SPEED`], or [`Controls`] for both of them.
+//! [`Controls`] holds the values of [`TROLLEY_SPEED`] and [`HOIST_SPEED`].
 
 mod build;
 
@@ -234,6 +234,8 @@ impl GantryParams {
         ] {
             check(what, value, representable(value), needs)?;
         }
+        let lowered = self.drop >= self.least_drop;
+        check("drop", self.drop, lowered, "at least least_drop")?;
         for (what, value, needs) in [
             ("rope_ea", self.rope_ea, "≥ 0 N; 0 is rigid"),
             ("gravity", self.gravity, "≥ 0 m/s²"),
@@ -319,5 +321,6 @@ mod tests {
         says(|p| p.hook_mass = Some(0.0), "hook_mass is 0");
         says(|p| p.trolley_force = Some(-5.0), "trolley_force is -5");
         says(|p| p.least_drop = 0.0, "least_drop is 0");
+        says(|p| p.drop = 0.5, "drop is 0.5: it has to be at least");
     }
 }

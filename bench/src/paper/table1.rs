@@ -446,7 +446,7 @@ fn text(records: &[Record]) -> String {
     }
     format!(
         "ε: m/N, of bending rad/(N m); max φ/d: largest link violation over the link's length in 30 s, 0.3 decades below and\n\
-         above the limit, and when the run above it ends ({} s: it lasts, chains near their limit are chaotic)\n{}",
+         above the limit, and when the run above it ends ({:.1} s: it lasts, chains near their limit are chaotic)\n{}",
         records.iter().map(|r| r.above_ends_s).fold(0.0, f64::max),
         table::text(&t)
     )

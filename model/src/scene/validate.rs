@@ -47,12 +47,28 @@ impl Scene {
         let mut driven_by: HashMap<usize, &str> = HashMap::new();
         for control in &self.controls {
             let what = || format!("control `{}`", control.name);
+            let conflict = |reason| SceneError::Conflict {
+                what: what(),
+                reason,
+            };
+            if control.name == "time" {
+                return Err(conflict(
+                    "stands for the time in tables of inputs: take another name",
+                ));
+            }
+            let idle = control.drives.iter().all(|drive| drive.gain == 0.0);
+            if idle {
+                return Err(conflict(
+                    "drives nothing: give at least one drive, with a gain that is not 0",
+                ));
+            }
             for drive in &control.drives {
                 check(format!("{}: gain", what()), drive.gain, true, "a number")?;
+                let what = || format!("{}: `{}`", what(), self.constraint_name(drive.constraint));
                 if driven_by.insert(drive.constraint, &control.name).is_some() {
                     return Err(SceneError::Conflict {
                         what: what(),
-                        reason: "drives what is driven already, by it or by another: keep one of them",
+                        reason: "is driven already, by this control or another: keep one of them",
                     });
                 }
                 let constraint = self.constraints.get(drive.constraint);
@@ -66,6 +82,10 @@ impl Scene {
             }
         }
         Ok(())
+    }
+
+    fn constraint_name(&self, i: usize) -> &str {
+        self.constraint_names.get(i).map_or("?", String::as_str)
     }
 
     fn validate_lengths(&self) -> Result<(), SceneError> {
@@ -153,8 +173,15 @@ impl Scene {
                 check(of("length"), *length, false, "> 0 m")?;
             }
             Constraint::MasslessCable(MasslessCable {
-                winch: Some(winch), ..
-            }) => winch.validate(|| format!("joint `{joint}`"))?,
+                winch: Some(winch),
+                length,
+                ..
+            }) => {
+                winch.validate(|| format!("joint `{joint}`"))?;
+                let within = (winch.shortest..=winch.longest).contains(length);
+                let needs = "between shortest and longest of its winch";
+                check(of("length"), *length, within, needs)?;
+            }
             other => other
                 .motor()
                 .map_or(Ok(()), |m| m.validate(|| format!("joint `{joint}`")))?,

@@ -26,11 +26,11 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
 /// What a named scene is, as its own documentation says it.
 pub(super) fn about(source: &SceneSource) -> String {
     match source {
-        SceneSource::Hoist(_) => first_line(include_str!("../hoist.rs")),
-        SceneSource::Gantry(_) => first_line(include_str!("../gantry.rs")),
+        SceneSource::Hoist(_) => first_paragraph(include_str!("../hoist.rs")),
+        SceneSource::Gantry(_) => first_paragraph(include_str!("../gantry.rs")),
         SceneSource::Particles(p) => about_chain(p.model),
-        SceneSource::Specimen(_) => first_line(include_str!("../specimen.rs")),
-        SceneSource::Network(_) => first_line(include_str!("../network.rs")),
+        SceneSource::Specimen(_) => first_paragraph(include_str!("../specimen.rs")),
+        SceneSource::Network(_) => first_paragraph(include_str!("../network.rs")),
         SceneSource::Explicit(_) => "Bodies and constraints one by one.".to_owned(),
     }
 }
@@ -44,10 +44,11 @@ fn about_chain(model: ChainModel) -> String {
     format!("A chain of particles and links.{model}")
 }
 
-/// The first line of a module's documentation.
-fn first_line(source: &str) -> String {
-    let line = source.lines().next().unwrap_or_default();
-    clean(line.trim_start_matches("//!").trim())
+/// The first paragraph of a module's documentation.
+fn first_paragraph(source: &str) -> String {
+    let lines = source.lines().map(|l| l.trim_start_matches("//!").trim());
+    let paragraph: Vec<&str> = lines.take_while(|l| !l.is_empty()).collect();
+    clean(&paragraph.join(" "))
 }
 
 /// The keys of a list of an explicit scene, or of its top (`scene`).

@@ -203,14 +203,15 @@ impl Random {
     }
 
     fn winch(&mut self) -> Option<Winch> {
-        let shortest = [Winch::new().shortest, self.unit() + 1e-9][self.below(2)];
+        // Cables are between 0.1 and 1.1 m long.
+        let shortest = [Winch::new().shortest, 0.09 * self.unit() + 1e-9][self.below(2)];
         let winch = Winch {
             speed: self.number(),
             force_limit: self.limit(),
             brake: self.below(2) == 0,
             brake_limit: self.limit(),
             shortest,
-            longest: shortest + self.limit(),
+            longest: 1.2 + self.limit(),
             since: self.number(),
         };
         [None, Some(winch), Some(Winch::new())][self.below(3)]
@@ -338,12 +339,16 @@ impl Random {
             .collect();
         for name in names.iter().take(self.below(4)) {
             // Each follows one control at most.
-            let drives = self.below(4).min(followers.len());
+            if followers.is_empty() {
+                break;
+            }
+            let drives = (1 + self.below(3)).min(followers.len());
             let mut drive = || {
                 let follower = self.below(followers.len());
+                let gain = [1.0, self.number()][self.below(2)];
                 Drive {
                     constraint: followers.swap_remove(follower),
-                    gain: [1.0, self.number()][self.below(2)],
+                    gain: if gain == 0.0 { -2.5 } else { gain },
                 }
             };
             scene.controls.push(Control {
