@@ -8,7 +8,8 @@
 //! Which rows are at a bound is found by block principal pivoting (Júdice and Pires, *A block principal pivoting
 //! algorithm for large-scale strictly monotone linear complementarity problems*, 1994): all rows that are in the wrong
 //! place change it at once, as long as that makes them fewer, and else one at a time (Murty 1974), which ends for every
-//! positive definite S, if not always within the passes allowed here. The places are kept from step to step, so that one solve a step is enough unless a row changes.
+//! positive definite S, if not always within the passes allowed here. The places are kept from step to step, so that one
+//! solve a step is enough unless a row changes.
 
 use crate::pieces::Pieces;
 use crate::products::dot;
