@@ -29,6 +29,7 @@
 //! assert_eq!(y, [3.0, 4.0, 5.0, 6.0]);
 //! ```
 
+pub mod functions;
 mod level;
 mod twice;
 #[cfg(target_arch = "x86_64")]
