@@ -54,6 +54,7 @@
 //! | `history` | what a step goes back to and looks back on |
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
 //! | `products` | J v and Jᵀ μ |
+//! | `lanes` | small vectors in lanes |
 //! | `report` | what a step did, and the time of each phase |
 
 mod access;
@@ -66,6 +67,7 @@ mod guarded;
 mod gyroscopic;
 mod history;
 mod inertia;
+mod lanes;
 mod observe;
 mod options;
 mod pieces;

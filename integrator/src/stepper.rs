@@ -12,7 +12,7 @@ use crate::{
     Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, gyroscopic,
 };
 use nalgebra::{Matrix3, Vector3};
-use taut_model::{Constraint, Mobility, Scene, update_windings};
+use taut_model::{Constraint, Mobility, Scene};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
 /// A scene in motion: its state, its linear system and the solver.
@@ -433,8 +433,8 @@ impl Stepper {
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
     /// have paid out.
     pub(crate) fn accept(&mut self) {
-        update_windings(&mut self.scene, self.time);
-        let rows = &self.pieces.rows;
+        let rows = &mut self.pieces.rows;
+        rows.follow_windings(&mut self.scene, self.time);
         let mut slipped = false;
         for bound in self.bounded.at_lower().map(|k| rows.bounds[k]) {
             let constraint = &mut self.scene.constraints[bound.constraint];
@@ -446,7 +446,7 @@ impl Stepper {
             }
         }
         if slipped {
-            self.pieces.rows.update(&self.scene, self.time);
+            self.pieces.rows.update_state(&self.scene, self.time);
         }
     }
 
@@ -467,7 +467,7 @@ impl Stepper {
         self.time += dt;
         self.move_bodies(dt)?;
         self.advanced = dt;
-        self.pieces.rows.update(&self.scene, self.time);
+        self.pieces.rows.update_state(&self.scene, self.time);
         Ok(())
     }
 
@@ -508,7 +508,7 @@ impl Stepper {
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.solved = false;
         self.advanced = 0.0;
-        self.pieces.rows.update(&self.scene, self.time);
+        self.pieces.rows.update_state(&self.scene, self.time);
     }
 
     /// The unknown of the symmetric KKT form is −μ.

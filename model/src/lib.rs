@@ -82,7 +82,8 @@
 //! - The bend angle \[SL (21)] resists one of two transverse directions: the ordinary joint is [`Cosserat`], with two.
 //! - A prescribed motion enters as ∂φ/∂t, absent in \[SL (11)] ([`Linearized::update`]).
 
-pub mod body;
+pub mod abreast;
+mod body;
 mod check;
 pub mod constraint;
 mod error;
@@ -102,6 +103,7 @@ mod seed;
 pub mod specimen;
 pub mod topology;
 
+pub use abreast::{ABREAST, Abreast, Four, Joint, Pack};
 pub use body::{Bodies, Body, Mobility};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{

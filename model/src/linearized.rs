@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
+use crate::abreast::Abreast;
 use crate::constraint::{RowKind, Rows};
 use crate::scene::Scene;
 
@@ -89,6 +90,12 @@ pub struct Linearized {
     pub transverse: Vec<Transverse>,
     /// Rows with bounds, in the order of the scene; at most one of a constraint.
     pub bounds: Vec<RowBounds>,
+    /// The joints' part of the Jacobian once more, four side by side.
+    pub abreast: Abreast,
+    /// Constraints that are none of the joints abreast.
+    others: Vec<usize>,
+    /// Joints that lanes could not do.
+    rest: Vec<usize>,
 }
 
 const ANOTHER_TOPOLOGY: &str = "has another topology than at Linearized::new";
@@ -131,6 +138,10 @@ impl Linearized {
             lin.row_start.push(rows);
             lin.slot_start.push(lin.slots.len());
         }
+        lin.abreast = Abreast::new(scene, &lin.row_start, &lin.slot_start, &lin.slots);
+        lin.rest = Vec::with_capacity(lin.abreast.joints().len() + 3);
+        let other = |c: &usize| !Abreast::holds(&scene.constraints[*c]);
+        lin.others = (0..scene.constraints.len()).filter(other).collect();
         lin.phi = vec![0.0; rows];
         lin.phi_t = vec![0.0; rows];
         lin.compliance = vec![0.0; rows];
@@ -150,25 +161,50 @@ impl Linearized {
             self.constraints(),
             "the scene has another number of constraints than at Linearized::new"
         );
-        let (mut links, mut bounded) = (0, 0);
         for (i, c) in scene.constraints.iter().enumerate() {
-            let (rows, slots) = (self.row_range(i), self.slot_range(i));
+            let rows = self.row_range(i);
             let found = (c.rows(), c.bodies().count());
             assert_eq!(
-                (rows.len(), slots.len()),
+                (rows.len(), self.slot_range(i).len()),
                 found,
                 "constraint {i} {ANOTHER_TOPOLOGY}"
             );
-            let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
-            let blocks = &mut self.jacobian[start..start + 6 * rows.len() * slots.len()];
-            let levers = if c.acts_at_points() {
-                &mut self.levers[slots]
-            } else {
-                &mut []
-            };
-            let mut out = Rows::new(&mut self.phi[rows.clone()], blocks, levers);
-            c.evaluate(&scene.bodies, t, &mut out);
-            let distance = out.distance;
+            let mut row = rows.start;
+            for (_, count, law) in c.parts() {
+                self.compliance[row..row + count].fill(law.compliance);
+                self.damping[row..row + count].fill(law.damping);
+                row += count;
+            }
+        }
+        self.abreast.refresh(scene);
+        self.update_state(scene, t);
+    }
+
+    /// [`Linearized::update`] where the scene is the one of the last update but for its bodies, what time changes, and
+    /// its windings, if [`Linearized::follow_windings`] alone changed them: frames and laws of joints stay.
+    ///
+    /// # Panics
+    /// As [`Linearized::update`].
+    pub fn update_state(&mut self, scene: &Scene, t: f64) {
+        self.abreast.evaluate(
+            scene,
+            t,
+            &mut self.phi,
+            &mut self.jacobian,
+            &mut self.levers,
+            &mut self.rest,
+        );
+        for k in 0..self.rest.len() {
+            let joint = self.rest[k];
+            self.evaluate(scene, self.abreast.constraint(joint), t);
+            self.abreast.take(joint, &self.jacobian, &self.levers);
+        }
+        let (mut links, mut bounded) = (0, 0);
+        for k in 0..self.others.len() {
+            let i = self.others[k];
+            let (c, rows) = (&scene.constraints[i], self.row_range(i));
+            let distance = self.evaluate(scene, i, t);
+            let factor = c.compliance_factor(t);
             let mut row = rows.start;
             for (kind, count, law) in c.parts() {
                 if kind == RowKind::Transverse {
@@ -178,15 +214,8 @@ impl Linearized {
                         .distance = distance;
                     links += 1;
                 }
-                self.compliance[row..row + count].fill(law.compliance);
-                self.damping[row..row + count].fill(law.damping);
+                self.compliance[row..row + count].fill(law.compliance * factor);
                 row += count;
-            }
-            let factor = c.compliance_factor(t);
-            if factor != 1.0 {
-                self.compliance[rows.clone()]
-                    .iter_mut()
-                    .for_each(|e| *e *= factor);
             }
             if let Some((row, lower, upper)) = c.bounds(t) {
                 let bound = self.bounds.get_mut(bounded);
@@ -199,6 +228,34 @@ impl Linearized {
         let found = (links, bounded);
         let known = (self.transverse.len(), self.bounds.len());
         assert_eq!(found, known, "a constraint {ANOTHER_TOPOLOGY}");
+    }
+
+    /// φ, J and lever arms of one constraint; the distance that a link measures.
+    fn evaluate(&mut self, scene: &Scene, i: usize, t: f64) -> f64 {
+        let c = &scene.constraints[i];
+        let (rows, slots) = (self.row_range(i), self.slot_range(i));
+        let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
+        let blocks = &mut self.jacobian[start..start + 6 * rows.len() * slots.len()];
+        let levers = if c.acts_at_points() {
+            &mut self.levers[slots]
+        } else {
+            &mut []
+        };
+        let mut out = Rows::new(&mut self.phi[rows], blocks, levers);
+        c.evaluate(&scene.bodies, t, &mut out);
+        out.distance
+    }
+
+    /// [`update_windings`] by the angles of the last [`Linearized::update`] or
+    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s).
+    ///
+    /// # Panics
+    /// As [`Linearized::update`].
+    pub fn follow_windings(&mut self, scene: &mut Scene, t: f64) {
+        self.abreast.follow_windings(scene, &self.phi, t);
+        for &i in &self.others {
+            scene.constraints[i].update_winding(&scene.bodies, t);
+        }
     }
 
     /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when
@@ -223,6 +280,12 @@ impl Linearized {
     #[must_use]
     pub fn constraints(&self) -> usize {
         self.row_start.len().saturating_sub(1)
+    }
+
+    /// The constraints that are none of the joints [`abreast`](Linearized::abreast).
+    #[must_use]
+    pub fn others(&self) -> &[usize] {
+        &self.others
     }
 
     /// Rows of constraint `i`.
