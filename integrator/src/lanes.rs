@@ -1,5 +1,6 @@
 //! Small vectors whose components are lanes, and the way between them and arrays of structures.
 
+use nalgebra::UnitQuaternion;
 use std::array::from_fn;
 use taut_lanes::Lanes;
 use taut_model::{ABREAST, Four};
@@ -76,6 +77,27 @@ pub(crate) fn times<V: Lanes>(a: &Sym3<V>, x: &Vec3<V>) -> Vec3<V> {
     [row(0, 1, 2), row(1, 3, 4), row(2, 4, 5)]
 }
 
+/// R e for a constant vector e and the rotation R of the quaternion w + xi + yj + zk: e + 2 q × (q × e + w e).
+#[inline(always)]
+pub(crate) fn turned<V: Lanes>(q: &[V; 4], e: &Vec3<V>) -> Vec3<V> {
+    let [x, y, z, w] = *q;
+    let q = [x, y, z];
+    let inner = cross(&q, e);
+    let inner: Vec3<V> = from_fn(|i| w.mul_add(e[i], inner[i]));
+    let outer = cross(&q, &inner);
+    from_fn(|i| (outer[i] + outer[i]) + e[i])
+}
+
+/// An axis of four bodies in the world frame.
+#[inline(always)]
+pub(crate) fn axis<V: Lanes>(
+    orientation: [&UnitQuaternion<f64>; ABREAST],
+    axis: &[Four; 3],
+) -> Vec3<V> {
+    let q: [V; 4] = from_fn(|c| V::from_fn(|l| orientation[l].coords[c]));
+    turned(&q, &load(axis))
+}
+
 /// A⁻¹ and det A, by cofactors.
 #[inline(always)]
 pub(crate) fn inverse<V: Lanes>(a: &Sym3<V>) -> (Sym3<V>, V) {
@@ -89,8 +111,7 @@ pub(crate) fn inverse<V: Lanes>(a: &Sym3<V>) -> (Sym3<V>, V) {
         minor(yx, xx, zy, zx),
         minor(xx, yx, yx, yy),
     ];
-    let determinant =
-        zx.mul_add(cofactors[2], yx.mul_add(cofactors[1], xx * cofactors[0]));
+    let determinant = zx.mul_add(cofactors[2], yx.mul_add(cofactors[1], xx * cofactors[0]));
     let reciprocal = V::splat(1.0) / determinant;
     (cofactors.map(|c| c * reciprocal), determinant)
 }

@@ -8,7 +8,14 @@ use taut_model::{ABREAST, Linearized, Slot};
 /// p += Jᵀ μ; p: 6 numbers a body, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     let (p, _) = p.as_chunks_mut::<6>();
-    dispatch(Level::best(), Transposed { rows, mu, p: &mut *p });
+    dispatch(
+        Level::best(),
+        Transposed {
+            rows,
+            mu,
+            p: &mut *p,
+        },
+    );
     for slot in other_slots(rows) {
         let mu = &mu[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
@@ -24,7 +31,14 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
 /// r −= J v; v: 6 numbers a body, r: one a row.
 pub(crate) fn subtract_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
     let (v, _) = v.as_chunks::<6>();
-    dispatch(Level::best(), Product { rows, v, r: &mut *r });
+    dispatch(
+        Level::best(),
+        Product {
+            rows,
+            v,
+            r: &mut *r,
+        },
+    );
     for slot in other_slots(rows) {
         let r = &mut r[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
@@ -106,7 +120,10 @@ impl Kernel for Transposed<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         for (pack, joints, count) in self.rows.abreast.packs() {
-            let (row, rows) = (joints.each_ref().map(|j| j.row), joints.each_ref().map(|j| j.rows));
+            let (row, rows) = (
+                joints.each_ref().map(|j| j.row),
+                joints.each_ref().map(|j| j.rows),
+            );
             let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, row, rows);
             let force = [x, y, z];
             let gradients = pack.gradients.each_ref().map(load::<I::X4, 3>);

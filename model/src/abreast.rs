@@ -164,6 +164,12 @@ impl Abreast {
         packs.map(|(k, (pack, joints))| (pack, joints, (self.count - ABREAST * k).min(ABREAST)))
     }
 
+    /// The Jacobians alone: joint k is lane k mod 4 of pack k/4.
+    #[must_use]
+    pub fn jacobians(&self) -> &[Pack] {
+        &self.packs
+    }
+
     /// Whether a constraint is one of the joints.
     pub(crate) fn holds(c: &Constraint) -> bool {
         kind(c).is_some()
