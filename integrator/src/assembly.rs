@@ -9,9 +9,9 @@
 //!
 //! + where both are its side a or both its side b. Of each row of \[r]× one number is zero.
 
-use crate::inertia::{Inertia, symmetric};
-use crate::lanes::{Sym3, Vec3, dot, load, of_rows, times};
-use std::array::from_fn;
+use crate::inertia::Inertia;
+use crate::lanes::{of_rows, symmetric};
+use taut_lanes::vector::{Sym3, Vec3, columns, dot, load, scale, scale_add, times};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
 use taut_solver::SymBlockMatrix;
@@ -87,9 +87,10 @@ struct Side<V> {
 impl<V: Lanes> Side<V> {
     #[inline(always)]
     fn of_pack(pack: &Pack, side: usize) -> Self {
+        let [p, q, s] = &pack.gradients;
         Self {
             arm: load(&pack.arms[side]),
-            gradients: pack.gradients.each_ref().map(load),
+            gradients: [load(p), load(q), load(s)],
         }
     }
 
@@ -97,29 +98,32 @@ impl<V: Lanes> Side<V> {
     #[inline(always)]
     fn of_joints(packs: &[Pack], sides: [(usize, usize); ABREAST]) -> Self {
         let at = sides.map(|(k, side)| (&packs[k / ABREAST], k % ABREAST, side & 1));
-        Self {
-            arm: from_fn(|i| V::from_fn(|l| at[l].0.arms[at[l].2][i][at[l].1])),
-            gradients: from_fn(|q| from_fn(|i| V::from_fn(|l| at[l].0.gradients[q][i][at[l].1]))),
+        let zero = [V::splat(0.0); 3];
+        let (mut arm, mut gradients) = (zero, [zero; 3]);
+        for (i, arm) in arm.iter_mut().enumerate() {
+            *arm = V::from_fn(|l| at[l].0.arms[at[l].2][i][at[l].1]);
         }
+        for (q, gradient) in gradients.iter_mut().enumerate() {
+            for (i, g) in gradient.iter_mut().enumerate() {
+                *g = V::from_fn(|l| at[l].0.gradients[q][i][at[l].1]);
+            }
+        }
+        Self { arm, gradients }
     }
 
-    /// The rows of Q A.
+    /// The rows of Q A; those of \[r]× are (0, −z, y), (z, 0, −x), (−y, x, 0).
     #[inline(always)]
     fn times(&self, a: &Sym3<V>) -> [Vec3<V>; 6] {
         let [x, y, z] = self.arm;
-        let columns = [[a[0], a[1], a[2]], [a[1], a[3], a[4]], [a[2], a[4], a[5]]];
-        // Row i of [r]× A for the rows (0, −z, y), (z, 0, −x), (−y, x, 0) of [r]×.
-        let row = |p: V, i: usize, q: V, j: usize| -> Vec3<V> {
-            from_fn(|c| q.neg_mul_add(columns[j][c], p * columns[i][c]))
-        };
-        let g = &self.gradients;
+        let [ax, ay, az] = columns(a);
+        let [p, q, s] = &self.gradients;
         [
-            row(y, 2, z, 1),
-            row(z, 0, x, 2),
-            row(x, 1, y, 0),
-            times(a, &g[0]),
-            times(a, &g[1]),
-            times(a, &g[2]),
+            scale_add(&az, y, &scale(&ay, -z)),
+            scale_add(&ax, z, &scale(&az, -x)),
+            scale_add(&ay, x, &scale(&ax, -y)),
+            times(a, p),
+            times(a, q),
+            times(a, s),
         ]
     }
 
@@ -230,8 +234,11 @@ impl Kernel for Below<'_> {
             let right = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[1]));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;
             let sign = I::X4::from_fn(|l| if same(&couplings[l]) { 1.0 } else { -1.0 });
-            let turned = right.times(&a.map(|a| a * sign));
-            let w = w * sign;
+            let mut signed = a;
+            for a in &mut signed {
+                *a = *a * sign;
+            }
+            let (turned, w) = (right.times(&signed), w * sign);
             let mut block: [[Four; 6]; 6] = [[[0.0; ABREAST]; 6]; 6];
             for c in 0..6 {
                 for r in 0..6 {

@@ -6,9 +6,10 @@
 
 use crate::geometric::Geometric;
 use crate::gyroscopic;
-use crate::lanes::{Sym3, Vec3, axis, gather, inverse, save, times};
+use crate::lanes::{axis, matrix, symmetric};
 use nalgebra::{Matrix3, Vector3};
 use std::array::from_fn;
+use taut_lanes::vector::{Sym3, add, gather, inverse, save, scale, scale_add, splat, sub, times};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Bodies, Four, Scene};
 
@@ -220,27 +221,6 @@ struct Update<'a> {
     factor: f64,
 }
 
-/// The entries of a symmetric matrix in the order of [`Sym3`].
-#[inline(always)]
-pub(crate) fn symmetric<V: Lanes>(at: [&Matrix3<f64>; ABREAST]) -> Sym3<V> {
-    let entry = |i: usize, j: usize| V::from_fn(|l| at[l][(i, j)]);
-    [
-        entry(0, 0),
-        entry(1, 0),
-        entry(2, 0),
-        entry(1, 1),
-        entry(2, 1),
-        entry(2, 2),
-    ]
-}
-
-/// One lane of a symmetric matrix.
-#[inline(always)]
-fn matrix(of: &[Four; 6], lane: usize) -> Matrix3<f64> {
-    let [xx, yx, zx, yy, zy, zz] = of.map(|x| x[lane]);
-    Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz)
-}
-
 impl Kernel for Update<'_> {
     type Output = Result<(), usize>;
 
@@ -249,13 +229,13 @@ impl Kernel for Update<'_> {
         let Self { inertia, scene, .. } = self;
         let bodies = &scene.bodies;
         let (dt, factor) = (I::X4::splat(self.dt), I::X4::splat(self.factor));
-        let gravity: Vec3<I::X4> = from_fn(|i| I::X4::splat(scene.gravity[i]));
+        let gravity = splat::<I::X4>(scene.gravity.into());
         let mut lost = None;
         for (pack, shape) in inertia.rods.bodies.iter().zip(&inertia.rods.shapes) {
             let n = axis::<I::X4>(pack.map(|i| &bodies.orientation[i]), &shape.axis);
             let (across, excess) = (I::X4::load(&shape.across), I::X4::load(&shape.excess));
             let stiffness = symmetric::<I::X4>(pack.map(|i| &self.stiffness[i]));
-            let along: Vec3<I::X4> = n.map(|n| n * excess);
+            let along = scale(&n, excess);
             let world = [
                 along[0].mul_add(n[0], across),
                 along[0] * n[1],
@@ -264,16 +244,18 @@ impl Kernel for Update<'_> {
                 along[1] * n[2],
                 along[2].mul_add(n[2], across),
             ];
-            let angular: Sym3<I::X4> = from_fn(|k| stiffness[k].mul_add(factor, world[k]));
+            let mut angular: Sym3<I::X4> = world;
+            for (entry, stiffness) in angular.iter_mut().zip(stiffness) {
+                *entry = stiffness.mul_add(factor, *entry);
+            }
             let (inverse, determinant) = inverse(&angular);
             let mass = I::X4::from_fn(|l| bodies.mass[pack[l]]);
-            let external = gather::<I::X4, 3>(pack.map(|i| bodies.force[i].as_ref()));
-            let torque = gather::<I::X4, 3>(pack.map(|i| bodies.torque[i].as_ref()));
-            let force: Vec3<I::X4> = from_fn(|i| mass.mul_add(gravity[i], external[i]) * dt);
-            let torque = torque.map(|t| t * dt);
-            let [force, torque] = [save(&force), save(&torque)];
+            let external = gather(pack.map(|i| bodies.force[i].as_ref()));
+            let torque = gather(pack.map(|i| bodies.torque[i].as_ref()));
+            let force = scale(&scale_add(&gravity, mass, &external), dt);
+            let [force, torque]: [[Four; 3]; 2] = [save(&force), save(&scale(&torque, dt))];
             let (angular, inverse) = (save(&angular), save(&inverse));
-            let [determinant] = save(&[determinant]);
+            let [determinant]: [Four; 1] = save(&[determinant]);
             for (lane, &i) in pack.iter().enumerate() {
                 if determinant[lane] == 0.0 {
                     lost.get_or_insert(i);
@@ -316,17 +298,17 @@ impl Kernel for VelocityChange<'_> {
             let inverse_mass = I::X4::from_fn(|l| inertia.inverse_mass[pack[l]]);
             let angular = symmetric::<I::X4>(pack.map(|i| &inertia.angular[i]));
             let inverse = symmetric::<I::X4>(pack.map(|i| &inertia.inverse_angular[i]));
-            let [px, py, pz, lx, ly, lz] = gather::<I::X4, 6>(pack.map(|i| &impulse[i]));
-            let [vx, vy, vz, wx, wy, wz] = gather::<I::X4, 6>(pack.map(|i| &dv[i]));
+            let [px, py, pz, lx, ly, lz] = gather::<I::X4, _, 6>(pack.map(|i| &impulse[i]));
+            let [vx, vy, vz, wx, wy, wz] = gather::<I::X4, _, 6>(pack.map(|i| &dv[i]));
+            let (p, l) = ([px, py, pz], [lx, ly, lz]);
             let (mut v, mut w) = ([vx, vy, vz], [wx, wy, wz]);
             for _ in 0..2 {
-                let p = [px, py, pz];
-                v = from_fn(|i| mass.neg_mul_add(v[i], p[i]).mul_add(inverse_mass, v[i]));
-                let (l, had) = ([lx, ly, lz], times(&angular, &w));
-                let correction = times(&inverse, &from_fn(|i| l[i] - had[i]));
-                w = from_fn(|i| w[i] + correction[i]);
+                let lacking = scale_add(&v, -mass, &p);
+                v = scale_add(&lacking, inverse_mass, &v);
+                let correction = times(&inverse, &sub(&l, &times(&angular, &w)));
+                w = add(&w, &correction);
             }
-            let found = save(&[v[0], v[1], v[2], w[0], w[1], w[2]]);
+            let found: [Four; 6] = save(&[v[0], v[1], v[2], w[0], w[1], w[2]]);
             for (lane, &i) in pack.iter().enumerate() {
                 dv[i] = found.map(|x| x[lane]);
             }

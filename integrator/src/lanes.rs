@@ -1,29 +1,18 @@
-//! Small vectors whose components are lanes, and the way between them and arrays of structures.
+//! The way between lanes and what scenes are stored as: 6 numbers a body, rows one after the other.
 
-use nalgebra::UnitQuaternion;
+use nalgebra::{Matrix3, UnitQuaternion};
 use std::array::from_fn;
 use taut_lanes::Lanes;
+use taut_lanes::vector::{Sym3, Vec3, gather, load, turned};
 use taut_model::{ABREAST, Four};
 
-/// Three numbers, each in lanes.
-pub(crate) type Vec3<V> = [V; 3];
-
-/// A symmetric 3×3 matrix: xx, yx, zx, yy, zy, zz.
-pub(crate) type Sym3<V> = [V; 6];
-
 /// What stands for a body that is not there: at rest, immovable.
-pub(crate) static NOTHING: [f64; 6] = [0.0; 6];
+static NOTHING: [f64; 6] = [0.0; 6];
 
 /// Six numbers of each of four bodies; zeros for the world.
 #[inline(always)]
 pub(crate) fn of_bodies<V: Lanes>(from: &[[f64; 6]], bodies: [usize; ABREAST]) -> [V; 6] {
     gather(bodies.map(|i| from.get(i).unwrap_or(&NOTHING)))
-}
-
-/// Component by component from one array a lane.
-#[inline(always)]
-pub(crate) fn gather<V: Lanes, const N: usize>(from: [&[f64; N]; ABREAST]) -> [V; N] {
-    from_fn(|c| V::from_fn(|l| from[l][c]))
 }
 
 /// Up to six consecutive numbers of each lane from `start`; zeros beyond `count`.
@@ -44,48 +33,22 @@ pub(crate) fn of_rows<V: Lanes>(
     gather(rows.each_ref())
 }
 
+/// The entries of symmetric matrices in the order of [`Sym3`].
 #[inline(always)]
-pub(crate) fn save<V: Lanes, const N: usize>(from: &[V; N]) -> [Four; N] {
-    from_fn(|i| {
-        let mut to = [0.0; ABREAST];
-        from[i].store(&mut to);
-        to
-    })
+pub(crate) fn symmetric<V: Lanes>(at: [&Matrix3<f64>; ABREAST]) -> Sym3<V> {
+    const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2)];
+    let mut to = [V::splat(0.0); 6];
+    for (to, (i, j)) in to.iter_mut().zip(ENTRIES) {
+        *to = V::from_fn(|l| at[l][(i, j)]);
+    }
+    to
 }
 
+/// One lane of a symmetric matrix.
 #[inline(always)]
-pub(crate) fn load<V: Lanes, const N: usize>(from: &[Four; N]) -> [V; N] {
-    from_fn(|i| V::load(&from[i]))
-}
-
-/// a × b.
-#[inline(always)]
-pub(crate) fn cross<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> Vec3<V> {
-    let minor = |i: usize, j: usize| a[j].neg_mul_add(b[i], a[i] * b[j]);
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
-}
-
-#[inline(always)]
-pub(crate) fn dot<V: Lanes>(a: &Vec3<V>, b: &Vec3<V>) -> V {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
-}
-
-/// A x.
-#[inline(always)]
-pub(crate) fn times<V: Lanes>(a: &Sym3<V>, x: &Vec3<V>) -> Vec3<V> {
-    let row = |i: usize, j: usize, k: usize| a[k].mul_add(x[2], a[j].mul_add(x[1], a[i] * x[0]));
-    [row(0, 1, 2), row(1, 3, 4), row(2, 4, 5)]
-}
-
-/// R e for a constant vector e and the rotation R of the quaternion w + xi + yj + zk: e + 2 q × (q × e + w e).
-#[inline(always)]
-pub(crate) fn turned<V: Lanes>(q: &[V; 4], e: &Vec3<V>) -> Vec3<V> {
-    let [x, y, z, w] = *q;
-    let q = [x, y, z];
-    let inner = cross(&q, e);
-    let inner: Vec3<V> = from_fn(|i| w.mul_add(e[i], inner[i]));
-    let outer = cross(&q, &inner);
-    from_fn(|i| (outer[i] + outer[i]) + e[i])
+pub(crate) fn matrix(of: &[Four; 6], lane: usize) -> Matrix3<f64> {
+    let [xx, yx, zx, yy, zy, zz] = of.map(|x| x[lane]);
+    Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz)
 }
 
 /// An axis of four bodies in the world frame.
@@ -94,24 +57,5 @@ pub(crate) fn axis<V: Lanes>(
     orientation: [&UnitQuaternion<f64>; ABREAST],
     axis: &[Four; 3],
 ) -> Vec3<V> {
-    let q: [V; 4] = from_fn(|c| V::from_fn(|l| orientation[l].coords[c]));
-    turned(&q, &load(axis))
-}
-
-/// A⁻¹ and det A, by cofactors.
-#[inline(always)]
-pub(crate) fn inverse<V: Lanes>(a: &Sym3<V>) -> (Sym3<V>, V) {
-    let [xx, yx, zx, yy, zy, zz] = *a;
-    let minor = |a: V, b: V, c: V, d: V| b.neg_mul_add(c, a * d);
-    let cofactors = [
-        minor(yy, zy, zy, zz),
-        minor(zx, yx, zz, zy),
-        minor(yx, yy, zx, zy),
-        minor(xx, zx, zx, zz),
-        minor(yx, xx, zy, zx),
-        minor(xx, yx, yx, yy),
-    ];
-    let determinant = zx.mul_add(cofactors[2], yx.mul_add(cofactors[1], xx * cofactors[0]));
-    let reciprocal = V::splat(1.0) / determinant;
-    (cofactors.map(|c| c * reciprocal), determinant)
+    turned(&gather(orientation.map(|q| q.coords.as_ref())), &load(axis))
 }

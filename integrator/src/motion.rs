@@ -3,11 +3,12 @@
 
 use crate::gyroscopic;
 use crate::inertia::{RodShape, Rods};
-use crate::lanes::{Vec3, dot, gather, load, save, turned};
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use std::array::from_fn;
+use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
 use taut_lanes::functions::sinc_cos;
+use taut_lanes::vector::{
+    Quaternion, Vec3, add, dot, gather, load, product, save, scale, scale_add, sub, turned,
+};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Bodies, Mobility};
 
@@ -70,21 +71,9 @@ struct Move<'a> {
     dt: f64,
 }
 
-/// a b of quaternions, scalar part last.
-#[inline(always)]
-fn product<V: Lanes>(a: &[V; 4], b: &[V; 4]) -> [V; 4] {
-    let vector = |i: usize, j: usize, k: usize| {
-        let scaled = a[3].mul_add(b[i], a[i] * b[3]);
-        a[k].neg_mul_add(b[j], a[j].mul_add(b[k], scaled))
-    };
-    let imaginary = |q: &[V; 4]| [q[0], q[1], q[2]];
-    let scalar = a[3] * b[3] - dot(&imaginary(a), &imaginary(b));
-    [vector(0, 1, 2), vector(1, 2, 0), vector(2, 0, 1), scalar]
-}
-
 /// The quaternion of the rotation vector `turn`, and the square of half its angle.
 #[inline(always)]
-fn exponential<V: Lanes>(turn: &Vec3<V>) -> ([V; 4], V) {
+fn exponential<V: Lanes>(turn: &Vec3<V>) -> (Quaternion<V>, V) {
     let half = V::splat(0.5);
     let square = dot(turn, turn) * half * half;
     let (sinc, cosine) = sinc_cos(square);
@@ -98,25 +87,24 @@ fn exponential<V: Lanes>(turn: &Vec3<V>) -> ([V; 4], V) {
 /// Orientation and angular velocity after `dt`, and the square of half the larger angle turned by.
 #[inline(always)]
 fn turn_rods<V: Lanes>(
-    orientation: &[V; 4],
+    orientation: &Quaternion<V>,
     omega: &Vec3<V>,
     shape: &RodShape,
     dt: V,
-) -> ([V; 4], Vec3<V>, V) {
+) -> (Quaternion<V>, Vec3<V>, V) {
     let axis = turned(orientation, &load(&shape.axis));
     let spin = dot(omega, &axis) * V::load(&shape.ratio);
-    let precession: Vec3<V> = from_fn(|i| axis[i].mul_add(spin, omega[i]));
-    let (carried, first) = exponential(&precession.map(|p| p * dt));
-    let (spun, second) = exponential(&from_fn(|i| (omega[i] - precession[i]) * dt));
-    let q = product(&carried, &product(&spun, orientation));
+    let precession = scale_add(&axis, spin, omega);
+    let (carried, first) = exponential(&scale(&precession, dt));
+    let (spun, second) = exponential(&scale(&sub(omega, &precession), dt));
+    let mut q = product(&carried, &product(&spun, orientation));
     let square = q[3].mul_add(q[3], dot(&[q[0], q[1], q[2]], &[q[0], q[1], q[2]]));
     // One Newton step for 1/√square.
     let scale = V::splat(0.5) * (V::splat(3.0) - square);
-    (
-        q.map(|q| q * scale),
-        turned(&carried, omega),
-        first.max(second),
-    )
+    for q in &mut q {
+        *q = *q * scale;
+    }
+    (q, turned(&carried, omega), first.max(second))
 }
 
 impl Kernel for Move<'_> {
@@ -134,20 +122,19 @@ impl Kernel for Move<'_> {
         let step = I::X4::splat(dt);
         let mut lost: Option<usize> = None;
         for (pack, shape) in rods.bodies.iter().zip(&rods.shapes) {
-            let before = gather::<I::X4, 6>(pack.map(|i| &v[i]));
-            let change = gather::<I::X4, 6>(pack.map(|i| &dv[i]));
-            let after: [I::X4; 6] = from_fn(|k| before[k] + change[k]);
-            let [vx, vy, vz, x, y, z] = after;
-            let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
-            let position: [I::X4; 3] = gather(pack.map(|i| bodies.position[i].as_ref()));
-            let position: Vec3<I::X4> = from_fn(|i| velocity[i].mul_add(step, position[i]));
-            let q: [I::X4; 4] =
-                from_fn(|c| I::X4::from_fn(|l| bodies.orientation[pack[l]].coords[c]));
-            let (orientation, rotated, half_angle) = turn_rods(&q, &omega, shape, step);
+            let [vx, vy, vz, x, y, z] = gather::<I::X4, _, 6>(pack.map(|i| &v[i]));
+            let [ux, uy, uz, p, q, r] = gather::<I::X4, _, 6>(pack.map(|i| &dv[i]));
+            let velocity = add(&[vx, vy, vz], &[ux, uy, uz]);
+            let omega = add(&[x, y, z], &[p, q, r]);
+            let position = gather(pack.map(|i| bodies.position[i].as_ref()));
+            let position = scale_add(&velocity, step, &position);
+            let orientation = gather(pack.map(|i| bodies.orientation[i].coords.as_ref()));
+            let (orientation, rotated, half_angle) = turn_rods(&orientation, &omega, shape, step);
             let velocity = save(&velocity);
             let (omega, rotated) = (save(&omega), save(&rotated));
-            let (position, orientation) = (save(&position), save(&orientation));
-            let [half_angle] = save(&[half_angle]);
+            let (position, orientation): (_, [[f64; ABREAST]; 4]) =
+                (save(&position), save(&orientation));
+            let [half_angle]: [[f64; ABREAST]; 1] = save(&[half_angle]);
             for (lane, &i) in pack.iter().enumerate() {
                 // A body that fills up the last pack moves once.
                 if pack[..lane].contains(&i) {
@@ -161,7 +148,7 @@ impl Kernel for Move<'_> {
                 if half_angle[lane] <= FRAC_PI_4 * FRAC_PI_4 {
                     bodies.angular_velocity[i] = vector(&rotated);
                     bodies.orientation[i] =
-                        UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+                        UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
                 } else {
                     bodies.angular_velocity[i] = vector(&omega);
                     turn(bodies, i, dt);

@@ -1,9 +1,10 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{Vec3, cross, dot as dot3, load, of_bodies, of_rows, save};
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Linearized, Slot};
+use crate::lanes::{of_bodies, of_rows};
+use taut_lanes::vector::{Vec3, add, combine, cross, load, save, sub};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
+use taut_model::{ABREAST, Four, Joint, Linearized, Pack, Slot};
 
 /// p += Jᵀ μ; p: 6 numbers a body, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
@@ -60,6 +61,22 @@ pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
+/// Velocity of the attachment point of one side, and the body's angular velocity.
+#[inline(always)]
+fn point<V: Lanes>(
+    pack: &Pack,
+    joints: &[Joint; ABREAST],
+    v: &[[f64; 6]],
+    side: usize,
+) -> (Vec3<V>, Vec3<V>) {
+    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, joints.each_ref().map(|j| j.bodies[side]));
+    let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
+    (
+        add(&velocity, &cross(&omega, &load(&pack.arms[side]))),
+        omega,
+    )
+}
+
 /// r −= J v of the joints.
 struct Product<'a> {
     rows: &'a Linearized,
@@ -73,23 +90,18 @@ impl Kernel for Product<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         for (pack, joints, count) in self.rows.abreast.packs() {
-            let side = |side: usize| -> (Vec3<I::X4>, Vec3<I::X4>) {
-                let [vx, vy, vz, x, y, z] =
-                    of_bodies::<I::X4>(self.v, joints.each_ref().map(|j| j.bodies[side]));
-                let (omega, arm) = ([x, y, z], load(&pack.arms[side]));
-                let [x, y, z] = cross(&omega, &arm);
-                ([vx + x, vy + y, vz + z], omega)
-            };
-            let ((point_a, omega_a), (point_b, omega_b)) = (side(0), side(1));
-            let turning: Vec3<I::X4> = std::array::from_fn(|i| omega_b[i] - omega_a[i]);
-            let angle = |q: usize| dot3(&load(&pack.gradients[q]), &turning);
-            let rates = save(&[
-                point_a[0] - point_b[0],
-                point_a[1] - point_b[1],
-                point_a[2] - point_b[2],
-                angle(0),
-                angle(1),
-                angle(2),
+            let (point_a, omega_a) = point::<I::X4>(pack, joints, self.v, 0);
+            let (point_b, omega_b) = point::<I::X4>(pack, joints, self.v, 1);
+            let [x, y, z] = sub(&point_a, &point_b);
+            let turning = sub(&omega_b, &omega_a);
+            let [p, q, s] = &pack.gradients;
+            let rates: [Four; 6] = save(&[
+                x,
+                y,
+                z,
+                vector::dot(&load(p), &turning),
+                vector::dot(&load(q), &turning),
+                vector::dot(&load(s), &turning),
             ]);
             for (lane, joint) in joints[..count].iter().enumerate() {
                 let r = &mut self.r[joint.row..joint.row + joint.rows];
@@ -126,15 +138,12 @@ impl Kernel for Transposed<'_> {
             );
             let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, row, rows);
             let force = [x, y, z];
-            let gradients = pack.gradients.each_ref().map(load::<I::X4, 3>);
-            let torque: Vec3<I::X4> = std::array::from_fn(|i| {
-                gradients[2][i].mul_add(s, gradients[1][i].mul_add(q, gradients[0][i] * p))
-            });
-            let arm_a = cross(&load(&pack.arms[0]), &force);
-            let arm_b = cross(&load(&pack.arms[1]), &force);
-            let on_a: Vec3<I::X4> = std::array::from_fn(|i| arm_a[i] - torque[i]);
-            let on_b: Vec3<I::X4> = std::array::from_fn(|i| torque[i] - arm_b[i]);
-            let [force, on_a, on_b] = [save(&force), save(&on_a), save(&on_b)];
+            let [first, second, third] = &pack.gradients;
+            let gradients = [load(first), load(second), load(third)];
+            let torque = combine::<I::X4>(&gradients, &[p, q, s]);
+            let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
+            let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
+            let [force, on_a, on_b]: [[Four; 3]; 3] = [save(&force), save(&on_a), save(&on_b)];
             for (lane, joint) in joints[..count].iter().enumerate() {
                 if let Some(p) = self.p.get_mut(joint.bodies[0]) {
                     for i in 0..3 {
@@ -152,5 +161,3 @@ impl Kernel for Transposed<'_> {
         }
     }
 }
-
-const _: () = assert!(ABREAST == 4);

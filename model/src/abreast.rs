@@ -16,10 +16,11 @@
 //! Ball joints and [`Cosserat`](crate::Cosserat) joints are evaluated in lanes where they bend by less than 60° and are
 //! twisted by less than 23°, with the same formulas as elsewhere; all others one by one.
 
-use std::array::from_fn;
-
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use taut_lanes::functions::{asin_ratio, atan};
+use taut_lanes::vector::{
+    Quaternion, Vec3, add, combine, cross, dot, gather, load, rotation, save, scale, scale_add, sub,
+};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 use crate::body::Bodies;
@@ -345,80 +346,61 @@ struct Found {
     good: [bool; ABREAST],
 }
 
-/// A vector of three numbers in lanes.
-type Vector<V> = [V; 3];
-
+/// Position and orientation of one side.
 #[inline(always)]
-fn cross<V: Lanes>(a: &Vector<V>, b: &Vector<V>) -> Vector<V> {
-    let minor = |i: usize, j: usize| a[j].neg_mul_add(b[i], a[i] * b[j]);
-    [minor(1, 2), minor(2, 0), minor(0, 1)]
-}
-
-#[inline(always)]
-fn dot<V: Lanes>(a: &Vector<V>, b: &Vector<V>) -> V {
-    a[2].mul_add(b[2], a[1].mul_add(b[1], a[0] * b[0]))
-}
-
-/// Position and rotation matrix (columns) of one side.
-#[inline(always)]
-fn pose<V: Lanes>(bodies: &Bodies, index: [usize; ABREAST]) -> (Vector<V>, [Vector<V>; 3]) {
-    let world = (Vector3::zeros(), UnitQuaternion::identity());
+fn pose<V: Lanes>(bodies: &Bodies, index: [usize; ABREAST]) -> (Vec3<V>, Quaternion<V>) {
+    let world = (&[0.0; 3], &[0.0, 0.0, 0.0, 1.0]);
     let at = index.map(
         |i| match (bodies.position.get(i), bodies.orientation.get(i)) {
-            (Some(x), Some(q)) => (*x, *q),
+            (Some(x), Some(q)) => (x.as_ref(), q.coords.as_ref()),
             _ => world,
         },
     );
-    let [x, y, z, w] = from_fn(|c| V::from_fn(|l| at[l].1.coords[c]));
-    let two = V::splat(2.0);
-    let one = V::splat(1.0);
-    let (x2, y2, z2) = (two * x, two * y, two * z);
-    // Columns of the rotation matrix of the quaternion w + xi + yj + zk.
-    let rotation = [
-        [
-            y2.neg_mul_add(y, z2.neg_mul_add(z, one)),
-            x2.mul_add(y, z2 * w),
-            x2.mul_add(z, -(y2 * w)),
-        ],
-        [
-            x2.mul_add(y, -(z2 * w)),
-            x2.neg_mul_add(x, z2.neg_mul_add(z, one)),
-            y2.mul_add(z, x2 * w),
-        ],
-        [
-            x2.mul_add(z, y2 * w),
-            y2.mul_add(z, -(x2 * w)),
-            x2.neg_mul_add(x, y2.neg_mul_add(y, one)),
-        ],
-    ];
-    (from_fn(|c| V::from_fn(|l| at[l].0[c])), rotation)
+    (gather(at.map(|at| at.0)), gather(at.map(|at| at.1)))
 }
 
-/// R x for the columns of R.
+/// The axes of one side in the world frame.
 #[inline(always)]
-fn turn<V: Lanes>(rotation: &[Vector<V>; 3], x: &[Four; 3]) -> Vector<V> {
-    let x: Vector<V> = from_fn(|i| V::load(&x[i]));
-    from_fn(|i| rotation[2][i].mul_add(x[2], rotation[1][i].mul_add(x[1], rotation[0][i] * x[0])))
+fn axes<V: Lanes>(rotation: &[Vec3<V>; 3], axes: &[[Four; 3]; 3]) -> [Vec3<V>; 3] {
+    let [u, v, w] = axes;
+    [
+        combine(rotation, &load(u)),
+        combine(rotation, &load(v)),
+        combine(rotation, &load(w)),
+    ]
 }
 
-#[inline(always)]
-fn save<V: Lanes, const N: usize>(from: &[V; N]) -> [Four; N] {
-    from_fn(|i| {
-        let mut to = [0.0; ABREAST];
-        from[i].store(&mut to);
-        to
-    })
+/// What both bends of a joint are made of, in the notation of [`crate::Cosserat`].
+struct Bend<V> {
+    ua: Vec3<V>,
+    ub: Vec3<V>,
+    d: Vec3<V>,
+    c: V,
+    g: V,
+    h: V,
+}
+
+impl<V: Lanes> Bend<V> {
+    /// The angle about an axis of side a, and its gradient on ω_b.
+    #[inline(always)]
+    fn about(&self, axis: &Vec3<V>) -> (V, Vec3<V>) {
+        let along = dot(&self.d, axis);
+        let inner = scale_add(&self.ua, -dot(&self.ub, axis), &scale(axis, self.c));
+        let row = scale_add(&self.d, self.h * along, &scale(&inner, self.g));
+        (self.g * along, row)
+    }
 }
 
 /// Gaps, bends and twists of four joints: the formulas of [`crate::Cosserat`], in another arrangement where that saves
 /// divisions: with t = sin²(θ/2) = sin²θ/(2 (1 + cos θ)), θ/sin θ = (arcsin √t/√t)/√(1 − t).
 #[inline(always)]
 fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodies) -> Found {
-    let (centre_a, rotation_a) = pose::<V>(bodies, from_fn(|l| joints[l].bodies[0]));
-    let (centre_b, rotation_b) = pose::<V>(bodies, from_fn(|l| joints[l].bodies[1]));
-    let arm_a = turn(&rotation_a, &frames.points[0]);
-    let arm_b = turn(&rotation_b, &frames.points[1]);
-    let gap: Vector<V> = from_fn(|i| (centre_a[i] - centre_b[i]) + (arm_a[i] - arm_b[i]));
+    let (centre_a, a) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[0]));
+    let (centre_b, b) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[1]));
+    let (a, b) = (rotation(&a), rotation(&b));
+    let arm_a = combine(&a, &load(&frames.points[0]));
+    let arm_b = combine(&b, &load(&frames.points[1]));
+    let gap = add(&sub(&centre_a, &centre_b), &sub(&arm_a, &arm_b));
     let mut found = Found {
         pack: Pack {
             arms: [save(&arm_a), save(&arm_b)],
@@ -427,7 +409,7 @@ fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodie
         phi: [[0.0; ABREAST]; 6],
         good: [true; ABREAST],
     };
-    found.phi[..3].copy_from_slice(&save(&gap));
+    found.phi[..3].copy_from_slice(&save::<V, ABREAST, 3>(&gap));
     let angular = |joint: &Joint| match joint.kind {
         Kind::Cable { bend, twist } => (bend, twist),
         Kind::Other => (false, false),
@@ -436,11 +418,7 @@ fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodie
     if parts == [(false, false); ABREAST] {
         return found;
     }
-    let axes = |rotation: &_, side: usize| -> [Vector<V>; 3] {
-        from_fn(|column| turn(rotation, &frames.axes[side][column]))
-    };
-    let [ua, va, wa] = axes(&rotation_a, 0);
-    let [ub, vb, wb] = axes(&rotation_b, 1);
+    let ([ua, va, wa], [ub, vb, wb]) = (axes(&a, &frames.axes[0]), axes(&b, &frames.axes[1]));
     let (one, half) = (V::splat(1.0), V::splat(0.5));
     let d = cross(&ua, &ub);
     let (c, q) = (dot(&ua, &ub), dot(&d, &d));
@@ -450,21 +428,14 @@ fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodie
     let g = p / (r * (one - t).sqrt());
     // For a straight joint h is 0/0; it is multiplied with squares of d, which vanish faster than its error grows.
     let h = g.neg_mul_add(c, one) / (q + V::splat(1e-40));
-    let bend = |axis: &Vector<V>| {
-        let along = dot(&d, axis);
-        let (ha, ub_a) = (h * along, dot(&ub, axis));
-        let row: Vector<V> = from_fn(|i| {
-            let inner = ua[i].neg_mul_add(ub_a, axis[i] * c);
-            d[i].mul_add(ha, inner * g)
-        });
-        (g * along, row)
-    };
-    let (beta_v, row_v) = bend(&va);
-    let (beta_w, row_w) = bend(&wa);
-    let (sine, cosine) = (dot(&wa, &vb) - dot(&va, &wb), dot(&va, &vb) + dot(&wa, &wb));
+    let straight = Bend { ua, ub, d, c, g, h };
+    let (beta_v, row_v) = straight.about(&va);
+    let (beta_w, row_w) = straight.about(&wa);
+    let sine = dot(&wa, &vb) - dot(&va, &wb);
+    let cosine = dot(&va, &vb) + dot(&wa, &wb);
     let twist = atan(sine / cosine);
-    let row_twist: Vector<V> = from_fn(|i| (ua[i] + ub[i]) * inverse);
-    let angles = save(&[beta_v, beta_w, twist, c, sine, cosine]);
+    let row_twist = scale(&add(&ua, &ub), inverse);
+    let angles: [Four; 6] = save(&[beta_v, beta_w, twist, c, sine, cosine]);
     let (row_v, row_w, row_twist) = (save(&row_v), save(&row_w), save(&row_twist));
     for (lane, (bend, twist)) in parts.into_iter().enumerate() {
         let mut row = 0;
@@ -526,6 +497,7 @@ fn write(
 mod tests {
     use super::*;
     use crate::{HoistParams, Linearized};
+    use nalgebra::UnitQuaternion;
 
     /// A cable whose joints bend and twist by about `angle`, of every number of joints in the last pack.
     fn cable(segments: usize, angle: f64, seed: u64) -> Scene {

@@ -32,6 +32,7 @@
 pub mod functions;
 mod level;
 mod twice;
+pub mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
