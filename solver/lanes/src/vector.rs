@@ -15,15 +15,69 @@ pub type Sym3<V> = [V; 6];
 /// A quaternion x i + y j + z k + w as \[x, y, z, w].
 pub type Quaternion<V> = [V; 4];
 
+/// The pair of `row` from `c` on.
+#[inline(always)]
+fn pair<const N: usize>(row: &[f64; N], c: usize) -> &[f64; 2] {
+    row[c..].first_chunk().unwrap_or(&[0.0; 2])
+}
+
 /// Component by component from one array a lane.
 #[must_use]
 #[inline(always)]
 pub fn gather<V: Lanes, const L: usize, const N: usize>(from: [&[f64; N]; L]) -> [V; N] {
     let mut to = [V::splat(0.0); N];
-    for (c, to) in to.iter_mut().enumerate() {
-        *to = V::from_fn(|l| from[l][c]);
+    let mut c = 0;
+    while c + 2 <= N {
+        let [first, second] = V::load_pairs(from.map(|row| pair(row, c)));
+        (to[c], to[c + 1]) = (first, second);
+        c += 2;
+    }
+    if c < N {
+        to[c] = V::from_fn(|l| from[l][c]);
     }
     to
+}
+
+/// Component by component into `N` numbers from each lane's place on.
+///
+/// # Panics
+/// Where a place is beyond `to`.
+#[inline(always)]
+pub fn scatter<V: Lanes, const L: usize, const N: usize>(
+    from: &[V; N],
+    to: &mut [f64],
+    at: [usize; L],
+) {
+    assert!(at.iter().all(|at| to.len() >= N && *at <= to.len() - N));
+    let mut c = 0;
+    while c + 2 <= N {
+        V::store_pairs(from[c], from[c + 1], to, at.map(|at| at + c));
+        c += 2;
+    }
+    if c < N {
+        let mut lanes = [0.0; L];
+        from[c].store(&mut lanes);
+        for (at, x) in at.into_iter().zip(lanes) {
+            to[at + c] = x;
+        }
+    }
+}
+
+/// Adds six components to the numbers from each lane's place on, for the first `count` lanes, one after the other where
+/// places are the same.
+///
+/// # Panics
+/// Where a place is beyond `to`.
+#[inline(always)]
+pub fn scatter_add<V: Lanes, const L: usize>(
+    from: &[V; 6],
+    to: &mut [f64],
+    at: [usize; L],
+    count: usize,
+) {
+    for c in [0, 2, 4] {
+        V::add_pairs(from[c], from[c + 1], to, at.map(|at| at + c), count);
+    }
 }
 
 /// Component by component into memory.
