@@ -24,8 +24,7 @@ use taut_lanes::vector::{
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 use crate::body::Bodies;
-use crate::constraint::{Constraint, RowKind};
-use crate::linearized::Slot;
+use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// Joints in a pack.
@@ -62,8 +61,6 @@ pub struct Joint {
     pub bodies: [usize; 2],
     /// Slots of the sides, `None` for the world.
     pub slots: [Option<usize>; 2],
-    /// First value of each side's block in the Jacobian.
-    offsets: [usize; 2],
     kind: Kind,
 }
 
@@ -97,29 +94,27 @@ pub struct Abreast {
     count: usize,
     packs: Vec<Pack>,
     frames: Vec<Frames>,
-    /// Joints with a side that the world moves.
-    moved: Vec<usize>,
+    /// Joints with a side that is held by the world.
+    held: Vec<usize>,
+    /// Joint and side of each slot.
+    of_slot: Vec<Option<(usize, usize)>>,
 }
 
 impl Abreast {
     /// The joints among the constraints of a scene, whose first rows and slots are given.
-    pub(crate) fn new(
-        scene: &Scene,
-        row_start: &[usize],
-        slot_start: &[usize],
-        slots: &[Slot],
-    ) -> Self {
+    pub(crate) fn new(scene: &Scene, row_start: &[usize], slot_start: &[usize]) -> Self {
         let world = scene.bodies.len();
-        let mut joints = Vec::new();
+        let mut joints: Vec<Joint> = Vec::new();
+        let mut of_slot = vec![None; slot_start.last().copied().unwrap_or(0)];
         for (constraint, c) in scene.constraints.iter().enumerate() {
             let Some(kind) = kind(c) else { continue };
             let mut slot = slot_start[constraint];
-            let (mut bodies, mut of_side, mut offsets) = ([world; 2], [None; 2], [0; 2]);
+            let (mut bodies, mut slots) = ([world; 2], [None; 2]);
             for (side, frame) in c.frames().iter().enumerate() {
                 if let Some(body) = frame.body_index() {
                     bodies[side] = body;
-                    of_side[side] = Some(slot);
-                    offsets[side] = slots[slot].offset;
+                    slots[side] = Some(slot);
+                    of_slot[slot] = Some((joints.len(), side));
                     slot += 1;
                 }
             }
@@ -128,8 +123,7 @@ impl Abreast {
                 row: row_start[constraint],
                 rows: row_start[constraint + 1] - row_start[constraint],
                 bodies,
-                slots: of_side,
-                offsets,
+                slots,
                 kind,
             });
         }
@@ -138,12 +132,13 @@ impl Abreast {
             joints.resize(count.next_multiple_of(ABREAST), last);
         }
         let packs = joints.len() / ABREAST;
-        let moved = |k: &usize| {
+        let held = |k: &usize| {
             let frames = scene.constraints[joints[*k].constraint].frames();
             frames.iter().any(|f| f.body_index().is_none())
         };
         Self {
-            moved: (0..joints.len()).filter(moved).collect(),
+            held: (0..joints.len()).filter(held).collect(),
+            of_slot,
             count,
             packs: vec![Pack::default(); packs],
             frames: vec![Frames::default(); packs],
@@ -218,17 +213,15 @@ impl Abreast {
         }
     }
 
-    /// φ, J and the packs of the joints that lanes can do at time `t`, the others' places in `rest`.
+    /// φ and the packs at time `t`; `rest` is for the joints that lanes cannot do.
     pub(crate) fn evaluate(
         &mut self,
         scene: &Scene,
         t: f64,
         phi: &mut [f64],
-        jacobian: &mut [f64],
-        levers: &mut [Vector3<f64>],
         rest: &mut Vec<usize>,
     ) {
-        for &k in &self.moved {
+        for &k in &self.held {
             let c = &scene.constraints[self.joints[k].constraint];
             for (side, frame) in c.frames().iter().enumerate() {
                 if frame.body_index().is_none() {
@@ -246,36 +239,74 @@ impl Abreast {
             Evaluation {
                 joints: self,
                 bodies: &scene.bodies,
-                phi,
-                jacobian,
-                levers,
-                rest,
+                phi: &mut *phi,
+                rest: &mut *rest,
             },
         );
+        for &k in rest.iter() {
+            let joint = self.joints[k];
+            let mut blocks = [0.0; 2 * 6 * MAX_ROWS];
+            let mut levers = [Vector3::zeros(); 2];
+            let c = &scene.constraints[joint.constraint];
+            let phi = &mut phi[joint.row..joint.row + joint.rows];
+            c.evaluate(
+                &scene.bodies,
+                t,
+                &mut Rows::new(phi, &mut blocks, &mut levers),
+            );
+            self.take(k, &blocks, &levers);
+        }
     }
 
-    /// Takes joint `k` from what was written for its constraint one by one.
-    pub(crate) fn take(&mut self, k: usize, jacobian: &[f64], levers: &[Vector3<f64>]) {
+    /// Takes joint `k` from the blocks and levers of its moving sides, one after the other.
+    fn take(&mut self, k: usize, blocks: &[f64], levers: &[Vector3<f64>; 2]) {
         let joint = self.joints[k];
         let (pack, lane) = (&mut self.packs[k / ABREAST], k % ABREAST);
-        for (side, slot) in joint.slots.into_iter().enumerate() {
-            let Some(slot) = slot else { continue };
-            for (i, to) in pack.arms[side].iter_mut().enumerate() {
-                to[lane] = levers[slot][i];
+        let sides = (0..2).filter(|side| joint.slots[*side].is_some());
+        for (side, (block, lever)) in sides.zip(blocks.chunks_exact(6 * joint.rows).zip(levers)) {
+            for (to, r) in pack.arms[side].iter_mut().zip(lever.iter()) {
+                to[lane] = *r;
             }
             let sign = if side == 0 { -1.0 } else { 1.0 };
-            for (q, gradient) in pack.gradients[..joint.rows - 3].iter_mut().enumerate() {
-                let row = &jacobian[joint.offsets[side] + 6 * (3 + q)..][3..6];
-                for (to, g) in gradient.iter_mut().zip(row) {
+            let (rows, _) = block.as_chunks::<6>();
+            for (row, gradient) in rows[3..].iter().zip(&mut pack.gradients) {
+                for (to, g) in gradient.iter_mut().zip(&row[3..]) {
                     to[lane] = sign * g;
                 }
             }
         }
     }
 
-    /// The constraint of joint `k`.
-    pub(crate) fn constraint(&self, k: usize) -> usize {
-        self.joints[k].constraint
+    /// Joint and side of a slot, `None` where it is none of a joint's.
+    #[must_use]
+    pub fn of_slot(&self, slot: usize) -> Option<(usize, usize)> {
+        self.of_slot.get(slot).copied().flatten()
+    }
+
+    /// Lever arm of a joint's side.
+    pub(crate) fn arm(&self, joint: usize, side: usize) -> Vector3<f64> {
+        let arm = &self.packs[joint / ABREAST].arms[side];
+        Vector3::from_fn(|i, _| arm[i][joint % ABREAST])
+    }
+
+    /// The block of a joint's side, as many rows as there is room for.
+    pub(crate) fn write_block(&self, joint: usize, side: usize, block: &mut [f64]) {
+        let (pack, lane) = (&self.packs[joint / ABREAST], joint % ABREAST);
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = pack.arms[side].map(|r| r[lane]);
+        let gradient = |q: usize| {
+            let [x, y, z] = pack.gradients[q].map(|g| g[lane]);
+            [0.0, 0.0, 0.0, -sign * x, -sign * y, -sign * z]
+        };
+        let rows = [
+            [sign, 0.0, 0.0, 0.0, sign * z, -sign * y],
+            [0.0, sign, 0.0, -sign * z, 0.0, sign * x],
+            [0.0, 0.0, sign, sign * y, -sign * x, 0.0],
+            gradient(0),
+            gradient(1),
+            gradient(2),
+        ];
+        block.copy_from_slice(&rows.as_flattened()[..block.len()]);
     }
 }
 
@@ -307,8 +338,6 @@ struct Evaluation<'a> {
     joints: &'a mut Abreast,
     bodies: &'a Bodies,
     phi: &'a mut [f64],
-    jacobian: &'a mut [f64],
-    levers: &'a mut [Vector3<f64>],
     rest: &'a mut Vec<usize>,
 }
 
@@ -327,9 +356,17 @@ impl Kernel for Evaluation<'_> {
         for (p, ((pack, frames), joints)) in packs.iter_mut().zip(frames).zip(joints).enumerate() {
             let found = evaluate::<I::X4>(joints, frames, self.bodies);
             for (lane, joint) in joints.iter().enumerate() {
-                if found.good[lane] && joint.kind != Kind::Other {
-                    write(joint, lane, &found, self.phi, self.jacobian, self.levers);
+                let phi = &mut self.phi[joint.row..joint.row + joint.rows];
+                if let Some(phi) = phi.first_chunk_mut::<6>() {
+                    for (to, from) in phi.iter_mut().zip(&found.phi) {
+                        *to = from[lane];
+                    }
                 } else {
+                    for (to, from) in phi.iter_mut().zip(&found.phi) {
+                        *to = from[lane];
+                    }
+                }
+                if !found.good[lane] || joint.kind == Kind::Other {
                     self.rest.push(ABREAST * p + lane);
                 }
             }
@@ -461,38 +498,6 @@ fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodie
     found
 }
 
-/// One joint of four, to where the scene's rows are.
-#[inline(always)]
-fn write(
-    joint: &Joint,
-    lane: usize,
-    found: &Found,
-    phi: &mut [f64],
-    jacobian: &mut [f64],
-    levers: &mut [Vector3<f64>],
-) {
-    let phi = &mut phi[joint.row..joint.row + joint.rows];
-    for (to, from) in phi.iter_mut().zip(&found.phi) {
-        *to = from[lane];
-    }
-    for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
-        let Some(slot) = joint.slots[side] else {
-            continue;
-        };
-        let [x, y, z] = found.pack.arms[side].map(|r| r[lane]);
-        levers[slot] = Vector3::new(x, y, z);
-        let (rows, _) = jacobian[joint.offsets[side]..][..6 * joint.rows].as_chunks_mut::<6>();
-        let (gap, angles) = rows.split_at_mut(3);
-        gap[0] = [sign, 0.0, 0.0, 0.0, sign * z, -sign * y];
-        gap[1] = [0.0, sign, 0.0, -sign * z, 0.0, sign * x];
-        gap[2] = [0.0, 0.0, sign, sign * y, -sign * x, 0.0];
-        for (row, g) in angles.iter_mut().zip(&found.pack.gradients) {
-            let [x, y, z] = g.map(|g| g[lane]);
-            *row = [0.0, 0.0, 0.0, -sign * x, -sign * y, -sign * z];
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -559,7 +564,8 @@ mod tests {
                 for (lane, joint) in members[..count].iter().enumerate() {
                     joints += 1;
                     let slot = joint.slots[1].expect("side b is a body");
-                    let (block, _) = lin.block(slot).as_chunks::<6>();
+                    let block = lin.block(slot);
+                    let block = block.rows();
                     let arm = pack.arms[1].map(|r| r[lane]);
                     assert_eq!(block[0][4..], [-arm[2], arm[1]]);
                     for (row, g) in block[3..].iter().zip(&pack.gradients) {

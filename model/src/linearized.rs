@@ -3,12 +3,12 @@
 //! [`Linearized`] is what the time stepper reads: φ, ∂φ/∂t, ε, τ and J, as flat arrays whose layout depends on the
 //! topology alone. Rows are numbered through all constraints, in the order of the scene.
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use nalgebra::Vector3;
 
 use crate::abreast::Abreast;
-use crate::constraint::{RowKind, Rows};
+use crate::constraint::{MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// One Jacobian block: how a constraint acts on a body.
@@ -19,8 +19,32 @@ pub struct Slot {
     /// Index of the body.
     pub body: usize,
     /// Where in [`Linearized::jacobian`] the block starts: rows × 6, row-major, columns 0..3 on the velocity and
-    /// 3..6 on the angular velocity, both in the world frame.
+    /// 3..6 on the angular velocity, both in the world frame. `usize::MAX` for joints, whose blocks are made of their
+    /// [`Pack`](crate::Pack).
     pub offset: usize,
+}
+
+/// A copy of a slot's block of the Jacobian: a slice of rows × 6 numbers, row-major.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    values: [f64; 6 * MAX_ROWS],
+    len: usize,
+}
+
+impl Deref for Block {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.values[..self.len]
+    }
+}
+
+impl Block {
+    /// The block row by row.
+    #[must_use]
+    pub fn rows(&self) -> &[[f64; 6]] {
+        self.as_chunks().0
+    }
 }
 
 /// The transverse rows of a link ([`Distance`](crate::Distance)), in terms of rows of the scene.
@@ -81,16 +105,16 @@ pub struct Linearized {
     pub compliance: Vec<f64>,
     /// Damping times τ, one a row \[s].
     pub damping: Vec<f64>,
-    /// All blocks, see [`Slot::offset`].
+    /// The blocks of the constraints that are no joints abreast, see [`Slot::offset`]; any block is
+    /// [`Linearized::block`].
     pub jacobian: Vec<f64>,
-    /// Lever arm of each slot, world \[m]: from the body's centre to the attachment point. Zero where the constraint
-    /// has neither stretch nor length rows, which alone change with the lever's rotation.
-    pub levers: Vec<Vector3<f64>>,
+    /// Lever arms of these constraints' slots, zeros for all other slots.
+    levers: Vec<Vector3<f64>>,
     /// Links with transverse rows, in the order of the scene.
     pub transverse: Vec<Transverse>,
     /// Rows with bounds, in the order of the scene; at most one of a constraint.
     pub bounds: Vec<RowBounds>,
-    /// The joints' part of the Jacobian once more, four side by side.
+    /// The joints' part of the Jacobian, four side by side.
     pub abreast: Abreast,
     /// Constraints that are none of the joints abreast.
     others: Vec<usize>,
@@ -127,18 +151,20 @@ impl Linearized {
                 });
             }
             rows += c.rows();
+            let joint = Abreast::holds(c);
             for body in c.bodies() {
+                let offset = if joint { usize::MAX } else { values };
                 lin.slots.push(Slot {
                     constraint,
                     body,
-                    offset: values,
+                    offset,
                 });
-                values += 6 * c.rows();
+                values += if joint { 0 } else { 6 * c.rows() };
             }
             lin.row_start.push(rows);
             lin.slot_start.push(lin.slots.len());
         }
-        lin.abreast = Abreast::new(scene, &lin.row_start, &lin.slot_start, &lin.slots);
+        lin.abreast = Abreast::new(scene, &lin.row_start, &lin.slot_start);
         lin.rest = Vec::with_capacity(lin.abreast.joints().len() + 3);
         let other = |c: &usize| !Abreast::holds(&scene.constraints[*c]);
         lin.others = (0..scene.constraints.len()).filter(other).collect();
@@ -186,19 +212,8 @@ impl Linearized {
     /// # Panics
     /// As [`Linearized::update`].
     pub fn update_state(&mut self, scene: &Scene, t: f64) {
-        self.abreast.evaluate(
-            scene,
-            t,
-            &mut self.phi,
-            &mut self.jacobian,
-            &mut self.levers,
-            &mut self.rest,
-        );
-        for k in 0..self.rest.len() {
-            let joint = self.rest[k];
-            self.evaluate(scene, self.abreast.constraint(joint), t);
-            self.abreast.take(joint, &self.jacobian, &self.levers);
-        }
+        let (phi, rest) = (&mut self.phi, &mut self.rest);
+        self.abreast.evaluate(scene, t, phi, rest);
         let (mut links, mut bounded) = (0, 0);
         for k in 0..self.others.len() {
             let i = self.others[k];
@@ -311,11 +326,30 @@ impl Linearized {
     /// # Panics
     /// When `slot` is not below the number of slots.
     #[must_use]
-    pub fn block(&self, slot: usize) -> &[f64] {
+    pub fn block(&self, slot: usize) -> Block {
         let Slot {
             constraint, offset, ..
         } = self.slots[slot];
-        &self.jacobian[offset..offset + 6 * self.row_range(constraint).len()]
+        let len = 6 * self.row_range(constraint).len();
+        let mut values = [0.0; 6 * MAX_ROWS];
+        match self.abreast.of_slot(slot) {
+            Some((joint, side)) => self.abreast.write_block(joint, side, &mut values[..len]),
+            None => values[..len].copy_from_slice(&self.jacobian[offset..offset + len]),
+        }
+        Block { values, len }
+    }
+
+    /// Lever arm of slot `slot`, world \[m]: from the body's centre to the attachment point. Zero where the constraint
+    /// has neither stretch nor length rows, which alone change with the lever's rotation.
+    ///
+    /// # Panics
+    /// When `slot` is not below the number of slots.
+    #[must_use]
+    pub fn lever(&self, slot: usize) -> Vector3<f64> {
+        match self.abreast.of_slot(slot) {
+            Some((joint, side)) => self.abreast.arm(joint, side),
+            None => self.levers[slot],
+        }
     }
 }
 
@@ -372,8 +406,8 @@ mod tests {
         assert_eq!(lin.slot_start, [0, 1, 3, 5, 7]);
         assert_eq!((lin.rows(), lin.constraints()), (21, 4));
         assert_eq!(lin.slots[1].body, 0);
-        assert_eq!(lin.slots[2].offset, 36 * 2);
-        assert_eq!(lin.jacobian.len(), 36 * 5 + 18 * 2);
+        assert!(lin.jacobian.is_empty(), "all are joints");
+        assert_eq!(lin.block(1).len(), 36);
         assert_eq!(lin.block(6).len(), 18);
     }
 
