@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, UnitQuaternion};
 use std::array::from_fn;
 use taut_lanes::Lanes;
-use taut_lanes::vector::{Sym3, Vec3, gather, load, turned};
-use taut_model::{ABREAST, Four};
+use taut_lanes::vector::{Vec3, gather, load, turned};
+use taut_model::{ABREAST, Four, Joint};
 
 /// What stands for a body that is not there: at rest, immovable.
 static NOTHING: [f64; 6] = [0.0; 6];
@@ -13,6 +13,12 @@ static NOTHING: [f64; 6] = [0.0; 6];
 #[inline(always)]
 pub(crate) fn of_bodies<V: Lanes>(from: &[[f64; 6]], bodies: [usize; ABREAST]) -> [V; 6] {
     gather(bodies.map(|i| from.get(i).unwrap_or(&NOTHING)))
+}
+
+/// Where each lane's six numbers are on a side's body; those of the world come after the last body's.
+#[inline(always)]
+pub(crate) fn places(joints: &[Joint; ABREAST], side: usize) -> [usize; ABREAST] {
+    joints.each_ref().map(|j| 6 * j.bodies[side])
 }
 
 /// Up to six consecutive numbers of each lane from `start`; zeros beyond `count`.
@@ -33,21 +39,13 @@ pub(crate) fn of_rows<V: Lanes>(
     gather(rows.each_ref())
 }
 
-/// The entries of symmetric matrices in the order of [`Sym3`].
-#[inline(always)]
-pub(crate) fn symmetric<V: Lanes>(at: [&Matrix3<f64>; ABREAST]) -> Sym3<V> {
-    const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2)];
-    let mut to = [V::splat(0.0); 6];
-    for (to, (i, j)) in to.iter_mut().zip(ENTRIES) {
-        *to = V::from_fn(|l| at[l][(i, j)]);
-    }
-    to
+/// The six numbers of a symmetric matrix, xx, yx, zx, yy, zy, zz.
+pub(crate) fn packed(a: &Matrix3<f64>) -> [f64; 6] {
+    [a.m11, a.m21, a.m31, a.m22, a.m32, a.m33]
 }
 
-/// One lane of a symmetric matrix.
-#[inline(always)]
-pub(crate) fn matrix(of: &[Four; 6], lane: usize) -> Matrix3<f64> {
-    let [xx, yx, zx, yy, zy, zz] = of.map(|x| x[lane]);
+/// The matrix of six numbers.
+pub(crate) fn unpacked([xx, yx, zx, yy, zy, zz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz)
 }
 

@@ -1,14 +1,13 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{of_bodies, of_rows};
-use taut_lanes::vector::{Vec3, add, combine, cross, load, save, sub};
+use crate::lanes::{of_bodies, of_rows, places};
+use taut_lanes::vector::{Vec3, add, combine, cross, load, save, scatter_add, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
 use taut_model::{ABREAST, Four, Joint, Linearized, Pack, Slot};
 
-/// p += Jᵀ μ; p: 6 numbers a body, μ: one a row.
+/// p += Jᵀ μ; p: 6 numbers a body and 6 more for what acts on the world, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
-    let (p, _) = p.as_chunks_mut::<6>();
     dispatch(
         Level::best(),
         Transposed {
@@ -20,7 +19,7 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     for slot in other_slots(rows) {
         let mu = &mu[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
-        let p = &mut p[slot.body];
+        let p = &mut p[6 * slot.body..][..6];
         for (j, mu) in jacobian.iter().zip(mu) {
             for (p, j) in p.iter_mut().zip(j) {
                 *p += j * mu;
@@ -95,24 +94,23 @@ impl Kernel for Product<'_> {
             let [x, y, z] = sub(&point_a, &point_b);
             let turning = sub(&omega_b, &omega_a);
             let [p, q, s] = &pack.gradients;
-            let rates: [Four; 6] = save(&[
-                x,
-                y,
-                z,
-                vector::dot(&load(p), &turning),
-                vector::dot(&load(q), &turning),
-                vector::dot(&load(s), &turning),
-            ]);
+            let rates = [
+                -x,
+                -y,
+                -z,
+                -vector::dot(&load(p), &turning),
+                -vector::dot(&load(q), &turning),
+                -vector::dot(&load(s), &turning),
+            ];
+            if joints.iter().all(|joint| joint.rows == 6) {
+                scatter_add(&rates, self.r, joints.each_ref().map(|j| j.row), count);
+                continue;
+            }
+            let rates: [Four; 6] = save(&rates);
             for (lane, joint) in joints[..count].iter().enumerate() {
                 let r = &mut self.r[joint.row..joint.row + joint.rows];
-                if let Some(r) = r.first_chunk_mut::<6>() {
-                    for (r, rate) in r.iter_mut().zip(&rates) {
-                        *r -= rate[lane];
-                    }
-                } else {
-                    for (r, rate) in r.iter_mut().zip(&rates) {
-                        *r -= rate[lane];
-                    }
+                for (r, rate) in r.iter_mut().zip(&rates) {
+                    *r += rate[lane];
                 }
             }
         }
@@ -123,7 +121,7 @@ impl Kernel for Product<'_> {
 struct Transposed<'a> {
     rows: &'a Linearized,
     mu: &'a [f64],
-    p: &'a mut [[f64; 6]],
+    p: &'a mut [f64],
 }
 
 impl Kernel for Transposed<'_> {
@@ -143,21 +141,9 @@ impl Kernel for Transposed<'_> {
             let torque = combine::<I::X4>(&gradients, &[p, q, s]);
             let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
             let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
-            let [force, on_a, on_b]: [[Four; 3]; 3] = [save(&force), save(&on_a), save(&on_b)];
-            for (lane, joint) in joints[..count].iter().enumerate() {
-                if let Some(p) = self.p.get_mut(joint.bodies[0]) {
-                    for i in 0..3 {
-                        p[i] += force[i][lane];
-                        p[3 + i] += on_a[i][lane];
-                    }
-                }
-                if let Some(p) = self.p.get_mut(joint.bodies[1]) {
-                    for i in 0..3 {
-                        p[i] -= force[i][lane];
-                        p[3 + i] += on_b[i][lane];
-                    }
-                }
-            }
+            let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
+            scatter_add(&[x, y, z, ax, ay, az], self.p, places(joints, 0), count);
+            scatter_add(&[-x, -y, -z, bx, by, bz], self.p, places(joints, 1), count);
         }
     }
 }
