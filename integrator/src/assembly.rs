@@ -12,7 +12,7 @@
 use crate::inertia::Inertia;
 use crate::lanes::of_rows;
 use taut_lanes::vector::{
-    Sym3, Vec3, columns, cross, dot, gather, load, save, scale, scale_add, scatter, times,
+    Sym3, Vec3, columns, cross, dot, gather, load, save, scale, scale_add, times,
 };
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
@@ -144,7 +144,7 @@ impl<V: Lanes> Side<V> {
 /// Writes column `C` of four blocks with 6 rows and columns.
 #[inline(always)]
 fn put<V: Lanes, const C: usize>(column: &[V; 6], values: &mut [f64], targets: [usize; ABREAST]) {
-    scatter(column, values, targets.map(|t| t + 6 * C));
+    V::scatter(column, values, targets.map(|t| t + 6 * C));
 }
 
 /// Writes four blocks of other sizes, rows × columns.
@@ -212,17 +212,12 @@ impl Kernel for Diagonal<'_> {
     fn run<I: Isa>(self) {
         let packs = self.rows.abreast.packs();
         let (targets, _) = self.plan.diagonal.as_chunks::<ABREAST>();
-        for ((pack, joints, _), targets) in packs.zip(targets) {
-            let body = |side: usize| joints.each_ref().map(|j| j.bodies[side]);
-            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, body(0));
-            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, body(1));
+        for ((pack, places), targets) in packs.zip(targets) {
+            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, places.bodies[0]);
+            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, places.bodies[1]);
             let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
             let (turned_a, turned_b) = (side_a.times(&a), side_b.times(&b));
-            let sigma = of_rows::<I::X4>(
-                self.sigma,
-                joints.each_ref().map(|j| j.row),
-                joints.each_ref().map(|j| j.rows),
-            );
+            let sigma = of_rows::<I::X4>(self.sigma, places);
             let mut block = [
                 both(&side_a, &turned_a[0], &side_b, &turned_b[0]),
                 both(&side_a, &turned_a[1], &side_b, &turned_b[1]),
@@ -238,8 +233,7 @@ impl Kernel for Diagonal<'_> {
             block[3][3] = block[3][3] + sigma[3];
             block[4][4] = block[4][4] + sigma[4];
             block[5][5] = block[5][5] + sigma[5];
-            let sizes = joints.each_ref().map(|j| (j.rows, j.rows));
-            put_all(&block, self.values, *targets, sizes);
+            put_all(&block, self.values, *targets, places.rows.map(|n| (n, n)));
         }
     }
 }

@@ -14,9 +14,9 @@
 //! the spin about r free.
 
 use crate::GeometricStiffness;
-use crate::lanes::{of_rows, places};
+use crate::lanes::of_rows;
 use nalgebra::Vector3;
-use taut_lanes::vector::{Vec3, dot, load, scatter_add};
+use taut_lanes::vector::{Vec3, dot, load};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{Abreast, Linearized, Scene, Side};
 
@@ -190,14 +190,12 @@ impl Kernel for Joints<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        for (pack, joints, count) in self.joints.packs() {
-            let row = joints.each_ref().map(|j| j.row);
-            let rows = joints.each_ref().map(|j| j.rows);
-            let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, row, rows);
+        for (pack, places) in self.joints.packs() {
+            let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, places);
             let on_a = across(&[x, y, z], &load(&pack.arms[0]));
             let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
-            scatter_add(&on_a, self.stiffness, places(joints, 0), count);
-            scatter_add(&on_b, self.stiffness, places(joints, 1), count);
+            I::X4::scatter_add(&on_a, self.stiffness, places.at[0], places.count);
+            I::X4::scatter_add(&on_b, self.stiffness, places.at[1], places.count);
         }
     }
 }

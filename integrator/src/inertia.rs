@@ -9,9 +9,7 @@ use crate::gyroscopic;
 use crate::lanes::{axis, packed, unpacked};
 use nalgebra::{Matrix3, Vector3};
 use std::array::from_fn;
-use taut_lanes::vector::{
-    Sym3, add, gather, inverse, save, scale, scale_add, scatter, splat, sub, times,
-};
+use taut_lanes::vector::{Sym3, add, gather, inverse, save, scale, scale_add, splat, sub, times};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Bodies, Four, Scene};
 
@@ -259,9 +257,9 @@ impl Kernel for Update<'_> {
             let force = scale(&scale_add(&gravity, mass, &external), dt);
             let ([x, y, z], [p, q, r]) = (force, scale(&torque, dt));
             let at = pack.map(|i| 6 * i);
-            scatter(&[x, y, z, p, q, r], &mut inertia.impulse, at);
-            scatter(&angular, inertia.angular.as_flattened_mut(), at);
-            scatter(&inverse, inertia.inverse_angular.as_flattened_mut(), at);
+            I::X4::scatter(&[x, y, z, p, q, r], &mut inertia.impulse, at);
+            I::X4::scatter(&angular, inertia.angular.as_flattened_mut(), at);
+            I::X4::scatter(&inverse, inertia.inverse_angular.as_flattened_mut(), at);
             let [determinant]: [Four; 1] = save(&[determinant]);
             for (determinant, &i) in determinant.into_iter().zip(pack) {
                 if determinant == 0.0 {
@@ -310,7 +308,7 @@ impl Kernel for VelocityChange<'_> {
                 w = add(&w, &correction);
             }
             let found = [v[0], v[1], v[2], w[0], w[1], w[2]];
-            scatter(&found, dv.as_flattened_mut(), pack.map(|i| 6 * i));
+            I::X4::scatter(&found, dv.as_flattened_mut(), pack.map(|i| 6 * i));
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{of_bodies, of_rows, places};
-use taut_lanes::vector::{Vec3, add, combine, cross, load, save, scatter_add, sub};
+use crate::lanes::{add_to_rows, of_bodies, of_rows};
+use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
-use taut_model::{ABREAST, Four, Joint, Linearized, Pack, Slot};
+use taut_model::{Linearized, Pack, Places, Slot};
 
 /// p += Jᵀ μ; p: 6 numbers a body and 6 more for what acts on the world, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
@@ -64,11 +64,11 @@ pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 #[inline(always)]
 fn point<V: Lanes>(
     pack: &Pack,
-    joints: &[Joint; ABREAST],
+    places: &Places,
     v: &[[f64; 6]],
     side: usize,
 ) -> (Vec3<V>, Vec3<V>) {
-    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, joints.each_ref().map(|j| j.bodies[side]));
+    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, places.bodies[side]);
     let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
     (
         add(&velocity, &cross(&omega, &load(&pack.arms[side]))),
@@ -88,9 +88,9 @@ impl Kernel for Product<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        for (pack, joints, count) in self.rows.abreast.packs() {
-            let (point_a, omega_a) = point::<I::X4>(pack, joints, self.v, 0);
-            let (point_b, omega_b) = point::<I::X4>(pack, joints, self.v, 1);
+        for (pack, places) in self.rows.abreast.packs() {
+            let (point_a, omega_a) = point::<I::X4>(pack, places, self.v, 0);
+            let (point_b, omega_b) = point::<I::X4>(pack, places, self.v, 1);
             let [x, y, z] = sub(&point_a, &point_b);
             let turning = sub(&omega_b, &omega_a);
             let [p, q, s] = &pack.gradients;
@@ -102,17 +102,7 @@ impl Kernel for Product<'_> {
                 -vector::dot(&load(q), &turning),
                 -vector::dot(&load(s), &turning),
             ];
-            if joints.iter().all(|joint| joint.rows == 6) {
-                scatter_add(&rates, self.r, joints.each_ref().map(|j| j.row), count);
-                continue;
-            }
-            let rates: [Four; 6] = save(&rates);
-            for (lane, joint) in joints[..count].iter().enumerate() {
-                let r = &mut self.r[joint.row..joint.row + joint.rows];
-                for (r, rate) in r.iter_mut().zip(&rates) {
-                    *r += rate[lane];
-                }
-            }
+            add_to_rows(&rates, self.r, places);
         }
     }
 }
@@ -129,12 +119,8 @@ impl Kernel for Transposed<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        for (pack, joints, count) in self.rows.abreast.packs() {
-            let (row, rows) = (
-                joints.each_ref().map(|j| j.row),
-                joints.each_ref().map(|j| j.rows),
-            );
-            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, row, rows);
+        for (pack, places) in self.rows.abreast.packs() {
+            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, places);
             let force = [x, y, z];
             let [first, second, third] = &pack.gradients;
             let gradients = [load(first), load(second), load(third)];
@@ -142,8 +128,13 @@ impl Kernel for Transposed<'_> {
             let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
             let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
             let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
-            scatter_add(&[x, y, z, ax, ay, az], self.p, places(joints, 0), count);
-            scatter_add(&[-x, -y, -z, bx, by, bz], self.p, places(joints, 1), count);
+            I::X4::scatter_add(&[x, y, z, ax, ay, az], self.p, places.at[0], places.count);
+            I::X4::scatter_add(
+                &[-x, -y, -z, bx, by, bz],
+                self.p,
+                places.at[1],
+                places.count,
+            );
         }
     }
 }
