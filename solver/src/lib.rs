@@ -26,6 +26,7 @@
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
+//! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
@@ -40,6 +41,7 @@ mod accuracy;
 mod backend;
 mod backends;
 mod block_ldlt;
+mod chain;
 mod double_double;
 mod error;
 mod kernels;

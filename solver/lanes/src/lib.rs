@@ -1,6 +1,6 @@
 //! Doubles side by side: a kernel is written once, over [`Lanes`], and runs on whatever vectors the processor has.
 //!
-//! A [`Kernel`] is generic over an instruction set [`Isa`], which names its vectors of 1, 2, 4 and 8 doubles. Lanes are
+//! A [`Kernel`] is generic over an instruction set [`Isa`], which names its vectors of 1, 2, 4, 8 and 16 doubles. Lanes are
 //! independent problems: the two ends of a chain, joints of a cable, cables. [`dispatch`] runs a kernel at a [`Level`],
 //! of which values exist only where the processor has the instructions; this is what makes the vectors' arithmetic safe
 //! to call. No level rounds otherwise than IEEE 754 says, but multiply-adds round once where they are fused
@@ -93,6 +93,9 @@ pub trait Lanes:
     #[must_use]
     fn sqrt(self) -> Self;
 
+    /// Whether each lane is less than that of the other; not so where either is NaN.
+    fn all_below(self, other: Self) -> bool;
+
     /// The largest lane; any lane where one is NaN.
     #[must_use]
     #[inline(always)]
@@ -149,6 +152,34 @@ impl Lanes for f64 {
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
+    #[inline(always)]
+    fn all_below(self, other: Self) -> bool {
+        self < other
+    }
+}
+
+/// A vector of two halves, which are vectors too: two numbers for each of some problems side by side.
+pub trait Halves: Lanes {
+    /// A vector of half the lanes.
+    type Half: Lanes;
+
+    /// Two halves side by side.
+    fn join(lower: Self::Half, upper: Self::Half) -> Self;
+
+    /// The same half twice.
+    #[must_use]
+    #[inline(always)]
+    fn both(half: Self::Half) -> Self {
+        Self::join(half, half)
+    }
+
+    /// The first half of the lanes.
+    #[must_use]
+    fn lower(self) -> Self::Half;
+
+    /// The second half.
+    #[must_use]
+    fn upper(self) -> Self::Half;
 }
 
 /// An instruction set: its vectors.
@@ -156,11 +187,13 @@ pub trait Isa: Copy + 'static {
     /// One double.
     type X1: Lanes;
     /// Two.
-    type X2: Lanes;
+    type X2: Halves<Half = Self::X1>;
     /// Four.
-    type X4: Lanes;
+    type X4: Halves<Half = Self::X2>;
     /// Eight.
-    type X8: Lanes;
+    type X8: Halves<Half = Self::X4>;
+    /// Sixteen: two vectors at any level.
+    type X16: Halves<Half = Self::X8>;
 }
 
 /// Work that is written once for all instruction sets.
@@ -179,8 +212,9 @@ struct Portable;
 impl Isa for Portable {
     type X1 = f64;
     type X2 = Twice<f64>;
-    type X4 = Twice<Twice<f64>>;
-    type X8 = Twice<Twice<Twice<f64>>>;
+    type X4 = Twice<Self::X2>;
+    type X8 = Twice<Self::X4>;
+    type X16 = Twice<Self::X8>;
 }
 
 /// Runs a kernel at a level.

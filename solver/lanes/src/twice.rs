@@ -1,6 +1,6 @@
 //! Two vectors as one of twice the lanes.
 
-use crate::Lanes;
+use crate::{Halves, Lanes};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Lower lanes, upper lanes.
@@ -74,5 +74,26 @@ impl<V: Lanes> Lanes for Twice<V> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
+    fn all_below(self, other: Self) -> bool {
+        self.0.all_below(other.0) && self.1.all_below(other.1)
+    }
+}
+
+impl<V: Lanes> Halves for Twice<V> {
+    type Half = V;
+
+    #[inline(always)]
+    fn join(lower: V, upper: V) -> Self {
+        Self(lower, upper)
+    }
+    #[inline(always)]
+    fn lower(self) -> V {
+        self.0
+    }
+    #[inline(always)]
+    fn upper(self) -> V {
+        self.1
     }
 }
