@@ -182,6 +182,15 @@ pub trait Halves: Lanes {
     fn upper(self) -> Self::Half;
 }
 
+/// Four lanes that are two rows of two columns, filled from two places.
+pub trait Quad: Halves {
+    /// `[p₀, q₀, p₁, q₁]`.
+    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self;
+
+    /// The same of rows of `p` and columns of `q`: `[p₀₀, q₀₀, p₀₁, q₁₀]` and `[p₁₀, q₀₁, p₁₁, q₁₁]`.
+    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2];
+}
+
 /// An instruction set: its vectors.
 pub trait Isa: Copy + 'static {
     /// One double.
@@ -189,7 +198,7 @@ pub trait Isa: Copy + 'static {
     /// Two.
     type X2: Halves<Half = Self::X1>;
     /// Four.
-    type X4: Halves<Half = Self::X2>;
+    type X4: Quad<Half = Self::X2>;
     /// Eight.
     type X8: Halves<Half = Self::X4>;
     /// Sixteen: two vectors at any level.

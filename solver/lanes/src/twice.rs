@@ -1,6 +1,6 @@
 //! Two vectors as one of twice the lanes.
 
-use crate::{Halves, Lanes};
+use crate::{Halves, Lanes, Quad};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Lower lanes, upper lanes.
@@ -95,5 +95,20 @@ impl<V: Lanes> Halves for Twice<V> {
     #[inline(always)]
     fn upper(self) -> V {
         self.1
+    }
+}
+
+impl<V: Halves> Quad for Twice<V> {
+    #[inline(always)]
+    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self {
+        let one = V::Half::splat;
+        Self(V::join(one(p[0]), one(q[0])), V::join(one(p[1]), one(q[1])))
+    }
+    #[inline(always)]
+    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2] {
+        [
+            Self::interleave(p[0], &[q[0][0], q[1][0]]),
+            Self::interleave(p[1], &[q[0][1], q[1][1]]),
+        ]
     }
 }

@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // intrinsics and calls into functions with more instructions than the build's
 
 use crate::twice::Twice;
-use crate::{Halves, Isa, Kernel, Lanes, Level};
+use crate::{Halves, Isa, Kernel, Lanes, Level, Quad};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -353,3 +353,32 @@ halves!(
     lower |x| _mm512_castpd512_pd256(x),
     upper |x| _mm512_extractf64x4_pd::<1>(x)
 );
+
+/// Both halves from the same two doubles: a load, unlike [`Halves::both`].
+#[inline(always)]
+fn twice(from: &[f64; 2]) -> __m256d {
+    // SAFETY: as in `vector`; there are as many doubles as are read, and no alignment is needed.
+    unsafe {
+        let half = _mm_loadu_pd(from.as_ptr());
+        _mm256_setr_m128d(half, half)
+    }
+}
+
+impl Quad for FusedFour {
+    #[inline(always)]
+    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self {
+        // SAFETY: the processor has the instructions, see `vector`.
+        Self(unsafe { _mm256_shuffle_pd::<0b1100>(twice(p), twice(q)) })
+    }
+    #[inline(always)]
+    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2] {
+        // SAFETY: as in `vector`; there are as many doubles as are read, and no alignment is needed.
+        unsafe {
+            let q = _mm256_setr_m128d(_mm_loadu_pd(q[0].as_ptr()), _mm_loadu_pd(q[1].as_ptr()));
+            [
+                Self(_mm256_shuffle_pd::<0b0100>(twice(p[0]), q)),
+                Self(_mm256_shuffle_pd::<0b1110>(twice(p[1]), q)),
+            ]
+        }
+    }
+}

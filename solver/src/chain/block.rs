@@ -42,12 +42,16 @@ macro_rules! unroll {
 }
 pub(super) use unroll;
 
-/// Where a step finds its blocks.
-pub(super) trait Blocks<V> {
-    /// Entry (i, j) of the lower triangle of the diagonal block.
-    fn diagonal(&self, i: usize, j: usize) -> V;
-    /// Entry (i, j) of the coupling to the next block: row of that one, column of this one.
-    fn coupling(&self, i: usize, j: usize) -> V;
+/// Where a step finds its blocks: rows i and i + 1 side by side, or one alone.
+pub(super) trait Blocks<Q: Halves, const B: usize> {
+    /// Entry (i, j) of the lower triangle of a diagonal block.
+    fn row(&self, i: usize, j: usize) -> Q::Half;
+    /// Entries (i, j) and (i + 1, j) of a diagonal block; that above the diagonal is not used.
+    fn rows(&self, i: usize, j: usize) -> Q;
+    /// Row i of a coupling: row of the next block, columns of this one.
+    fn coupling(&self, i: usize) -> [Q::Half; B];
+    /// Rows i and i + 1 of a coupling.
+    fn couplings(&self, i: usize) -> [Q; B];
 }
 
 /// Whether pivot `d`, made from numbers of magnitude `scale`, is more than noise in all lanes; not so for NaN. Asked
@@ -55,69 +59,6 @@ pub(super) trait Blocks<V> {
 #[inline(always)]
 fn is_pivot<V: Lanes>(d: V, scale: V) -> bool {
     (scale * V::splat(NOISE * f64::ROUNDOFF)).all_below(d.abs())
-}
-
-/// Pairs of rows of the largest block.
-const PAIRS: usize = 3;
-
-/// What a block takes away from the one after it: X Wᵀ with X = W D, both by columns.
-#[derive(Clone, Copy)]
-pub(super) struct Taken<'a> {
-    pub(super) x: &'a [f64],
-    pub(super) w: &'a [f64],
-}
-
-/// Two rows of a diagonal block, or the last one, less what was taken away; and the largest magnitudes that their
-/// diagonals were made from.
-struct Rows<V, const B: usize> {
-    rows: [[V; B]; 2],
-    scale: [V; 2],
-}
-
-/// Rows i and i + 1 of the diagonal block, as far as they are there.
-#[inline(always)]
-fn rows<Q: Halves, const B: usize>(
-    i: usize,
-    blocks: &impl Blocks<Q::Half>,
-    taken: Taken<'_>,
-) -> Rows<Q::Half, B> {
-    let lanes = Q::Half::LANES;
-    let (x, w) = (&taken.x[..B * B * lanes], &taken.w[..B * B * lanes]);
-    let zero = Q::Half::splat(0.0);
-    let mut result = Rows {
-        rows: [[zero; B]; 2],
-        scale: [zero; 2],
-    };
-    if i + 1 < B {
-        unroll!(j < i + 2, {
-            let a = Q::join(blocks.diagonal(i, j), blocks.diagonal(i + 1, j));
-            let mut sum = a;
-            unroll!(k < B, {
-                let both = Q::both(Q::Half::load(&w[(k * B + j) * lanes..]));
-                sum = Q::load(&x[(k * B + i) * lanes..]).neg_mul_add(both, sum);
-            });
-            result.rows[0][j] = sum.lower();
-            result.rows[1][j] = sum.upper();
-            if j >= i {
-                let scale = a.abs().max((a - sum).abs());
-                result.scale[j - i] = if j == i { scale.lower() } else { scale.upper() };
-            }
-        });
-    } else {
-        unroll!(j < B, {
-            let a = blocks.diagonal(i, j);
-            let mut sum = a;
-            unroll!(k < B, {
-                let w = Q::Half::load(&w[(k * B + j) * lanes..]);
-                sum = Q::Half::load(&x[(k * B + i) * lanes..]).neg_mul_add(w, sum);
-            });
-            result.rows[0][j] = sum;
-            if j == i {
-                result.scale[0] = a.abs().max((a - sum).abs());
-            }
-        });
-    }
-    result
 }
 
 /// A diagonal block on the way to its factor: the rows before some row are there.
@@ -136,9 +77,16 @@ impl<V: Lanes, const B: usize> Factored<V, B> {
         }
     }
 
-    /// Row i from the block's row i, and into `to`; its pivot.
+    /// Row i from the block's row i, made from numbers of magnitude `scale` on its diagonal, and into `to`; whether its
+    /// pivot is accepted. `largest` receives the largest pivot.
     #[inline(always)]
-    fn row(&mut self, i: usize, row: &[V; B], to: &mut [f64]) -> V {
+    fn row(
+        &mut self,
+        i: usize,
+        (row, scale): (&[V; B], V),
+        to: &mut [f64],
+        largest: &mut V,
+    ) -> bool {
         let to = &mut to[..triangle(B) * V::LANES];
         let mut y = [V::splat(0.0); B];
         let mut d = row[i];
@@ -158,7 +106,8 @@ impl<V: Lanes, const B: usize> Factored<V, B> {
         });
         self.inverse[i] = V::splat(1.0) / d;
         self.inverse[i].store(&mut to[(triangle(B) - B + i) * V::LANES..]);
-        d
+        *largest = largest.max(d.abs());
+        is_pivot(d, scale)
     }
 }
 
@@ -168,128 +117,161 @@ const fn lower(i: usize, j: usize) -> usize {
     i * (i - 1) / 2 + j
 }
 
-/// X = E L⁻ᵀ, two rows in a vector, on its way: the columns before some column are there.
-struct Coupling<Q: Halves, const B: usize> {
-    pairs: [[Q; B]; PAIRS],
-    /// The last row, where their number is odd.
-    odd: [Q::Half; B],
+/// Zero, which the compiler does not know, so that it loads again what it has loaded or stored before. It would
+/// otherwise keep more than there are registers, and spend more stores on that than are needed in all.
+#[inline(always)]
+fn read_again(_: &[f64]) -> usize {
+    std::hint::black_box(0)
 }
 
-impl<Q: Halves, const B: usize> Coupling<Q, B> {
-    #[inline(always)]
-    fn new() -> Self {
-        Self {
-            pairs: [[Q::splat(0.0); B]; PAIRS],
-            odd: [Q::Half::splat(0.0); B],
-        }
-    }
-
-    /// Column c, also into `x`, and column c of W into `w`.
-    #[inline(always)]
-    fn column(
-        &mut self,
-        c: usize,
-        blocks: &impl Blocks<Q::Half>,
-        factored: &Factored<Q::Half, B>,
-        x: &mut [f64],
-        w: &mut [f64],
-    ) {
-        let lanes = Q::Half::LANES;
-        let (x, w) = (&mut x[..B * B * lanes], &mut w[..B * B * lanes]);
-        unroll!(p < B / 2, pairs, {
-            self.pairs[p][c] = Q::join(blocks.coupling(2 * p, c), blocks.coupling(2 * p + 1, c));
+/// Rows of X = E L⁻ᵀ, from those of E, and those of W into `w`, whose columns are B vectors of half the lanes apart.
+/// `factor` is of half the lanes too; `widen` makes a number of it one of a row.
+#[inline(always)]
+fn coupling_rows<V: Lanes, H: Lanes, const B: usize>(
+    mut x: [V; B],
+    factor: &[f64],
+    w: &mut [f64],
+    widen: impl Fn(H) -> V,
+) -> [V; B] {
+    let factor = &factor[..triangle(B) * H::LANES];
+    let w = &mut w[..(B * (B - 1)) * H::LANES + V::LANES];
+    unroll!(j < B, {
+        unroll!(k < j, {
+            let l = widen(H::load(&factor[lower(j, k) * H::LANES..]));
+            x[j] = x[k].neg_mul_add(l, x[j]);
         });
-        if B % 2 == 1 {
-            self.odd[c] = blocks.coupling(B - 1, c);
-        }
-        unroll!(k < c, {
-            let l = factored.l[c][k];
-            let both = Q::both(l);
-            unroll!(p < B / 2, pairs, {
-                self.pairs[p][c] = self.pairs[p][k].neg_mul_add(both, self.pairs[p][c]);
-            });
-            if B % 2 == 1 {
-                self.odd[c] = self.odd[k].neg_mul_add(l, self.odd[c]);
-            }
-        });
-        let inverse = factored.inverse[c];
-        let both = Q::both(inverse);
-        unroll!(p < B / 2, pairs, {
-            let at = (c * B + 2 * p) * lanes;
-            self.pairs[p][c].store(&mut x[at..]);
-            (self.pairs[p][c] * both).store(&mut w[at..]);
-        });
-        if B % 2 == 1 {
-            let at = (c * B + B - 1) * lanes;
-            self.odd[c].store(&mut x[at..]);
-            (self.odd[c] * inverse).store(&mut w[at..]);
-        }
-    }
+        let inverse = widen(H::load(&factor[(triangle(B) - B + j) * H::LANES..]));
+        (x[j] * inverse).store(&mut w[j * B * H::LANES..]);
+    });
+    x
 }
 
-/// Eliminates a block: what was taken away from it by the one before is subtracted, it is factorised into `to`, and
-/// what it takes away from the next is left in `x` and behind its factor in `to`. `None` where a pivot is noise;
+/// a − Σₖ xₖ w_jk.
+#[inline(always)]
+fn subtract_row<V: Lanes, H: Lanes, const B: usize>(
+    a: V,
+    x: &[V; B],
+    w: &[f64],
+    widen: impl Fn(H) -> V,
+) -> V {
+    let w = &w[..(B * (B - 1) + 1) * H::LANES];
+    let mut sum = a;
+    unroll!(k < B, {
+        sum = x[k].neg_mul_add(widen(H::load(&w[k * B * H::LANES..])), sum);
+    });
+    sum
+}
+
+/// Factorises a first diagonal block into the first [`triangle`] vectors of `to`; `None` where a pivot is noise.
 /// `largest` receives the largest pivot.
 #[inline(always)]
-pub(super) fn eliminate<Q: Halves, const B: usize>(
-    blocks: &impl Blocks<Q::Half>,
-    taken: Taken<'_>,
+pub(super) fn first<Q: Halves, const B: usize>(
+    blocks: &impl Blocks<Q, B>,
     to: &mut [f64],
-    x: &mut [f64],
     largest: &mut Q::Half,
 ) -> Option<()> {
-    let (to, w) = to.split_at_mut(triangle(B) * Q::Half::LANES);
     let mut factored = Factored::<Q::Half, B>::new();
-    let mut coupling = Coupling::<Q, B>::new();
-    unroll!(p < B.div_ceil(2), pairs, {
-        let i = 2 * p;
-        let rows = rows::<Q, B>(i, blocks, taken);
-        let d = factored.row(i, &rows.rows[0], to);
-        *largest = largest.max(d.abs());
-        if !is_pivot(d, rows.scale[0]) {
+    unroll!(i < B, {
+        let mut row = [Q::Half::splat(0.0); B];
+        unroll!(j < i + 1, {
+            row[j] = blocks.row(i, j);
+        });
+        if !factored.row(i, (&row, row[i].abs()), to, largest) {
             return None;
-        }
-        coupling.column(i, blocks, &factored, x, w);
-        if i + 1 < B {
-            let d = factored.row(i + 1, &rows.rows[1], to);
-            *largest = largest.max(d.abs());
-            if !is_pivot(d, rows.scale[1]) {
-                return None;
-            }
-            coupling.column(i + 1, blocks, &factored, x, w);
         }
     });
     Some(())
 }
 
-/// Factorises the block where eliminations meet, after which there is none: `meet` adds the lanes up, `larger` takes the
-/// largest.
+/// Eliminates a block that is factorised at the head of `here`: its W is stored behind that, and the next block, less
+/// what is taken away from it, is factorised into the first [`triangle`] vectors of `next`. `None` where a pivot is
+/// noise; `largest` receives the largest pivot. `meet` adds up and takes the largest of what several chains contribute
+/// to a row and its magnitude, where they end in the same block.
 #[inline(always)]
-pub(super) fn meet<Q: Halves, const B: usize>(
-    blocks: &impl Blocks<Q::Half>,
-    taken: Taken<'_>,
-    to: &mut [f64],
+pub(super) fn eliminate<Q: Halves, const B: usize>(
+    blocks: &impl Blocks<Q, B>,
+    here: &mut [f64],
+    next: &mut [f64],
     largest: &mut Q::Half,
-    (add, larger): (impl Fn(Q::Half) -> Q::Half, impl Fn(Q::Half) -> Q::Half),
+    meet: &impl Meet<Q::Half>,
 ) -> Option<()> {
+    let lanes = Q::Half::LANES;
+    let (factor, w) = here.split_at_mut(triangle(B) * lanes);
+    let zero = Q::Half::splat(0.0);
     let mut factored = Factored::<Q::Half, B>::new();
-    unroll!(p < B.div_ceil(2), pairs, {
-        let mut rows = rows::<Q, B>(2 * p, blocks, taken);
+    unroll!(p < B / 2, pairs, {
+        let i = 2 * p;
+        let x = blocks.couplings(i);
+        let factor = &factor[read_again(factor)..];
+        let x = coupling_rows::<Q, Q::Half, B>(x, factor, &mut w[i * lanes..], Q::both);
+        let w = &w[read_again(w)..];
+        let (mut rows, mut scale) = ([[zero; B]; 2], [zero; 2]);
+        unroll!(j < i + 2, {
+            let a = blocks.rows(i, j);
+            let sum = subtract_row(a, &x, &w[j * lanes..], Q::both);
+            rows[0][j] = meet.sum(sum.lower());
+            rows[1][j] = meet.sum(sum.upper());
+            if j == i {
+                scale[0] = magnitude(a.lower(), sum.lower());
+            } else if j > i {
+                scale[1] = magnitude(a.upper(), sum.upper());
+            }
+        });
         unroll!(r < 2, {
-            let i = 2 * p + r;
-            if i < B {
-                unroll!(j < i + 1, {
-                    rows.rows[r][j] = add(rows.rows[r][j]);
-                });
-                let d = factored.row(i, &rows.rows[r], to);
-                *largest = largest.max(d.abs());
-                if !is_pivot(d, larger(rows.scale[r])) {
-                    return None;
-                }
+            let row = (&rows[r], meet.largest(scale[r]));
+            if !factored.row(i + r, row, next, largest) {
+                return None;
             }
         });
     });
+    if B % 2 == 1 {
+        let i = B - 1;
+        let x = blocks.coupling(i);
+        let factor = &factor[read_again(factor)..];
+        let x = coupling_rows::<Q::Half, Q::Half, B>(x, factor, &mut w[i * lanes..], |l| l);
+        let w = &w[read_again(w)..];
+        let (mut row, mut scale) = ([zero; B], zero);
+        unroll!(j < B, {
+            let a = blocks.row(i, j);
+            let sum = subtract_row(a, &x, &w[j * lanes..], |w| w);
+            row[j] = meet.sum(sum);
+            if j == i {
+                scale = magnitude(a, sum);
+            }
+        });
+        if !factored.row(i, (&row, meet.largest(scale)), next, largest) {
+            return None;
+        }
+    }
     Some(())
+}
+
+/// The larger of what a diagonal entry was and of what was subtracted from it.
+#[inline(always)]
+fn magnitude<V: Lanes>(a: V, after: V) -> V {
+    a.abs().max((a - after).abs())
+}
+
+/// How lanes come together in a block.
+pub(super) trait Meet<V> {
+    /// The sum of those that contribute to the block.
+    fn sum(&self, v: V) -> V;
+    /// The largest of these.
+    fn largest(&self, v: V) -> V;
+}
+
+/// They do not: every lane has its own block.
+pub(super) struct Apart;
+
+impl<V: Lanes> Meet<V> for Apart {
+    #[inline(always)]
+    fn sum(&self, v: V) -> V {
+        v
+    }
+    #[inline(always)]
+    fn largest(&self, v: V) -> V {
+        v
+    }
 }
 
 /// y = L⁻¹ b.

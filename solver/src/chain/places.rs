@@ -73,8 +73,9 @@ impl Places {
                 };
                 let ends = [place(t, t, t + 1), down];
                 let full = |p: &Place| p.size == size && p.next == size && p.coupling.is_some();
+                // The middle block is not the second end's.
                 Step {
-                    full: ends.iter().all(full),
+                    full: t + 1 < count && ends.iter().all(full),
                     ends,
                 }
             })

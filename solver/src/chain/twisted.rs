@@ -1,10 +1,11 @@
 //! The two eliminations of a chain as the two lanes of a vector.
 
 use super::block::{
-    self, Blocks, Taken, lower_solve, pass_on, scaled, take_back, triangle, unroll, upper_solve,
+    self, Apart, Blocks, Meet, lower_solve, pass_on, scaled, take_back, triangle, unroll,
+    upper_solve,
 };
 use super::places::{Place, Places, Step};
-use taut_lanes::{Halves, Isa, Kernel, Lanes};
+use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
 /// Factorises; whether the pivots were accepted.
 pub(super) struct Factorize<'a, const B: usize> {
@@ -22,14 +23,11 @@ pub(super) struct Solve<'a, const B: usize> {
     pub(super) x: &'a mut [f64],
 }
 
-/// Most numbers of a coupling in both lanes.
-const MOST: usize = 2 * 6 * 6;
-
 /// A block of full size, column-major.
 type Full<const B: usize> = [[f64; B]; B];
 
-/// The blocks of a step: of each end the diagonal block, column-major, and the stored coupling, which for the second
-/// end is the transposed one.
+/// The blocks of a step, of each end: the next diagonal block, column-major, and the stored coupling to it, which for
+/// the second end is the transposed one.
 struct Ends<'a, const B: usize> {
     diagonal: [&'a Full<B>; 2],
     coupling: [&'a Full<B>; 2],
@@ -41,17 +39,69 @@ fn pair<V: Halves>(up: f64, down: f64) -> V {
     V::join(V::Half::splat(up), V::Half::splat(down))
 }
 
-impl<V: Halves, const B: usize> Blocks<V> for Ends<'_, B> {
+impl<Q: Quad<Half: Halves>, const B: usize> Blocks<Q, B> for Ends<'_, B> {
     #[inline(always)]
-    fn diagonal(&self, i: usize, j: usize) -> V {
+    fn row(&self, i: usize, j: usize) -> Q::Half {
         let [up, down] = self.diagonal;
         pair(up[j][i], down[j][i])
     }
     #[inline(always)]
-    fn coupling(&self, i: usize, j: usize) -> V {
-        let [up, down] = self.coupling;
-        pair(up[j][i], down[i][j])
+    fn rows(&self, i: usize, j: usize) -> Q {
+        let [up, down] = self.diagonal;
+        Q::interleave(two(&up[j], i), two(&down[j], i))
     }
+    #[inline(always)]
+    fn coupling(&self, i: usize) -> [Q::Half; B] {
+        let [up, down] = self.coupling;
+        let mut row = [Q::Half::splat(0.0); B];
+        unroll!(j < B, {
+            row[j] = pair(up[j][i], down[i][j]);
+        });
+        row
+    }
+    #[inline(always)]
+    fn couplings(&self, i: usize) -> [Q; B] {
+        let [up, down] = self.coupling;
+        let mut rows = [Q::splat(0.0); B];
+        unroll!(p < B / 2, pairs, {
+            let j = 2 * p;
+            [rows[j], rows[j + 1]] = Q::interleave_transposed(
+                [two(&up[j], i), two(&up[j + 1], i)],
+                [two(&down[i], j), two(&down[i + 1], j)],
+            );
+        });
+        if B % 2 == 1 {
+            let last = B - 1;
+            rows[last] = Q::interleave(two(&up[last], i), &[down[i][last], down[i + 1][last]]);
+        }
+        rows
+    }
+}
+
+/// Entries i and i + 1.
+#[inline(always)]
+fn two<const B: usize>(v: &[f64; B], i: usize) -> &[f64; 2] {
+    v[i..].first_chunk().unwrap_or(&[0.0; 2])
+}
+
+/// Both ends meet in the middle block.
+struct Both;
+
+impl<V: Halves> Meet<V> for Both {
+    #[inline(always)]
+    fn sum(&self, v: V) -> V {
+        add(v)
+    }
+    #[inline(always)]
+    fn largest(&self, v: V) -> V {
+        V::both(v.lower().max(v.upper()))
+    }
+}
+
+/// The sum of both lanes, in both lanes.
+#[inline(always)]
+fn add<V: Halves>(v: V) -> V {
+    V::both(v.lower() + v.upper())
 }
 
 /// Copies of blocks that are not of full size, padded.
@@ -68,10 +118,11 @@ impl<const B: usize> Padded<B> {
         }
     }
 
-    /// The blocks of a step before the middle one.
-    fn fill(&mut self, values: &[f64], step: &Step) {
+    /// The couplings of a step and the diagonal blocks that they lead to; the middle block is the first end's alone, and
+    /// the second finds zeros.
+    fn fill(&mut self, values: &[f64], step: &Step, next: &Step, middle: bool) {
         for (end, place) in step.ends.into_iter().enumerate() {
-            self.diagonal(values, end, place);
+            self.diagonal(values, end, next.ends[end]);
             self.coupling[end] = [[0.0; B]; B];
             if let Some(first) = place.coupling {
                 let size = match end {
@@ -80,6 +131,9 @@ impl<const B: usize> Padded<B> {
                 };
                 copy(values, first, size, &mut self.coupling[end]);
             }
+        }
+        if middle {
+            self.diagonal[1] = [[0.0; B]; B];
         }
     }
 
@@ -90,12 +144,6 @@ impl<const B: usize> Padded<B> {
         for r in n..B {
             self.diagonal[end][r][r] = 1.0;
         }
-    }
-
-    /// The middle block, which is the first end's; the second finds zeros.
-    fn middle(&mut self, values: &[f64], middle: Place) {
-        self.diagonal(values, 0, middle);
-        self.diagonal[1] = [[0.0; B]; B];
     }
 
     #[inline(always)]
@@ -120,33 +168,21 @@ fn copy<const B: usize>(values: &[f64], first: usize, size: [usize; 2], to: &mut
 
 /// The blocks of a step of full ones, where they lie; `None` where one would reach beyond the values.
 #[inline(always)]
-fn in_place<'a, const B: usize>(values: &'a [f64], here: &Step) -> Option<Ends<'a, B>> {
+fn in_place<'a, const B: usize>(
+    values: &'a [f64],
+    here: &Step,
+    next: &Step,
+) -> Option<Ends<'a, B>> {
     let at = |first: usize| {
         let (columns, _) = values.get(first..first + B * B)?.as_chunks::<B>();
         columns.first_chunk::<B>()
     };
-    let diagonal = |end: usize| at(here.ends[end].diagonal);
+    let diagonal = |end: usize| at(next.ends[end].diagonal);
     let coupling = |end: usize| at(here.ends[end].coupling?);
     Some(Ends {
         diagonal: [diagonal(0)?, diagonal(1)?],
         coupling: [coupling(0)?, coupling(1)?],
     })
-}
-
-/// The sum of both lanes, in both lanes.
-#[inline(always)]
-fn add<V: Lanes>(v: V) -> V {
-    let mut lanes = [0.0; 2];
-    v.store(&mut lanes);
-    V::splat(lanes[0] + lanes[1])
-}
-
-/// The larger lane, in both lanes.
-#[inline(always)]
-fn larger<V: Lanes>(v: V) -> V {
-    let mut lanes = [0.0; 2];
-    v.store(&mut lanes);
-    V::splat(lanes[0].max(lanes[1]))
 }
 
 /// Vectors of a step in the factor.
@@ -169,7 +205,7 @@ impl<const B: usize> Kernel for Factorize<'_, B> {
 }
 
 #[inline(always)]
-fn factorize<Q: Halves<Half: Halves>, const B: usize>(
+fn factorize<Q: Quad<Half: Halves>, const B: usize>(
     places: &Places,
     values: &[f64],
     factor: &mut [f64],
@@ -177,31 +213,26 @@ fn factorize<Q: Halves<Half: Halves>, const B: usize>(
     let (steps, count) = (&places.steps[..], places.steps());
     let mut padded = Padded::<B>::new();
     let mut largest = Q::Half::splat(0.0);
-    // Nothing is taken away from the first blocks.
-    let (mut x, mut w) = ([[0.0; MOST]; 2], &[0.0; MOST][..]);
-    let [mut x_before, mut x_here] = x.each_mut();
-    let (of_steps, of_middle) = factor.split_at_mut(2 * per_step(B) * count);
-    for (step, to) in steps.iter().zip(of_steps.chunks_exact_mut(2 * per_step(B))) {
+    for end in 0..2 {
+        padded.diagonal(values, end, steps[0].ends[end]);
+    }
+    block::first::<Q, B>(&padded.ends(), factor, &mut largest)?;
+    for (t, step) in steps[..count].iter().enumerate() {
+        let (next, middle) = (&steps[t + 1], t + 1 == count);
+        let (here, after) = factor[2 * per_step(B) * t..].split_at_mut(2 * per_step(B));
+        if middle {
+            padded.fill(values, step, next, true);
+            block::eliminate::<Q, B>(&padded.ends(), here, after, &mut largest, &Both)?;
+            break;
+        }
         let ends = if step.full {
-            in_place(values, step)?
+            in_place(values, step, next)?
         } else {
-            padded.fill(values, step);
+            padded.fill(values, step, next, false);
             padded.ends()
         };
-        let taken = Taken { x: x_before, w };
-        block::eliminate::<Q, B>(&ends, taken, to, x_here, &mut largest)?;
-        (x_before, x_here) = (x_here, x_before);
-        w = &to[2 * triangle(B)..];
+        block::eliminate::<Q, B>(&ends, here, after, &mut largest, &Apart)?;
     }
-    padded.middle(values, steps[count].ends[0]);
-    let taken = Taken { x: x_before, w };
-    block::meet::<Q, B>(
-        &padded.ends(),
-        taken,
-        of_middle,
-        &mut largest,
-        (add, larger),
-    )?;
     largest
         .all_below(Q::Half::splat(f64::INFINITY))
         .then_some(())
