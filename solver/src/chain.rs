@@ -19,8 +19,9 @@
 //! blocks is even the second elimination begins with a block of padding alone.
 //!
 //! Files: `block` one step of the elimination for any vector, `twisted` the two eliminations, `places` where their blocks
-//! lie.
+//! lie; `batch` chains side by side, of which each is eliminated from one end.
 
+pub(crate) mod batch;
 mod block;
 mod places;
 mod twisted;
@@ -41,6 +42,7 @@ macro_rules! with_size {
         }
     };
 }
+use with_size;
 
 /// Twisted factor of a chain.
 #[derive(Debug, Clone)]

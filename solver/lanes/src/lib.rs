@@ -1,6 +1,6 @@
 //! Doubles side by side: a kernel is written once, over [`Lanes`], and runs on whatever vectors the processor has.
 //!
-//! A [`Kernel`] is generic over an instruction set [`Isa`], which names its vectors of 1, 2, 4, 8 and 16 doubles. Lanes are
+//! A [`Kernel`] is generic over an instruction set [`Isa`], which names its vectors of 1, 2, 4 and 8 doubles. Lanes are
 //! independent problems: the two ends of a chain, joints of a cable, cables. [`dispatch`] runs a kernel at a [`Level`],
 //! of which values exist only where the processor has the instructions; this is what makes the vectors' arithmetic safe
 //! to call. No level rounds otherwise than IEEE 754 says, but multiply-adds round once where they are fused
@@ -201,8 +201,10 @@ pub trait Isa: Copy + 'static {
     type X4: Quad<Half = Self::X2>;
     /// Eight.
     type X8: Halves<Half = Self::X4>;
-    /// Sixteen: two vectors at any level.
-    type X16: Halves<Half = Self::X8>;
+    /// As many as a register holds.
+    type Widest: Lanes;
+    /// Two of these.
+    type Twice: Halves<Half = Self::Widest>;
 }
 
 /// Work that is written once for all instruction sets.
@@ -223,7 +225,8 @@ impl Isa for Portable {
     type X2 = Twice<f64>;
     type X4 = Twice<Self::X2>;
     type X8 = Twice<Self::X4>;
-    type X16 = Twice<Self::X8>;
+    type Widest = Self::X1;
+    type Twice = Self::X2;
 }
 
 /// Runs a kernel at a level.

@@ -15,7 +15,8 @@ impl Isa for Sse2 {
     type X2 = Two;
     type X4 = Twice<Self::X2>;
     type X8 = Twice<Self::X4>;
-    type X16 = Twice<Self::X8>;
+    type Widest = Self::X2;
+    type Twice = Self::X4;
 }
 
 /// AVX2 and FMA.
@@ -27,7 +28,8 @@ impl Isa for Avx2 {
     type X2 = FusedTwo;
     type X4 = FusedFour;
     type X8 = Twice<Self::X4>;
-    type X16 = Twice<Self::X8>;
+    type Widest = Self::X4;
+    type Twice = Self::X8;
 }
 
 /// AVX-512: eight lanes, and 32 registers for fewer.
@@ -39,7 +41,8 @@ impl Isa for Avx512 {
     type X2 = FusedTwo;
     type X4 = FusedFour;
     type X8 = FusedEight;
-    type X16 = Twice<Self::X8>;
+    type Widest = Self::X8;
+    type Twice = Twice<Self::X8>;
 }
 
 pub(crate) fn sse2<K: Kernel>(kernel: K) -> K::Output {

@@ -21,6 +21,11 @@ pub(super) const fn triangle(size: usize) -> usize {
     size * (size + 1) / 2
 }
 
+/// Vectors of a step: the factor of its block and W.
+pub(super) const fn per_step(size: usize) -> usize {
+    triangle(size) + size * size
+}
+
 /// The body for i = 0, 1, … below a bound of at most six, written out.
 macro_rules! unroll {
     ($i:ident < $bound:expr, $body:block) => {

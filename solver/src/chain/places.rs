@@ -18,6 +18,46 @@ pub(super) struct Place {
     pub(super) next: usize,
 }
 
+impl Place {
+    /// The block `j`, its coupling stored in block column `column`, and the block `next` after it.
+    fn new(pattern: &BlockPattern, j: usize, column: usize, next: usize) -> Self {
+        let coupling = pattern.column(column).nth(1);
+        Self {
+            row: pattern.rows(j).start,
+            size: pattern.size(j),
+            diagonal: pattern.values(pattern.column(j).start).start,
+            coupling: coupling.map(|k| pattern.values(k).start),
+            next: pattern.size(next),
+        }
+    }
+}
+
+/// The size that all blocks of a chain are padded to; `None` where the pattern is no chain in its order, or a block has
+/// more than six rows.
+pub(super) fn size_of_chain(pattern: &BlockPattern) -> Option<usize> {
+    let blocks = pattern.blocks();
+    let is_chain = (0..blocks).all(|j| {
+        let mut coupled = pattern.column(j).skip(1);
+        coupled.all(|k| pattern.row(k) == j + 1)
+    });
+    let largest = (0..blocks).map(|j| pattern.size(j)).max().unwrap_or(0);
+    match largest {
+        _ if !is_chain => None,
+        0..=3 => Some(3),
+        4..=5 => Some(5),
+        6 => Some(6),
+        _ => None,
+    }
+}
+
+/// The blocks from the first to the last.
+pub(super) fn in_order(pattern: &BlockPattern) -> Vec<Place> {
+    let last = pattern.blocks().saturating_sub(1);
+    (0..pattern.blocks())
+        .map(|j| Place::new(pattern, j, j, last.min(j + 1)))
+        .collect()
+}
+
 /// A step of both eliminations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
@@ -40,27 +80,9 @@ pub(super) struct Places {
 impl Places {
     /// `None` where the pattern is no chain in its order, or a block has more than six rows.
     pub(super) fn new(pattern: &BlockPattern) -> Option<Self> {
+        let size = size_of_chain(pattern)?;
         let blocks = pattern.blocks();
-        let coupled = |j: usize| pattern.column(j).skip(1);
-        let is_chain = (0..blocks).all(|j| coupled(j).all(|k| pattern.row(k) == j + 1));
-        let largest = (0..blocks).map(|j| pattern.size(j)).max().unwrap_or(0);
-        let size = match largest {
-            0..=3 => 3,
-            4..=5 => 5,
-            6 => 6,
-            _ => return None,
-        };
-        if !is_chain {
-            return None;
-        }
-        // The block `j`, its coupling stored in block column `column`, and the block `next`.
-        let place = |j: usize, column: usize, next: usize| Place {
-            row: pattern.rows(j).start,
-            size: pattern.size(j),
-            diagonal: pattern.values(pattern.column(j).start).start,
-            coupling: coupled(column).next().map(|k| pattern.values(k).start),
-            next: pattern.size(next),
-        };
+        let place = |j, column, next| Place::new(pattern, j, column, next);
         let count = blocks / 2;
         let mut steps: Vec<Step> = (0..count)
             .map(|t| {

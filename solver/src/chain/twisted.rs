@@ -1,7 +1,7 @@
 //! The two eliminations of a chain as the two lanes of a vector.
 
 use super::block::{
-    self, Apart, Blocks, Meet, lower_solve, pass_on, scaled, take_back, triangle, unroll,
+    self, Apart, Blocks, Meet, lower_solve, pass_on, per_step, scaled, take_back, triangle, unroll,
     upper_solve,
 };
 use super::places::{Place, Places, Step};
@@ -183,11 +183,6 @@ fn in_place<'a, const B: usize>(
         diagonal: [diagonal(0)?, diagonal(1)?],
         coupling: [coupling(0)?, coupling(1)?],
     })
-}
-
-/// Vectors of a step in the factor.
-const fn per_step(size: usize) -> usize {
-    triangle(size) + size * size
 }
 
 impl<const B: usize> Kernel for Factorize<'_, B> {
