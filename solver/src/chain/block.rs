@@ -39,7 +39,7 @@ macro_rules! unroll {
         $crate::chain::block::unroll!(@ $i, $bound, $body, 0 1 2)
     };
     (@ $i:ident, $bound:expr, $body:block, $($value:literal)*) => {$(
-        #[allow(unused_comparisons, non_upper_case_globals)]
+        #[allow(non_upper_case_globals, unused_comparisons, clippy::absurd_extreme_comparisons)]
         {
             const $i: usize = $value;
             if const { $i < $bound } {
