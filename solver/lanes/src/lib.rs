@@ -29,8 +29,10 @@
 //! assert_eq!(y, [3.0, 4.0, 5.0, 6.0]);
 //! ```
 
+pub mod functions;
 mod level;
 mod twice;
+pub mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -68,6 +70,48 @@ pub trait Lanes:
     /// # Panics
     /// Where `to` is shorter.
     fn store(self, to: &mut [f64]);
+
+    /// The first and the second number of each lane's pair.
+    #[must_use]
+    #[inline(always)]
+    fn load_pairs<const L: usize>(from: [&[f64; 2]; L]) -> [Self; 2] {
+        [Self::from_fn(|l| from[l][0]), Self::from_fn(|l| from[l][1])]
+    }
+
+    /// Each lane of the components into the numbers from its place on, one lane after the other.
+    ///
+    /// # Panics
+    /// Where a place is beyond `to`.
+    #[inline(always)]
+    fn scatter<const L: usize, const N: usize>(from: &[Self; N], to: &mut [f64], at: [usize; L]) {
+        let mut lanes = [[0.0; L]; N];
+        for (from, lanes) in from.iter().zip(&mut lanes) {
+            from.store(lanes);
+        }
+        for l in 0..L {
+            for (to, lanes) in to[at[l]..at[l] + N].iter_mut().zip(&lanes) {
+                *to = lanes[l];
+            }
+        }
+    }
+
+    /// Adds each lane of the components to the numbers from its place on, for the first `count` lanes, one after the
+    /// other where places are the same.
+    ///
+    /// # Panics
+    /// Where a place is beyond `to`.
+    #[inline(always)]
+    fn scatter_add<const L: usize>(from: &[Self; 6], to: &mut [f64], at: [usize; L], count: usize) {
+        let mut lanes = [[0.0; L]; 6];
+        for (from, lanes) in from.iter().zip(&mut lanes) {
+            from.store(lanes);
+        }
+        for l in 0..count {
+            for (to, lanes) in to[at[l]..at[l] + 6].iter_mut().zip(&lanes) {
+                *to += lanes[l];
+            }
+        }
+    }
 
     /// self · a + b.
     #[must_use]
@@ -304,6 +348,42 @@ mod tests {
             }
         }
         assert_eq!(x.max_lane(), a[V::LANES - 1]);
+    }
+
+    struct Pairs;
+
+    impl Kernel for Pairs {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            let from = [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]];
+            let [first, second] = I::X4::load_pairs(from.each_ref());
+            let mut lanes = [0.0; 4];
+            first.store(&mut lanes);
+            assert_eq!(lanes, [1.0, 3.0, 5.0, 7.0]);
+            second.store(&mut lanes);
+            assert_eq!(lanes, [2.0, 4.0, 6.0, 8.0]);
+            let mut to = [0.0; 9];
+            I::X4::scatter(&[first, second], &mut to, [0, 2, 4, 6]);
+            assert_eq!(to[..8].as_chunks().0, from);
+            // Where places overlap the last one stays.
+            I::X4::scatter(&[first, second, first], &mut to, [0, 6, 4, 6]);
+            assert_eq!(to, [1.0, 2.0, 1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 7.0]);
+            let mut sums = [0.0; 8];
+            let six = [first, second, first, second, first, second];
+            I::X4::scatter_add(&six, &mut sums, [0, 2, 0, 1], 3);
+            assert_eq!(sums, [6.0, 8.0, 9.0, 12.0, 9.0, 12.0, 3.0, 4.0]);
+            I::X4::scatter_add(&six, &mut sums, [0, 2, 0, 2], 4);
+            assert_eq!(sums[..3], [12.0, 16.0, 25.0]);
+        }
+    }
+
+    #[test]
+    fn pairs_come_and_go() {
+        for level in Level::available() {
+            dispatch(level, Pairs);
+        }
     }
 
     impl Kernel for Everything<'_> {

@@ -149,7 +149,8 @@ macro_rules! vector {
     ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, set $set:ident($($lane:literal)*), splat $splat:ident, load $load:ident, store $store:ident,
      add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, max $max:ident, min $min:ident, sqrt $sqrt:ident,
      below |$g:ident, $h:ident| $below:expr, neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
-     mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr) => {
+     mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr
+     $(, more { $($more:tt)* })?) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy)]
         struct $name($inner);
@@ -168,6 +169,8 @@ macro_rules! vector {
 
         impl Lanes for $name {
             const LANES: usize = $lanes;
+
+            $($($more)*)?
 
             #[inline(always)]
             fn splat(x: f64) -> Self {
@@ -267,7 +270,71 @@ vector!(
     min _mm256_min_pd, sqrt _mm256_sqrt_pd,
     below |a, b| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) == 0b1111,
     neg |x| _mm256_xor_pd(x, _mm256_set1_pd(-0.0)), abs |x| _mm256_andnot_pd(_mm256_set1_pd(-0.0), x),
-    mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c)
+    mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c),
+    more {
+        #[inline(always)]
+        fn load_pairs<const L: usize>(from: [&[f64; 2]; L]) -> [Self; 2] {
+            assert!(L >= 4);
+            // SAFETY: as in `vector`; each pair has the two doubles that are read, and no alignment is needed.
+            unsafe {
+                let even = _mm256_castpd128_pd256(_mm_loadu_pd(from[0].as_ptr()));
+                let even = _mm256_insertf128_pd::<1>(even, _mm_loadu_pd(from[2].as_ptr()));
+                let odd = _mm256_castpd128_pd256(_mm_loadu_pd(from[1].as_ptr()));
+                let odd = _mm256_insertf128_pd::<1>(odd, _mm_loadu_pd(from[3].as_ptr()));
+                [Self(_mm256_unpacklo_pd(even, odd)), Self(_mm256_unpackhi_pd(even, odd))]
+            }
+        }
+
+        #[inline(always)]
+        fn scatter<const L: usize, const N: usize>(
+            from: &[Self; N],
+            to: &mut [f64],
+            at: [usize; L],
+        ) {
+            assert!(L >= 4);
+            let mut pairs = [split(from[0].0, from[0].0); N];
+            for c in (0..N).step_by(2) {
+                pairs[c / 2] = split(from[c].0, from[(c + 1).min(N - 1)].0);
+            }
+            for l in 0..4 {
+                let to = &mut to[at[l]..at[l] + N];
+                let (even, odd) = to.as_chunks_mut::<2>();
+                for (to, pairs) in even.iter_mut().zip(&pairs) {
+                    // SAFETY: as in `vector`; there is room for the two doubles, and no alignment is needed.
+                    unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[l]) };
+                }
+                if let Some(to) = odd.first_mut() {
+                    // SAFETY: as in `vector`.
+                    *to = unsafe { _mm_cvtsd_f64(pairs[N / 2][l]) };
+                }
+            }
+        }
+
+        #[inline(always)]
+        fn scatter_add<const L: usize>(
+            from: &[Self; 6],
+            to: &mut [f64],
+            at: [usize; L],
+            count: usize,
+        ) {
+            assert!(L >= 4);
+            let pairs = [
+                split(from[0].0, from[1].0),
+                split(from[2].0, from[3].0),
+                split(from[4].0, from[5].0),
+            ];
+            if count >= 4 {
+                add_lane(&pairs, 0, to, at[0]);
+                add_lane(&pairs, 1, to, at[1]);
+                add_lane(&pairs, 2, to, at[2]);
+                add_lane(&pairs, 3, to, at[3]);
+            } else {
+                for l in 0..count {
+                    add_lane(&pairs, l, to, at[l]);
+                }
+            }
+        }
+    }
 );
 vector!(
     /// Eight lanes with fused multiply-adds.
@@ -278,6 +345,35 @@ vector!(
     neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
     mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
 );
+
+/// The pair of each lane.
+#[inline(always)]
+fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
+    // SAFETY: called where vectors of four lanes are, see `vector`.
+    unsafe {
+        let even = _mm256_unpacklo_pd(first, second);
+        let odd = _mm256_unpackhi_pd(first, second);
+        [
+            _mm256_castpd256_pd128(even),
+            _mm256_castpd256_pd128(odd),
+            _mm256_extractf128_pd::<1>(even),
+            _mm256_extractf128_pd::<1>(odd),
+        ]
+    }
+}
+
+/// Adds the pairs of lane `l` to the numbers from `at` on.
+#[inline(always)]
+fn add_lane(pairs: &[[__m128d; 4]; 3], l: usize, to: &mut [f64], at: usize) {
+    let (to, _) = to[at..at + 6].as_chunks_mut::<2>();
+    for (to, pairs) in to.iter_mut().zip(pairs) {
+        // SAFETY: called where vectors of four lanes are, see `vector`; there are the two doubles, unaligned.
+        unsafe {
+            let sum = _mm_add_pd(_mm_loadu_pd(to.as_ptr()), pairs[l]);
+            _mm_storeu_pd(to.as_mut_ptr(), sum);
+        }
+    }
+}
 
 /// The halves of a vector from its intrinsics; what the blocks rely on is as in `vector`.
 macro_rules! halves {
