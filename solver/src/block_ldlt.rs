@@ -264,7 +264,8 @@ fn fill(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
 }
 
 /// A pivot that cannot be divided by.
-enum PivotError {
+#[derive(Debug)]
+pub(crate) enum PivotError {
     Singular,
     Negative,
     NonFinite,
@@ -286,7 +287,7 @@ impl PivotError {
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of
 /// what each diagonal entry was made from, so that cancellation to noise is seen.
 #[inline(always)]
-fn factor_diagonal<T: Scalar, N: Bound>(
+pub(crate) fn factor_diagonal<T: Scalar, N: Bound>(
     n: N,
     a: &mut [T],
     inverse: &mut [T],

@@ -19,10 +19,11 @@
 //! blocks is even the second elimination begins with a block of padding alone.
 //!
 //! Files: `block` one step of the elimination for any vector, `twisted` the two eliminations, `places` where their blocks
-//! lie; `batch` chains side by side, of which each is eliminated from one end.
+//! lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides.
 
 pub(crate) mod batch;
 mod block;
+pub(crate) mod bordered;
 mod places;
 mod twisted;
 
@@ -30,7 +31,7 @@ use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use places::Places;
 use taut_lanes::{Level, dispatch};
-use twisted::{Factorize, Solve};
+use twisted::{Backward, Factorize, Forward};
 
 /// Runs a kernel of the constant block size.
 macro_rules! with_size {
@@ -48,6 +49,8 @@ use with_size;
 #[derive(Debug, Clone)]
 pub(crate) struct Chain {
     places: Places,
+    /// The blocks of the pattern that are in it, ascending.
+    blocks: Vec<usize>,
     level: Level,
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Vec<f64>,
@@ -59,12 +62,18 @@ impl Chain {
     /// For matrices of `pattern`, if it is a chain in its order, or several, of blocks of at most six rows. Allocates
     /// all that is needed.
     pub(crate) fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let places = Places::new(pattern)?;
+        Self::of((0..pattern.blocks()).collect(), pattern, level)
+    }
+
+    /// The same for some block rows and columns of these matrices, ascending.
+    fn of(blocks: Vec<usize>, pattern: &BlockPattern, level: Level) -> Option<Self> {
+        let places = Places::new(pattern, &blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
             factor: vec![0.0; 2 * ((steps + 1) * block::triangle(size) + steps * size * size)],
-            half: vec![0.0; 2 * steps * size],
+            half: vec![0.0; 2 * (steps + 1) * size],
             places,
+            blocks,
             level,
         })
     }
@@ -89,14 +98,34 @@ impl Chain {
 
     /// Solves A x = b, both of length `dim`. Allocates nothing.
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
+        let mut half = std::mem::take(&mut self.half);
+        self.forward(b, &mut [], &mut half);
+        self.backward(&half, x);
+        self.half = half;
+    }
+
+    fn forward(&self, b: &[f64], y: &mut [f64], z: &mut [f64]) {
         with_size!(
             self.places.size,
             self.level,
-            Solve {
+            Forward {
                 places: &self.places,
                 factor: &self.factor,
-                half: &mut self.half,
                 b: b,
+                y: y,
+                z: z,
+            }
+        );
+    }
+
+    fn backward(&self, z: &[f64], x: &mut [f64]) {
+        with_size!(
+            self.places.size,
+            self.level,
+            Backward {
+                places: &self.places,
+                factor: &self.factor,
+                z: z,
                 x: x,
             }
         );
@@ -113,22 +142,22 @@ impl Chain {
     }
 
     fn worst(&self, a: &SymBlockMatrix) -> SolveError {
-        let (pattern, mut worst, mut block) = (a.pattern(), 0.0, 0);
-        for j in 0..pattern.blocks() {
-            let (n, diagonal) = (pattern.size(j), a.block(pattern.column(j).start));
+        let (pattern, mut worst, mut found) = (a.pattern(), 0.0, 0);
+        for (i, &block) in self.blocks.iter().enumerate() {
+            let (n, diagonal) = (pattern.size(block), a.block(pattern.column(block).start));
             for c in 0..n {
-                let inverse = self.places.inverse_pivot(&self.factor, j, c);
+                let inverse = self.places.inverse_pivot(&self.factor, i, c);
                 let loss = (diagonal[c * (n + 1)] * inverse).abs();
                 if !inverse.is_finite() || inverse == 0.0 {
                     let what = "factor";
-                    return SolveError::NonFinite { what, block: j };
+                    return SolveError::NonFinite { what, block };
                 }
                 if loss > worst {
-                    (worst, block) = (loss, j);
+                    (worst, found) = (loss, block);
                 }
             }
         }
-        SolveError::Singular { block }
+        SolveError::Singular { block: found }
     }
 }
 

@@ -4,7 +4,7 @@
 //! independent problems: the two ends of a chain, joints of a cable, cables. [`dispatch`] runs a kernel at a [`Level`],
 //! of which values exist only where the processor has the instructions; this is what makes the vectors' arithmetic safe
 //! to call. No level rounds otherwise than IEEE 754 says, but multiply-adds round once where they are fused
-//! ([`Level::AVX2`] and [`Level::AVX512`]) and twice elsewhere.
+//! (the levels `avx2` and `avx512`) and twice elsewhere.
 //!
 //! ```
 //! use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
@@ -30,12 +30,14 @@
 //! ```
 
 pub mod functions;
+mod halves;
 mod level;
 mod twice;
 pub mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use halves::{Halves, Quad};
 pub use level::{Level, ParseLevelError};
 
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -200,39 +202,6 @@ impl Lanes for f64 {
     fn all_below(self, other: Self) -> bool {
         self < other
     }
-}
-
-/// A vector of two halves, which are vectors too: two numbers for each of some problems side by side.
-pub trait Halves: Lanes {
-    /// A vector of half the lanes.
-    type Half: Lanes;
-
-    /// Two halves side by side.
-    fn join(lower: Self::Half, upper: Self::Half) -> Self;
-
-    /// The same half twice.
-    #[must_use]
-    #[inline(always)]
-    fn both(half: Self::Half) -> Self {
-        Self::join(half, half)
-    }
-
-    /// The first half of the lanes.
-    #[must_use]
-    fn lower(self) -> Self::Half;
-
-    /// The second half.
-    #[must_use]
-    fn upper(self) -> Self::Half;
-}
-
-/// Four lanes that are two rows of two columns, filled from two places.
-pub trait Quad: Halves {
-    /// `[p₀, q₀, p₁, q₁]`.
-    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self;
-
-    /// The same of rows of `p` and columns of `q`: `[p₀₀, q₀₀, p₀₁, q₁₀]` and `[p₁₀, q₀₁, p₁₁, q₁₁]`.
-    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2];
 }
 
 /// An instruction set: its vectors.

@@ -1,11 +1,13 @@
-//! Direct solver: block LDLᵀ in the order of the pattern (the mathematics is in `block_ldlt`).
+//! Direct solver: block LDLᵀ without pivoting. Positive definite and quasi-definite matrices.
 //!
-//! A cable gives a block-tridiagonal factor and linear cost; block rows that close loops, put last, become border rows
-//! of the factor. Positive definite and quasi-definite matrices.
+//! A cable, or several, is a chain, eliminated from both ends (the mathematics is in `chain`); a few blocks that close
+//! loops or join branches become its border rows (`chain/bordered`); all other patterns, and blocks of more than six
+//! rows, go the general way in the order of the pattern (`block_ldlt`).
 
 use super::{Phases, check_solution};
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
+use crate::chain::bordered::Bordered;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
     SymBlockMatrix,
@@ -24,6 +26,8 @@ pub(crate) struct Banded {
 enum Factor {
     /// Of a chain of small blocks.
     Chain(Chain),
+    /// Of one with a few rows besides.
+    Bordered(Bordered),
     General(BlockLdlt<f64>),
 }
 
@@ -33,14 +37,12 @@ impl LinearSolver for Banded {
     }
 
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-        let (factor, factor_entries) = match Chain::new(pattern, Level::best()) {
-            Some(chain) => (Factor::Chain(chain), pattern.stored_values()),
-            None => {
-                let general = BlockLdlt::new(pattern, pattern)?;
-                let entries = general.factor_values();
-                (Factor::General(general), entries)
-            }
-        };
+        let general = BlockLdlt::new(pattern, pattern)?;
+        let factor_entries = general.factor_values();
+        let level = Level::best();
+        let chain = Chain::new(pattern, level).map(Factor::Chain);
+        let small = chain.or_else(|| Bordered::new(pattern, level).map(Factor::Bordered));
+        let factor = small.unwrap_or(Factor::General(general));
         self.factor = Some(factor);
         self.phases.analyzed(pattern);
         let factor_entries = Some(factor_entries);
@@ -51,6 +53,7 @@ impl LinearSolver for Banded {
         self.phases.begin_factorize(a)?;
         match &mut self.factor {
             Some(Factor::Chain(chain)) => chain.factorize(a)?,
+            Some(Factor::Bordered(factor)) => factor.factorize(a)?,
             Some(Factor::General(factor)) => factor.factorize(a, Pivots::Nonzero)?,
             None => {}
         }
@@ -67,6 +70,7 @@ impl LinearSolver for Banded {
         self.phases.begin_solve(a, b, x)?;
         match &mut self.factor {
             Some(Factor::Chain(chain)) => chain.solve(b, x),
+            Some(Factor::Bordered(factor)) => factor.solve(a, b, x),
             Some(Factor::General(factor)) => {
                 x.copy_from_slice(b);
                 factor.solve(x);

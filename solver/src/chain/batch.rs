@@ -31,9 +31,10 @@ pub(crate) struct InOrder {
 impl InOrder {
     /// `None` where the pattern is no chain of blocks of at most six rows.
     pub(crate) fn new(pattern: &BlockPattern) -> Option<Self> {
+        let all: Vec<usize> = (0..pattern.blocks()).collect();
         Some(Self {
-            size: size_of_chain(pattern)?,
-            places: in_order(pattern),
+            size: size_of_chain(pattern, &all)?,
+            places: in_order(pattern, &all),
         })
     }
 

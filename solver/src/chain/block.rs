@@ -26,22 +26,25 @@ pub(super) const fn per_step(size: usize) -> usize {
     triangle(size) + size * size
 }
 
-/// The body for i = 0, 1, … below a bound of at most six, written out.
+/// The body for i = 0, 1, … below a bound of at most six, written out; i and the bound are constants, so that nothing is
+/// compiled of the bodies beyond it.
 macro_rules! unroll {
     ($i:ident < $bound:expr, $body:block) => {
-        unroll!(@ $i, $bound, $body, 0 1 2 3 4 5)
+        $crate::chain::block::unroll!(@ $i, $bound, $body, 0 1 2 3 4 5)
     };
     ($i:ident < $bound:expr, down, $body:block) => {
-        unroll!(@ $i, $bound, $body, 5 4 3 2 1 0)
+        $crate::chain::block::unroll!(@ $i, $bound, $body, 5 4 3 2 1 0)
     };
     ($i:ident < $bound:expr, pairs, $body:block) => {
-        unroll!(@ $i, $bound, $body, 0 1 2)
+        $crate::chain::block::unroll!(@ $i, $bound, $body, 0 1 2)
     };
     (@ $i:ident, $bound:expr, $body:block, $($value:literal)*) => {$(
-        #[allow(unused_comparisons)]
-        if $value < $bound {
-            let $i: usize = $value;
-            $body
+        #[allow(non_upper_case_globals, unused_comparisons, clippy::absurd_extreme_comparisons)]
+        {
+            const $i: usize = $value;
+            if const { $i < $bound } {
+                $body
+            }
         }
     )*};
 }
@@ -85,32 +88,31 @@ impl<V: Lanes, const B: usize> Factored<V, B> {
     /// Row i from the block's row i, made from numbers of magnitude `scale` on its diagonal, and into `to`; whether its
     /// pivot is accepted. `largest` receives the largest pivot.
     #[inline(always)]
-    fn row(
+    fn row<const I: usize>(
         &mut self,
-        i: usize,
         (row, scale): (&[V; B], V),
         to: &mut [f64],
         largest: &mut V,
     ) -> bool {
         let to = &mut to[..triangle(B) * V::LANES];
         let mut y = [V::splat(0.0); B];
-        let mut d = row[i];
-        unroll!(j < i, {
+        let mut d = row[I];
+        unroll!(j < I, {
             y[j] = row[j];
             unroll!(k < j, {
                 y[j] = y[k].neg_mul_add(self.l[j][k], y[j]);
             });
-            self.l[i][j] = y[j] * self.inverse[j];
-            if j + 1 < i {
-                d = y[j].neg_mul_add(self.l[i][j], d);
+            self.l[I][j] = y[j] * self.inverse[j];
+            if j + 1 < I {
+                d = y[j].neg_mul_add(self.l[I][j], d);
             } else {
                 // The square first, for the reciprocal comes last.
                 d = (y[j] * y[j]).neg_mul_add(self.inverse[j], d);
             }
-            self.l[i][j].store(&mut to[lower(i, j) * V::LANES..]);
+            self.l[I][j].store(&mut to[lower(I, j) * V::LANES..]);
         });
-        self.inverse[i] = V::splat(1.0) / d;
-        self.inverse[i].store(&mut to[(triangle(B) - B + i) * V::LANES..]);
+        self.inverse[I] = V::splat(1.0) / d;
+        self.inverse[I].store(&mut to[(triangle(B) - B + I) * V::LANES..]);
         *largest = largest.max(d.abs());
         is_pivot(d, scale)
     }
@@ -181,7 +183,7 @@ pub(super) fn first<Q: Halves, const B: usize>(
         unroll!(j < i + 1, {
             row[j] = blocks.row(i, j);
         });
-        if !factored.row(i, (&row, row[i].abs()), to, largest) {
+        if !factored.row::<i>((&row, row[i].abs()), to, largest) {
             return None;
         }
     });
@@ -205,7 +207,7 @@ pub(super) fn eliminate<Q: Halves, const B: usize>(
     let zero = Q::Half::splat(0.0);
     let mut factored = Factored::<Q::Half, B>::new();
     unroll!(p < B / 2, pairs, {
-        let i = 2 * p;
+        const i: usize = 2 * p;
         let x = blocks.couplings(i);
         let factor = &factor[read_again(factor)..];
         let x = coupling_rows::<Q, Q::Half, B>(x, factor, &mut w[i * lanes..], Q::both);
@@ -222,32 +224,35 @@ pub(super) fn eliminate<Q: Halves, const B: usize>(
                 scale[1] = magnitude(a.upper(), sum.upper());
             }
         });
-        unroll!(r < 2, {
-            let row = (&rows[r], meet.largest(scale[r]));
-            if !factored.row(i + r, row, next, largest) {
-                return None;
-            }
-        });
-    });
-    if B % 2 == 1 {
-        let i = B - 1;
-        let x = blocks.coupling(i);
-        let factor = &factor[read_again(factor)..];
-        let x = coupling_rows::<Q::Half, Q::Half, B>(x, factor, &mut w[i * lanes..], |l| l);
-        let w = &w[read_again(w)..];
-        let (mut row, mut scale) = ([zero; B], zero);
-        unroll!(j < B, {
-            let a = blocks.row(i, j);
-            let sum = subtract_row(a, &x, &w[j * lanes..], |w| w);
-            row[j] = meet.sum(sum);
-            if j == i {
-                scale = magnitude(a, sum);
-            }
-        });
-        if !factored.row(i, (&row, meet.largest(scale)), next, largest) {
+        let row = (&rows[0], meet.largest(scale[0]));
+        if !factored.row::<i>(row, next, largest) {
             return None;
         }
-    }
+        let row = (&rows[1], meet.largest(scale[1]));
+        if !factored.row::<{ i + 1 }>(row, next, largest) {
+            return None;
+        }
+    });
+    unroll!(i < B, {
+        if const { B % 2 == 1 && i + 1 == B } {
+            let x = blocks.coupling(i);
+            let factor = &factor[read_again(factor)..];
+            let x = coupling_rows::<Q::Half, Q::Half, B>(x, factor, &mut w[i * lanes..], |l| l);
+            let w = &w[read_again(w)..];
+            let (mut row, mut scale) = ([zero; B], zero);
+            unroll!(j < B, {
+                let a = blocks.row(i, j);
+                let sum = subtract_row(a, &x, &w[j * lanes..], |w| w);
+                row[j] = meet.sum(sum);
+                if j == i {
+                    scale = magnitude(a, sum);
+                }
+            });
+            if !factored.row::<i>((&row, meet.largest(scale)), next, largest) {
+                return None;
+            }
+        }
+    });
     Some(())
 }
 

@@ -19,28 +19,35 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The block `j`, its coupling stored in block column `column`, and the block `next` after it.
-    fn new(pattern: &BlockPattern, j: usize, column: usize, next: usize) -> Self {
-        let coupling = pattern.column(column).nth(1);
+    /// The block `here`, and the block `next` that it couples to.
+    fn new(pattern: &BlockPattern, here: usize, next: Option<usize>) -> Self {
+        let next = next.unwrap_or(here);
+        let coupling = pattern.find(here.max(next), here.min(next));
         Self {
-            row: pattern.rows(j).start,
-            size: pattern.size(j),
-            diagonal: pattern.values(pattern.column(j).start).start,
-            coupling: coupling.map(|k| pattern.values(k).start),
+            row: pattern.rows(here).start,
+            size: pattern.size(here),
+            diagonal: pattern.values(pattern.column(here).start).start,
+            coupling: coupling
+                .filter(|_| next != here)
+                .map(|k| pattern.values(k).start),
             next: pattern.size(next),
         }
     }
 }
 
-/// The size that all blocks of a chain are padded to; `None` where the pattern is no chain in its order, or a block has
-/// more than six rows.
-pub(super) fn size_of_chain(pattern: &BlockPattern) -> Option<usize> {
-    let blocks = pattern.blocks();
-    let is_chain = (0..blocks).all(|j| {
-        let mut coupled = pattern.column(j).skip(1);
-        coupled.all(|k| pattern.row(k) == j + 1)
+/// The size that the blocks of a chain are padded to; `None` where one of the blocks (ascending) couples to one of them
+/// that is not its neighbour among them, or has more than six rows.
+pub(super) fn size_of_chain(pattern: &BlockPattern, chain: &[usize]) -> Option<usize> {
+    let mut place = vec![None; pattern.blocks()];
+    for (i, &block) in chain.iter().enumerate() {
+        place[block] = Some(i);
+    }
+    let is_chain = chain.iter().enumerate().all(|(i, &block)| {
+        let coupled = pattern.column(block).skip(1);
+        let mut places = coupled.filter_map(|k| place[pattern.row(k)]);
+        places.all(|other| other == i + 1)
     });
-    let largest = (0..blocks).map(|j| pattern.size(j)).max().unwrap_or(0);
+    let largest = chain.iter().map(|&j| pattern.size(j)).max().unwrap_or(0);
     match largest {
         _ if !is_chain => None,
         0..=3 => Some(3),
@@ -51,10 +58,10 @@ pub(super) fn size_of_chain(pattern: &BlockPattern) -> Option<usize> {
 }
 
 /// The blocks from the first to the last.
-pub(super) fn in_order(pattern: &BlockPattern) -> Vec<Place> {
-    let last = pattern.blocks().saturating_sub(1);
-    (0..pattern.blocks())
-        .map(|j| Place::new(pattern, j, j, last.min(j + 1)))
+pub(super) fn in_order(pattern: &BlockPattern, chain: &[usize]) -> Vec<Place> {
+    let places = chain.iter().enumerate();
+    places
+        .map(|(i, &block)| Place::new(pattern, block, chain.get(i + 1).copied()))
         .collect()
 }
 
@@ -78,22 +85,21 @@ pub(super) struct Places {
 }
 
 impl Places {
-    /// `None` where the pattern is no chain in its order, or a block has more than six rows.
-    pub(super) fn new(pattern: &BlockPattern) -> Option<Self> {
-        let size = size_of_chain(pattern)?;
-        let blocks = pattern.blocks();
-        let place = |j, column, next| Place::new(pattern, j, column, next);
+    /// Of some blocks (ascending), as far as [`size_of_chain`] allows.
+    pub(super) fn new(pattern: &BlockPattern, chain: &[usize]) -> Option<Self> {
+        let size = size_of_chain(pattern, chain)?;
+        let blocks = chain.len();
         let count = blocks / 2;
         let mut steps: Vec<Step> = (0..count)
             .map(|t| {
                 // With an even number of blocks the second elimination is one block shorter and comes one step later.
                 let down = blocks - blocks % 2 - t;
                 let down = if down < blocks {
-                    place(down, down - 1, down - 1)
+                    Place::new(pattern, chain[down], Some(chain[down - 1]))
                 } else {
                     Place::default()
                 };
-                let ends = [place(t, t, t + 1), down];
+                let ends = [Place::new(pattern, chain[t], Some(chain[t + 1])), down];
                 let full = |p: &Place| p.size == size && p.next == size && p.coupling.is_some();
                 // The middle block is not the second end's.
                 Step {
@@ -102,11 +108,8 @@ impl Places {
                 }
             })
             .collect();
-        let middle = if blocks == 0 {
-            Place::default()
-        } else {
-            place(count, count, count)
-        };
+        let middle = chain.get(count);
+        let middle = middle.map_or(Place::default(), |&j| Place::new(pattern, j, None));
         steps.push(Step {
             ends: [middle, Place::default()],
             full: false,
@@ -123,7 +126,7 @@ impl Places {
         self.steps.len() - 1
     }
 
-    /// 1/D of row `row` of block `block` in the factor.
+    /// 1/D of row `row` of the chain's block `block` in the factor.
     pub(super) fn inverse_pivot(&self, factor: &[f64], block: usize, row: usize) -> f64 {
         let (count, size) = (self.steps(), self.size);
         let (step, lane) = if block <= count {

@@ -14,12 +14,21 @@ pub(super) struct Factorize<'a, const B: usize> {
     pub(super) factor: &'a mut [f64],
 }
 
-/// Solves with a factor.
-pub(super) struct Solve<'a, const B: usize> {
+/// L⁻¹ b into `y` (unless that is empty) and D⁻¹ L⁻¹ b into `z`, both in the order of elimination: the rows of a step for
+/// both lanes; of the middle block the second lane is zero.
+pub(super) struct Forward<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
-    pub(super) half: &'a mut [f64],
     pub(super) b: &'a [f64],
+    pub(super) y: &'a mut [f64],
+    pub(super) z: &'a mut [f64],
+}
+
+/// L⁻ᵀ z into the rows of the chain.
+pub(super) struct Backward<'a, const B: usize> {
+    pub(super) places: &'a Places,
+    pub(super) factor: &'a [f64],
+    pub(super) z: &'a [f64],
     pub(super) x: &'a mut [f64],
 }
 
@@ -284,7 +293,7 @@ fn scatter<V: Lanes, const B: usize>(rows: &[V; B], step: &Step, v: &mut [f64]) 
     }
 }
 
-impl<const B: usize> Kernel for Solve<'_, B> {
+impl<const B: usize> Kernel for Forward<'_, B> {
     type Output = ();
 
     #[inline(always)]
@@ -292,36 +301,75 @@ impl<const B: usize> Kernel for Solve<'_, B> {
         let Self {
             places,
             factor,
-            half,
             b,
-            x,
+            y,
+            z,
         } = self;
         let (steps, count) = (&places.steps[..], places.steps());
-        let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
-        let of_steps = of_steps.chunks_exact(2 * per_step(B));
         let mut rows = gather::<I::X2, B>(b, &steps[0]);
-        let halves = half.chunks_exact_mut(2 * B);
-        for ((factor, half), step) in of_steps.clone().zip(halves).zip(&steps[1..]) {
-            let y = lower_solve(factor, rows);
-            let z = scaled(factor, y);
-            unroll!(i < B, {
-                z[i].store(&mut half[2 * i..]);
-            });
-            rows = pass_on(&factor[2 * triangle(B)..], y, gather(b, step));
+        let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
+        let each = of_steps.chunks_exact(2 * per_step(B)).zip(&steps[1..]);
+        for (t, (factor, step)) in each.enumerate() {
+            let done = lower_solve(factor, rows);
+            if !y.is_empty() {
+                put(&done, &mut y[2 * B * t..]);
+            }
+            put(&scaled(factor, done), &mut z[2 * B * t..]);
+            rows = pass_on(&factor[2 * triangle(B)..], done, gather(b, step));
         }
         if count > 0 {
             rows = rows.map(add);
         }
-        rows = upper_solve(middle, scaled(middle, lower_solve(middle, rows)));
+        let one = pair::<I::X2>(1.0, 0.0);
+        let done = lower_solve(middle, rows);
+        if !y.is_empty() {
+            put(&done.map(|v| v * one), &mut y[2 * B * count..]);
+        }
+        put(
+            &scaled(middle, done).map(|v| v * one),
+            &mut z[2 * B * count..],
+        );
+    }
+}
+
+impl<const B: usize> Kernel for Backward<'_, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self {
+            places,
+            factor,
+            z,
+            x,
+        } = self;
+        let (steps, count) = (&places.steps[..], places.steps());
+        let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
+        let mut rows = upper_solve(middle, get::<I::X2, B>(&z[2 * B * count..]).map(add));
         scatter(&rows, &steps[count], x);
-        let halves = half.chunks_exact(2 * B);
-        for ((factor, half), step) in of_steps.zip(halves).zip(&steps[..count]).rev() {
-            let mut z = rows;
-            unroll!(i < B, {
-                z[i] = I::X2::load(&half[2 * i..]);
-            });
-            rows = take_back(factor, z, rows);
+        let z = z.chunks_exact(2 * B);
+        let of_steps = of_steps.chunks_exact(2 * per_step(B));
+        for ((factor, z), step) in of_steps.zip(z).zip(&steps[..count]).rev() {
+            rows = take_back(factor, get(z), rows);
             scatter(&rows, step, x);
         }
     }
+}
+
+#[inline(always)]
+fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
+    let to = &mut to[..2 * B];
+    unroll!(i < B, {
+        rows[i].store(&mut to[2 * i..]);
+    });
+}
+
+#[inline(always)]
+fn get<V: Lanes, const B: usize>(from: &[f64]) -> [V; B] {
+    let from = &from[..2 * B];
+    let mut rows = [V::splat(0.0); B];
+    unroll!(i < B, {
+        rows[i] = V::load(&from[2 * i..]);
+    });
+    rows
 }
