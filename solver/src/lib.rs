@@ -25,6 +25,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
+//! | `general` | square matrices that are not symmetric, and who solves them |
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
@@ -42,6 +43,7 @@ mod backends;
 mod block_ldlt;
 mod double_double;
 mod error;
+mod general;
 mod kernels;
 mod matrix;
 mod ordering;
@@ -49,15 +51,18 @@ mod pattern;
 mod reference;
 mod refine;
 
-pub use accuracy::{BackwardError, backward_error, forward_error, norm_inf, residual};
+pub use accuracy::{
+    BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
+};
 pub use backend::{
     Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
     ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
+pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
-pub use ordering::{EliminationCost, elimination_cost, minimum_degree};
+pub use ordering::{EliminationCost, elimination_cost, minimum_degree, minimum_degree_within};
 pub use pattern::BlockPattern;
 pub use reference::reference_solution;
 pub use refine::{RefineScratch, refine};

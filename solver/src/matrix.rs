@@ -155,7 +155,7 @@ impl SymBlockMatrix {
 
 /// Whether all numbers are finite: x·0 is NaN exactly where x is not. Eight sums run side by side, so that the pass is
 /// not a chain of dependent additions.
-fn all_finite(v: &[f64]) -> bool {
+pub(crate) fn all_finite(v: &[f64]) -> bool {
     let mut sums = [0.0; 8];
     let (chunks, rest) = v.as_chunks::<8>();
     for chunk in chunks {
