@@ -10,7 +10,7 @@ use taut_bench::matrix::dump::{self, Label};
 use taut_bench::matrix::solve::{self, Config, Results};
 use taut_bench::matrix::{System, suite};
 use taut_bench::{output, run, table};
-use taut_integrator::{Form, Stepper};
+use taut_integrator::Stepper;
 use taut_solver::Backend;
 
 /// Most steps before a dump.
@@ -132,9 +132,9 @@ pub(crate) fn dump(args: &DumpArgs) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     prepared.inputs.apply(&mut stepper)?;
-    for form in [Form::Schur, Form::Kkt] {
-        let system = dump::system(&mut stepper, form)?;
+    for system in dump::systems(&mut stepper)? {
         if let Err(e) = &system.x {
+            let form = system.form;
             eprintln!("taut: no exact solution of the {form} form is written: {e}");
         }
         for path in dump::write(&system, &label, &args.out, args.gzip)? {

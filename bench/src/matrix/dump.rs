@@ -28,34 +28,53 @@ pub struct Dumped {
     pub signs: Vec<bool>,
 }
 
-/// The system of the step that follows the present state, in a form. The state stays as it is.
+/// The system of the step that follows the present state: S, then the KKT matrix of the same pieces. That of the
+/// stepper's own form is the one that it solved, to the last bit. Positions and velocities stay; the geometric stiffness
+/// of the next step is made of the tension found here.
 ///
 /// # Errors
 /// As [`Stepper::solve`]; that there is no exact solution is none.
-pub fn system(stepper: &mut Stepper, form: Form) -> Result<Dumped, StepError> {
+pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
+    // A second solve would have another geometric stiffness, made of the tension of the first.
     stepper.solve()?;
-    let (matrix, b) = stepper.assembled(form)?;
-    let x = reference_solution(&matrix, &b);
-    let (mut multipliers, mut signs) = (None, Vec::new());
-    if form == Form::Kkt {
-        signs = body_rows(&matrix);
-    } else {
-        // Where rows hang on their bounds by less than rounding there is none.
-        multipliers = stepper.reference_multipliers().ok().map(|mu| {
-            let rows = stepper.linearized();
-            let order = &stepper.elimination().constraints;
-            let in_order = order.iter().flat_map(|&c| &mu[rows.row_range(c)]);
-            in_order.copied().collect()
-        });
-    }
-    Ok(Dumped {
-        form,
+    let (matrix, b) = in_form(stepper, Form::Schur)?;
+    let (kkt, kkt_b) = in_form(stepper, Form::Kkt)?;
+    let x = reference_solution(&kkt, &kkt_b);
+    let signs = body_rows(&kkt);
+    // The constraints stand in the same order in both forms.
+    let p = kkt.pattern();
+    let rows = || {
+        (0..p.blocks())
+            .filter(|&i| !signs[i])
+            .flat_map(|i| p.rows(i))
+    };
+    let multipliers = x.as_ref().ok().map(|x| rows().map(|r| -x[r]).collect());
+    let schur = Dumped {
+        form: Form::Schur,
+        x: reference_solution(&matrix, &b),
         matrix,
         b,
-        x,
         multipliers,
+        signs: Vec::new(),
+    };
+    let kkt = Dumped {
+        form: Form::Kkt,
+        matrix: kkt,
+        b: kkt_b,
+        x,
+        multipliers: None,
         signs,
-    })
+    };
+    Ok([schur, kkt])
+}
+
+/// Matrix and right-hand side of the last solve.
+fn in_form(stepper: &mut Stepper, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
+    if stepper.options().form == form {
+        let (matrix, b, _) = stepper.system();
+        return Ok((matrix.clone(), b.to_vec()));
+    }
+    stepper.assembled(form)
 }
 
 /// The block rows of bodies: their masses stand on the diagonal, −Σ ≤ 0 on that of constraints.
@@ -179,9 +198,12 @@ mod tests {
         let folder = std::env::temp_dir().join(format!("taut-dump-{}", std::process::id()));
         for form in [Form::Schur, Form::Kkt] {
             let mut stepper = stepper(form);
-            let dumped = system(&mut stepper, form).expect("a system");
+            let [schur, kkt] = systems(&mut stepper).expect("systems");
+            let dumped = if form == Form::Kkt { kkt } else { schur };
             let (a, b, _) = stepper.system();
-            assert_eq!((&dumped.matrix, bits(&dumped.b)), (a, bits(b)), "{form}");
+            assert_eq!(a.pattern(), dumped.matrix.pattern(), "{form}");
+            assert_eq!(bits(a.values()), bits(dumped.matrix.values()), "{form}");
+            assert_eq!(bits(b), bits(&dumped.b), "{form}");
             for gzip in [false, true] {
                 let label = Label {
                     name: format!("hoist{gzip}"),
@@ -211,28 +233,25 @@ mod tests {
         std::fs::remove_dir_all(folder).expect("removed");
     }
 
-    /// Both forms are of one state: S is the Schur complement of the KKT matrix, and so are their solutions.
+    /// Both forms are of one system, that of the stepper's own reference; the stepper's state stays as it is.
     #[test]
     fn both_forms_have_the_same_multipliers() {
-        let mut stepper = stepper(Form::Schur);
-        let schur = system(&mut stepper, Form::Schur).expect("a system");
-        let kkt = system(&mut stepper, Form::Kkt).expect("a system");
-        let p = kkt.matrix.pattern();
-        let x = kkt.x.expect("solved");
-        let constraints = (0..p.blocks()).filter(|&i| !kkt.signs[i]);
-        let mu: Vec<f64> = constraints.flat_map(|i| p.rows(i)).map(|r| -x[r]).collect();
-        let exact = schur.multipliers.expect("solved");
-        assert!(forward_error(&mu, &exact) < 1e-14);
-        assert!(forward_error(&schur.x.expect("solved"), &exact) < 1e-9);
-        // The stepper goes on as if nothing had been asked.
-        let mut other = self::stepper(Form::Schur);
-        stepper.step().expect("steps");
-        other.step().expect("steps");
-        let places = |s: &Stepper| s.scene().bodies.position.clone();
-        let apart = places(&stepper)
-            .iter()
-            .zip(places(&other))
-            .map(|(a, b)| (a - b).norm());
-        assert!(apart.fold(0.0, f64::max) < 1e-12);
+        let mut asked = stepper(Form::Schur);
+        let mut other = stepper(Form::Schur);
+        // Oracle: the stepper's own extended precision, of the state before any solve of it.
+        let exact = other.reference_multipliers().expect("solved");
+        let [schur, kkt] = systems(&mut asked).expect("systems");
+        assert_eq!(schur.multipliers, Some(exact.clone()));
+        assert!(forward_error(schur.x.as_ref().expect("solved"), &exact) < 1e-13);
+        assert_eq!(
+            kkt.signs.iter().filter(|s| **s).count(),
+            asked.scene().bodies.len()
+        );
+        let places = |s: &Stepper| s.scene().bodies.clone();
+        assert_eq!(places(&asked), places(&stepper(Form::Schur)));
+        // Asked of a stepper with the other form it is the same system but for rounding.
+        let [other, _] = systems(&mut stepper(Form::Kkt)).expect("systems");
+        assert!(forward_error(other.matrix.values(), schur.matrix.values()) < 1e-6);
+        assert!(forward_error(&other.b, &schur.b) < 1e-6);
     }
 }

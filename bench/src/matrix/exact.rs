@@ -13,8 +13,9 @@ use super::Matrix;
 use super::prepared::{Prepared, Problem};
 use taut_solver::{Backend, DoubleDouble, SolveError, norm_inf};
 
-/// The direct backends in the order in which they are asked: those that exchange rows first.
-const SOLVERS: [&str; 4] = ["umfpack", "faer:lu", "banded", "dense"];
+/// The direct backends in the order in which they are asked: the cheapest first, since the sweeps tell whether its factors
+/// are good enough.
+const SOLVERS: [&str; 5] = ["faer:ldlt", "banded", "umfpack", "faer:lu", "dense"];
 
 /// Rows beyond which the dense solver is not asked.
 const DENSE_ROWS: usize = 2000;
@@ -32,10 +33,20 @@ pub fn solution(problem: &Problem<'_>, b: &[f64]) -> Option<(Vec<f64>, String)> 
     solvers(problem).find_map(|backend| Some((refined(problem, &backend, b)?, backend.to_string())))
 }
 
+/// None at all where a symmetric matrix fills beyond reach: what exchanges rows would fill no less.
 fn solvers(problem: &Problem<'_>) -> impl Iterator<Item = Backend> {
     let small = problem.matrix.dim() <= DENSE_ROWS;
+    let (symmetric, within_reach) = match &problem.ordered {
+        None => (false, true),
+        Some(ordered) => (true, ordered.is_ok()),
+    };
     let backends = SOLVERS.into_iter().filter_map(|name| name.parse().ok());
-    backends.filter(move |b: &Backend| b.is_compiled() && (small || b.name() != "dense"))
+    backends.filter(move |b: &Backend| {
+        within_reach
+            && b.is_compiled()
+            && (symmetric || b.accepts_unsymmetric())
+            && (small || b.name() != "dense")
+    })
 }
 
 fn factorized<'a>(problem: &'a Problem<'_>, backend: &Backend) -> Result<Prepared<'a>, SolveError> {

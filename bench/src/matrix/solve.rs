@@ -259,7 +259,12 @@ fn exact_solution(system: &System, problem: &Problem<'_>) -> (Option<Vec<f64>>, 
             (Some(x), format!("refined in 32 digits by {by}"))
         }
         (None, _) => {
-            let told = "not known: no refinement in 32 digits contracts, the matrix is singular to rounding or nearly";
+            let told = match &problem.ordered {
+                Some(Err(_)) => "not known: the matrix fills beyond reach",
+                _ => {
+                    "not known: no refinement in 32 digits contracts, as for a matrix that is nearly singular"
+                }
+            };
             (None, told.to_owned())
         }
     }

@@ -61,7 +61,7 @@ fn every_backend_solves_a_symmetric_matrix_or_says_why_not() {
         if let Some(row) = row {
             let error = row.forward_error.expect("1 is the solution");
             let bar = if backend.is_iterative() { 1e-2 } else { 1e-14 };
-            assert!(error < bar && row.backend_error < bar, "{row:?}");
+            assert!(error < bar && row.backward_error < bar, "{row:?}");
             assert!(
                 row.ratio >= 1.0 && row.factorize_ns > 0.0 && row.repeats > 0,
                 "{row:?}"
