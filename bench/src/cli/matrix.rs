@@ -84,8 +84,8 @@ pub(crate) struct MatricesArgs {
 
 /// What the columns of `taut solve` are.
 const SOLVE_LEGEND: &str = "\
-times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row; error:
-relative error of x in the largest norm";
+times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
+error: relative error of x in the largest norm";
 
 /// What the columns of `taut bench --matrix` are.
 const BENCH_LEGEND: &str = "\

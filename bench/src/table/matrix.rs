@@ -31,7 +31,8 @@ fn omissions(omissions: &[Omission]) -> String {
     for column in t.column_iter_mut() {
         column.set_cell_alignment(CellAlignment::Left);
     }
-    format!("\nLeft out\n{}", text(&t))
+    // Its header is empty.
+    format!("\nLeft out\n{}", text(&t).trim_start_matches('\n'))
 }
 
 /// What a system is, in a few lines.

@@ -1,7 +1,7 @@
 use crate::{folder, good, json, refused, text};
 use serde_json::Value;
 use std::fs;
-use std::path::PathBuf;
+use std::path::Path;
 
 fn rows(results: &Value) -> &[Value] {
     results["records"].as_array().expect("records")
@@ -12,7 +12,7 @@ fn row<'a>(results: &'a Value, backend: &str) -> &'a Value {
     found.unwrap_or_else(|| panic!("{backend}: {results}"))
 }
 
-fn write(at: &PathBuf, name: &str, content: &str) {
+fn write(at: &Path, name: &str, content: &str) {
     fs::write(at.join(name), content).expect("writable");
 }
 
