@@ -8,12 +8,11 @@
 //! [`ACCELERATION`] on top of its own.
 
 use crate::guarded::Pass;
-use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
 use nalgebra::Vector3;
-use taut_model::{Scene, update_windings};
+use taut_model::Scene;
 use taut_solver::Backend;
 
 /// Solves at most.
@@ -123,7 +122,7 @@ impl Stepper {
         };
         let turned = self.largest_turn(dt);
         if disagreement <= ACCEPTED && turned <= LARGEST_TURN {
-            update_windings(&mut self.scene, self.time);
+            self.pieces.rows.follow_windings(&mut self.scene, self.time);
             return Ok(Some((self.largest_motion(dt), turned)));
         }
         let start = std::mem::take(&mut self.substep_start);
@@ -133,10 +132,9 @@ impl Stepper {
     }
 
     /// Largest change of an angular row in `dt` \[rad]: |J v| dt of the last iterate.
-    fn largest_turn(&self, dt: f64) -> f64 {
-        let mut rates = vec![0.0; self.pieces.rows.rows()];
-        subtract_jacobian(&self.pieces.rows, &self.pieces.v, &mut rates);
-        subtract_jacobian(&self.pieces.rows, &self.pieces.dv, &mut rates);
+    fn largest_turn(&mut self, dt: f64) -> f64 {
+        let [rates, _] = &mut self.in_rows;
+        self.pieces.rates_after(rates);
         let angular = rates
             .iter()
             .enumerate()
@@ -158,8 +156,9 @@ impl Stepper {
             let way = bodies.position.iter().map(|x| (x - first).norm());
             extent = way.fold(0.0, f64::max);
         }
-        for (slot, lever) in rows.slots.iter().zip(&rows.levers) {
-            moved = moved.max(bodies.angular_velocity[slot.body].cross(lever).norm());
+        for (s, slot) in rows.slots.iter().enumerate() {
+            let lever = rows.lever(s);
+            moved = moved.max(bodies.angular_velocity[slot.body].cross(&lever).norm());
             extent = extent.max(lever.norm());
         }
         // A single body held at its centre has no extent: metres then.

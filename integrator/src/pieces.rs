@@ -13,7 +13,7 @@
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
-use crate::products::{add_transposed, subtract_jacobian};
+use crate::products::{add_transposed, times_jacobian};
 use crate::regularization::Regularization;
 use nalgebra::Vector3;
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
@@ -33,8 +33,6 @@ pub(crate) struct Pieces {
     pub(crate) geometric: Geometric,
     pub(crate) inertia: Inertia,
     pub(crate) regularization: Regularization,
-    /// W = J M̃⁻¹, laid out as the Jacobian.
-    pub(crate) w: Vec<f64>,
     /// c − J v, one a row.
     pub(crate) rate: Vec<f64>,
     /// v at the beginning of the step, 6 numbers a body.
@@ -45,7 +43,7 @@ pub(crate) struct Pieces {
     pub(crate) known: Vec<f64>,
     /// φ at the end of the step as the linearisation predicts it, one a row.
     pub(crate) predicted: Vec<f64>,
-    /// An impulse or a momentum, 6 numbers a body.
+    /// An impulse or velocities, 6 numbers a body and, of no meaning, 6 of the world.
     impulse: Vec<f64>,
 }
 
@@ -73,13 +71,12 @@ impl Pieces {
             geometric: Geometric::new(scene, &rows),
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
-            w: vec![0.0; rows.jacobian.len()],
             rate: vec![0.0; count],
             v: vec![0.0; bodies],
             dv: vec![0.0; bodies],
             known: vec![0.0; count],
             predicted: vec![0.0; count],
-            impulse: vec![0.0; bodies],
+            impulse: vec![0.0; bodies + 6],
             rows,
         }
     }
@@ -107,14 +104,11 @@ impl Pieces {
         angular(&self.v, i)
     }
 
-    /// What is known of the rates beforehand: q r_n − s r_{n−1} with each row's weights.
-    pub(crate) fn combine_rates(&mut self, weights: &RowWeights, now: &[f64], before: &[f64]) {
-        let rates = now.iter().zip(before);
-        let known = self.known.iter_mut().zip(&self.weighting);
-        for ((known, weighting), (now, before)) in known.zip(rates) {
-            let w = &weights[*weighting as usize];
-            *known = w.now * now - w.before * before;
-        }
+    /// The rows take the weights of their kinds.
+    pub(crate) fn weigh(&mut self, weights: &[Weights; 4]) {
+        let weighting = &self.weighting;
+        self.regularization
+            .weigh(weights, |r| weighting[r] as usize);
     }
 
     /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
@@ -133,19 +127,17 @@ impl Pieces {
         }
     }
 
-    /// Σ and c for the weights `next` (p) and for what is `known`, then c − J v; Δv is set to zero.
-    pub(crate) fn regularize(&mut self, next: [f64; 4], dt: f64) {
-        let weighting = &self.weighting;
-        let next = |r: usize| next[weighting[r] as usize];
-        self.regularization
-            .update(next, dt, &self.rows, &self.known);
+    /// Σ and c for what is `known`, then c − J v for the rates `jv` = J v; Δv is set to zero.
+    pub(crate) fn regularize(&mut self, dt: f64, jv: &[f64]) {
+        self.regularization.update(dt, &self.rows, &self.known);
         for &r in &self.speed_rows {
             // J v⁺ is what it is to be, whatever went before.
             self.regularization.sigma[r] = 0.0;
             self.regularization.c[r] = -self.rows.phi_t[r];
         }
-        self.rate.copy_from_slice(&self.regularization.c);
-        subtract_jacobian(&self.rows, &self.v, &mut self.rate);
+        for ((rate, c), jv) in self.rate.iter_mut().zip(&self.regularization.c).zip(jv) {
+            *rate = c - jv;
+        }
         self.dv.fill(0.0);
     }
 
@@ -153,9 +145,9 @@ impl Pieces {
     /// (m/s²), about every axis as at the distance of their lever arms. `Err(body)` where the inertia has no inverse.
     pub(crate) fn add_ballast(&mut self, lambda: &[f64], acceleration: f64) -> Result<(), usize> {
         let Self { rows, inertia, .. } = self;
-        for (slot, lever) in rows.slots.iter().zip(&rows.levers) {
-            let (force, torque) = wrench(rows, slot, lambda);
-            let (force, arm) = (force.norm(), lever.norm());
+        for (s, slot) in rows.slots.iter().enumerate() {
+            let (force, torque) = wrench(rows, s, lambda);
+            let (force, arm) = (force.norm(), rows.lever(s).norm());
             let angular = (force * arm + torque.norm()) * arm;
             if !inertia.add_ballast(slot.body, force / acceleration, angular / acceleration) {
                 return Err(slot.body);
@@ -164,56 +156,51 @@ impl Pieces {
         Ok(())
     }
 
-    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about
-    /// their axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
+    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
-        let inertia = &self.inertia;
-        self.impulse.copy_from_slice(&inertia.impulse);
+        let external = self.inertia.impulse.len();
+        self.impulse[..external].copy_from_slice(&self.inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
-        let (impulses, _) = self.impulse.as_chunks::<6>();
-        let (dvs, _) = self.dv.as_chunks_mut::<6>();
-        for (i, (impulse, dv)) in impulses.iter().zip(dvs).enumerate() {
-            for _ in 0..2 {
-                let (mut momentum, mut correction) = ([0.0; 6], [0.0; 6]);
-                inertia.apply(i, dv, &mut momentum);
-                for (m, p) in momentum.iter_mut().zip(impulse) {
-                    *m = p - *m;
-                }
-                inertia.apply_inverse(i, &momentum, &mut correction);
-                for (dv, correction) in dv.iter_mut().zip(&correction) {
-                    *dv += correction;
-                }
-            }
+        self.inertia.correct_velocities(&self.impulse, &mut self.dv);
+    }
+
+    /// r = (c − J v) − J Δv with the Δv of no impulses but Δt f.
+    pub(crate) fn free_residual(&mut self, r: &mut [f64]) {
+        self.inertia
+            .correct_velocities(&self.inertia.impulse, &mut self.dv);
+        times_jacobian(&self.rows, &self.dv, r);
+        for (r, rate) in r.iter_mut().zip(&self.rate) {
+            *r = rate - *r;
         }
     }
 
     /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
     pub(crate) fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
         self.update_velocity_change(mu);
-        for (r, ((rate, sigma), mu)) in r
-            .iter_mut()
-            .zip(self.rate.iter().zip(&self.regularization.sigma).zip(mu))
-        {
-            *r = rate - sigma * mu;
+        times_jacobian(&self.rows, &self.dv, r);
+        let pieces = self.rate.iter().zip(&self.regularization.sigma).zip(mu);
+        for (r, ((rate, sigma), mu)) in r.iter_mut().zip(pieces) {
+            *r = (rate - sigma * mu) - *r;
         }
-        subtract_jacobian(&self.rows, &self.dv, r);
     }
 
-    /// φ + Δt (J (v + Δv) + ∂φ/∂t − `base`) into `predicted`, where `base` is a rate already contained in φ.
-    pub(crate) fn predict(&mut self, dt: f64, base: impl Fn(usize) -> f64) {
-        let Self {
-            rows,
-            v,
-            dv,
-            predicted,
-            ..
-        } = self;
-        predicted.fill(0.0);
-        subtract_jacobian(rows, v, predicted);
-        subtract_jacobian(rows, dv, predicted);
-        for (r, p) in predicted.iter_mut().enumerate() {
-            *p = rows.phi[r] + dt * (rows.phi_t[r] - *p - base(r));
+    /// J (v + Δv).
+    pub(crate) fn rates_after(&mut self, rates: &mut [f64]) {
+        for (sum, (v, dv)) in self.impulse.iter_mut().zip(self.v.iter().zip(&self.dv)) {
+            *sum = v + dv;
         }
+        times_jacobian(&self.rows, &self.impulse[..self.v.len()], rates);
+    }
+
+    /// φ + Δt (J (v + Δv) + ∂φ/∂t) into `predicted`.
+    pub(crate) fn predict(&mut self, dt: f64) {
+        let mut predicted = std::mem::take(&mut self.predicted);
+        self.rates_after(&mut predicted);
+        let rows = &self.rows;
+        for (p, (phi, phi_t)) in predicted.iter_mut().zip(rows.phi.iter().zip(&rows.phi_t)) {
+            *p = phi + dt * (*p + phi_t);
+        }
+        self.predicted = predicted;
     }
 
     /// Largest distance of a gap from its prediction, over the length that turns; slack cables have none. NaN where a gap
@@ -240,10 +227,7 @@ impl Pieces {
     }
 }
 
-/// Scheme weights of lengths, angles, transverse rows and speeds.
-pub(crate) type RowWeights = [Weights; 4];
-
-/// Which of [`RowWeights`] a row takes.
+/// Which of the weights of lengths, angles, transverse rows and speeds a row takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Weighting {
     Length,

@@ -1,11 +1,13 @@
 //! Where everything goes: block patterns and index maps of a topology, computed once.
 
 use crate::Form;
+use crate::assembly::{Assembly, Coupling};
 use crate::inertia::Inertia;
+use crate::lanes::unpacked;
 use crate::products::dot;
 use crate::regularization::Regularization;
 use std::sync::Arc;
-use taut_model::{Linearized, Scene};
+use taut_model::{Linearized, MAX_ROWS, Scene};
 use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// What a block row of the linear system stands for.
@@ -30,8 +32,17 @@ pub(crate) struct Plan {
 
 #[derive(Debug, Clone)]
 enum Maps {
-    /// Contributions W_s J_tᵀ to stored blocks.
-    Schur(Vec<Product>),
+    /// What the joints abreast write, and the contributions W_s J_tᵀ to stored blocks of all others.
+    Schur {
+        joints: Assembly,
+        /// Stored blocks that products alone are added into.
+        cleared: Vec<usize>,
+        /// Slots that products read W of.
+        weighted: Vec<usize>,
+        products: Vec<Product>,
+        /// W = J M̃⁻¹ of these slots, each with room for as many rows as there can be.
+        w: Vec<f64>,
+    },
     /// Stored diagonal block of each body; stored block of each slot, none where the body is static or driven.
     Kkt {
         body: Vec<usize>,
@@ -39,13 +50,16 @@ enum Maps {
     },
 }
 
-/// Stored block `target` receives W of slot `left` times Jᵀ of slot `right`.
+/// Stored block `target` receives W of the slot that is number `left` of those weighted, times Jᵀ of slot `right`.
 #[derive(Debug, Clone, Copy)]
 struct Product {
     target: usize,
     left: usize,
     right: usize,
 }
+
+/// Numbers of W a slot.
+const W: usize = 6 * MAX_ROWS;
 
 impl Plan {
     /// The constraints stand in `order` (position → constraint), each of them once.
@@ -90,15 +104,7 @@ impl Plan {
             .collect();
         let groups = order.iter().map(|&c| scene.groups[c]).collect();
         let pattern = BlockPattern::new(&sizes, &couplings)?.with_groups(groups)?;
-        let products = pairs.iter().filter_map(|&(left, right)| {
-            let target = pattern.find(block_of(left), block_of(right))?;
-            Some(Product {
-                target,
-                left,
-                right,
-            })
-        });
-        let maps = Maps::Schur(products.collect());
+        let maps = schur_maps(rows, &pattern, &place, &pairs);
         Ok(Self {
             pattern: Arc::new(pattern),
             block: order.iter().copied().map(BlockOf::Constraint).collect(),
@@ -161,54 +167,60 @@ impl Plan {
         })
     }
 
-    /// Fills the matrix. `w` receives W = J M̃⁻¹ (laid out as the Jacobian) where the form needs it.
+    /// Fills the matrix.
     pub(crate) fn fill(
-        &self,
+        &mut self,
         rows: &Linearized,
         inertia: &Inertia,
         regularization: &Regularization,
-        w: &mut [f64],
         a: &mut SymBlockMatrix,
     ) {
-        a.values_mut().fill(0.0);
-        match &self.maps {
-            Maps::Schur(products) => {
-                fill_w(rows, inertia, w);
-                for p in products {
-                    let (left, right) = (&rows.slots[p.left], &rows.slots[p.right]);
-                    let m = rows.row_range(left.constraint).len();
-                    let n = rows.row_range(right.constraint).len();
-                    let left = &w[left.offset..left.offset + 6 * m];
-                    let right = &rows.jacobian[right.offset..right.offset + 6 * n];
-                    add_product(left, right, a.block_mut(p.target));
+        match &mut self.maps {
+            Maps::Schur {
+                joints,
+                cleared,
+                weighted,
+                products,
+                w,
+            } => {
+                for &k in &*cleared {
+                    a.block_mut(k).fill(0.0);
                 }
-                for (c, &block) in self.constraint.iter().enumerate() {
+                joints.fill(rows, inertia, &regularization.sigma, a);
+                fill_w(rows, inertia, weighted, w);
+                for p in &*products {
+                    let left = rows.slots[weighted[p.left]].constraint;
+                    let m = rows.row_range(left).len();
+                    let left = &w[W * p.left..][..6 * m];
+                    add_product(left, &rows.block(p.right), a.block_mut(p.target));
+                }
+                for &c in rows.others() {
                     let sigma = &regularization.sigma[rows.row_range(c)];
-                    let diagonal = a.block_mut(self.pattern.column(block).start);
+                    let diagonal = a.block_mut(self.pattern.column(self.constraint[c]).start);
                     for (r, s) in sigma.iter().enumerate() {
                         diagonal[r * (sigma.len() + 1)] += s;
                     }
                 }
             }
             Maps::Kkt { body, slot } => {
+                a.values_mut().fill(0.0);
                 for (i, &k) in body.iter().enumerate() {
-                    let block = a.block_mut(k);
+                    let (block, angular) = (a.block_mut(k), unpacked(inertia.angular[i]));
                     for r in 0..3 {
                         block[7 * r] = inertia.mass[i];
                         for c in 0..3 {
-                            block[(3 + r) + 6 * (3 + c)] = inertia.angular[i][(r, c)];
+                            block[(3 + r) + 6 * (3 + c)] = angular[(r, c)];
                         }
                     }
                 }
-                for (s, k) in rows.slots.iter().zip(slot) {
+                for (s, k) in slot.iter().enumerate() {
                     let Some(k) = *k else {
                         continue;
                     };
-                    let n = rows.row_range(s.constraint).len();
-                    let jacobian = &rows.jacobian[s.offset..s.offset + 6 * n];
+                    let n = rows.row_range(rows.slots[s].constraint).len();
                     let block = a.block_mut(k);
                     // Two slots of a constraint on one body share a block.
-                    for (r, row) in jacobian.chunks_exact(6).enumerate() {
+                    for (r, row) in rows.block(s).rows().iter().enumerate() {
                         for (c, j) in row.iter().enumerate() {
                             block[r + n * c] += j;
                         }
@@ -276,15 +288,76 @@ impl Plan {
     }
 }
 
-/// W = J M̃⁻¹, slot by slot.
-fn fill_w(rows: &Linearized, inertia: &Inertia, w: &mut [f64]) {
-    for slot in &rows.slots {
-        let len = 6 * rows.row_range(slot.constraint).len();
-        let range = slot.offset..slot.offset + len;
-        let (jacobian, _) = rows.jacobian[range.clone()].as_chunks::<6>();
-        let (w, _) = w[range].as_chunks_mut::<6>();
-        for (j, w) in jacobian.iter().zip(w) {
-            inertia.apply_inverse(slot.body, j, w);
+/// Who writes which block: diagonal blocks of joints and blocks that couple two joints through one body are written in
+/// lanes; the rest are sums of products.
+fn schur_maps(
+    rows: &Linearized,
+    pattern: &BlockPattern,
+    place: &[usize],
+    pairs: &[(usize, usize)],
+) -> Maps {
+    let block_of = |s: usize| place[rows.slots[s].constraint];
+    // Joint and side of each slot.
+    let mut side_of = vec![None; rows.slots.len()];
+    for (k, joint) in rows.abreast.joints().iter().enumerate() {
+        for (side, slot) in joint.slots.into_iter().enumerate() {
+            if let Some(slot) = slot {
+                side_of[slot] = Some((k, side));
+            }
+        }
+    }
+    let diagonal = |c: usize| pattern.values(pattern.column(place[c]).start).start;
+    let joints = rows.abreast.joints().iter();
+    let mut written = vec![false; pattern.stored_blocks()];
+    for joint in rows.abreast.joints() {
+        written[pattern.column(place[joint.constraint]).start] = true;
+    }
+    let (mut couplings, mut products, mut weighted) = (Vec::new(), Vec::new(), Vec::new());
+    for &(left, right) in pairs {
+        let (row, column) = (block_of(left), block_of(right));
+        let Some(target) = pattern.find(row, column) else {
+            continue;
+        };
+        match (side_of[left], side_of[right]) {
+            (Some(_), Some(_)) if row == column => {}
+            (Some(left_side), Some(right_side)) if !written[target] => {
+                written[target] = true;
+                couplings.push(Coupling {
+                    sides: [left_side, right_side],
+                    body: rows.slots[left].body,
+                    target: pattern.values(target).start,
+                });
+            }
+            _ => {
+                weighted.push(left);
+                products.push(Product {
+                    target,
+                    left,
+                    right,
+                });
+            }
+        }
+    }
+    weighted.sort_unstable();
+    weighted.dedup();
+    for p in &mut products {
+        p.left = weighted.partition_point(|&s| s < p.left);
+    }
+    Maps::Schur {
+        joints: Assembly::new(joints.map(|j| diagonal(j.constraint)).collect(), couplings),
+        cleared: (0..written.len()).filter(|&k| !written[k]).collect(),
+        w: vec![0.0; W * weighted.len()],
+        weighted,
+        products,
+    }
+}
+
+/// W = J M̃⁻¹ of some slots, one after the other.
+fn fill_w(rows: &Linearized, inertia: &Inertia, slots: &[usize], w: &mut [f64]) {
+    for (&s, w) in slots.iter().zip(w.chunks_exact_mut(W)) {
+        let (w, _) = w.as_chunks_mut::<6>();
+        for (j, w) in rows.block(s).rows().iter().zip(w) {
+            inertia.apply_inverse(rows.slots[s].body, j, w);
         }
     }
 }

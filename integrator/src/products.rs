@@ -1,14 +1,25 @@
-//! Matrix-free products with the Jacobian.
+//! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
+//! constraints block by block.
 
-use taut_model::Linearized;
+use crate::lanes::{of_bodies, of_rows, write_rows};
+use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
+use taut_model::{Linearized, Pack, Places, Slot};
 
-/// p += Jᵀ μ; p: 6 numbers a body, μ: one a row.
+/// p += Jᵀ μ; p: 6 numbers a body and 6 more for what acts on the world, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
-    let (p, _) = p.as_chunks_mut::<6>();
-    for slot in &rows.slots {
+    dispatch(
+        Level::best(),
+        Transposed {
+            rows,
+            mu,
+            p: &mut *p,
+        },
+    );
+    for slot in other_slots(rows) {
         let mu = &mu[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
-        let p = &mut p[slot.body];
+        let p = &mut p[6 * slot.body..][..6];
         for (j, mu) in jacobian.iter().zip(mu) {
             for (p, j) in p.iter_mut().zip(j) {
                 *p += j * mu;
@@ -17,20 +28,116 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     }
 }
 
-/// r −= J v; v: 6 numbers a body, r: one a row.
-pub(crate) fn subtract_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
+/// r = J v; v: 6 numbers a body, r: one a row.
+pub(crate) fn times_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
     let (v, _) = v.as_chunks::<6>();
-    for slot in &rows.slots {
+    dispatch(
+        Level::best(),
+        Product {
+            rows,
+            v,
+            r: &mut *r,
+        },
+    );
+    for &c in rows.others() {
+        r[rows.row_range(c)].fill(0.0);
+    }
+    for slot in other_slots(rows) {
         let r = &mut r[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
         for (j, r) in jacobian.iter().zip(r) {
-            *r -= dot(j, &v[slot.body]);
+            *r += dot(j, &v[slot.body]);
         }
     }
+}
+
+/// The slots of the constraints that are not abreast.
+fn other_slots(rows: &Linearized) -> impl Iterator<Item = &Slot> {
+    let others = rows.others().iter();
+    others.flat_map(|&c| &rows.slots[rows.slot_range(c)])
 }
 
 /// a · b, summed in two halves: a shorter chain of additions.
 #[inline]
 pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
+}
+
+/// Velocity of the attachment point of one side, and the body's angular velocity.
+#[inline(always)]
+fn point<V: Lanes>(
+    pack: &Pack,
+    places: &Places,
+    v: &[[f64; 6]],
+    side: usize,
+) -> (Vec3<V>, Vec3<V>) {
+    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, places.bodies[side]);
+    let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
+    (
+        add(&velocity, &cross(&omega, &load(&pack.arms[side]))),
+        omega,
+    )
+}
+
+/// r = J v of the joints.
+struct Product<'a> {
+    rows: &'a Linearized,
+    v: &'a [[f64; 6]],
+    r: &'a mut [f64],
+}
+
+impl Kernel for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (pack, places) in self.rows.abreast.packs() {
+            let (point_a, omega_a) = point::<I::X4>(pack, places, self.v, 0);
+            let (point_b, omega_b) = point::<I::X4>(pack, places, self.v, 1);
+            let [x, y, z] = sub(&point_a, &point_b);
+            let turning = sub(&omega_b, &omega_a);
+            let [p, q, s] = &pack.gradients;
+            let rates = [
+                x,
+                y,
+                z,
+                vector::dot(&load(p), &turning),
+                vector::dot(&load(q), &turning),
+                vector::dot(&load(s), &turning),
+            ];
+            write_rows(&rates, self.r, places);
+        }
+    }
+}
+
+/// p += Jᵀ μ of the joints.
+struct Transposed<'a> {
+    rows: &'a Linearized,
+    mu: &'a [f64],
+    p: &'a mut [f64],
+}
+
+impl Kernel for Transposed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (pack, places) in self.rows.abreast.packs() {
+            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, places);
+            let force = [x, y, z];
+            let [first, second, third] = &pack.gradients;
+            let gradients = [load(first), load(second), load(third)];
+            let torque = combine::<I::X4>(&gradients, &[p, q, s]);
+            let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
+            let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
+            let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
+            I::X4::scatter_add(&[x, y, z, ax, ay, az], self.p, places.at[0], places.count);
+            I::X4::scatter_add(
+                &[-x, -y, -z, bx, by, bz],
+                self.p,
+                places.at[1],
+                places.count,
+            );
+        }
+    }
 }
