@@ -94,7 +94,7 @@ impl Stepper {
     fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
         let order = &self.elimination.constraints;
         let plan = Plan::new(form, &self.scene, &self.pieces.rows, order);
-        let plan = plan.map_err(|source| StepError::Solve {
+        let mut plan = plan.map_err(|source| StepError::Solve {
             source,
             culprit: None,
             time: self.time,
@@ -104,11 +104,10 @@ impl Stepper {
             rows,
             inertia,
             regularization,
-            w,
             rate,
             ..
         } = &mut self.pieces;
-        plan.fill(rows, inertia, regularization, w, &mut a);
+        plan.fill(rows, inertia, regularization, &mut a);
         let mut b = vec![0.0; a.dim()];
         match form {
             Form::Schur => {
