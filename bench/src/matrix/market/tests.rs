@@ -54,14 +54,16 @@ fn arrays_go_by_columns() {
     );
 }
 
+/// The text is refused for that fault in that line, with those words.
+fn says(text: &str, fault: Fault, line: u64, words: &str) {
+    let e = parse(text.as_bytes()).expect_err(text);
+    assert_eq!((e.fault, e.line), (fault, Some(line)), "{e}");
+    assert!(e.message.contains(words), "`{words}` is missing in: {e}");
+    assert!(e.to_string().starts_with("a.mtx, line "), "{e}");
+}
+
 #[test]
-fn faults_say_where_and_what_to_do() {
-    let says = |text: &str, fault: Fault, line: u64, words: &str| {
-        let e = parse(text.as_bytes()).expect_err(text);
-        assert_eq!((e.fault, e.line), (fault, Some(line)), "{e}");
-        assert!(e.message.contains(words), "`{words}` is missing in: {e}");
-        assert!(e.to_string().starts_with("a.mtx, line "), "{e}");
-    };
+fn headers_that_do_not_serve_say_why_and_what_to_do() {
     let banner = |rest: &str| format!("%%MatrixMarket {rest}\n1 1 1\n1 1 1\n");
     says("", Fault::Banner, 1, "the file is empty");
     says("1 1 1\n", Fault::Banner, 1, "%%MatrixMarket matrix");
@@ -127,6 +129,11 @@ fn faults_say_where_and_what_to_do() {
         3,
         "lower triangle",
     );
+}
+
+#[test]
+fn entries_that_make_no_sense_say_why_and_what_to_do() {
+    let real = |rest: &str| format!("{REAL}{rest}");
     says(&real("2 2 1\n0 1 1\n"), Fault::Index, 3, "count from 1");
     says(
         &real("2 2 1\n1 -1 1\n"),
