@@ -25,9 +25,8 @@ pub(crate) struct Pieces {
     weighting: Vec<Weighting>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
-    /// Length over which each constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the
-    /// length of a link; 0 where φ is linear in the positions \[m].
-    turning_length: Vec<f64>,
+    /// The gaps that turn.
+    gaps: Vec<Gap>,
     /// Constraints whose only row is at a bound: what they measure does not act. Empty where no row has bounds.
     pub(crate) idle: Vec<bool>,
     pub(crate) geometric: Geometric,
@@ -58,8 +57,10 @@ impl Pieces {
         let speed = |r: &usize| weighting[*r] == Weighting::Speed;
         Self {
             speed_rows: (0..count).filter(speed).collect(),
+            gaps: (scene.constraints.iter().enumerate())
+                .filter_map(|(c, constraint)| Gap::of(c, constraint, &rows, &weighting))
+                .collect(),
             weighting,
-            turning_length: scene.constraints.iter().map(turning_length).collect(),
             idle: vec![
                 false;
                 if rows.bounds.is_empty() {
@@ -208,22 +209,55 @@ impl Pieces {
     pub(crate) fn disagreement(&self) -> f64 {
         let rows = &self.rows;
         let mut worst = 0.0_f64;
-        for (c, &length) in self.turning_length.iter().enumerate() {
-            if length == 0.0 || self.idle.get(c) == Some(&true) {
+        for gap in &self.gaps {
+            if self.idle.get(gap.constraint) == Some(&true) {
                 continue;
             }
-            let range = rows.row_range(c);
-            let gap: f64 = range
-                .take(3)
-                .filter(|r| self.weighting[*r] == Weighting::Length)
-                .map(|r| (rows.phi[r] - self.predicted[r]).powi(2))
-                .sum();
-            let relative = gap / (length * length);
+            let found = rows.phi[gap.first..gap.first + gap.rows].iter();
+            let predicted = &self.predicted[gap.first..gap.first + gap.rows];
+            let mut square = 0.0;
+            for (phi, predicted) in found.zip(predicted) {
+                square += (phi - predicted) * (phi - predicted);
+            }
+            let relative = square * gap.scale;
             if relative > worst || relative.is_nan() {
                 worst = relative;
             }
         }
         worst.sqrt()
+    }
+}
+
+/// Rows of a constraint that measure a length that turns.
+#[derive(Debug, Clone, Copy)]
+struct Gap {
+    constraint: usize,
+    first: usize,
+    rows: usize,
+    /// 1 over the square of the length over which the gap turns, as far as that makes it nonlinear \[1/m²].
+    scale: f64,
+}
+
+impl Gap {
+    /// The gap of constraint `c`, if it turns.
+    fn of(
+        c: usize,
+        constraint: &Constraint,
+        rows: &Linearized,
+        weighting: &[Weighting],
+    ) -> Option<Self> {
+        let length = turning_length(constraint);
+        let range = rows.row_range(c);
+        let lengths = range
+            .clone()
+            .take(3)
+            .take_while(|r| weighting[*r] == Weighting::Length);
+        (length > 0.0).then(|| Self {
+            constraint: c,
+            first: range.start,
+            rows: lengths.count(),
+            scale: 1.0 / (length * length),
+        })
     }
 }
 
@@ -247,6 +281,8 @@ impl Weighting {
     }
 }
 
+/// Length over which a constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the length of a
+/// link; 0 where φ is linear in the positions \[m].
 fn turning_length(constraint: &Constraint) -> f64 {
     let on_bodies = constraint
         .frames()

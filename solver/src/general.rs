@@ -13,15 +13,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-use crate::backend::Precision;
-use crate::backends::dense::Dense;
-#[cfg(feature = "faer")]
-use crate::backends::faer::Lu;
-#[cfg(feature = "umfpack")]
-use crate::backends::umfpack::General as Umfpack;
+use crate::backends::General;
 use crate::error::expect_len;
-use crate::matrix::all_finite;
-use crate::{Backend, DoubleDouble, FactorReport, FaerFactorization, SolveError};
+use crate::{Backend, FactorReport, FaerFactorization, SolveError};
 
 /// A square sparse matrix by compressed columns, rows ascending in each column, no entry twice.
 #[derive(Debug, Clone, PartialEq)]
@@ -154,21 +148,11 @@ impl Backend {
 /// A backend at work on general matrices of one pattern: analysed once, factorised for each matrix, solved for each
 /// right-hand side, as a [`LinearSolver`](crate::LinearSolver) is.
 pub struct GeneralSolver {
-    work: Work,
+    /// `None` for a system without rows, which no library is to be asked about.
+    work: Option<General>,
     column_start: Vec<usize>,
     row: Vec<usize>,
     factorized: bool,
-}
-
-enum Work {
-    /// A system without rows, which no library is to be asked about.
-    Empty,
-    Dense(Dense<f64>),
-    Extended(Dense<DoubleDouble>),
-    #[cfg(feature = "faer")]
-    Faer(Box<Lu>),
-    #[cfg(feature = "umfpack")]
-    Umfpack(Box<Umfpack>),
 }
 
 impl GeneralSolver {
@@ -184,16 +168,9 @@ impl GeneralSolver {
                 backend: backend.name(),
             });
         }
-        let work = match backend {
-            _ if a.dim() == 0 => Work::Empty,
-            Backend::Dense(o) if o.precision == Precision::Extended => {
-                Work::Extended(Dense::general(a)?)
-            }
-            #[cfg(feature = "faer")]
-            Backend::Faer(_) => Work::Faer(Box::new(Lu::general(a)?)),
-            #[cfg(feature = "umfpack")]
-            Backend::Umfpack(o) => Work::Umfpack(Box::new(Umfpack::new(*o, a)?)),
-            _ => Work::Dense(Dense::general(a)?),
+        let work = match a.dim() {
+            0 => None,
+            _ => Some(General::new(backend, a)?),
         };
         Ok(Self {
             work,
@@ -220,16 +197,9 @@ impl GeneralSolver {
             });
         }
         let report = match &mut self.work {
-            Work::Empty => Ok(FactorReport::default()),
-            Work::Dense(work) => work.factorize_general(a),
-            Work::Extended(work) => work.factorize_general(a),
-            #[cfg(feature = "faer")]
-            Work::Faer(work) => work
-                .factorize(&a.values, |column| column)
-                .map(|()| FactorReport::default()),
-            #[cfg(feature = "umfpack")]
-            Work::Umfpack(work) => work.factorize(&a.values),
-        }?;
+            None => FactorReport::default(),
+            Some(work) => work.factorize(a)?,
+        };
         self.factorized = true;
         Ok(report)
     }
@@ -249,17 +219,8 @@ impl GeneralSolver {
         expect_len("right-hand side", dim, b.len())?;
         expect_len("solution", dim, x.len())?;
         check_finite("right-hand side", b)?;
-        match &mut self.work {
-            Work::Empty => {}
-            Work::Dense(work) => work.substitute(b, x),
-            Work::Extended(work) => work.substitute(b, x),
-            #[cfg(feature = "faer")]
-            Work::Faer(work) => {
-                x.copy_from_slice(b);
-                work.solve(x);
-            }
-            #[cfg(feature = "umfpack")]
-            Work::Umfpack(work) => work.solve(b, x)?,
+        if let Some(work) = &mut self.work {
+            work.solve(b, x)?;
         }
         check_finite("solution", x)
     }
@@ -282,9 +243,6 @@ pub fn solve_general(
 }
 
 fn check_finite(what: &'static str, v: &[f64]) -> Result<(), SolveError> {
-    if all_finite(v) {
-        return Ok(());
-    }
     let bad = v.iter().position(|x| !x.is_finite());
     bad.map_or(Ok(()), |block| Err(SolveError::NonFinite { what, block }))
 }
