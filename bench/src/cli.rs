@@ -2,6 +2,7 @@
 
 pub(crate) mod checks;
 pub(crate) mod hard;
+pub(crate) mod matrix;
 pub(crate) mod paper;
 pub(crate) mod scene;
 pub(crate) mod scenes;

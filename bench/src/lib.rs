@@ -17,6 +17,7 @@
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
+//! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix, a graded set |
 //! | `plot` | charts as SVG |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
@@ -34,6 +35,7 @@ pub mod inputs;
 pub mod ladder;
 pub mod linear;
 pub mod machine;
+pub mod matrix;
 pub mod output;
 pub mod paper;
 pub mod plot;

@@ -5,6 +5,7 @@ mod cli;
 
 use clap::{Args, Parser, Subcommand};
 use cli::hard::HardArgs;
+use cli::matrix::{DumpArgs, MatricesArgs, SolveArgs};
 use cli::paper::PaperArgs;
 use cli::scene::SceneArgs;
 use cli::scenes;
@@ -34,7 +35,7 @@ struct Cli {
 enum Command {
     /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
     #[command(
-        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24"
+        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24\n  taut bench --matrix bcsstk14.mtx.gz,sherman1.mtx"
     )]
     Bench(BenchArgs),
     /// The cable hanging at rest: elongation of every direct solver, iterations that the others need
@@ -58,6 +59,19 @@ enum Command {
     /// Hard cases with known answers, or a known absence of one: reference, ours, error, bar, verdict
     #[command(after_help = "Example: taut hard H42 --json hard.json")]
     Hard(HardArgs),
+    /// Writes the linear system of a step as Matrix Market files, S and the KKT matrix, with exact solutions
+    #[command(
+        after_help = "Example: taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems"
+    )]
+    Dump(DumpArgs),
+    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors
+    #[command(
+        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz"
+    )]
+    Solve(SolveArgs),
+    /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances
+    #[command(after_help = "Example: taut matrices --out target/matrices --gzip")]
+    Matrices(MatricesArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
 }
@@ -70,6 +84,9 @@ struct BenchArgs {
     /// Cables with branches and loops instead of the hoist: ring, junction, cranes, ladder, net
     #[arg(long = "scene", value_delimiter = ',', value_name = "NAME", value_parser = scenes::network)]
     scenes: Vec<Network>,
+    /// Systems from Matrix Market files instead of the hoist
+    #[arg(long = "matrix", value_delimiter = ',', value_name = "A.mtx")]
+    matrices: Vec<PathBuf>,
     /// Numbers of segments; of the ladder's cables; of the net's rows and columns
     #[arg(long, value_delimiter = ',', value_name = "N")]
     segments: Vec<usize>,
@@ -135,6 +152,26 @@ struct RunArgs {
     /// Overrides a parameter of the scene
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
+    #[command(flatten)]
+    step: StepArgs,
+    /// Simulated time (s)
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    time: f64,
+    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
+    /// between, the first and the last row hold outside
+    #[arg(long, value_name = "FILE.csv")]
+    controls: Option<PathBuf>,
+    /// Writes one line a step to a CSV file
+    #[arg(long, value_name = "FILE.csv")]
+    out: Option<PathBuf>,
+    /// Writes the summary to a file (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+/// Scheme, solver and time step of a simulation.
+#[derive(Debug, Args)]
+struct StepArgs {
     /// Backend with options after colons, `/kkt` for the KKT form (default: the first one compiled in)
     #[arg(long, value_name = "B")]
     backend: Option<String>,
@@ -168,19 +205,6 @@ struct RunArgs {
     /// Time step (s)
     #[arg(long, value_name = "S", default_value = "1/60", value_parser = number)]
     dt: f64,
-    /// Simulated time (s)
-    #[arg(long, value_name = "S", default_value_t = 10.0)]
-    time: f64,
-    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
-    /// between, the first and the last row hold outside
-    #[arg(long, value_name = "FILE.csv")]
-    controls: Option<PathBuf>,
-    /// Writes one line a step to a CSV file
-    #[arg(long, value_name = "FILE.csv")]
-    out: Option<PathBuf>,
-    /// Writes the summary to a file (`-` for standard output, which then holds nothing else)
-    #[arg(long, value_name = "PATH")]
-    json: Option<PathBuf>,
 }
 
 /// Most refinement sweeps that a run may ask for.
@@ -224,6 +248,9 @@ fn main() -> ExitCode {
         Some(Command::Scene(args)) => cli::scene::run(&args),
         Some(Command::Paper(args)) => cli::paper::run(&args),
         Some(Command::Hard(args)) => cli::hard::run(&args),
+        Some(Command::Dump(args)) => cli::matrix::dump(&args),
+        Some(Command::Solve(args)) => cli::matrix::solve(&args),
+        Some(Command::Matrices(args)) => cli::matrix::matrices(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {
@@ -392,6 +419,9 @@ A straight cable is a chain of scalar systems, on which conjugate gradient ends 
 joints; for a bent, swinging one see `taut bench`.";
 
 fn bench(args: &BenchArgs) -> Result<(), Failure> {
+    if !args.matrices.is_empty() {
+        return cli::matrix::bench(args);
+    }
     if !args.scenes.is_empty() {
         return scenes::run(args);
     }
@@ -491,11 +521,8 @@ fn guard(text: &str) -> Result<Option<Guard>, Failure> {
     }))
 }
 
-fn simulate(args: &RunArgs) -> Result<(), Failure> {
-    let mut prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
-    if let Some(path) = &args.controls {
-        prepared = prepared.driven_by(path)?;
-    }
+/// The options that the arguments stand for.
+fn step_options(args: &StepArgs) -> Result<StepOptions, Failure> {
     let mut options = StepOptions::default();
     if let Some(name) = &args.backend {
         let choice: Choice = name.parse().map_err(Failure::Input)?;
@@ -518,11 +545,21 @@ fn simulate(args: &RunArgs) -> Result<(), Failure> {
             options.refinements
         )));
     }
-    let count = steps(args.time, args.dt)?;
+    positive("`--dt`", &[args.dt])?;
+    Ok(options)
+}
+
+fn simulate(args: &RunArgs) -> Result<(), Failure> {
+    let mut prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    if let Some(path) = &args.controls {
+        prepared = prepared.driven_by(path)?;
+    }
+    let options = step_options(&args.step)?;
+    let count = steps(args.time, args.step.dt)?;
     if count == 0 {
         return Err(Failure::Input(format!(
             "`--time` is {} s: it must be at least one step of {} s",
-            args.time, args.dt
+            args.time, args.step.dt
         )));
     }
     let to_stdout = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));

@@ -2,9 +2,11 @@
 
 mod check;
 mod linear;
+mod matrix;
 
 pub use check::checks;
 pub use linear::linear;
+pub use matrix::{compared, solved, suite};
 
 use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};

@@ -74,6 +74,53 @@ impl Stepper {
         (&self.matrix, &self.rhs, &self.x)
     }
 
+    /// Matrix and right-hand side of the last [`solve`](Self::solve) in either form, assembled anew from the same pieces,
+    /// constraints in the order of [`elimination`](Self::elimination); rows at their bounds stay there.
+    /// Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError`](taut_solver::SolveError) in [`StepError::Solve`] where the pattern is too large.
+    pub fn assembled(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
+        let dt = self.mu_dt;
+        self.bounded.hold(&mut self.pieces, dt);
+        // The right-hand side is found by way of Δv, which belongs to the solution until then.
+        let dv = self.pieces.dv.clone();
+        let assembled = self.assemble_as(form);
+        self.pieces.dv = dv;
+        self.bounded.release(&mut self.pieces);
+        assembled
+    }
+
+    fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
+        let order = &self.elimination.constraints;
+        let plan = Plan::new(form, &self.scene, &self.pieces.rows, order);
+        let mut plan = plan.map_err(|source| StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        })?;
+        let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
+        let Pieces {
+            rows,
+            inertia,
+            regularization,
+            rate,
+            ..
+        } = &mut self.pieces;
+        plan.fill(rows, inertia, regularization, &mut a);
+        let mut b = vec![0.0; a.dim()];
+        match form {
+            Form::Schur => {
+                let [zero, residual] = &mut self.in_rows;
+                zero.fill(0.0);
+                self.pieces.residual(zero, residual);
+                plan.gather(&self.pieces.rows, &[], residual, 1.0, &mut b);
+            }
+            Form::Kkt => plan.gather(rows, &inertia.impulse, rate, 1.0, &mut b),
+        }
+        Ok((a, b))
+    }
+
     /// The constraints' linearisation at the present state; ∂φ/∂t is that of the last step or solve.
     #[must_use]
     pub fn linearized(&self) -> &Linearized {

@@ -6,7 +6,7 @@
 //! goes with a poor x, so report both.
 
 use crate::error::expect_len;
-use crate::{DoubleDouble, SolveError, SymBlockMatrix};
+use crate::{DoubleDouble, GeneralMatrix, SolveError, SymBlockMatrix};
 
 /// Backward errors of an approximate solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,16 +34,7 @@ pub fn norm_inf(v: &[f64]) -> f64 {
 /// # Errors
 /// [`SolveError::Dimension`].
 pub fn residual(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<Vec<f64>, SolveError> {
-    expect_len("right-hand side", a.dim(), b.len())?;
-    expect_len("solution", a.dim(), x.len())?;
-    let mut r: Vec<DoubleDouble> = b.iter().map(|&b| b.into()).collect();
-    a.for_each_lower(|i, j, a_ij| {
-        r[i] = r[i] - DoubleDouble::product(a_ij, x[j]);
-        if i != j {
-            r[j] = r[j] - DoubleDouble::product(a_ij, x[i]);
-        }
-    });
-    Ok(r.into_iter().map(DoubleDouble::to_f64).collect())
+    residual_of(a.dim(), |f| both_triangles(a, f), b, x)
 }
 
 /// Backward errors of `x` as a solution of A x = b. Allocates.
@@ -55,17 +46,61 @@ pub fn backward_error(
     b: &[f64],
     x: &[f64],
 ) -> Result<BackwardError, SolveError> {
-    let r = residual(a, b, x)?;
-    let mut magnitude: Vec<f64> = b.iter().map(|b| b.abs()).collect();
-    a.for_each_lower(|i, j, a_ij| {
-        magnitude[i] += (a_ij * x[j]).abs();
-        if i != j {
-            magnitude[j] += (a_ij * x[i]).abs();
+    let entries = |f: &mut Entry<'_>| both_triangles(a, f);
+    errors_of(a.norm_inf(), a.dim(), entries, b, x)
+}
+
+/// The same where A need not be symmetric. Allocates.
+///
+/// # Errors
+/// [`SolveError::Dimension`].
+pub fn backward_error_general(
+    a: &GeneralMatrix,
+    b: &[f64],
+    x: &[f64],
+) -> Result<BackwardError, SolveError> {
+    let entries = |f: &mut Entry<'_>| a.for_each(f);
+    errors_of(a.norm_inf(), a.dim(), entries, b, x)
+}
+
+/// What is done with a row, a column and the entry there.
+type Entry<'f> = dyn FnMut(usize, usize, f64) + 'f;
+
+fn both_triangles(a: &SymBlockMatrix, f: &mut Entry<'_>) {
+    a.for_each_lower(|r, c, value| {
+        f(r, c, value);
+        if r != c {
+            f(c, r, value);
         }
     });
+}
+
+fn residual_of(
+    dim: usize,
+    entries: impl Fn(&mut Entry<'_>),
+    b: &[f64],
+    x: &[f64],
+) -> Result<Vec<f64>, SolveError> {
+    expect_len("right-hand side", dim, b.len())?;
+    expect_len("solution", dim, x.len())?;
+    let mut r: Vec<DoubleDouble> = b.iter().map(|&b| b.into()).collect();
+    entries(&mut |i, j, a_ij| r[i] = r[i] - DoubleDouble::product(a_ij, x[j]));
+    Ok(r.into_iter().map(DoubleDouble::to_f64).collect())
+}
+
+fn errors_of(
+    norm: f64,
+    dim: usize,
+    entries: impl Fn(&mut Entry<'_>),
+    b: &[f64],
+    x: &[f64],
+) -> Result<BackwardError, SolveError> {
+    let r = residual_of(dim, &entries, b, x)?;
+    let mut magnitude: Vec<f64> = b.iter().map(|b| b.abs()).collect();
+    entries(&mut |i, j, a_ij| magnitude[i] += (a_ij * x[j]).abs());
     let ratios = r.iter().zip(&magnitude).map(|(r, m)| ratio(r.abs(), *m));
     let componentwise = norm_inf(&ratios.collect::<Vec<_>>());
-    let normwise = ratio(norm_inf(&r), a.norm_inf() * norm_inf(x) + norm_inf(b));
+    let normwise = ratio(norm_inf(&r), norm * norm_inf(x) + norm_inf(b));
     Ok(BackwardError {
         normwise,
         componentwise,

@@ -21,10 +21,73 @@ pub(crate) mod testing;
 #[cfg(feature = "umfpack")]
 pub(crate) mod umfpack;
 
+use crate::backend::Precision;
 use crate::error::expect_len;
 use crate::matrix::check_finite;
-use crate::{BlockPattern, SolveError, SymBlockMatrix};
+use crate::{
+    Backend, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix,
+};
+use dense::Dense;
 use std::sync::Arc;
+
+/// A backend at work on a matrix that need not be symmetric.
+pub(crate) enum General {
+    Dense(Dense<f64>),
+    Extended(Dense<DoubleDouble>),
+    #[cfg(feature = "faer")]
+    Faer(Box<faer::Lu>),
+    #[cfg(feature = "umfpack")]
+    Umfpack(Box<umfpack::General>),
+}
+
+impl General {
+    /// Prepares for matrices with the pattern of `a`, which has at least one row.
+    pub(crate) fn new(backend: &Backend, a: &GeneralMatrix) -> Result<Self, SolveError> {
+        Ok(match backend {
+            Backend::Dense(o) if o.precision == Precision::Extended => {
+                Self::Extended(Dense::general(a)?)
+            }
+            Backend::Dense(_) => Self::Dense(Dense::general(a)?),
+            #[cfg(feature = "faer")]
+            Backend::Faer(_) => Self::Faer(Box::new(faer::Lu::general(a)?)),
+            #[cfg(feature = "umfpack")]
+            Backend::Umfpack(o) => Self::Umfpack(Box::new(umfpack::General::new(*o, a)?)),
+            other => {
+                return Err(SolveError::NotSymmetric {
+                    backend: other.name(),
+                });
+            }
+        })
+    }
+
+    pub(crate) fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
+        match self {
+            Self::Dense(work) => work.factorize_general(a),
+            Self::Extended(work) => work.factorize_general(a),
+            #[cfg(feature = "faer")]
+            Self::Faer(work) => work
+                .factorize(a.values(), |column| column)
+                .map(|()| FactorReport::default()),
+            #[cfg(feature = "umfpack")]
+            Self::Umfpack(work) => work.factorize(a.values()),
+        }
+    }
+
+    pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        match self {
+            Self::Dense(work) => work.substitute(b, x),
+            Self::Extended(work) => work.substitute(b, x),
+            #[cfg(feature = "faer")]
+            Self::Faer(work) => {
+                x.copy_from_slice(b);
+                work.solve(x);
+            }
+            #[cfg(feature = "umfpack")]
+            Self::Umfpack(work) => work.solve(b, x)?,
+        }
+        Ok(())
+    }
+}
 
 /// Which phases are behind a backend, and for which pattern.
 #[derive(Debug, Default)]

@@ -48,13 +48,18 @@ pub enum SolveError {
         /// Block row.
         block: usize,
     },
+    /// The matrix is not symmetric, and the backend is for symmetric matrices.
+    NotSymmetric {
+        /// Name of the backend.
+        backend: &'static str,
+    },
     /// The system is larger than the backend can hold.
     TooLarge {
         /// Rows (or stored entries) of the system.
         size: usize,
         /// The backend's limit.
         limit: usize,
-        /// What is limited: `"rows"`, `"entries"`.
+        /// What is limited: `"rows"`, `"entries"`, `"entries in its factor"`, `"operations in its factorisation"`.
         what: &'static str,
     },
     /// An option's value is out of its range.
@@ -114,7 +119,15 @@ impl fmt::Display for SolveError {
             Self::NotPositiveDefinite { block } => {
                 write!(
                     f,
-                    "the matrix is not positive definite at block {block}: choose a backend for indefinite systems"
+                    "the matrix is not positive definite at block {block}: choose a backend for indefinite systems \
+                     (umfpack, faer:lu, dense; banded and faer:ldlt where it is quasi-definite)"
+                )
+            }
+            Self::NotSymmetric { backend } => {
+                write!(
+                    f,
+                    "backend `{backend}` is for symmetric matrices and this one is not: choose one of \
+                     umfpack, faer:lu, dense"
                 )
             }
             Self::TooLarge { size, limit, what } => {

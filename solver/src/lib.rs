@@ -25,6 +25,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
+//! | `general` | square matrices that are not symmetric, and who solves them |
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
@@ -46,6 +47,7 @@ mod block_ldlt;
 mod chain;
 mod double_double;
 mod error;
+mod general;
 mod kernels;
 mod matrix;
 mod ordering;
@@ -53,7 +55,9 @@ mod pattern;
 mod reference;
 mod refine;
 
-pub use accuracy::{BackwardError, backward_error, forward_error, norm_inf, residual};
+pub use accuracy::{
+    BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
+};
 pub use backend::{
     Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
     ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
@@ -61,8 +65,9 @@ pub use backend::{
 pub use batch::{BatchBanded, BatchError, BatchMatrix, batch_index, batch_len};
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
+pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
-pub use ordering::{EliminationCost, elimination_cost, minimum_degree};
+pub use ordering::{EliminationCost, elimination_cost, minimum_degree, minimum_degree_within};
 pub use pattern::BlockPattern;
 pub use reference::reference_solution;
 pub use refine::{RefineScratch, refine};

@@ -147,12 +147,22 @@ fn triangle_flops(n: u64) -> u64 {
 /// those of the blocks of the factor times the largest number of neighbours. Allocates.
 #[must_use]
 pub fn minimum_degree(pattern: &BlockPattern) -> Vec<usize> {
+    minimum_degree_within(pattern, u64::MAX).unwrap_or_default()
+}
+
+/// [`minimum_degree`], or `None` where finding it takes more than about `most` operations: for patterns of which nothing
+/// is known. Allocates.
+#[must_use]
+pub fn minimum_degree_within(pattern: &BlockPattern, most: u64) -> Option<Vec<usize>> {
     let mut graph = EliminationGraph::new(pattern);
     // Last in, first out: the lowest at first, then what the last elimination has touched.
     let mut candidates: Vec<usize> = (0..pattern.blocks()).rev().collect();
     while let Some(block) = candidates.pop() {
         if !graph.eliminated[block] && graph.is_simplicial(block) {
             candidates.extend(graph.eliminate(block, true).iter().rev());
+        }
+        if graph.work > most {
+            return None;
         }
     }
     let degrees = (0..pattern.blocks()).filter(|&b| !graph.eliminated[b]);
@@ -166,8 +176,11 @@ pub fn minimum_degree(pattern: &BlockPattern) -> Vec<usize> {
             last[touched] = graph.degree(touched);
             queue.push(Reverse((last[touched], touched)));
         }
+        if graph.work > most {
+            return None;
+        }
     }
-    graph.order
+    Some(graph.order)
 }
 
 /// What is left of the graph of a matrix when blocks are eliminated one after the other.
@@ -184,6 +197,8 @@ struct EliminationGraph<'a> {
     stamp: usize,
     /// Room for a union.
     union: Vec<usize>,
+    /// Neighbours read so far.
+    work: u64,
 }
 
 impl<'a> EliminationGraph<'a> {
@@ -199,6 +214,7 @@ impl<'a> EliminationGraph<'a> {
             mark: vec![0; blocks],
             stamp: 0,
             union: Vec::new(),
+            work: 0,
         }
     }
 
@@ -246,6 +262,7 @@ impl<'a> EliminationGraph<'a> {
             .left(block)
             .partition(|&b| self.count[b] <= degree && self.left(b).all(marked));
         let gone = 1 + with.len();
+        self.work += degree as u64;
         for b in std::iter::once(block).chain(with) {
             self.eliminated[b] = true;
             self.neighbours[b] = Vec::new();
@@ -261,6 +278,7 @@ impl<'a> EliminationGraph<'a> {
             }
             let mut union = std::mem::take(&mut self.union);
             merge(self.left(b), &rest, b, &mut union);
+            self.work += (self.neighbours[b].len() + rest.len()) as u64;
             self.neighbours[b].clone_from(&union);
             self.count[b] = union.len();
             self.union = union;

@@ -4,6 +4,8 @@
 mod checks;
 /// The gantry, driven by tables of inputs.
 mod driven;
+/// `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
+mod matrix;
 /// Bad input: one line that says what to do, and code 2.
 mod refusals;
 /// `taut run`, `taut scene`, and what all commands share.

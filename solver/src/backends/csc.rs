@@ -1,9 +1,9 @@
-//! Scalar compressed-column copies of a block matrix, for the libraries that want them, and what those libraries leave
+//! Scalar compressed-column copies of a matrix, for the libraries that want them, and what those libraries leave
 //! open: whether a pivot is noise, and which block is to blame.
 
 use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
 use crate::kernels::Scalar;
-use crate::{BlockPattern, SolveError, SymBlockMatrix};
+use crate::{BlockPattern, GeneralMatrix, SolveError, SymBlockMatrix};
 
 /// Which entries of the symmetric matrix are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub(crate) struct Csc<I> {
     pub(crate) row: Vec<I>,
     /// Value of each entry, as of the last [`gather`](Self::gather).
     pub(crate) values: Vec<f64>,
-    /// Index of each entry's value in [`SymBlockMatrix::values`].
+    /// Index of each entry's value in the values that [`gather`](Self::gather) is given.
     source: Vec<usize>,
 }
 
@@ -52,12 +52,7 @@ impl<I: TryFrom<usize> + Copy> Csc<I> {
             }
         }
         let entries: usize = columns.iter().map(Vec::len).sum();
-        let too_large = |_| SolveError::TooLarge {
-            size: entries.max(n),
-            limit: i32::MAX as usize,
-            what: "entries",
-        };
-        let index = |i: usize| I::try_from(i).map_err(|_| ()).map_err(too_large);
+        let index = |i: usize| index(i, entries.max(n));
         index(entries.max(n))?;
         let mut csc = Self {
             column_start: Vec::with_capacity(n + 1),
@@ -77,13 +72,41 @@ impl<I: TryFrom<usize> + Copy> Csc<I> {
         Ok(csc)
     }
 
-    /// Copies the matrix's values in. Allocates nothing.
-    pub(crate) fn gather(&mut self, a: &SymBlockMatrix) {
-        let from = a.values();
+    /// Lists the entries of a general matrix. Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`] where the index type is too small.
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    pub(crate) fn of_general(a: &GeneralMatrix) -> Result<Self, SolveError> {
+        let entries = a.values().len();
+        let index = |i: &usize| index(*i, entries.max(a.dim()));
+        Ok(Self {
+            column_start: a
+                .column_start()
+                .iter()
+                .map(index)
+                .collect::<Result<_, _>>()?,
+            row: a.rows().iter().map(index).collect::<Result<_, _>>()?,
+            values: vec![0.0; entries],
+            source: (0..entries).collect(),
+        })
+    }
+
+    /// Copies the matrix's values in, all that it stores. Allocates nothing.
+    pub(crate) fn gather(&mut self, from: &[f64]) {
         for (value, &source) in self.values.iter_mut().zip(&self.source) {
             *value = from[source];
         }
     }
+}
+
+/// A number as an index, `largest` of which is in use.
+fn index<I: TryFrom<usize>>(i: usize, largest: usize) -> Result<I, SolveError> {
+    I::try_from(i).map_err(|_| SolveError::TooLarge {
+        size: largest,
+        limit: i32::MAX as usize,
+        what: "entries",
+    })
 }
 
 /// Judges the pivots of a symmetric factorisation in the order of the pattern: `pivot(r)` for each scalar row. The
@@ -138,7 +161,7 @@ mod tests {
         }
         for (triangle, entries) in [(Triangle::Upper, 18), (Triangle::Full, 30)] {
             let mut csc = Csc::<u32>::new(&p, triangle).unwrap();
-            csc.gather(&a);
+            csc.gather(a.values());
             assert_eq!(csc.row.len(), entries);
             for c in 0..6 {
                 let range = csc.column_start[c] as usize..csc.column_start[c + 1] as usize;

@@ -6,7 +6,7 @@ use super::{Phases, check_solution};
 use crate::backend::{DenseOptions, Precision};
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
-use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, LinearSolver};
+use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, LinearSolver};
 use crate::{SolveError, SolveReport, SymBlockMatrix};
 use std::sync::Arc;
 
@@ -23,7 +23,7 @@ pub(crate) fn create(options: DenseOptions) -> Box<dyn LinearSolver> {
 
 /// The `dense` backend.
 #[derive(Debug, Default)]
-struct Dense<T> {
+pub(crate) struct Dense<T> {
     phases: Phases,
     /// L (unit, below the diagonal) and U, row-major, rows in pivot order.
     lu: Vec<T>,
@@ -34,9 +34,48 @@ struct Dense<T> {
     scale: Vec<f64>,
 }
 
-impl<T: Scalar> Dense<T> {
+impl<T: Scalar + Default> Dense<T> {
+    /// Makes room for `n` rows.
+    fn allocate(&mut self, n: usize) -> Result<(), SolveError> {
+        if n > LIMIT {
+            return Err(SolveError::TooLarge {
+                size: n,
+                limit: LIMIT,
+                what: "rows",
+            });
+        }
+        self.lu = vec![T::default(); n * n];
+        self.pivot = (0..n).collect();
+        self.work = vec![T::default(); n];
+        self.scale = vec![0.0; n];
+        Ok(())
+    }
+
+    /// Room for a matrix that need not be symmetric.
+    pub(crate) fn general(a: &GeneralMatrix) -> Result<Self, SolveError> {
+        let mut dense = Self::default();
+        dense.allocate(a.dim())?;
+        Ok(dense)
+    }
+
+    /// LU of a matrix that need not be symmetric.
+    pub(crate) fn factorize_general(
+        &mut self,
+        a: &GeneralMatrix,
+    ) -> Result<FactorReport, SolveError> {
+        let n = a.dim();
+        self.lu.fill(T::default());
+        a.for_each(|r, c, value| self.lu[r * n + c] = value.into());
+        let singular = |column| SolveError::Singular { block: column };
+        self.eliminate(n).map_err(singular)?;
+        Ok(FactorReport::default())
+    }
+
     /// LU of the matrix in `lu`; the column that depends on those before it, to rounding, as an error.
     fn eliminate(&mut self, n: usize) -> Result<(), usize> {
+        for (i, p) in self.pivot.iter_mut().enumerate() {
+            *p = i;
+        }
         // A pivot is noise if it is at roundoff of the largest number that its column ever held.
         for c in 0..n {
             self.scale[c] = column_max(&self.lu, n, 0, c);
@@ -77,65 +116,10 @@ impl<T: Scalar> Dense<T> {
         }
         Ok(())
     }
-}
 
-fn column_max<T: Scalar>(a: &[T], n: usize, from: usize, c: usize) -> f64 {
-    (from..n)
-        .map(|r| a[r * n + c].to_f64().abs())
-        .fold(0.0, f64::max)
-}
-
-impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
-    fn name(&self) -> &'static str {
-        "dense"
-    }
-
-    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-        let n = pattern.dim();
-        if n > LIMIT {
-            return Err(SolveError::TooLarge {
-                size: n,
-                limit: LIMIT,
-                what: "rows",
-            });
-        }
-        self.lu = vec![T::default(); n * n];
-        self.pivot = (0..n).collect();
-        self.work = vec![T::default(); n];
-        self.scale = vec![0.0; n];
-        self.phases.analyzed(pattern);
-        Ok(AnalyzeReport {
-            factor_entries: Some(n * n),
-        })
-    }
-
-    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        self.phases.begin_factorize(a)?;
-        let n = a.dim();
-        self.lu.fill(T::default());
-        a.for_each_lower(|r, c, value| {
-            self.lu[r * n + c] = value.into();
-            self.lu[c * n + r] = value.into();
-        });
-        for (i, p) in self.pivot.iter_mut().enumerate() {
-            *p = i;
-        }
-        let singular = |column| SolveError::Singular {
-            block: a.pattern().block_of_row(column),
-        };
-        self.eliminate(n).map_err(singular)?;
-        self.phases.factorized();
-        Ok(FactorReport::default())
-    }
-
-    fn solve(
-        &mut self,
-        a: &SymBlockMatrix,
-        b: &[f64],
-        x: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        self.phases.begin_solve(a, b, x)?;
-        let n = a.dim();
+    /// x = U⁻¹ L⁻¹ P b.
+    pub(crate) fn substitute(&mut self, b: &[f64], x: &mut [f64]) {
+        let n = b.len();
         let y = &mut self.work;
         for k in 0..n {
             let row = &self.lu[k * n..k * n + k];
@@ -155,6 +139,53 @@ impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
         for (x, y) in x.iter_mut().zip(y) {
             *x = y.to_f64();
         }
+    }
+}
+
+fn column_max<T: Scalar>(a: &[T], n: usize, from: usize, c: usize) -> f64 {
+    (from..n)
+        .map(|r| a[r * n + c].to_f64().abs())
+        .fold(0.0, f64::max)
+}
+
+impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
+    fn name(&self) -> &'static str {
+        "dense"
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        let n = pattern.dim();
+        self.allocate(n)?;
+        self.phases.analyzed(pattern);
+        Ok(AnalyzeReport {
+            factor_entries: Some(n * n),
+        })
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.phases.begin_factorize(a)?;
+        let n = a.dim();
+        self.lu.fill(T::default());
+        a.for_each_lower(|r, c, value| {
+            self.lu[r * n + c] = value.into();
+            self.lu[c * n + r] = value.into();
+        });
+        let singular = |column| SolveError::Singular {
+            block: a.pattern().block_of_row(column),
+        };
+        self.eliminate(n).map_err(singular)?;
+        self.phases.factorized();
+        Ok(FactorReport::default())
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
+        self.substitute(b, x);
         check_solution(a, x)?;
         Ok(SolveReport::DIRECT)
     }

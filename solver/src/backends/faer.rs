@@ -14,7 +14,8 @@ use super::{Phases, check_solution};
 use crate::block_ldlt::{NOISE, Pivots};
 use crate::kernels::Scalar;
 use crate::{
-    AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, LinearSolver,
+    AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, GeneralMatrix,
+    LinearSolver,
 };
 use crate::{SolveError, SolveReport, SymBlockMatrix};
 use ::faer::dyn_stack::{MemBuffer, MemStack, StackReq};
@@ -69,7 +70,9 @@ impl LinearSolver for Faer {
             _ if pattern.dim() == 0 => None,
             FaerFactorization::Llt => Some(Work::Cholesky(Cholesky::new(pattern, true)?)),
             FaerFactorization::Ldlt => Some(Work::Cholesky(Cholesky::new(pattern, false)?)),
-            FaerFactorization::Lu => Some(Work::Lu(Lu::new(pattern)?)),
+            FaerFactorization::Lu => {
+                Some(Work::Lu(Lu::new(Matrix::new(pattern, Triangle::Full)?)?))
+            }
         };
         self.phases.analyzed(pattern);
         let factor_entries = match &self.work {
@@ -85,7 +88,7 @@ impl LinearSolver for Faer {
         match &mut self.work {
             None => {}
             Some(Work::Cholesky(work)) => work.factorize(a)?,
-            Some(Work::Lu(work)) => work.factorize(a)?,
+            Some(Work::Lu(work)) => work.factorize(a.values(), |r| a.pattern().block_of_row(r))?,
         }
         self.phases.factorized();
         Ok(FactorReport::default())
@@ -118,13 +121,17 @@ struct Matrix {
 
 impl Matrix {
     fn new(p: &BlockPattern, triangle: Triangle) -> Result<Self, SolveError> {
-        let mut csc = Csc::new(p, triangle)?;
+        Self::of(Csc::new(p, triangle)?)
+    }
+
+    fn of(mut csc: Csc<usize>) -> Result<Self, SolveError> {
+        let n = csc.column_start.len() - 1;
         let (start, row) = (
             std::mem::take(&mut csc.column_start),
             std::mem::take(&mut csc.row),
         );
         Ok(Self {
-            pattern: SymbolicSparseColMat::new_checked(p.dim(), p.dim(), start, None, row),
+            pattern: SymbolicSparseColMat::new_checked(n, n, start, None, row),
             csc,
         })
     }
@@ -179,7 +186,7 @@ impl Cholesky {
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        self.matrix.csc.gather(a);
+        self.matrix.csc.gather(a.values());
         if let Err(row) = self.eliminate() {
             let block = a.pattern().block_of_row(row);
             return Err(if self.llt {
@@ -280,7 +287,7 @@ fn diagonal(symbolic: &SymbolicCholesky<usize>) -> Vec<usize> {
 
 /// P A Q = L U, entry by entry: what faer itself chooses for all patterns but nearly full ones. Its panel code hides the
 /// pivots, and could not tell a singular matrix.
-struct Lu {
+pub(crate) struct Lu {
     matrix: Matrix,
     /// Order of the columns.
     columns: Perm<usize>,
@@ -291,9 +298,8 @@ struct Lu {
 }
 
 impl Lu {
-    fn new(p: &BlockPattern) -> Result<Self, SolveError> {
-        let matrix = Matrix::new(p, Triangle::Full)?;
-        let (n, entries) = (p.dim(), matrix.csc.values.len());
+    fn new(matrix: Matrix) -> Result<Self, SolveError> {
+        let (n, entries) = (matrix.pattern.ncols(), matrix.csc.values.len());
         let (mut order, mut inverse) = (vec![0; n], vec![0; n]);
         let mut work = memory(colamd::order_scratch::<usize>(n, n, entries))?;
         let stack = MemStack::new(&mut work);
@@ -323,15 +329,25 @@ impl Lu {
         })
     }
 
-    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        self.matrix.csc.gather(a);
+    /// For a matrix that need not be symmetric, with at least one row.
+    pub(crate) fn general(a: &GeneralMatrix) -> Result<Self, SolveError> {
+        Self::new(Matrix::of(Csc::of_general(a)?)?)
+    }
+
+    /// Factorises the values; errors name the block of a scalar column.
+    pub(crate) fn factorize(
+        &mut self,
+        values: &[f64],
+        block_of: impl Fn(usize) -> usize,
+    ) -> Result<(), SolveError> {
+        self.matrix.csc.gather(values);
         let [order, inverse] = &mut self.rows;
         let (matrix, columns, stack) = (
             self.matrix.view(),
             self.columns.as_ref(),
             MemStack::new(&mut self.memory),
         );
-        let block = |column: usize| a.pattern().block_of_row(columns.arrays().0[column]);
+        let block = |column: usize| block_of(columns.arrays().0[column]);
         simplicial::factorize_simplicial_numeric_lu(
             order,
             inverse,
@@ -371,7 +387,8 @@ impl Lu {
         Ok(())
     }
 
-    fn solve(&mut self, x: &mut [f64]) {
+    /// x ← A⁻¹ x.
+    pub(crate) fn solve(&mut self, x: &mut [f64]) {
         let n = x.len();
         let rows = PermRef::new_checked(&self.rows[0], &self.rows[1], n);
         let (x, stack) = (
@@ -482,7 +499,7 @@ mod tests {
                     }
                     a.block_mut(pattern.column(block).start)[entry] *= if llt { -1.0 } else { 0.0 };
                     let mut cholesky = Cholesky::new(&pattern, llt).unwrap();
-                    cholesky.matrix.csc.gather(&a);
+                    cholesky.matrix.csc.gather(a.values());
                     assert_eq!(cholesky.eliminate(), Err(row), "{llt} {pattern:?}");
                 }
             }

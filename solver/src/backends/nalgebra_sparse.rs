@@ -95,7 +95,7 @@ impl Work {
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        self.csc.gather(a);
+        self.csc.gather(a.values());
         // The library does not tell which pivot it refuses. What it leaves half done then is overwritten the next time:
         // the first entry of each row of L is one of A.
         let refused = self.factor.refactor(&self.csc.values);

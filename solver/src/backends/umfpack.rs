@@ -10,7 +10,7 @@
 use super::csc::{Csc, Triangle, diagnose};
 use super::{Phases, check_solution};
 use crate::block_ldlt::Pivots;
-use crate::{AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError};
+use crate::{AnalyzeReport, BlockPattern, FactorReport, GeneralMatrix, LinearSolver, SolveError};
 use crate::{SolveReport, SymBlockMatrix, UmfpackOptions};
 use std::sync::Arc;
 use taut_umfpack::{Error, FactorInfo, Numeric, Options, Symbolic};
@@ -51,15 +51,7 @@ impl LinearSolver for Umfpack {
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.work = match pattern.dim() {
             0 => None,
-            _ => Some(Work {
-                options: Options {
-                    refinement_steps: self.options.refinement_steps,
-                    ..Options::default()
-                },
-                csc: Csc::new(pattern, Triangle::Full)?,
-                symbolic: None,
-                numeric: None,
-            }),
+            _ => Some(Work::new(self.options, Csc::new(pattern, Triangle::Full)?)),
         };
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport::default())
@@ -69,8 +61,7 @@ impl LinearSolver for Umfpack {
         self.phases.begin_factorize(a)?;
         let mut report = FactorReport::default();
         if let Some(work) = &mut self.work {
-            work.csc.gather(a);
-            let info = work.factorize().map_err(|e| named(&e, a))?;
+            let info = work.factorize(a.values()).map_err(|e| named(&e, a))?;
             // UMFPACK refuses exact zeros only. Of a matrix that is singular to rounding its estimate is at roundoff, and
             // also where rows are scaled beyond all measure: a second opinion tells which (and allocates, in this case).
             if info.rcond < f64::EPSILON
@@ -92,16 +83,7 @@ impl LinearSolver for Umfpack {
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         if let Some(work) = &mut self.work {
-            let Csc {
-                column_start,
-                row,
-                values,
-                ..
-            } = &work.csc;
-            let numeric = work.numeric.as_mut().ok_or(Error::InvalidNumericObject);
-            numeric
-                .and_then(|numeric| numeric.solve(column_start, row, values, b, x))
-                .map_err(|e| named(&e, a))?;
+            work.solve(b, x).map_err(|e| named(&e, a))?;
         }
         check_solution(a, x)?;
         Ok(SolveReport::DIRECT)
@@ -109,7 +91,20 @@ impl LinearSolver for Umfpack {
 }
 
 impl Work {
-    fn factorize(&mut self) -> Result<FactorInfo, Error> {
+    fn new(options: UmfpackOptions, csc: Csc<i32>) -> Self {
+        Self {
+            options: Options {
+                refinement_steps: options.refinement_steps,
+                ..Options::default()
+            },
+            csc,
+            symbolic: None,
+            numeric: None,
+        }
+    }
+
+    fn factorize(&mut self, values: &[f64]) -> Result<FactorInfo, Error> {
+        self.csc.gather(values);
         let Csc {
             column_start,
             row,
@@ -136,6 +131,47 @@ impl Work {
         };
         self.symbolic = Some(symbolic);
         Ok(info)
+    }
+
+    fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), Error> {
+        let Csc {
+            column_start,
+            row,
+            values,
+            ..
+        } = &self.csc;
+        let numeric = self.numeric.as_mut().ok_or(Error::InvalidNumericObject)?;
+        numeric.solve(column_start, row, values, b, x).map(|_| ())
+    }
+}
+
+/// UMFPACK on a matrix that need not be symmetric. It refuses exact zeros only: its estimate of the condition, which the
+/// report holds, tells whether a solution may be noise.
+#[derive(Debug)]
+pub(crate) struct General(Work);
+
+impl General {
+    /// For a matrix with at least one row.
+    pub(crate) fn new(options: UmfpackOptions, a: &GeneralMatrix) -> Result<Self, SolveError> {
+        Ok(Self(Work::new(options, Csc::of_general(a)?)))
+    }
+
+    pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<FactorReport, SolveError> {
+        let info = self.0.factorize(values).map_err(|e| library(&e))?;
+        Ok(FactorReport {
+            reciprocal_condition: Some(info.rcond),
+        })
+    }
+
+    pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        self.0.solve(b, x).map_err(|e| library(&e))
+    }
+}
+
+fn library(e: &Error) -> SolveError {
+    SolveError::Library {
+        library: "UMFPACK",
+        message: e.to_string(),
     }
 }
 
@@ -166,10 +202,7 @@ fn named(e: &Error, a: &SymBlockMatrix) -> SolveError {
         }),
         _ => None,
     };
-    found.unwrap_or_else(|| SolveError::Library {
-        library: "UMFPACK",
-        message: e.to_string(),
-    })
+    found.unwrap_or_else(|| library(e))
 }
 
 #[cfg(test)]

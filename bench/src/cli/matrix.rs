@@ -1,0 +1,286 @@
+//! `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
+
+use super::sweeps::sorted;
+use crate::{BenchArgs, Failure, StepArgs, deliver, overrides, progress, step_options};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+use taut_bench::machine::Machine;
+use taut_bench::matrix::dump::{self, Label};
+use taut_bench::matrix::solve::{self, Config, Results};
+use taut_bench::matrix::{System, suite};
+use taut_bench::{output, run, table};
+use taut_integrator::Stepper;
+use taut_solver::Backend;
+
+/// Most steps before a dump.
+const MOST_STEPS: u64 = 10_000_000;
+
+#[derive(Debug, Args)]
+pub(crate) struct DumpArgs {
+    /// Name of a scene, or a TOML file
+    scene: String,
+    /// Overrides a parameter of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    #[command(flatten)]
+    step: StepArgs,
+    /// What the operator does: a CSV file as for `taut run`
+    #[arg(long, value_name = "FILE.csv")]
+    controls: Option<PathBuf>,
+    /// Steps made before the one whose system is written: 0 for the first
+    #[arg(long = "step", value_name = "K")]
+    at: u64,
+    /// Folder of the files
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Name of the matrix (default: scene and step)
+    #[arg(long, value_name = "NAME")]
+    name: Option<String>,
+    /// Compresses the files
+    #[arg(long)]
+    gzip: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct SolveArgs {
+    /// The matrix: Matrix Market, plain or compressed
+    #[arg(value_name = "A.mtx")]
+    matrix: PathBuf,
+    /// Right-hand side (default: `A_b.mtx` beside the matrix, else A·1)
+    #[arg(value_name = "b.mtx")]
+    b: Option<PathBuf>,
+    /// Solution to compare with (default: `A_x.mtx` beside `A_b.mtx`, else one refined in 32 digits)
+    #[arg(value_name = "x.mtx")]
+    x: Option<PathBuf>,
+    /// Backends with options after colons (default: all that accept the matrix)
+    #[arg(
+        long = "backend",
+        visible_alias = "backends",
+        value_delimiter = ',',
+        value_name = "B"
+    )]
+    backends: Vec<String>,
+    /// Writes the rows to a file as well (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MatricesArgs {
+    /// Folder of the files
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// The small systems only
+    #[arg(long)]
+    quick: bool,
+    /// Compresses the files
+    #[arg(long)]
+    gzip: bool,
+    /// Writes the index to a file as JSON as well (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+/// What the columns of `taut solve` are.
+const SOLVE_LEGEND: &str = "\
+times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
+error: relative error of x in the largest norm";
+
+/// What the columns of `taut bench --matrix` are.
+const BENCH_LEGEND: &str = "\
+factor+solve: what a step pays, and its ratio to the fastest that did not run out of iterations; ns/block: the same for
+each block row; compon.: componentwise backward error; error: relative error of x in the largest norm; times are minima
+of repeats";
+
+/// Writes the system of a step.
+pub(crate) fn dump(args: &DumpArgs) -> Result<(), Failure> {
+    let mut prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    if let Some(path) = &args.controls {
+        prepared = prepared.driven_by(path)?;
+    }
+    if args.at > MOST_STEPS {
+        return Err(Failure::Input(format!(
+            "`--step` is {}: at most {MOST_STEPS}",
+            args.at
+        )));
+    }
+    let name = match &args.name {
+        Some(name) if name.is_empty() || name.contains(['/', '\\']) => {
+            return Err(Failure::Input(format!(
+                "`--name {name}` is no name of a file in `--out`"
+            )));
+        }
+        Some(name) => name.clone(),
+        None => {
+            let stem = Path::new(&args.scene).file_stem().unwrap_or_default();
+            format!("{}_{}", stem.to_string_lossy(), args.at)
+        }
+    };
+    let options = step_options(&args.step)?;
+    let label = Label {
+        name,
+        comments: comments(args, &prepared.scene),
+    };
+    let mut stepper = Stepper::new(prepared.scene, options)?;
+    let bar = progress(args.at).with_message("dump");
+    for _ in 0..args.at {
+        prepared.inputs.apply(&mut stepper)?;
+        let stepped = stepper.step();
+        stepped.map_err(|e| Failure::Unstable(e.to_string()))?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    prepared.inputs.apply(&mut stepper)?;
+    for system in dump::systems(&mut stepper)? {
+        if let Err(e) = &system.x {
+            let form = system.form;
+            eprintln!("taut: no exact solution of the {form} form is written: {e}");
+        }
+        for path in dump::write(&system, &label, &args.out, args.gzip)? {
+            output::print(&format!("{}\n", path.display()))?;
+        }
+    }
+    Ok(())
+}
+
+/// Scene, step, masses and options, as comments.
+fn comments(args: &DumpArgs, scene: &taut_model::Scene) -> Vec<String> {
+    let bodies = &scene.bodies;
+    let masses = || scene.dynamic_bodies().map(|i| bodies.mass[i]);
+    let (least, most) = (
+        masses().fold(f64::INFINITY, f64::min),
+        masses().fold(0.0, f64::max),
+    );
+    let set = args.overrides.join(" ");
+    vec![
+        format!("scene {} {set}", args.scene).trim_end().to_owned(),
+        format!("step {}: made before the one whose system this is", args.at),
+        format!(
+            "time step {:e} s, scheme {}, {} sub-steps",
+            args.step.dt, args.step.scheme, args.step.substeps
+        ),
+        format!("mass ratio {:e}: heaviest over lightest body", most / least),
+    ]
+}
+
+fn parse(names: &[String]) -> Result<Vec<Backend>, Failure> {
+    names
+        .iter()
+        .map(|name| {
+            if name.contains('/') {
+                let message = format!("`{name}`: a matrix has its form, drop what follows the `/`");
+                return Err(Failure::Input(message));
+            }
+            let backend: Backend = name.parse()?;
+            backend.create()?;
+            Ok(backend)
+        })
+        .collect()
+}
+
+/// Runs backends on a system. Bad input where none of those asked for has a row.
+fn measured(system: &System, config: &Config) -> Result<Results, Failure> {
+    let results = solve::run(system, config);
+    match results.omissions.first() {
+        Some(first) if results.records.is_empty() => Err(Failure::Input(format!(
+            "{}: no backend solves it. {}: {}",
+            system.name, first.backend, first.reason
+        ))),
+        _ => Ok(results),
+    }
+}
+
+fn config(names: &[String]) -> Result<Config, Failure> {
+    let defaults = Config::default();
+    Ok(Config {
+        backends: if names.is_empty() {
+            defaults.backends
+        } else {
+            parse(names)?
+        },
+        named: !names.is_empty(),
+        ..defaults
+    })
+}
+
+/// Solves one system with the backends asked for.
+pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
+    let system = System::read(&args.matrix, args.b.as_deref(), args.x.as_deref())?;
+    let results = measured(&system, &config(&args.backends)?)?;
+    if args.json.as_deref() != Some(Path::new("-")) {
+        let text = table::solved(&results);
+        output::print(&format!("{}\n{SOLVE_LEGEND}\n{text}", Machine::current()))?;
+    }
+    if let Some(path) = &args.json {
+        output::write_json(path, &results)?;
+    }
+    Ok(())
+}
+
+/// `taut bench --matrix`: speed against error on systems from files.
+pub(crate) fn bench(args: &BenchArgs) -> Result<(), Failure> {
+    let unread = [
+        ("--sweep", args.sweep.is_some()),
+        ("--scene", !args.scenes.is_empty()),
+        ("--segments", !args.segments.is_empty()),
+        ("--ratios", !args.ratios.is_empty()),
+        ("--dt", !args.dt.is_empty()),
+        ("--set", !args.overrides.is_empty()),
+        ("--time", args.time.is_some()),
+    ];
+    if let Some((option, _)) = unread.into_iter().find(|(_, given)| *given) {
+        return Err(Failure::Input(format!(
+            "`{option}` has no effect beside `--matrix`, which reads --backends, --iterations, --quick, --json"
+        )));
+    }
+    let ladder = if args.quick {
+        vec![10, 100]
+    } else {
+        vec![10, 100, 1000]
+    };
+    let config = Config {
+        iterations: sorted(&args.iterations, ladder),
+        budget: Duration::from_millis(if args.quick { 20 } else { 300 }),
+        ..config(&args.backends)?
+    };
+    if config.iterations.first() == Some(&0) {
+        return Err(Failure::Input(
+            "`--iterations` holds 0: each limit must be at least 1".to_owned(),
+        ));
+    }
+    // All are read before any is measured.
+    let read = |path: &PathBuf| System::read(path, None, None);
+    let systems: Vec<System> = args.matrices.iter().map(read).collect::<Result<_, _>>()?;
+    let bar = progress(systems.len() as u64).with_message("matrix");
+    let mut results = Vec::new();
+    for system in &systems {
+        results.push(measured(system, &config)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let tables: String = results.iter().map(table::compared).collect();
+    let text = format!("{}\n{BENCH_LEGEND}\n{tables}", Machine::current());
+    deliver(args.json.as_deref(), "matrix", &text, &results)
+}
+
+/// Writes the graded set.
+pub(crate) fn matrices(args: &MatricesArgs) -> Result<(), Failure> {
+    let bar = progress(0).with_message("matrices");
+    let entries = suite::generate(&suite::cases(args.quick), &args.out, args.gzip, &bar)?;
+    bar.finish_and_clear();
+    if args.json.as_deref() != Some(Path::new("-")) {
+        let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
+        output::print(&format!(
+            "{}\n{} systems, {:.1} MB, listed in {}\n",
+            table::suite(&entries),
+            entries.len(),
+            bytes as f64 / 1e6,
+            args.out.join("index.csv").display()
+        ))?;
+    }
+    if let Some(path) = &args.json {
+        output::write_json(path, &entries)?;
+    }
+    Ok(())
+}

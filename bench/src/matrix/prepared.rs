@@ -1,0 +1,140 @@
+//! One backend on one matrix, symmetric or not, in its phases.
+
+use super::Matrix;
+use super::order::{MOST, Ordered, keeps_order, ordered};
+use taut_solver::{
+    AnalyzeReport, Backend, FactorReport, GeneralMatrix, GeneralSolver, LinearSolver, SolveError,
+    SolveReport, Status, SymBlockMatrix,
+};
+
+/// A matrix with what the backends share: its order of elimination, or why there is none.
+pub struct Problem<'a> {
+    /// The matrix.
+    pub matrix: &'a Matrix,
+    /// For those that factorise in the order of the pattern; none for a general matrix.
+    pub ordered: Option<Result<Ordered, SolveError>>,
+}
+
+impl<'a> Problem<'a> {
+    /// Looks for a good order.
+    #[must_use]
+    pub fn new(matrix: &'a Matrix) -> Self {
+        let ordered = match matrix {
+            Matrix::Symmetric(a) => Some(ordered(a, MOST)),
+            Matrix::General(_) => None,
+        };
+        Self { matrix, ordered }
+    }
+
+    /// The matrix as a backend is given it, and the place of its rows in the original where that is another.
+    fn view(&self, backend: &Backend) -> Result<View<'_>, SolveError> {
+        match (self.matrix, &self.ordered) {
+            (Matrix::General(a), _) => Ok(View::General(a)),
+            (Matrix::Symmetric(_), Some(ordered)) if keeps_order(backend) => {
+                let ordered = ordered.as_ref().map_err(Clone::clone)?;
+                Ok(View::Symmetric(&ordered.matrix, ordered.rows.as_deref()))
+            }
+            (Matrix::Symmetric(a), _) => Ok(View::Symmetric(a, None)),
+        }
+    }
+
+    /// Analyses.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn analyze(&self, backend: &Backend) -> Result<Prepared<'_>, SolveError> {
+        let (work, report) = match self.view(backend)? {
+            View::General(a) => {
+                let solver = GeneralSolver::analyze(backend, a)?;
+                (Work::General(Box::new(solver), a), AnalyzeReport::default())
+            }
+            View::Symmetric(a, rows) => {
+                let mut solver = backend.create()?;
+                let report = solver.analyze(a.pattern())?;
+                let n = if rows.is_some() { a.dim() } else { 0 };
+                let work = Work::Symmetric {
+                    solver,
+                    a,
+                    rows,
+                    in_order: [vec![0.0; n], vec![0.0; n]],
+                };
+                (work, report)
+            }
+        };
+        Ok(Prepared { work, report })
+    }
+}
+
+enum View<'a> {
+    Symmetric(&'a SymBlockMatrix, Option<&'a [usize]>),
+    General(&'a GeneralMatrix),
+}
+
+/// A backend that has analysed a matrix.
+pub struct Prepared<'a> {
+    work: Work<'a>,
+    /// What the analysis found.
+    pub report: AnalyzeReport,
+}
+
+enum Work<'a> {
+    Symmetric {
+        solver: Box<dyn LinearSolver>,
+        a: &'a SymBlockMatrix,
+        /// Row of the original at each row, and b and x in this order.
+        rows: Option<&'a [usize]>,
+        in_order: [Vec<f64>; 2],
+    },
+    General(Box<GeneralSolver>, &'a GeneralMatrix),
+}
+
+impl Prepared<'_> {
+    /// Factorises.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn factorize(&mut self) -> Result<FactorReport, SolveError> {
+        match &mut self.work {
+            Work::Symmetric { solver, a, .. } => solver.factorize(a),
+            Work::General(solver, a) => solver.factorize(a),
+        }
+    }
+
+    /// Solves; `x` holds the guess when called.
+    ///
+    /// # Errors
+    /// [`SolveError`].
+    pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
+        match &mut self.work {
+            Work::General(solver, _) => {
+                solver.solve(b, x)?;
+                Ok(SolveReport {
+                    status: Status::Direct,
+                    iterations: 0,
+                    residual: f64::NAN,
+                })
+            }
+            Work::Symmetric {
+                solver,
+                a,
+                rows: None,
+                ..
+            } => solver.solve(a, b, x),
+            Work::Symmetric {
+                solver,
+                a,
+                rows: Some(rows),
+                in_order: [b_in_order, x_in_order],
+            } => {
+                for (at, &row) in rows.iter().enumerate() {
+                    (b_in_order[at], x_in_order[at]) = (b[row], x[row]);
+                }
+                let report = solver.solve(a, b_in_order, x_in_order)?;
+                for (&value, &row) in x_in_order.iter().zip(*rows) {
+                    x[row] = value;
+                }
+                Ok(report)
+            }
+        }
+    }
+}

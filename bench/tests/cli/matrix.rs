@@ -1,0 +1,305 @@
+use crate::{folder, good, json, refused, text};
+use serde_json::Value;
+use std::fs;
+use std::path::Path;
+
+fn rows(results: &Value) -> &[Value] {
+    results["records"].as_array().expect("records")
+}
+
+fn row<'a>(results: &'a Value, backend: &str) -> &'a Value {
+    let found = rows(results).iter().find(|r| r["backend"] == backend);
+    found.unwrap_or_else(|| panic!("{backend}: {results}"))
+}
+
+fn write(at: &Path, name: &str, content: &str) {
+    fs::write(at.join(name), content).expect("writable");
+}
+
+const UNSYMMETRIC: &str =
+    "%%MatrixMarket matrix coordinate real general\n3 3 5\n1 2 1\n2 1 4\n2 2 1\n3 3 2\n1 3 -1\n";
+
+#[test]
+fn a_dumped_step_is_solved_to_its_exact_solution() {
+    let at = folder("dump");
+    let files = good(
+        &at,
+        "dump hoist --set segments=6 --set mass_ratio=1e4 --step 3 --out systems --gzip",
+    );
+    let names: Vec<&str> = files.lines().collect();
+    assert_eq!(names.len(), 7, "{files}");
+    for (name, blocks) in [("hoist_3", 7), ("hoist_3_kkt", 14)] {
+        let results = json(&at, &format!("solve systems/{name}.mtx.gz --json -"));
+        let about = &results["about"];
+        assert_eq!(about["blocks"], blocks, "{about}");
+        assert!(
+            about["solution"]
+                .as_str()
+                .is_some_and(|x| x.contains("_x.mtx.gz")),
+            "{about}"
+        );
+        assert!(about["condition"].as_f64() > Some(1e3), "{about}");
+        let dense = row(&results, "dense:double");
+        assert!(dense["forward_error"].as_f64() < Some(1e-10), "{dense}");
+        assert!(
+            dense["backward_error_componentwise"].as_f64() < Some(1e-13),
+            "{dense}"
+        );
+        assert!(dense["factorize_ns"].as_f64() > Some(0.0), "{dense}");
+    }
+    // The same command again writes the same files.
+    let first = fs::read(at.join(names[0])).expect("written");
+    good(
+        &at,
+        "dump hoist --set segments=6 --set mass_ratio=1e4 --step 3 --out systems --gzip",
+    );
+    assert_eq!(fs::read(at.join(names[0])).expect("written"), first);
+    // Without compression the comments can be read by people.
+    good(
+        &at,
+        "dump hoist --set segments=6 --step 0 --out plain --name first --dt 0.01",
+    );
+    let told = fs::read_to_string(at.join("plain/first.mtx")).expect("written");
+    for words in [
+        "% scene hoist segments=6",
+        "% step 0",
+        "% time step 1e-2 s",
+        "mass ratio",
+        "form schur",
+        "% blocks 3 6",
+    ] {
+        assert!(told.contains(words), "{words}: {told}");
+    }
+    let kkt = fs::read_to_string(at.join("plain/first_kkt.mtx")).expect("written");
+    assert!(
+        kkt.contains("form kkt") && kkt.contains("% signs + -"),
+        "{kkt}"
+    );
+}
+
+#[test]
+fn matrices_that_are_not_symmetric_are_solved_by_those_that_can() {
+    let at = folder("unsymmetric");
+    write(&at, "a.mtx", UNSYMMETRIC);
+    let results = json(&at, "solve a.mtx --json -");
+    assert_eq!(results["about"]["symmetric"], false);
+    assert!(
+        results["about"]["solution"]
+            .as_str()
+            .is_some_and(|x| x.contains("1, exactly"))
+    );
+    for record in rows(&results) {
+        assert!(record["forward_error"].as_f64() < Some(1e-15), "{record}");
+    }
+    assert!(row(&results, "dense:double")["status"] == "direct");
+    let omitted = results["omissions"].as_array().expect("a list");
+    if cfg!(feature = "banded") {
+        let banded = omitted
+            .iter()
+            .find(|o| o["backend"] == "banded")
+            .expect("a reason");
+        assert!(
+            banded["reason"]
+                .as_str()
+                .is_some_and(|r| r.contains("umfpack, faer:lu, dense")),
+            "{banded}"
+        );
+        refused(
+            &at,
+            "solve a.mtx --backend banded",
+            &["a: ", "banded", "symmetric", "umfpack, faer:lu, dense"],
+        );
+    }
+    // b and x of its own.
+    write(
+        &at,
+        "b.mtx",
+        "%%MatrixMarket matrix array real general\n3 1\n1\n9\n2\n",
+    );
+    write(
+        &at,
+        "x.mtx",
+        "%%MatrixMarket matrix array real general\n3 1\n1.75\n2\n1\n",
+    );
+    let results = json(
+        &at,
+        "solve a.mtx b.mtx x.mtx --backend dense,dense:extended --json -",
+    );
+    for record in rows(&results) {
+        assert!(record["forward_error"].as_f64() < Some(1e-15), "{record}");
+    }
+    let table = good(&at, "solve a.mtx b.mtx x.mtx --backend dense");
+    assert!(table.contains("b: b.mtx; x: x.mtx"), "{table}");
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+}
+
+#[test]
+fn definite_backends_say_who_solves_what_is_not() {
+    let at = folder("indefinite");
+    write(
+        &at,
+        "a.mtx",
+        "%%MatrixMarket matrix coordinate real symmetric\n2 2 2\n1 1 1\n2 2 -1\n",
+    );
+    if cfg!(feature = "cg") {
+        refused(
+            &at,
+            "solve a.mtx --backend cg:none",
+            &["not positive definite", "umfpack", "dense"],
+        );
+    }
+    if cfg!(feature = "nalgebra-sparse") {
+        refused(
+            &at,
+            "solve a.mtx --backend nalgebra-sparse",
+            &["not positive definite", "umfpack", "dense"],
+        );
+    }
+    write(
+        &at,
+        "singular.mtx",
+        "%%MatrixMarket matrix coordinate real symmetric\n2 2 3\n1 1 1\n2 1 1\n2 2 1\n",
+    );
+    refused(&at, "solve singular.mtx --backend dense", &["singular"]);
+}
+
+#[test]
+fn the_benchmark_of_a_matrix_sorts_and_compares() {
+    let at = folder("bench_matrix");
+    good(&at, "dump hoist --set segments=4 --step 1 --out .");
+    write(&at, "a.mtx", UNSYMMETRIC);
+    let results = json(&at, "bench --matrix hoist_1.mtx,a.mtx --quick --json -");
+    let results = results.as_array().expect("a list");
+    assert_eq!(results.len(), 2);
+    for result in results {
+        let ratios = || rows(result).iter().filter(|r| r["status"] != "limit");
+        let ratios = ratios().map(|r| r["ratio"].as_f64().expect("a number"));
+        assert_eq!(ratios.fold(f64::INFINITY, f64::min), 1.0, "{result}");
+        for record in rows(result) {
+            for field in [
+                "analyze_ns",
+                "factorize_ns",
+                "solve_ns",
+                "ns_per_block_row",
+                "forward_error",
+            ] {
+                assert!(
+                    record[field]
+                        .as_f64()
+                        .is_some_and(|x| x.is_finite() && x >= 0.0),
+                    "{field}: {record}"
+                );
+            }
+        }
+    }
+    let table = good(&at, "bench --matrix hoist_1.mtx --quick --iterations 5");
+    assert!(
+        table.contains("ns/block") && table.contains("rows written to"),
+        "{table}"
+    );
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    refused(
+        &at,
+        "bench --matrix hoist_1.mtx --ratios 1",
+        &["--ratios", "no effect beside `--matrix`"],
+    );
+    refused(
+        &at,
+        "bench --matrix hoist_1.mtx --iterations 0",
+        &["--iterations", "at least 1"],
+    );
+}
+
+#[test]
+fn the_graded_set_is_written_with_its_index() {
+    let at = folder("matrices");
+    let entries = json(&at, "matrices --out set --quick --gzip --json -");
+    let entries = entries.as_array().expect("a list");
+    let index = fs::read_to_string(at.join("set/index.csv")).expect("written");
+    assert_eq!(index.lines().count(), entries.len() + 1);
+    assert!(index.starts_with(
+        "name,topology,size,state,mass_ratio,epsilon,form,dim,blocks,entries,condition"
+    ));
+    let bytes: u64 = entries.iter().filter_map(|e| e["bytes"].as_u64()).sum();
+    assert!(bytes < 10_000_000, "{bytes}");
+    let hard = entries
+        .iter()
+        .find(|e| e["name"] == "chain24_bent_r1e6_stiff")
+        .expect("in the set");
+    assert!(hard["condition"].as_f64() > Some(1e6), "{hard}");
+    let results = json(
+        &at,
+        "solve set/chain24_bent_r1e6_stiff.mtx.gz --backend dense --json -",
+    );
+    assert!(
+        row(&results, "dense:double")["forward_error"].as_f64() < Some(1e-2),
+        "{results}"
+    );
+}
+
+#[test]
+fn files_that_hold_no_system_are_refused_with_their_line() {
+    let at = folder("bad_matrices");
+    refused(&at, "solve none.mtx", &["none.mtx", "cannot be read"]);
+    for (name, content, words) in [
+        ("scene.mtx", "[hoist]\n", ["line 1", "%%MatrixMarket"]),
+        (
+            "lies.mtx",
+            "%%MatrixMarket matrix coordinate real general\n9 9 99999999999\n1 1 1\n",
+            ["line 4", "after 1"],
+        ),
+        (
+            "nan.mtx",
+            "%%MatrixMarket matrix coordinate real general\n1 1 1\n1 1 nan\n",
+            ["line 3", "finite"],
+        ),
+        (
+            "wide.mtx",
+            "%%MatrixMarket matrix coordinate real general\n1 2 1\n1 1 1\n",
+            ["1 × 2", "square"],
+        ),
+        (
+            "skew.mtx",
+            "%%MatrixMarket matrix coordinate real skew-symmetric\n1 1 1\n1 1 1\n",
+            ["line 1", "general"],
+        ),
+        (
+            "hollow.mtx",
+            "%%MatrixMarket matrix coordinate real general\n999999999999 999999999999 1\n1 1 1\n",
+            ["singular", "1 entries"],
+        ),
+    ] {
+        write(&at, name, content);
+        refused(
+            &at,
+            &format!("solve {name}"),
+            &[&[name][..], &words].concat(),
+        );
+    }
+    write(&at, "a.mtx", UNSYMMETRIC);
+    write(
+        &at,
+        "a_b.mtx",
+        "%%MatrixMarket matrix array real general\n2 1\n1\n9\n",
+    );
+    refused(&at, "solve a.mtx", &["a_b.mtx", "2 × 1", "3 rows"]);
+    fs::remove_file(at.join("a_b.mtx")).expect("there");
+    refused(&at, "solve a.mtx --backend superlu", &["superlu", "banded"]);
+    refused(&at, "solve a.mtx --backend dense/kkt", &["/kkt", "drop"]);
+    refused(&at, "dump hoist --step 1", &["--out"]);
+    refused(&at, "dump hoist --out x", &["--step"]);
+    refused(
+        &at,
+        "dump hoist --step 1 --out x --name a/b",
+        &["--name", "a/b"],
+    );
+    refused(
+        &at,
+        "dump hoist --step 1 --out x --dt 0",
+        &["--dt", "positive"],
+    );
+    refused(&at, "dump crane --step 1 --out x", &["crane", "hoist"]);
+    fs::write(at.join("file"), "in the way").expect("writable");
+    let output = crate::taut(&at, "dump hoist --set segments=2 --step 0 --out file/x");
+    assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
+}

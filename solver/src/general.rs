@@ -1,0 +1,360 @@
+//! Square matrices that need not be symmetric: by compressed columns, and the backends that solve them.
+//!
+//! The trait [`LinearSolver`](crate::LinearSolver) is for symmetric block matrices, which is what the step needs. Here
+//! is the small rest: LU with row exchanges by UMFPACK, faer and the dense solver, with the code that these have
+//! anyway. All other backends answer with [`SolveError::NotSymmetric`].
+//!
+//! ```
+//! use taut_solver::{Backend, GeneralMatrix, solve_general};
+//!
+//! let a = GeneralMatrix::from_entries(2, vec![(0, 0, 2.0), (0, 1, 1.0), (1, 1, 4.0)])?; // [2 1; 0 4]
+//! let x = solve_general(&"dense".parse::<Backend>()?, &a, &[4.0, 8.0])?;
+//! assert_eq!(x, [1.0, 2.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+use crate::backends::General;
+use crate::error::expect_len;
+use crate::{Backend, FactorReport, FaerFactorization, SolveError};
+
+/// A square sparse matrix by compressed columns, rows ascending in each column, no entry twice.
+#[derive(Debug, Clone, PartialEq)]
+pub struct GeneralMatrix {
+    /// First entry of each column, and the number of entries at the end; length `dim + 1`.
+    column_start: Vec<usize>,
+    row: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl GeneralMatrix {
+    /// The matrix of dimension `dim` with those entries (row, column, value), in any order; entries at the same place
+    /// are added in theirs. Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] where an index is not below `dim`.
+    pub fn from_entries(
+        dim: usize,
+        mut entries: Vec<(usize, usize, f64)>,
+    ) -> Result<Self, SolveError> {
+        if let Some(largest) = entries.iter().map(|&(r, c, _)| r.max(c)).max()
+            && largest >= dim
+        {
+            return Err(SolveError::Dimension {
+                what: "index of an entry",
+                expected: dim,
+                found: largest,
+            });
+        }
+        entries.sort_by_key(|&(r, c, _)| (c, r));
+        let mut a = Self {
+            column_start: vec![0; dim + 1],
+            row: Vec::with_capacity(entries.len()),
+            values: Vec::with_capacity(entries.len()),
+        };
+        let mut last = None;
+        for (r, c, value) in entries {
+            match a.values.last_mut() {
+                Some(sum) if last == Some((r, c)) => *sum += value,
+                _ => {
+                    a.row.push(r);
+                    a.values.push(value);
+                    a.column_start[c + 1] += 1;
+                    last = Some((r, c));
+                }
+            }
+        }
+        for c in 0..dim {
+            a.column_start[c + 1] += a.column_start[c];
+        }
+        Ok(a)
+    }
+
+    /// Dimension of the matrix.
+    #[must_use]
+    pub fn dim(&self) -> usize {
+        self.column_start.len() - 1
+    }
+
+    /// First entry of each column, and the number of entries at the end; length `dim + 1`.
+    #[must_use]
+    pub fn column_start(&self) -> &[usize] {
+        &self.column_start
+    }
+
+    /// Row of each entry.
+    #[must_use]
+    pub fn rows(&self) -> &[usize] {
+        &self.row
+    }
+
+    /// Value of each entry.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Calls `f(r, c, a_rc)` for each stored entry, columns in order.
+    pub fn for_each(&self, mut f: impl FnMut(usize, usize, f64)) {
+        for c in 0..self.dim() {
+            for e in self.column_start[c]..self.column_start[c + 1] {
+                f(self.row[e], c, self.values[e]);
+            }
+        }
+    }
+
+    /// Whether aᵢⱼ = aⱼᵢ for all entries, what is not stored being zero. Allocates.
+    #[must_use]
+    pub fn is_symmetric(&self) -> bool {
+        // Columns of the transpose come in the order of this matrix's columns, row by row.
+        let mut next = self.column_start.clone();
+        let mut symmetric = true;
+        self.for_each(|r, c, value| {
+            if value == 0.0 || !symmetric {
+                return;
+            }
+            let end = self.column_start[r + 1];
+            let at = &mut next[r];
+            while *at < end && (self.row[*at] < c || self.values[*at] == 0.0) {
+                symmetric &= self.row[*at] >= c || self.values[*at] == 0.0;
+                *at += 1;
+            }
+            symmetric &= *at < end && self.row[*at] == c && self.values[*at] == value;
+            *at += 1;
+        });
+        symmetric
+    }
+
+    /// Infinity norm ‖A‖∞ = maxᵢ Σⱼ |aᵢⱼ|. Allocates.
+    #[must_use]
+    pub fn norm_inf(&self) -> f64 {
+        let mut sums = vec![0.0; self.dim()];
+        self.for_each(|r, _, a| sums[r] += a.abs());
+        sums.into_iter().fold(0.0, f64::max)
+    }
+}
+
+impl Backend {
+    /// Whether it solves matrices that are not symmetric.
+    #[must_use]
+    pub fn accepts_unsymmetric(&self) -> bool {
+        match self {
+            Self::Umfpack(_) | Self::Dense(_) => true,
+            Self::Faer(o) => o.factorization == FaerFactorization::Lu,
+            _ => false,
+        }
+    }
+}
+
+/// A backend at work on general matrices of one pattern: analysed once, factorised for each matrix, solved for each
+/// right-hand side, as a [`LinearSolver`](crate::LinearSolver) is.
+pub struct GeneralSolver {
+    /// `None` for a system without rows, which no library is to be asked about.
+    work: Option<General>,
+    column_start: Vec<usize>,
+    row: Vec<usize>,
+    factorized: bool,
+}
+
+impl GeneralSolver {
+    /// Prepares for matrices with the pattern of `a`. Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError::NotCompiled`], [`SolveError::NotSymmetric`] where the backend is for symmetric matrices only,
+    /// [`SolveError::TooLarge`] and what a library reports.
+    pub fn analyze(backend: &Backend, a: &GeneralMatrix) -> Result<Self, SolveError> {
+        backend.create()?;
+        if !backend.accepts_unsymmetric() {
+            return Err(SolveError::NotSymmetric {
+                backend: backend.name(),
+            });
+        }
+        let work = match a.dim() {
+            0 => None,
+            _ => Some(General::new(backend, a)?),
+        };
+        Ok(Self {
+            work,
+            column_start: a.column_start.clone(),
+            row: a.row.clone(),
+            factorized: false,
+        })
+    }
+
+    /// Prepares for solves with the values of `a`.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`] (its block is a column), [`SolveError::NonFinite`], [`SolveError::PatternChanged`] and
+    /// what a library reports.
+    pub fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
+        self.factorized = false;
+        if (&self.column_start, &self.row) != (&a.column_start, &a.row) {
+            return Err(SolveError::PatternChanged);
+        }
+        if let Some(block) = a.values.iter().position(|v| !v.is_finite()) {
+            return Err(SolveError::NonFinite {
+                what: "matrix",
+                block: a.row[block],
+            });
+        }
+        let report = match &mut self.work {
+            None => FactorReport::default(),
+            Some(work) => work.factorize(a)?,
+        };
+        self.factorized = true;
+        Ok(report)
+    }
+
+    /// Solves A x = b with the matrix last factorised; `b` and `x` of length `dim`.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfOrder`], [`SolveError::Dimension`], [`SolveError::NonFinite`] and what a library reports.
+    pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+        let dim = self.column_start.len() - 1;
+        if !self.factorized {
+            return Err(SolveError::OutOfOrder {
+                called: "solve",
+                needs: "factorize",
+            });
+        }
+        expect_len("right-hand side", dim, b.len())?;
+        expect_len("solution", dim, x.len())?;
+        check_finite("right-hand side", b)?;
+        if let Some(work) = &mut self.work {
+            work.solve(b, x)?;
+        }
+        check_finite("solution", x)
+    }
+}
+
+/// x of A x = b by `backend`: all phases at once. Allocates.
+///
+/// # Errors
+/// Those of [`GeneralSolver`].
+pub fn solve_general(
+    backend: &Backend,
+    a: &GeneralMatrix,
+    b: &[f64],
+) -> Result<Vec<f64>, SolveError> {
+    let mut solver = GeneralSolver::analyze(backend, a)?;
+    solver.factorize(a)?;
+    let mut x = vec![0.0; a.dim()];
+    solver.solve(b, &mut x)?;
+    Ok(x)
+}
+
+fn check_finite(what: &'static str, v: &[f64]) -> Result<(), SolveError> {
+    let bad = v.iter().position(|x| !x.is_finite());
+    bad.map_or(Ok(()), |block| Err(SolveError::NonFinite { what, block }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{backward_error_general, forward_error};
+
+    /// A convection and diffusion: −u″ + p u′ on a line, upwind, and a permuted row so that no pivot order is natural.
+    fn upwind(n: usize) -> GeneralMatrix {
+        let mut entries = Vec::new();
+        for i in 0..n {
+            let row = (i * 7 + 3) % n;
+            entries.push((row, i, 4.0 + 1.0 / (i + 1) as f64));
+            entries.extend((i > 0).then(|| (row, i - 1, -3.0)));
+            entries.extend((i + 1 < n).then(|| (row, i + 1, -1.0)));
+        }
+        GeneralMatrix::from_entries(n, entries).unwrap()
+    }
+
+    fn all() -> Vec<Backend> {
+        let names = ["umfpack", "faer:lu", "dense", "dense:extended"];
+        let backends = names.map(|n| n.parse::<Backend>().unwrap());
+        backends.into_iter().filter(Backend::is_compiled).collect()
+    }
+
+    #[test]
+    fn all_that_can_solve_an_unsymmetric_matrix_agree() {
+        let a = upwind(50); // gcd(7, 50) = 1: a permutation
+        assert!(!a.is_symmetric());
+        let exact: Vec<f64> = (0..50).map(|i| 1.0 + (i % 3) as f64).collect();
+        let mut b = vec![0.0; 50];
+        a.for_each(|r, c, v| b[r] += v * exact[c]);
+        for backend in all() {
+            let x = solve_general(&backend, &a, &b).unwrap();
+            let error = backward_error_general(&a, &b, &x).unwrap();
+            assert!(error.componentwise < 1e-15, "{backend}: {error:?}");
+            assert!(forward_error(&x, &exact) < 1e-13, "{backend}");
+        }
+    }
+
+    #[test]
+    fn factors_are_made_anew_for_new_values() {
+        let entries = |s: f64| vec![(0, 1, s), (1, 0, 2.0 * s), (1, 1, 1.0)];
+        let a = |s| GeneralMatrix::from_entries(2, entries(s)).unwrap();
+        for backend in all() {
+            let mut solver = GeneralSolver::analyze(&backend, &a(1.0)).unwrap();
+            let mut x = [0.0; 2];
+            assert!(matches!(
+                solver.solve(&[1.0, 1.0], &mut x),
+                Err(SolveError::OutOfOrder { .. })
+            ));
+            for s in [1.0, 4.0] {
+                solver.factorize(&a(s)).unwrap();
+                solver.solve(&[s, 2.0 * s + 1.0], &mut x).unwrap();
+                assert!(forward_error(&x, &[1.0, 1.0]) < 1e-15, "{backend} {x:?}");
+            }
+            let other = GeneralMatrix::from_entries(2, vec![(0, 0, 1.0), (1, 1, 1.0)]).unwrap();
+            assert_eq!(solver.factorize(&other), Err(SolveError::PatternChanged));
+            assert!(solver.solve(&[1.0, 1.0], &mut x).is_err());
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_solved_is_refused() {
+        let singular = GeneralMatrix::from_entries(2, vec![(0, 0, 1.0), (0, 1, 2.0)]).unwrap();
+        let dependent = [(0, 0, 1.0), (0, 1, 2.0), (1, 0, 0.5), (1, 1, 1.0)];
+        let dependent = GeneralMatrix::from_entries(2, dependent.to_vec()).unwrap();
+        for backend in all() {
+            for a in [&singular, &dependent] {
+                assert!(
+                    solve_general(&backend, a, &[1.0, 1.0]).is_err(),
+                    "{backend}"
+                );
+            }
+        }
+        let nan = GeneralMatrix::from_entries(1, vec![(0, 0, f64::NAN)]).unwrap();
+        let dense = "dense".parse().unwrap();
+        assert!(matches!(
+            solve_general(&dense, &nan, &[1.0]),
+            Err(SolveError::NonFinite { .. })
+        ));
+        assert!(solve_general(&dense, &upwind(9), &[1.0]).is_err());
+        assert!(GeneralMatrix::from_entries(2, vec![(2, 0, 1.0)]).is_err());
+        for backend in Backend::all() {
+            if backend.is_compiled() && !backend.accepts_unsymmetric() {
+                let e = solve_general(&backend, &upwind(9), &[1.0; 9]).unwrap_err();
+                assert_eq!(
+                    e,
+                    SolveError::NotSymmetric {
+                        backend: backend.name()
+                    }
+                );
+                assert!(e.to_string().contains("umfpack, faer:lu, dense"), "{e}");
+            }
+        }
+        let none = GeneralMatrix::from_entries(0, vec![]).unwrap();
+        assert_eq!(solve_general(&dense, &none, &[]), Ok(vec![]));
+    }
+
+    #[test]
+    fn symmetry_is_exact_and_knows_zeros() {
+        let a = |entries: &[(usize, usize, f64)]| {
+            GeneralMatrix::from_entries(3, entries.to_vec()).unwrap()
+        };
+        assert!(a(&[(0, 1, 2.0), (1, 0, 2.0), (2, 2, 1.0)]).is_symmetric());
+        assert!(a(&[(0, 1, 0.0), (2, 0, 3.0), (0, 2, 3.0), (1, 2, -0.0)]).is_symmetric());
+        assert!(!a(&[(0, 1, 2.0), (1, 0, 2.0_f64.next_up())]).is_symmetric());
+        assert!(!a(&[(0, 1, 2.0)]).is_symmetric());
+        assert!(!a(&[(1, 0, 2.0), (2, 0, 1.0), (0, 2, 1.0)]).is_symmetric());
+        // Entries at one place are added.
+        assert!(a(&[(0, 1, 1.0), (1, 0, 2.0), (0, 1, 1.0)]).is_symmetric());
+    }
+}
