@@ -1,0 +1,323 @@
+//! Doubles side by side: a kernel is written once, over [`Lanes`], and runs on whatever vectors the processor has.
+//!
+//! A [`Kernel`] is generic over an instruction set [`Isa`], which names its vectors of 1, 2, 4 and 8 doubles. Lanes are
+//! independent problems: the two ends of a chain, joints of a cable, cables. [`dispatch`] runs a kernel at a [`Level`],
+//! of which values exist only where the processor has the instructions; this is what makes the vectors' arithmetic safe
+//! to call. No level rounds otherwise than IEEE 754 says, but multiply-adds round once where they are fused
+//! ([`Level::AVX2`] and [`Level::AVX512`]) and twice elsewhere.
+//!
+//! ```
+//! use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+//!
+//! /// y ← y + a x.
+//! struct Axpy<'a>(f64, &'a [f64], &'a mut [f64]);
+//!
+//! impl Kernel for Axpy<'_> {
+//!     type Output = ();
+//!
+//!     #[inline(always)] // without it the instructions are not those of the level
+//!     fn run<I: Isa>(self) {
+//!         let (x, y) = (self.1.chunks_exact(4), self.2.chunks_exact_mut(4));
+//!         for (x, y) in x.zip(y) {
+//!             I::X4::splat(self.0).mul_add(I::X4::load(x), I::X4::load(y)).store(y);
+//!         }
+//!     }
+//! }
+//!
+//! let mut y = [1.0, 2.0, 3.0, 4.0];
+//! dispatch(Level::best(), Axpy(2.0, &[1.0; 4], &mut y));
+//! assert_eq!(y, [3.0, 4.0, 5.0, 6.0]);
+//! ```
+
+pub mod functions;
+mod level;
+mod twice;
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+pub use level::{Level, ParseLevelError};
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+use twice::Twice;
+
+/// Some doubles side by side; arithmetic is lane by lane.
+pub trait Lanes:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Number of lanes.
+    const LANES: usize;
+
+    /// The same number in each lane.
+    fn splat(x: f64) -> Self;
+
+    /// `f(lane)` in each lane.
+    fn from_fn(f: impl FnMut(usize) -> f64) -> Self;
+
+    /// The first lanes' worth of `from`.
+    ///
+    /// # Panics
+    /// Where `from` is shorter.
+    fn load(from: &[f64]) -> Self;
+
+    /// Into the first lanes' worth of `to`.
+    ///
+    /// # Panics
+    /// Where `to` is shorter.
+    fn store(self, to: &mut [f64]);
+
+    /// self · a + b.
+    #[must_use]
+    fn mul_add(self, a: Self, b: Self) -> Self;
+
+    /// b − self · a.
+    #[must_use]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self;
+
+    /// |self|.
+    #[must_use]
+    fn abs(self) -> Self;
+
+    /// The larger of the two; `other` where either is NaN or both are zeros.
+    #[must_use]
+    fn max(self, other: Self) -> Self;
+
+    /// The smaller of the two; `other` where either is NaN or both are zeros.
+    #[must_use]
+    fn min(self, other: Self) -> Self;
+
+    /// √self.
+    #[must_use]
+    fn sqrt(self) -> Self;
+
+    /// The largest lane; any lane where one is NaN.
+    #[must_use]
+    #[inline(always)]
+    fn max_lane(self) -> f64 {
+        let mut lanes = [f64::NEG_INFINITY; 8];
+        self.store(&mut lanes);
+        lanes[..Self::LANES]
+            .iter()
+            .fold(f64::NEG_INFINITY, |a, &b| if a > b { a } else { b })
+    }
+}
+
+impl Lanes for f64 {
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        x
+    }
+    #[inline(always)]
+    fn from_fn(mut f: impl FnMut(usize) -> f64) -> Self {
+        f(0)
+    }
+    #[inline(always)]
+    fn load(from: &[f64]) -> Self {
+        from[0]
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        to[0] = self;
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        // Without the instruction a fused one would be a call.
+        self * a + b
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        b - self * a
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        if self > other { self } else { other }
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        if self < other { self } else { other }
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        f64::sqrt(self)
+    }
+}
+
+/// An instruction set: its vectors.
+pub trait Isa: Copy + 'static {
+    /// One double.
+    type X1: Lanes;
+    /// Two.
+    type X2: Lanes;
+    /// Four.
+    type X4: Lanes;
+    /// Eight.
+    type X8: Lanes;
+}
+
+/// Work that is written once for all instruction sets.
+pub trait Kernel {
+    /// What it returns.
+    type Output;
+
+    /// The work. It, and what it calls with vectors, must be `#[inline(always)]`.
+    fn run<I: Isa>(self) -> Self::Output;
+}
+
+/// Plain doubles, which every processor has.
+#[derive(Debug, Clone, Copy)]
+struct Portable;
+
+impl Isa for Portable {
+    type X1 = f64;
+    type X2 = Twice<f64>;
+    type X4 = Twice<Twice<f64>>;
+    type X8 = Twice<Twice<Twice<f64>>>;
+}
+
+/// Runs a kernel at a level.
+#[inline]
+pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    match level {
+        #[cfg(target_arch = "x86_64")]
+        Level::SSE2 => x86::sse2(kernel),
+        #[cfg(target_arch = "x86_64")]
+        Level::AVX2 => x86::avx2(level, kernel),
+        #[cfg(target_arch = "x86_64")]
+        Level::AVX512 => x86::avx512(level, kernel),
+        _ => portable(kernel),
+    }
+}
+
+fn portable<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Portable>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All operations on numbers that tell lanes apart.
+    struct Everything<'a>(&'a mut Vec<f64>);
+
+    #[inline(always)]
+    fn everything<V: Lanes>(out: &mut Vec<f64>) {
+        let a: Vec<f64> = (0..V::LANES).map(|i| 1.5 + i as f64 * 0.7).collect();
+        let b: Vec<f64> = (0..V::LANES).map(|i| 4.0 - i as f64 * 1.1).collect();
+        let (x, y) = (V::load(&a), V::from_fn(|i| b[i]));
+        let third = V::splat(1.0 / 3.0);
+        let results = [
+            x + y,
+            x - y,
+            x * y,
+            x / y,
+            -x,
+            y.abs(),
+            x.max(y),
+            x.min(y),
+            x.sqrt(),
+            x.mul_add(y, third),
+            x.neg_mul_add(y, third),
+        ];
+        let mut lanes = vec![0.0; V::LANES];
+        for v in results {
+            v.store(&mut lanes);
+            out.extend_from_slice(&lanes);
+        }
+        for (i, (a, b)) in a.iter().zip(&b).enumerate() {
+            let exact = [
+                a + b,
+                a - b,
+                a * b,
+                a / b,
+                -a,
+                b.abs(),
+                f64::max(*a, *b),
+                f64::min(*a, *b),
+                a.sqrt(),
+                a * b + 1.0 / 3.0,
+                1.0 / 3.0 - a * b,
+            ];
+            for (k, exact) in exact.into_iter().enumerate() {
+                let found = out[out.len() - 11 * V::LANES + k * V::LANES + i];
+                // Fused multiply-adds differ by the rounding of a product below 32.
+                let rounding = if k < 9 { 0.0 } else { 32.0 * f64::EPSILON };
+                assert!(
+                    (found - exact).abs() <= rounding,
+                    "{} lanes, {k}: {found} {exact}",
+                    V::LANES
+                );
+            }
+        }
+        assert_eq!(x.max_lane(), a[V::LANES - 1]);
+    }
+
+    impl Kernel for Everything<'_> {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            everything::<I::X1>(self.0);
+            everything::<I::X2>(self.0);
+            everything::<I::X4>(self.0);
+            everything::<I::X8>(self.0);
+        }
+    }
+
+    #[test]
+    fn every_level_computes_the_same() {
+        for level in Level::available() {
+            let mut out = Vec::new();
+            dispatch(level, Everything(&mut out));
+            assert_eq!(out.len(), 11 * (1 + 2 + 4 + 8), "{level}");
+            // The lanes of a level agree with each other bit for bit.
+            let one = &out[..11];
+            let two = &out[11..33];
+            assert!(
+                one.iter().zip(two.chunks(2)).all(|(a, b)| *a == b[0]),
+                "{level}"
+            );
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "range end index")]
+    fn short_slices_are_refused() {
+        struct Short;
+        impl Kernel for Short {
+            type Output = f64;
+            #[inline(always)]
+            fn run<I: Isa>(self) -> f64 {
+                I::X4::load(&[1.0, 2.0]).max_lane()
+            }
+        }
+        dispatch(Level::best(), Short);
+    }
+
+    #[test]
+    fn comparisons_with_nan_take_the_other() {
+        struct Nan;
+        impl Kernel for Nan {
+            type Output = ();
+            #[inline(always)]
+            fn run<I: Isa>(self) {
+                let (nan, one) = (I::X4::splat(f64::NAN), I::X4::splat(1.0));
+                assert_eq!(nan.max(one).max_lane(), 1.0);
+                assert_eq!(nan.min(one).max_lane(), 1.0);
+                assert!(one.max(nan).max_lane().is_nan() || one.max(nan).max_lane() < 1.0);
+            }
+        }
+        for level in Level::available() {
+            dispatch(level, Nan);
+        }
+    }
+}

@@ -1,0 +1,259 @@
+//! Vectors of x86-64 and the functions that may use them.
+#![allow(unsafe_code)] // intrinsics and calls into functions with more instructions than the build's
+
+use crate::twice::Twice;
+use crate::{Isa, Kernel, Lanes, Level};
+use std::arch::x86_64::*;
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+/// The build's own instructions: two lanes, multiply-adds in two roundings.
+#[derive(Debug, Clone, Copy)]
+struct Sse2;
+
+impl Isa for Sse2 {
+    type X1 = f64;
+    type X2 = Two;
+    type X4 = Twice<Two>;
+    type X8 = Twice<Twice<Two>>;
+}
+
+/// AVX2 and FMA.
+#[derive(Debug, Clone, Copy)]
+struct Avx2;
+
+impl Isa for Avx2 {
+    type X1 = FusedOne;
+    type X2 = FusedTwo;
+    type X4 = FusedFour;
+    type X8 = Twice<FusedFour>;
+}
+
+/// AVX-512: eight lanes, and 32 registers for fewer.
+#[derive(Debug, Clone, Copy)]
+struct Avx512;
+
+impl Isa for Avx512 {
+    type X1 = FusedOne;
+    type X2 = FusedTwo;
+    type X4 = FusedFour;
+    type X8 = FusedEight;
+}
+
+pub(crate) fn sse2<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run::<Sse2>()
+}
+
+pub(crate) fn avx2<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    #[target_feature(enable = "avx2,fma")]
+    fn run<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Avx2>()
+    }
+    debug_assert!(level >= Level::AVX2);
+    // SAFETY: a `Level` of at least AVX2 exists only where the processor has AVX2 and FMA.
+    unsafe { run(kernel) }
+}
+
+pub(crate) fn avx512<K: Kernel>(level: Level, kernel: K) -> K::Output {
+    #[target_feature(enable = "avx2,fma,avx512f,avx512vl,avx512dq")]
+    fn run<K: Kernel>(kernel: K) -> K::Output {
+        kernel.run::<Avx512>()
+    }
+    debug_assert!(level >= Level::AVX512);
+    // SAFETY: the level AVX512 exists only where the processor has all of these.
+    unsafe { run(kernel) }
+}
+
+/// One double whose multiply-adds are fused.
+#[derive(Debug, Clone, Copy)]
+struct FusedOne(f64);
+
+macro_rules! one {
+    ($($trait:ident $method:ident),*) => {$(
+        impl $trait for FusedOne {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                Self($trait::$method(self.0, other.0))
+            }
+        }
+    )*};
+}
+one!(Add add, Sub sub, Mul mul, Div div);
+
+impl Neg for FusedOne {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        Self(-self.0)
+    }
+}
+
+impl Lanes for FusedOne {
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn splat(x: f64) -> Self {
+        Self(x)
+    }
+    #[inline(always)]
+    fn from_fn(mut f: impl FnMut(usize) -> f64) -> Self {
+        Self(f(0))
+    }
+    #[inline(always)]
+    fn load(from: &[f64]) -> Self {
+        Self(from[0])
+    }
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        to[0] = self.0;
+    }
+    #[inline(always)]
+    fn mul_add(self, a: Self, b: Self) -> Self {
+        Self(f64::mul_add(self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn neg_mul_add(self, a: Self, b: Self) -> Self {
+        Self(f64::mul_add(-self.0, a.0, b.0))
+    }
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.abs())
+    }
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        Self(Lanes::max(self.0, other.0))
+    }
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        Self(Lanes::min(self.0, other.0))
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        Self(self.0.sqrt())
+    }
+}
+
+/// A vector from its intrinsics. What each block relies on: values of the type exist only inside kernels that
+/// [`crate::dispatch`] runs at a level with the instructions, for the instruction sets are private to this crate.
+macro_rules! vector {
+    ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, splat $splat:ident, load $load:ident, store $store:ident,
+     add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, max $max:ident, min $min:ident, sqrt $sqrt:ident,
+     neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
+     mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy)]
+        struct $name($inner);
+
+        vector!(@binary $name, Add add $add, Sub sub $sub, Mul mul $mul, Div div $div);
+
+        impl Neg for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn neg(self) -> Self {
+                let $n = self.0;
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $neg })
+            }
+        }
+
+        impl Lanes for $name {
+            const LANES: usize = $lanes;
+
+            #[inline(always)]
+            fn splat(x: f64) -> Self {
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $splat(x) })
+            }
+            #[inline(always)]
+            fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
+                Self::load(&std::array::from_fn::<f64, $lanes, _>(f))
+            }
+            #[inline(always)]
+            fn load(from: &[f64]) -> Self {
+                let from = &from[..$lanes];
+                // SAFETY: as in `vector`; the slice has as many doubles as are read, and no alignment is needed.
+                Self(unsafe { $load(from.as_ptr()) })
+            }
+            #[inline(always)]
+            fn store(self, to: &mut [f64]) {
+                let to = &mut to[..$lanes];
+                // SAFETY: as in `vector`; the slice has as many doubles as are written, and no alignment is needed.
+                unsafe { $store(to.as_mut_ptr(), self.0) }
+            }
+            #[inline(always)]
+            fn mul_add(self, a: Self, b: Self) -> Self {
+                let ($a, $b, $c) = (self.0, a.0, b.0);
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $fma })
+            }
+            #[inline(always)]
+            fn neg_mul_add(self, a: Self, b: Self) -> Self {
+                let ($d, $e, $f) = (self.0, a.0, b.0);
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $fnma })
+            }
+            #[inline(always)]
+            fn abs(self) -> Self {
+                let $p = self.0;
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $abs })
+            }
+            #[inline(always)]
+            fn max(self, other: Self) -> Self {
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $max(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn min(self, other: Self) -> Self {
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $min(self.0, other.0) })
+            }
+            #[inline(always)]
+            fn sqrt(self) -> Self {
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $sqrt(self.0) })
+            }
+        }
+    };
+    (@binary $name:ident, $($trait:ident $method:ident $intrinsic:ident),*) => {$(
+        impl $trait for $name {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $intrinsic(self.0, other.0) })
+            }
+        }
+    )*};
+}
+
+vector!(
+    /// Two lanes of SSE2.
+    Two, __m128d, 2, splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
+    add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
+    neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
+    mul_add |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c), neg_mul_add |a, b, c| _mm_sub_pd(c, _mm_mul_pd(a, b))
+);
+vector!(
+    /// Two lanes with fused multiply-adds.
+    FusedTwo, __m128d, 2, splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
+    add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
+    neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
+    mul_add |a, b, c| _mm_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm_fnmadd_pd(a, b, c)
+);
+vector!(
+    /// Four lanes with fused multiply-adds.
+    FusedFour, __m256d, 4, splat _mm256_set1_pd, load _mm256_loadu_pd, store _mm256_storeu_pd,
+    add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, max _mm256_max_pd,
+    min _mm256_min_pd, sqrt _mm256_sqrt_pd,
+    neg |x| _mm256_xor_pd(x, _mm256_set1_pd(-0.0)), abs |x| _mm256_andnot_pd(_mm256_set1_pd(-0.0), x),
+    mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c)
+);
+vector!(
+    /// Eight lanes with fused multiply-adds.
+    FusedEight, __m512d, 8, splat _mm512_set1_pd, load _mm512_loadu_pd, store _mm512_storeu_pd,
+    add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd, max _mm512_max_pd,
+    min _mm512_min_pd, sqrt _mm512_sqrt_pd,
+    neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
+    mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
+);
