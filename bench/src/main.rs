@@ -9,16 +9,21 @@ use cli::paper::PaperArgs;
 use cli::scene::SceneArgs;
 use cli::scenes;
 use cli::sweeps::{self, Sweep};
+use cli::track::TrackArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use taut_bench::allocations::Counting;
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, run, table, trajectory};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::{HoistParams, Network};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 /// Sparse linear solvers on hoisting cables: speed against error.
 #[derive(Debug, Parser)]
@@ -58,6 +63,9 @@ enum Command {
     /// Hard cases with known answers, or a known absence of one: reference, ours, error, bar, verdict
     #[command(after_help = "Example: taut hard H42 --json hard.json")]
     Hard(HardArgs),
+    /// Instructions, allocations, errors and times of a step against the baseline: what CI fails on
+    #[command(after_help = cli::track::AFTER_HELP)]
+    Track(TrackArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
 }
@@ -224,6 +232,7 @@ fn main() -> ExitCode {
         Some(Command::Scene(args)) => cli::scene::run(&args),
         Some(Command::Paper(args)) => cli::paper::run(&args),
         Some(Command::Hard(args)) => cli::hard::run(&args),
+        Some(Command::Track(args)) => cli::track::run(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {

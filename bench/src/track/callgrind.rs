@@ -1,0 +1,244 @@
+//! Instructions of a step, counted by valgrind's callgrind.
+//!
+//! A binary of this program steps the case in a process of its own, once for a pass and once for two; the difference
+//! holds the steps alone. The binary has to be compiled for a processor that valgrind knows, x86-64-v3: kernels that
+//! would choose wider instructions at run time take what valgrind offers them, so that other code may be counted than is
+//! timed.
+
+use super::cases::Case;
+use super::start::PASS;
+use std::fmt;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest time of one run.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// A binary whose instructions can be counted.
+#[derive(Debug, Clone)]
+pub struct Counter {
+    binary: PathBuf,
+    toolchain: String,
+}
+
+/// Why instructions cannot be counted.
+#[derive(Debug)]
+pub enum CountError {
+    /// A program that cannot be started.
+    Start {
+        /// The program.
+        program: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A program that fails or does not end.
+    Failed {
+        /// The program.
+        program: PathBuf,
+        /// How it ended, and what it said last.
+        how: String,
+    },
+    /// Output without a count.
+    NoCount,
+    /// Twice the steps do not take more instructions.
+    NoDifference {
+        /// Instructions of a pass.
+        once: u64,
+        /// Instructions of two.
+        twice: u64,
+    },
+}
+
+impl fmt::Display for CountError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start { program, source } => write!(
+                f,
+                "cannot start `{}` to count instructions: {source}; install or build it, or leave `--icount-binary` out",
+                program.display()
+            ),
+            Self::Failed { program, how } => write!(
+                f,
+                "`{}` does not count instructions: {how}; is the binary this program, built for x86-64-v3?",
+                program.display()
+            ),
+            Self::NoCount => f.write_str("callgrind ended without a line `Collected : N`"),
+            Self::NoDifference { once, twice } => write!(
+                f,
+                "{PASS} steps took {once} instructions, twice as many {twice}: no step was counted"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for CountError {}
+
+impl Counter {
+    /// Checks that valgrind and the binary are there, and asks both for their versions.
+    ///
+    /// # Errors
+    /// [`CountError`].
+    pub fn new(binary: &Path) -> Result<Self, CountError> {
+        let valgrind = run(Command::new("valgrind").arg("--version"))?;
+        // A bare name would be looked for elsewhere.
+        let binary = binary.canonicalize().map_err(|source| CountError::Start {
+            program: binary.to_owned(),
+            source,
+        })?;
+        let built = run(Command::new(&binary).args(["track", "--toolchain"]))?;
+        Ok(Self {
+            binary,
+            toolchain: format!("{}, {}", built.stdout.trim(), valgrind.stdout.trim()),
+        })
+    }
+
+    /// Compiler, processor compiled for and valgrind: counts of another toolchain are others.
+    #[must_use]
+    pub fn toolchain(&self) -> &str {
+        &self.toolchain
+    }
+
+    /// Instructions of a step of the case.
+    ///
+    /// # Errors
+    /// [`CountError`].
+    pub fn per_step(&self, case: &Case) -> Result<f64, CountError> {
+        let (once, twice) = (self.count(case, PASS)?, self.count(case, 2 * PASS)?);
+        if twice <= once {
+            return Err(CountError::NoDifference { once, twice });
+        }
+        Ok((twice - once) as f64 / PASS as f64)
+    }
+
+    fn count(&self, case: &Case, steps: usize) -> Result<u64, CountError> {
+        let output = run(Command::new("valgrind")
+            .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+            .arg(&self.binary)
+            .args(["track", "--instructions-of", &case.name()])
+            .args(["--steps", &steps.to_string()]))?;
+        collected(&output.stderr).ok_or(CountError::NoCount)
+    }
+}
+
+/// What a program wrote.
+struct Output {
+    stdout: String,
+    stderr: String,
+}
+
+/// Runs a program to its end, for at most [`LIMIT`].
+fn run(command: &mut Command) -> Result<Output, CountError> {
+    let program = PathBuf::from(command.get_program());
+    let failed = |how: String| CountError::Failed {
+        program: program.clone(),
+        how,
+    };
+    let (stdin, out, err) = (Stdio::null(), Stdio::piped(), Stdio::piped());
+    let spawned = command.stdin(stdin).stdout(out).stderr(err).spawn();
+    let mut child = spawned.map_err(|source| CountError::Start {
+        program: program.clone(),
+        source,
+    })?;
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().map_err(|e| failed(e.to_string()))? {
+            Some(status) => break status,
+            None if start.elapsed() > LIMIT => {
+                let _ = child.kill().and_then(|()| child.wait());
+                return Err(failed(format!("no end after {} s", LIMIT.as_secs())));
+            }
+            None => std::thread::sleep(Duration::from_millis(2)),
+        }
+    };
+    let mut output = Output {
+        stdout: String::new(),
+        stderr: String::new(),
+    };
+    // Short texts, which fit into the pipes.
+    let read = [
+        child
+            .stdout
+            .as_mut()
+            .map(|o| o.read_to_string(&mut output.stdout)),
+        child
+            .stderr
+            .as_mut()
+            .map(|o| o.read_to_string(&mut output.stderr)),
+    ];
+    for result in read.into_iter().flatten() {
+        result.map_err(|e| failed(e.to_string()))?;
+    }
+    if !status.success() {
+        let said = output.stderr.lines().rev().map(str::trim);
+        let last = said.clone().find(|l| !l.is_empty() && !l.starts_with("=="));
+        return Err(failed(format!("{status}, {}", last.unwrap_or("silent"))));
+    }
+    Ok(output)
+}
+
+/// The count of `Ir`, instructions read, in what callgrind says at its end:
+///
+/// ```text
+/// ==17== Events    : Ir
+/// ==17== Collected : 7247606
+/// ```
+fn collected(text: &str) -> Option<u64> {
+    let said = |what: &str| {
+        let lines = text.lines().filter_map(|line| {
+            let (_, rest) = line.strip_prefix("==")?.split_once("==")?;
+            let (key, value) = rest.split_once(':')?;
+            (key.trim() == what).then_some(value)
+        });
+        // What the program under it prints in such a form comes before.
+        lines.last()
+    };
+    let column = said("Events")?.split_whitespace().position(|e| e == "Ir")?;
+    let count = said("Collected")?.split_whitespace().nth(column)?;
+    count.replace(',', "").parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLE: &str = "\
+==17== Callgrind, a call-graph generating cache profiler
+==17== Command: taut track --instructions-of ring-24/banded --steps 30
+==17== For interactive control, run 'callgrind_control -h'.
+note: Collected : 3
+==17==
+==17== Events    : Ir
+==17== Collected : 7247606
+==17==
+==17== I   refs:      7,247,606
+";
+
+    #[test]
+    fn the_count_is_found_by_its_name() {
+        assert_eq!(collected(SAMPLE), Some(7_247_606));
+        let more = SAMPLE
+            .replace(": Ir", ": Dr Ir")
+            .replace("7247606", "1 2,000");
+        assert_eq!(collected(&more), Some(2000));
+    }
+
+    #[test]
+    fn what_is_no_count_is_none() {
+        assert_eq!(collected(""), None);
+        assert_eq!(collected(&SAMPLE.replace("Events", "Event")), None);
+        assert_eq!(collected(&SAMPLE.replace(": Ir", ": Dw")), None);
+        assert_eq!(collected(&SAMPLE.replace("7247606", "many")), None);
+        assert_eq!(collected(&SAMPLE.replace(": Ir", ": Dr Ir")), None);
+    }
+
+    #[test]
+    fn a_binary_that_is_not_there_is_named() {
+        let e = Counter::new(Path::new("no/such/taut")).unwrap_err();
+        let e = e.to_string();
+        // Or valgrind, where that is not installed.
+        assert!(e.contains("no/such/taut") || e.contains("valgrind"), "{e}");
+        assert!(e.contains("--icount-binary"), "{e}");
+    }
+}
