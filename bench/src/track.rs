@@ -39,6 +39,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use start::Judged;
 use std::time::Duration;
+use wall::Summary;
 
 /// What [`run`] measures.
 #[derive(Debug, Clone)]
@@ -125,10 +126,10 @@ fn untimed(
                 None => Err(Missing::NotMeasured(
                     "instructions were not counted: `--icount-binary` says with what".to_owned(),
                 )),
-                Some(counter) => {
-                    let count = counter.per_step(case);
-                    count.map_err(|e| Missing::Failed(e.to_string()))
-                }
+                Some(counter) => counter.per_step(case).map_err(|e| match e {
+                    CountError::UnknownInstruction { .. } => Missing::NotMeasured(e.to_string()),
+                    e => Missing::Failed(e.to_string()),
+                }),
             };
             return Figure {
                 condition: counter.map_or("", Counter::toolchain).to_owned(),
@@ -148,10 +149,10 @@ fn timed(
     machine: &Machine,
     judged: Result<&Judged, Missing>,
 ) -> Vec<Figure> {
-    let one = |threads: usize| -> Result<[f64; 4], Missing> {
+    let one = |threads: usize| -> Result<Summary, Missing> {
         let choice = case.choice().map_err(Missing::NotMeasured)?;
         if threads > machine.threads {
-            let why = format!("there is {} thread only", machine.threads);
+            let why = "this machine offers one thread only".to_owned();
             return Err(Missing::NotMeasured(why));
         }
         let start = &judged.clone()?.start;
@@ -161,17 +162,19 @@ fn timed(
     };
     let mut figures = Vec::new();
     for threads in [1, 2] {
-        let summary = one(threads);
-        for (k, measure) in wall::measures(threads).into_iter().enumerate() {
-            let value = summary.as_ref().map(|s| s[k]).map_err(Clone::clone);
-            let spread = summary.as_ref().ok().map(|s| s[3]);
-            let median = matches!(measure, Measure::Median | Measure::Median2);
-            figures.push(Figure {
-                spread: spread.filter(|_| median),
-                condition: machine.to_string(),
-                ..figure(case, measure, value)
-            });
-        }
+        let values: Vec<_> = match one(threads) {
+            Ok(summary) => wall::figures(threads, &summary)
+                .map(|(measure, value, spread)| (measure, Ok(value), spread))
+                .into(),
+            Err(missing) => wall::measures(threads)
+                .map(|measure| (measure, Err(missing.clone()), None))
+                .into(),
+        };
+        figures.extend(values.into_iter().map(|(measure, value, spread)| Figure {
+            spread,
+            condition: machine.to_string(),
+            ..figure(case, measure, value)
+        }));
     }
     figures
 }

@@ -49,7 +49,7 @@ pub fn text(rows: &[Row]) -> String {
             number(&row.measure, row.baseline),
             number(&row.measure, row.now) + &least(rows, row),
             ratio.map_or_else(String::new, |r| format!("{r:.3}")),
-            row.bar.map_or_else(String::new, |b| error(Some(b))),
+            row.bar.map_or_else(String::new, bar),
             verdict,
         ]);
     }
@@ -66,6 +66,14 @@ fn number(measure: &str, value: Option<f64>) -> String {
         Some(v) if measure.ends_with("-error") => error(Some(v)),
         Some(v) if measure == Measure::Instructions.name() => format!("{v:.0}"),
         Some(v) => format!("{v:.2}"),
+    }
+}
+
+fn bar(bar: f64) -> String {
+    if bar == 0.0 {
+        "0".to_owned()
+    } else {
+        error(Some(bar))
     }
 }
 

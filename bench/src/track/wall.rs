@@ -1,7 +1,9 @@
 //! Wall time of a step, and its ratio to the calibration kernel.
 //!
-//! A pass is [`PASS`] steps from the common state. Passes take turns with the kernel for about as long, so that what
-//! slows the machine for a while slows both; what is reported is the ratio of the two.
+//! A pass is [`PASS`] steps from the common state, the same work each time. Passes take turns with the kernel for about as
+//! long, so that what slows the machine for a while slows both. The least time of a step is the mean over a pass of the
+//! least time that each of its steps took in any pass, and the kernel's that of its shortest slice: neither needs more
+//! than some tens of microseconds without a disturbance. The median is that of whole passes.
 
 use super::calibration::Calibration;
 use super::measures::Measure;
@@ -12,51 +14,79 @@ use std::time::{Duration, Instant};
 use taut_integrator::{StepError, Stepper};
 
 /// Fewest passes.
-pub(super) const PASSES: usize = 30;
+const PASSES: usize = 30;
 /// Most.
 const MOST: usize = 600;
+/// Units of the kernel in a slice.
+const SLICE: usize = 32;
 
-/// Nanoseconds of a step in each pass, and of a unit of the kernel beside it.
-#[derive(Debug, Clone, Default)]
+/// Times of passes and of the kernel beside them \[ns].
+#[derive(Debug, Clone)]
 pub(super) struct Times {
-    step: Vec<f64>,
-    unit: Vec<f64>,
+    /// Least of each step of a pass.
+    least: [f64; PASS],
+    /// Mean of a step in each pass.
+    passes: Vec<f64>,
+    /// Least of a unit of the kernel.
+    unit: f64,
+}
+
+/// What is reported of them: the ratio of the least times; the others in ns.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Summary {
+    pub(super) ratio: f64,
+    pub(super) min: f64,
+    pub(super) median: f64,
+    /// Half the range between the quartiles.
+    pub(super) spread: f64,
 }
 
 impl Times {
-    /// Ratio, least, median and half the range between the quartiles \[ns].
-    pub(super) fn summary(&self) -> [f64; 4] {
-        let step = sorted(&self.step);
-        let ratios: Vec<f64> = self
-            .step
-            .iter()
-            .zip(&self.unit)
-            .map(|(s, u)| s / u)
-            .collect();
-        let at = |v: &[f64], part: f64| {
-            let i = (part * v.len().saturating_sub(1) as f64).round() as usize;
-            v.get(i).copied().unwrap_or(f64::NAN)
+    fn new() -> Self {
+        Self {
+            least: [f64::INFINITY; PASS],
+            passes: Vec::with_capacity(MOST),
+            unit: f64::INFINITY,
+        }
+    }
+
+    /// Takes in those of another thread.
+    fn join(&mut self, other: &Self) {
+        for (own, other) in self.least.iter_mut().zip(&other.least) {
+            *own = own.min(*other);
+        }
+        self.passes.extend(&other.passes);
+        self.unit = self.unit.min(other.unit);
+    }
+
+    pub(super) fn summary(&self) -> Summary {
+        let min = self.least.iter().sum::<f64>() / PASS as f64;
+        let mut passes = self.passes.clone();
+        passes.sort_by(f64::total_cmp);
+        let at = |part: f64| {
+            let i = (part * passes.len().saturating_sub(1) as f64).round() as usize;
+            passes.get(i).copied().unwrap_or(f64::NAN)
         };
-        let spread = 0.5 * (at(&step, 0.75) - at(&step, 0.25));
-        let ratios = sorted(&ratios);
-        let unit = sorted(&self.unit);
-        eprintln!("RATIO min {:.3} pair {:.3} med {:.3} n {}", step[0]/unit[0], at(&ratios,0.5), at(&step,0.5)/at(&unit,0.5), step.len());
-        [
-            at(&step, 0.0) / at(&sorted(&self.unit), 0.0),
-            at(&step, 0.0),
-            at(&step, 0.5),
-            spread,
-        ]
+        Summary {
+            ratio: min / self.unit,
+            min,
+            median: at(0.5),
+            spread: 0.5 * (at(0.75) - at(0.25)),
+        }
     }
 }
 
-fn sorted(values: &[f64]) -> Vec<f64> {
-    let mut values = values.to_vec();
-    values.sort_by(f64::total_cmp);
-    values
+/// The figures of one thread or of two.
+pub(super) fn figures(threads: usize, summary: &Summary) -> [(Measure, f64, Option<f64>); 3] {
+    let measures = measures(threads);
+    [
+        (measures[0], summary.ratio, None),
+        (measures[1], summary.min, None),
+        (measures[2], summary.median, Some(summary.spread)),
+    ]
 }
 
-/// The measures of one or two threads, in the order of [`Times::summary`].
+/// What is measured with one thread or with two.
 pub(super) fn measures(threads: usize) -> [Measure; 3] {
     match threads {
         1 => [Measure::Ratio, Measure::Min, Measure::Median],
@@ -64,10 +94,32 @@ pub(super) fn measures(threads: usize) -> [Measure; 3] {
     }
 }
 
-fn nanoseconds(work: impl FnOnce() -> Result<(), StepError>) -> Result<f64, StepError> {
-    let start = Instant::now();
-    work()?;
-    Ok(start.elapsed().as_nanos() as f64)
+fn nanoseconds(since: Instant) -> f64 {
+    since.elapsed().as_nanos() as f64
+}
+
+/// A pass, from the common state; `least` takes the least times of its steps. Mean time of a step \[ns].
+fn pass(start: &Start, stepper: &mut Stepper, least: &mut [f64; PASS]) -> Result<f64, StepError> {
+    start.put(stepper)?;
+    let mut sum = 0.0;
+    for least in least {
+        let clock = Instant::now();
+        stepper.step()?;
+        let spent = nanoseconds(clock);
+        *least = least.min(spent);
+        sum += spent;
+    }
+    Ok(sum / PASS as f64)
+}
+
+/// Slices of the kernel; the least time of a unit \[ns].
+fn calibrate(calibration: &mut Calibration, slices: usize) -> f64 {
+    let slice = |_| {
+        let clock = Instant::now();
+        calibration.run(SLICE);
+        nanoseconds(clock) / SLICE as f64
+    };
+    (0..slices).map(slice).fold(f64::INFINITY, f64::min)
 }
 
 /// Times passes until there are [`PASSES`] of them and `budget` is spent; then goes on without recording until all
@@ -80,33 +132,27 @@ fn thread(
     done: &AtomicUsize,
 ) -> Result<Times, StepError> {
     let mut calibration = Calibration::new();
-    let pass = |stepper: &mut Stepper| {
-        start.put(stepper)?;
-        nanoseconds(|| (0..PASS).try_for_each(|_| stepper.step().map(|_| ())))
-    };
-    let mut unit = |units: usize| -> Result<f64, StepError> {
-        let spent = nanoseconds(|| {
-            calibration.run(units);
-            Ok(())
-        });
-        Ok(spent? / units as f64)
-    };
-    // Warms up, and finds how many units last as long as a pass.
-    pass(stepper)?;
-    unit(100)?;
-    let units = (pass(stepper)? / unit(100)?).clamp(1.0, 1e6) as usize;
-    let mut times = Times::default();
+    let mut cold = [0.0; PASS];
+    // Warms up, and finds how many slices last as long as a pass.
+    pass(start, stepper, &mut cold)?;
+    let unit = calibrate(&mut calibration, 4);
+    let mean = pass(start, stepper, &mut cold)?;
+    let slices = (mean * PASS as f64 / (unit * SLICE as f64)).clamp(1.0, 1e5) as usize;
+    let mut times = Times::new();
     let (clock, mut own) = (Instant::now(), true);
     while own || done.load(Ordering::Relaxed) < threads {
-        let (unit, step) = (unit(units)?, pass(stepper)? / PASS as f64);
-        if own {
-            times.unit.push(unit);
-            times.step.push(step);
-            let enough = times.step.len() >= PASSES && clock.elapsed() >= budget;
-            if enough || times.step.len() == MOST {
-                own = false;
-                done.fetch_add(1, Ordering::Relaxed);
-            }
+        let unit = calibrate(&mut calibration, slices);
+        if !own {
+            pass(start, stepper, &mut cold)?;
+            continue;
+        }
+        let mean = pass(start, stepper, &mut times.least)?;
+        times.passes.push(mean);
+        times.unit = times.unit.min(unit);
+        let enough = times.passes.len() >= PASSES && clock.elapsed() >= budget;
+        if enough || times.passes.len() == MOST {
+            own = false;
+            done.fetch_add(1, Ordering::Relaxed);
         }
     }
     Ok(times)
@@ -133,7 +179,7 @@ pub(super) fn time(
     if let [stepper] = steppers.as_mut_slice() {
         return run(stepper);
     }
-    let mut all = Times::default();
+    let mut all = Times::new();
     std::thread::scope(|scope| {
         let run = &run;
         let spawned: Vec<_> = steppers
@@ -144,9 +190,31 @@ pub(super) fn time(
             let times = handle
                 .join()
                 .unwrap_or_else(|p| std::panic::resume_unwind(p))?;
-            all.step.extend(times.step);
-            all.unit.extend(times.unit);
+            all.join(&times);
         }
         Ok(all)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disturbance_moves_neither_the_least_time_nor_the_median() {
+        let mut times = Times::new();
+        times.least = std::array::from_fn(|i| 100.0 + i as f64);
+        times.passes = vec![120.0, 9000.0, 119.0, 121.0, 118.0];
+        times.unit = 10.0;
+        let mut other = Times::new();
+        other.least = [1e6; PASS];
+        other.least[0] = 70.0;
+        other.unit = 11.0;
+        times.join(&other);
+        let summary = times.summary();
+        assert_eq!(summary.min, 113.5);
+        assert_eq!(summary.ratio, 11.35);
+        assert_eq!((summary.median, summary.spread), (120.0, 1.0));
+        assert!(Times::new().summary().median.is_nan());
+    }
 }
