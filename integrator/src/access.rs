@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::stepper::Stepper;
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Winch, update_windings};
+use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Winch};
 use taut_solver::SolveError;
 
 impl Stepper {
@@ -88,7 +88,7 @@ impl Stepper {
         );
         self.history.forget(&rows.phi_t);
         rows.update(&self.scene, time);
-        update_windings(&mut self.scene, time);
+        rows.follow_windings(&mut self.scene, time);
         Ok(())
     }
 

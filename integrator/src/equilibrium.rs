@@ -13,7 +13,7 @@ use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
 use nalgebra::Vector3;
-use taut_model::{Scene, update_windings};
+use taut_model::Scene;
 use taut_solver::Backend;
 
 /// Solves at most.
@@ -123,7 +123,7 @@ impl Stepper {
         };
         let turned = self.largest_turn(dt);
         if disagreement <= ACCEPTED && turned <= LARGEST_TURN {
-            update_windings(&mut self.scene, self.time);
+            self.pieces.rows.follow_windings(&mut self.scene, self.time);
             return Ok(Some((self.largest_motion(dt), turned)));
         }
         let start = std::mem::take(&mut self.substep_start);

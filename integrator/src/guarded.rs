@@ -15,7 +15,6 @@ use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{Guard, Phase, StepError};
-use taut_model::update_windings;
 
 /// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
 const CONVERGED: f64 = 0.01;
@@ -76,7 +75,7 @@ impl Stepper {
                 .rows
                 .drive(&self.scene, self.time - dt, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
-            update_windings(&mut self.scene, self.time);
+            self.pieces.rows.follow_windings(&mut self.scene, self.time);
         }
         result
     }
@@ -124,7 +123,7 @@ impl Stepper {
             self.advanced = dt;
             done += dt;
             self.time = begin + done;
-            update_windings(&mut self.scene, self.time);
+            self.pieces.rows.follow_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
             length = (2.0 * dt).min(first);
         }
@@ -224,7 +223,7 @@ impl Stepper {
         self.pieces.predict(dt, |r| known[r]);
         self.pieces.known = known;
         self.move_bodies(dt)?;
-        self.pieces.rows.update(&self.scene, end);
+        self.pieces.rows.update_state(&self.scene, end);
         clock.end(Phase::Update);
         Ok(self.pieces.disagreement())
     }

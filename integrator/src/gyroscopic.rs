@@ -44,7 +44,7 @@ fn precession(
 }
 
 /// Number of the axis of symmetry, and inertia about it over that across it.
-fn symmetry(inertia: &Matrix3<f64>) -> Option<(usize, f64)> {
+pub(crate) fn symmetry(inertia: &Matrix3<f64>) -> Option<(usize, f64)> {
     let i = inertia;
     let diagonal = i.m12 == 0.0 && i.m13 == 0.0 && i.m23 == 0.0;
     let other = |axis: usize| ((axis + 1) % 3, (axis + 2) % 3);

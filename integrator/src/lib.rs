@@ -50,13 +50,17 @@
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
+//! | `motion` | velocities and positions from velocity changes |
 //! | `regularization` | Σ and c, in one place |
 //! | `history` | what a step goes back to and looks back on |
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
+//! | `assembly` | the joints' blocks of S, four at a time |
 //! | `products` | J v and Jᵀ μ |
+//! | `lanes` | small vectors in lanes |
 //! | `report` | what a step did, and the time of each phase |
 
 mod access;
+mod assembly;
 mod bounded;
 mod elimination;
 mod equilibrium;
@@ -66,6 +70,8 @@ mod guarded;
 mod gyroscopic;
 mod history;
 mod inertia;
+mod lanes;
+mod motion;
 mod observe;
 mod options;
 mod pieces;

@@ -11,11 +11,12 @@
 //! give the right-hand side of the Schur form.
 
 use crate::geometric::{Geometric, wrench};
-use crate::inertia::Inertia;
+use crate::inertia::{Inertia, VelocityChange};
 use crate::options::Weights;
 use crate::products::{add_transposed, subtract_jacobian};
 use crate::regularization::Regularization;
 use nalgebra::Vector3;
+use taut_lanes::{Level, dispatch};
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -164,27 +165,19 @@ impl Pieces {
         Ok(())
     }
 
-    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about
-    /// their axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
+    /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
         let inertia = &self.inertia;
         self.impulse.copy_from_slice(&inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
-        let (impulses, _) = self.impulse.as_chunks::<6>();
-        let (dvs, _) = self.dv.as_chunks_mut::<6>();
-        for (i, (impulse, dv)) in impulses.iter().zip(dvs).enumerate() {
-            for _ in 0..2 {
-                let (mut momentum, mut correction) = ([0.0; 6], [0.0; 6]);
-                inertia.apply(i, dv, &mut momentum);
-                for (m, p) in momentum.iter_mut().zip(impulse) {
-                    *m = p - *m;
-                }
-                inertia.apply_inverse(i, &momentum, &mut correction);
-                for (dv, correction) in dv.iter_mut().zip(&correction) {
-                    *dv += correction;
-                }
-            }
-        }
+        let (impulse, _) = self.impulse.as_chunks();
+        let (dv, _) = self.dv.as_chunks_mut();
+        let change = VelocityChange {
+            inertia,
+            impulse,
+            dv,
+        };
+        dispatch(Level::best(), change);
     }
 
     /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.

@@ -1,6 +1,7 @@
 //! Where everything goes: block patterns and index maps of a topology, computed once.
 
 use crate::Form;
+use crate::assembly::{Assembly, Coupling};
 use crate::inertia::Inertia;
 use crate::products::dot;
 use crate::regularization::Regularization;
@@ -30,8 +31,15 @@ pub(crate) struct Plan {
 
 #[derive(Debug, Clone)]
 enum Maps {
-    /// Contributions W_s J_tᵀ to stored blocks.
-    Schur(Vec<Product>),
+    /// What the joints abreast write, and the contributions W_s J_tᵀ to stored blocks of all others.
+    Schur {
+        joints: Assembly,
+        /// Stored blocks that products alone are added into.
+        cleared: Vec<usize>,
+        /// Slots that products read W of.
+        weighted: Vec<usize>,
+        products: Vec<Product>,
+    },
     /// Stored diagonal block of each body; stored block of each slot, none where the body is static or driven.
     Kkt {
         body: Vec<usize>,
@@ -90,15 +98,7 @@ impl Plan {
             .collect();
         let groups = order.iter().map(|&c| scene.groups[c]).collect();
         let pattern = BlockPattern::new(&sizes, &couplings)?.with_groups(groups)?;
-        let products = pairs.iter().filter_map(|&(left, right)| {
-            let target = pattern.find(block_of(left), block_of(right))?;
-            Some(Product {
-                target,
-                left,
-                right,
-            })
-        });
-        let maps = Maps::Schur(products.collect());
+        let maps = schur_maps(rows, &pattern, &place, &pairs);
         Ok(Self {
             pattern: Arc::new(pattern),
             block: order.iter().copied().map(BlockOf::Constraint).collect(),
@@ -170,10 +170,18 @@ impl Plan {
         w: &mut [f64],
         a: &mut SymBlockMatrix,
     ) {
-        a.values_mut().fill(0.0);
         match &self.maps {
-            Maps::Schur(products) => {
-                fill_w(rows, inertia, w);
+            Maps::Schur {
+                joints,
+                cleared,
+                weighted,
+                products,
+            } => {
+                for &k in cleared {
+                    a.block_mut(k).fill(0.0);
+                }
+                joints.fill(rows, inertia, &regularization.sigma, a);
+                fill_w(rows, inertia, weighted, w);
                 for p in products {
                     let (left, right) = (&rows.slots[p.left], &rows.slots[p.right]);
                     let m = rows.row_range(left.constraint).len();
@@ -182,15 +190,16 @@ impl Plan {
                     let right = &rows.jacobian[right.offset..right.offset + 6 * n];
                     add_product(left, right, a.block_mut(p.target));
                 }
-                for (c, &block) in self.constraint.iter().enumerate() {
+                for &c in rows.others() {
                     let sigma = &regularization.sigma[rows.row_range(c)];
-                    let diagonal = a.block_mut(self.pattern.column(block).start);
+                    let diagonal = a.block_mut(self.pattern.column(self.constraint[c]).start);
                     for (r, s) in sigma.iter().enumerate() {
                         diagonal[r * (sigma.len() + 1)] += s;
                     }
                 }
             }
             Maps::Kkt { body, slot } => {
+                a.values_mut().fill(0.0);
                 for (i, &k) in body.iter().enumerate() {
                     let block = a.block_mut(k);
                     for r in 0..3 {
@@ -276,9 +285,70 @@ impl Plan {
     }
 }
 
-/// W = J M̃⁻¹, slot by slot.
-fn fill_w(rows: &Linearized, inertia: &Inertia, w: &mut [f64]) {
-    for slot in &rows.slots {
+/// Who writes which block: diagonal blocks of joints and blocks that couple two joints through one body are written in
+/// lanes; the rest are sums of products.
+fn schur_maps(
+    rows: &Linearized,
+    pattern: &BlockPattern,
+    place: &[usize],
+    pairs: &[(usize, usize)],
+) -> Maps {
+    let block_of = |s: usize| place[rows.slots[s].constraint];
+    // Joint and side of each slot.
+    let mut side_of = vec![None; rows.slots.len()];
+    for (k, joint) in rows.abreast.joints().iter().enumerate() {
+        for (side, slot) in joint.slots.into_iter().enumerate() {
+            if let Some(slot) = slot {
+                side_of[slot] = Some((k, side));
+            }
+        }
+    }
+    let diagonal = |c: usize| pattern.values(pattern.column(place[c]).start).start;
+    let joints = rows.abreast.joints().iter();
+    let mut written = vec![false; pattern.stored_blocks()];
+    for joint in rows.abreast.joints() {
+        written[pattern.column(place[joint.constraint]).start] = true;
+    }
+    let (mut couplings, mut products, mut weighted) = (Vec::new(), Vec::new(), Vec::new());
+    for &(left, right) in pairs {
+        let (row, column) = (block_of(left), block_of(right));
+        let Some(target) = pattern.find(row, column) else {
+            continue;
+        };
+        match (side_of[left], side_of[right]) {
+            (Some(_), Some(_)) if row == column => {}
+            (Some(left_side), Some(right_side)) if !written[target] => {
+                written[target] = true;
+                couplings.push(Coupling {
+                    sides: [left_side, right_side],
+                    body: rows.slots[left].body,
+                    target: pattern.values(target).start,
+                });
+            }
+            _ => {
+                weighted.push(left);
+                products.push(Product {
+                    target,
+                    left,
+                    right,
+                });
+            }
+        }
+    }
+    weighted.sort_unstable();
+    weighted.dedup();
+    Maps::Schur {
+        joints: Assembly::new(joints.map(|j| diagonal(j.constraint)).collect(), couplings),
+        cleared: (0..written.len()).filter(|&k| !written[k]).collect(),
+        weighted,
+        products,
+    }
+}
+
+/// W = J M̃⁻¹ of some slots.
+fn fill_w(rows: &Linearized, inertia: &Inertia, slots: &[usize], w: &mut [f64]) {
+    for &s in slots {
+        let slot = &rows.slots[s];
         let len = 6 * rows.row_range(slot.constraint).len();
         let range = slot.offset..slot.offset + len;
         let (jacobian, _) = rows.jacobian[range.clone()].as_chunks::<6>();

@@ -1,11 +1,23 @@
-//! Matrix-free products with the Jacobian.
+//! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
+//! constraints block by block.
 
-use taut_model::Linearized;
+use crate::lanes::{of_bodies, of_rows};
+use taut_lanes::vector::{Vec3, add, combine, cross, load, save, sub};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
+use taut_model::{ABREAST, Four, Joint, Linearized, Pack, Slot};
 
 /// p += Jᵀ μ; p: 6 numbers a body, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     let (p, _) = p.as_chunks_mut::<6>();
-    for slot in &rows.slots {
+    dispatch(
+        Level::best(),
+        Transposed {
+            rows,
+            mu,
+            p: &mut *p,
+        },
+    );
+    for slot in other_slots(rows) {
         let mu = &mu[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
         let p = &mut p[slot.body];
@@ -20,7 +32,15 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
 /// r −= J v; v: 6 numbers a body, r: one a row.
 pub(crate) fn subtract_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
     let (v, _) = v.as_chunks::<6>();
-    for slot in &rows.slots {
+    dispatch(
+        Level::best(),
+        Product {
+            rows,
+            v,
+            r: &mut *r,
+        },
+    );
+    for slot in other_slots(rows) {
         let r = &mut r[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
         for (j, r) in jacobian.iter().zip(r) {
@@ -29,8 +49,115 @@ pub(crate) fn subtract_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
     }
 }
 
+/// The slots of the constraints that are not abreast.
+fn other_slots(rows: &Linearized) -> impl Iterator<Item = &Slot> {
+    let others = rows.others().iter();
+    others.flat_map(|&c| &rows.slots[rows.slot_range(c)])
+}
+
 /// a · b, summed in two halves: a shorter chain of additions.
 #[inline]
 pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
     (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
+}
+
+/// Velocity of the attachment point of one side, and the body's angular velocity.
+#[inline(always)]
+fn point<V: Lanes>(
+    pack: &Pack,
+    joints: &[Joint; ABREAST],
+    v: &[[f64; 6]],
+    side: usize,
+) -> (Vec3<V>, Vec3<V>) {
+    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, joints.each_ref().map(|j| j.bodies[side]));
+    let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
+    (
+        add(&velocity, &cross(&omega, &load(&pack.arms[side]))),
+        omega,
+    )
+}
+
+/// r −= J v of the joints.
+struct Product<'a> {
+    rows: &'a Linearized,
+    v: &'a [[f64; 6]],
+    r: &'a mut [f64],
+}
+
+impl Kernel for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (pack, joints, count) in self.rows.abreast.packs() {
+            let (point_a, omega_a) = point::<I::X4>(pack, joints, self.v, 0);
+            let (point_b, omega_b) = point::<I::X4>(pack, joints, self.v, 1);
+            let [x, y, z] = sub(&point_a, &point_b);
+            let turning = sub(&omega_b, &omega_a);
+            let [p, q, s] = &pack.gradients;
+            let rates: [Four; 6] = save(&[
+                x,
+                y,
+                z,
+                vector::dot(&load(p), &turning),
+                vector::dot(&load(q), &turning),
+                vector::dot(&load(s), &turning),
+            ]);
+            for (lane, joint) in joints[..count].iter().enumerate() {
+                let r = &mut self.r[joint.row..joint.row + joint.rows];
+                if let Some(r) = r.first_chunk_mut::<6>() {
+                    for (r, rate) in r.iter_mut().zip(&rates) {
+                        *r -= rate[lane];
+                    }
+                } else {
+                    for (r, rate) in r.iter_mut().zip(&rates) {
+                        *r -= rate[lane];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// p += Jᵀ μ of the joints.
+struct Transposed<'a> {
+    rows: &'a Linearized,
+    mu: &'a [f64],
+    p: &'a mut [[f64; 6]],
+}
+
+impl Kernel for Transposed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (pack, joints, count) in self.rows.abreast.packs() {
+            let (row, rows) = (
+                joints.each_ref().map(|j| j.row),
+                joints.each_ref().map(|j| j.rows),
+            );
+            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, row, rows);
+            let force = [x, y, z];
+            let [first, second, third] = &pack.gradients;
+            let gradients = [load(first), load(second), load(third)];
+            let torque = combine::<I::X4>(&gradients, &[p, q, s]);
+            let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
+            let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
+            let [force, on_a, on_b]: [[Four; 3]; 3] = [save(&force), save(&on_a), save(&on_b)];
+            for (lane, joint) in joints[..count].iter().enumerate() {
+                if let Some(p) = self.p.get_mut(joint.bodies[0]) {
+                    for i in 0..3 {
+                        p[i] += force[i][lane];
+                        p[3 + i] += on_a[i][lane];
+                    }
+                }
+                if let Some(p) = self.p.get_mut(joint.bodies[1]) {
+                    for i in 0..3 {
+                        p[i] -= force[i][lane];
+                        p[3 + i] += on_b[i][lane];
+                    }
+                }
+            }
+        }
+    }
 }

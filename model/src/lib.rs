@@ -64,6 +64,7 @@
 //! | [`frame`] | attachment frames, prescribed [`Motion`] of world sides |
 //! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test |
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
+//! | [`abreast`] | joints four side by side, evaluated in vectors |
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
@@ -82,7 +83,8 @@
 //! - The bend angle \[SL (21)] resists one of two transverse directions: the ordinary joint is [`Cosserat`], with two.
 //! - A prescribed motion enters as ∂φ/∂t, absent in \[SL (11)] ([`Linearized::update`]).
 
-pub mod body;
+pub mod abreast;
+mod body;
 mod check;
 pub mod constraint;
 mod error;
@@ -102,6 +104,7 @@ mod seed;
 pub mod specimen;
 pub mod topology;
 
+pub use abreast::{ABREAST, Abreast, Four, Joint, Pack};
 pub use body::{Bodies, Body, Mobility};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
@@ -113,7 +116,7 @@ pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use gantry::{Controls, GantryParams, ResolvedGantry};
 pub use hoist::{Apart, End, Hoist, HoistParams, JointKind};
-pub use linearized::{Linearized, RowBounds, Slot, Transverse, update_windings};
+pub use linearized::{Block, Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;

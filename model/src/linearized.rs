@@ -3,11 +3,12 @@
 //! [`Linearized`] is what the time stepper reads: φ, ∂φ/∂t, ε, τ and J, as flat arrays whose layout depends on the
 //! topology alone. Rows are numbered through all constraints, in the order of the scene.
 
-use std::ops::Range;
+use std::ops::{Deref, Range};
 
 use nalgebra::Vector3;
 
-use crate::constraint::{RowKind, Rows};
+use crate::abreast::Abreast;
+use crate::constraint::{MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// One Jacobian block: how a constraint acts on a body.
@@ -18,8 +19,32 @@ pub struct Slot {
     /// Index of the body.
     pub body: usize,
     /// Where in [`Linearized::jacobian`] the block starts: rows × 6, row-major, columns 0..3 on the velocity and
-    /// 3..6 on the angular velocity, both in the world frame.
+    /// 3..6 on the angular velocity, both in the world frame. `usize::MAX` for joints, whose blocks are made of their
+    /// [`Pack`](crate::Pack).
     pub offset: usize,
+}
+
+/// A copy of a slot's block of the Jacobian: a slice of rows × 6 numbers, row-major.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Block {
+    values: [f64; 6 * MAX_ROWS],
+    len: usize,
+}
+
+impl Deref for Block {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.values[..self.len]
+    }
+}
+
+impl Block {
+    /// The block row by row.
+    #[must_use]
+    pub fn rows(&self) -> &[[f64; 6]] {
+        self.as_chunks().0
+    }
 }
 
 /// The transverse rows of a link ([`Distance`](crate::Distance)), in terms of rows of the scene.
@@ -80,15 +105,21 @@ pub struct Linearized {
     pub compliance: Vec<f64>,
     /// Damping times τ, one a row \[s].
     pub damping: Vec<f64>,
-    /// All blocks, see [`Slot::offset`].
+    /// The blocks of the constraints that are no joints abreast, see [`Slot::offset`]; any block is
+    /// [`Linearized::block`].
     pub jacobian: Vec<f64>,
-    /// Lever arm of each slot, world \[m]: from the body's centre to the attachment point. Zero where the constraint
-    /// has neither stretch nor length rows, which alone change with the lever's rotation.
-    pub levers: Vec<Vector3<f64>>,
+    /// Lever arms of these constraints' slots, zeros for all other slots.
+    levers: Vec<Vector3<f64>>,
     /// Links with transverse rows, in the order of the scene.
     pub transverse: Vec<Transverse>,
     /// Rows with bounds, in the order of the scene; at most one of a constraint.
     pub bounds: Vec<RowBounds>,
+    /// The joints' part of the Jacobian, four side by side.
+    pub abreast: Abreast,
+    /// Constraints that are none of the joints abreast.
+    others: Vec<usize>,
+    /// Joints that lanes could not do.
+    rest: Vec<usize>,
 }
 
 const ANOTHER_TOPOLOGY: &str = "has another topology than at Linearized::new";
@@ -120,17 +151,23 @@ impl Linearized {
                 });
             }
             rows += c.rows();
+            let joint = Abreast::holds(c);
             for body in c.bodies() {
+                let offset = if joint { usize::MAX } else { values };
                 lin.slots.push(Slot {
                     constraint,
                     body,
-                    offset: values,
+                    offset,
                 });
-                values += 6 * c.rows();
+                values += if joint { 0 } else { 6 * c.rows() };
             }
             lin.row_start.push(rows);
             lin.slot_start.push(lin.slots.len());
         }
+        lin.abreast = Abreast::new(scene, &lin.row_start, &lin.slot_start);
+        lin.rest = Vec::with_capacity(lin.abreast.joints().len() + 3);
+        let other = |c: &usize| !Abreast::holds(&scene.constraints[*c]);
+        lin.others = (0..scene.constraints.len()).filter(other).collect();
         lin.phi = vec![0.0; rows];
         lin.phi_t = vec![0.0; rows];
         lin.compliance = vec![0.0; rows];
@@ -150,25 +187,39 @@ impl Linearized {
             self.constraints(),
             "the scene has another number of constraints than at Linearized::new"
         );
-        let (mut links, mut bounded) = (0, 0);
         for (i, c) in scene.constraints.iter().enumerate() {
-            let (rows, slots) = (self.row_range(i), self.slot_range(i));
+            let rows = self.row_range(i);
             let found = (c.rows(), c.bodies().count());
             assert_eq!(
-                (rows.len(), slots.len()),
+                (rows.len(), self.slot_range(i).len()),
                 found,
                 "constraint {i} {ANOTHER_TOPOLOGY}"
             );
-            let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
-            let blocks = &mut self.jacobian[start..start + 6 * rows.len() * slots.len()];
-            let levers = if c.acts_at_points() {
-                &mut self.levers[slots]
-            } else {
-                &mut []
-            };
-            let mut out = Rows::new(&mut self.phi[rows.clone()], blocks, levers);
-            c.evaluate(&scene.bodies, t, &mut out);
-            let distance = out.distance;
+            let mut row = rows.start;
+            for (_, count, law) in c.parts() {
+                self.compliance[row..row + count].fill(law.compliance);
+                self.damping[row..row + count].fill(law.damping);
+                row += count;
+            }
+        }
+        self.abreast.refresh(scene);
+        self.update_state(scene, t);
+    }
+
+    /// [`Linearized::update`] where the scene is the one of the last update but for its bodies, what time changes, and
+    /// its windings, if [`Linearized::follow_windings`] alone changed them: frames and laws of joints stay.
+    ///
+    /// # Panics
+    /// As [`Linearized::update`].
+    pub fn update_state(&mut self, scene: &Scene, t: f64) {
+        let (phi, rest) = (&mut self.phi, &mut self.rest);
+        self.abreast.evaluate(scene, t, phi, rest);
+        let (mut links, mut bounded) = (0, 0);
+        for k in 0..self.others.len() {
+            let i = self.others[k];
+            let (c, rows) = (&scene.constraints[i], self.row_range(i));
+            let distance = self.evaluate(scene, i, t);
+            let factor = c.compliance_factor(t);
             let mut row = rows.start;
             for (kind, count, law) in c.parts() {
                 if kind == RowKind::Transverse {
@@ -178,15 +229,8 @@ impl Linearized {
                         .distance = distance;
                     links += 1;
                 }
-                self.compliance[row..row + count].fill(law.compliance);
-                self.damping[row..row + count].fill(law.damping);
+                self.compliance[row..row + count].fill(law.compliance * factor);
                 row += count;
-            }
-            let factor = c.compliance_factor(t);
-            if factor != 1.0 {
-                self.compliance[rows.clone()]
-                    .iter_mut()
-                    .for_each(|e| *e *= factor);
             }
             if let Some((row, lower, upper)) = c.bounds(t) {
                 let bound = self.bounds.get_mut(bounded);
@@ -199,6 +243,34 @@ impl Linearized {
         let found = (links, bounded);
         let known = (self.transverse.len(), self.bounds.len());
         assert_eq!(found, known, "a constraint {ANOTHER_TOPOLOGY}");
+    }
+
+    /// φ, J and lever arms of one constraint; the distance that a link measures.
+    fn evaluate(&mut self, scene: &Scene, i: usize, t: f64) -> f64 {
+        let c = &scene.constraints[i];
+        let (rows, slots) = (self.row_range(i), self.slot_range(i));
+        let start = self.slots.get(slots.start).map_or(0, |s| s.offset);
+        let blocks = &mut self.jacobian[start..start + 6 * rows.len() * slots.len()];
+        let levers = if c.acts_at_points() {
+            &mut self.levers[slots]
+        } else {
+            &mut []
+        };
+        let mut out = Rows::new(&mut self.phi[rows], blocks, levers);
+        c.evaluate(&scene.bodies, t, &mut out);
+        out.distance
+    }
+
+    /// [`update_windings`] by the angles of the last [`Linearized::update`] or
+    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s).
+    ///
+    /// # Panics
+    /// As [`Linearized::update`].
+    pub fn follow_windings(&mut self, scene: &mut Scene, t: f64) {
+        self.abreast.follow_windings(scene, &self.phi, t);
+        for &i in &self.others {
+            scene.constraints[i].update_winding(&scene.bodies, t);
+        }
     }
 
     /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when
@@ -225,6 +297,12 @@ impl Linearized {
         self.row_start.len().saturating_sub(1)
     }
 
+    /// The constraints that are none of the joints [`abreast`](Linearized::abreast).
+    #[must_use]
+    pub fn others(&self) -> &[usize] {
+        &self.others
+    }
+
     /// Rows of constraint `i`.
     ///
     /// # Panics
@@ -248,11 +326,30 @@ impl Linearized {
     /// # Panics
     /// When `slot` is not below the number of slots.
     #[must_use]
-    pub fn block(&self, slot: usize) -> &[f64] {
+    pub fn block(&self, slot: usize) -> Block {
         let Slot {
             constraint, offset, ..
         } = self.slots[slot];
-        &self.jacobian[offset..offset + 6 * self.row_range(constraint).len()]
+        let len = 6 * self.row_range(constraint).len();
+        let mut values = [0.0; 6 * MAX_ROWS];
+        match self.abreast.of_slot(slot) {
+            Some((joint, side)) => self.abreast.write_block(joint, side, &mut values[..len]),
+            None => values[..len].copy_from_slice(&self.jacobian[offset..offset + len]),
+        }
+        Block { values, len }
+    }
+
+    /// Lever arm of slot `slot`, world \[m]: from the body's centre to the attachment point. Zero where the constraint
+    /// has neither stretch nor length rows, which alone change with the lever's rotation.
+    ///
+    /// # Panics
+    /// When `slot` is not below the number of slots.
+    #[must_use]
+    pub fn lever(&self, slot: usize) -> Vector3<f64> {
+        match self.abreast.of_slot(slot) {
+            Some((joint, side)) => self.abreast.arm(joint, side),
+            None => self.levers[slot],
+        }
     }
 }
 
@@ -309,8 +406,8 @@ mod tests {
         assert_eq!(lin.slot_start, [0, 1, 3, 5, 7]);
         assert_eq!((lin.rows(), lin.constraints()), (21, 4));
         assert_eq!(lin.slots[1].body, 0);
-        assert_eq!(lin.slots[2].offset, 36 * 2);
-        assert_eq!(lin.jacobian.len(), 36 * 5 + 18 * 2);
+        assert!(lin.jacobian.is_empty(), "all are joints");
+        assert_eq!(lin.block(1).len(), 36);
         assert_eq!(lin.block(6).len(), 18);
     }
 

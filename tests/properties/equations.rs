@@ -143,7 +143,7 @@ fn weights(scheme: Scheme) -> [f64; 3] {
 fn geometric_stiffness(rows: &Linearized, lambda: &[f64], body: usize) -> Matrix3<f64> {
     let mut k = Matrix3::zeros();
     for (s, slot) in rows.slots.iter().enumerate() {
-        let (r, lambda) = (rows.levers[s], &lambda[rows.row_range(slot.constraint)]);
+        let (r, lambda) = (rows.lever(s), &lambda[rows.row_range(slot.constraint)]);
         if slot.body == body && r.norm() > 0.0 {
             let pulls = rows.block(s).chunks_exact(6).zip(lambda);
             let force: Vector3<f64> = pulls

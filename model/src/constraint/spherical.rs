@@ -61,7 +61,7 @@ mod tests {
         assert!(crate::check_jacobian(&scene, 0).max < 1e-9);
         let mut lin = crate::Linearized::new(&scene);
         lin.update(&scene, 0.0);
-        assert_eq!((lin.slots.len(), lin.jacobian.len()), (1, 18));
+        assert_eq!((lin.slots.len(), lin.block(0).len()), (1, 18));
         assert_eq!(lin.block(0)[..6], [-1.0, 0.0, 0.0, 0.0, -2.0, 0.3]);
     }
 }

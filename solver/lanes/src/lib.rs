@@ -32,6 +32,7 @@
 pub mod functions;
 mod level;
 mod twice;
+pub mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
@@ -69,6 +70,50 @@ pub trait Lanes:
     /// # Panics
     /// Where `to` is shorter.
     fn store(self, to: &mut [f64]);
+
+    /// The first and the second number of each lane's pair.
+    #[must_use]
+    #[inline(always)]
+    fn load_pairs<const L: usize>(from: [&[f64; 2]; L]) -> [Self; 2] {
+        [Self::from_fn(|l| from[l][0]), Self::from_fn(|l| from[l][1])]
+    }
+
+    /// The lanes of `first` and `second` into the pair at each lane's place, one lane after the other.
+    ///
+    /// # Panics
+    /// Where a place is beyond `to`.
+    #[inline(always)]
+    fn store_pairs<const L: usize>(first: Self, second: Self, to: &mut [f64], at: [usize; L]) {
+        let (mut a, mut b) = ([0.0; L], [0.0; L]);
+        first.store(&mut a);
+        second.store(&mut b);
+        for l in 0..L {
+            to[at[l]..at[l] + 2].copy_from_slice(&[a[l], b[l]]);
+        }
+    }
+
+    /// Adds the lanes of `first` and `second` to the pair at each lane's place, for the first `count` lanes, one after
+    /// the other.
+    ///
+    /// # Panics
+    /// Where a place is beyond `to`.
+    #[inline(always)]
+    fn add_pairs<const L: usize>(
+        first: Self,
+        second: Self,
+        to: &mut [f64],
+        at: [usize; L],
+        count: usize,
+    ) {
+        let (mut a, mut b) = ([0.0; L], [0.0; L]);
+        first.store(&mut a);
+        second.store(&mut b);
+        for l in 0..count {
+            let to = &mut to[at[l]..at[l] + 2];
+            to[0] += a[l];
+            to[1] += b[l];
+        }
+    }
 
     /// self · a + b.
     #[must_use]
@@ -259,6 +304,38 @@ mod tests {
             }
         }
         assert_eq!(x.max_lane(), a[V::LANES - 1]);
+    }
+
+    struct Pairs;
+
+    impl Kernel for Pairs {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            let from = [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]];
+            let [first, second] = I::X4::load_pairs(from.each_ref());
+            let mut lanes = [0.0; 4];
+            first.store(&mut lanes);
+            assert_eq!(lanes, [1.0, 3.0, 5.0, 7.0]);
+            second.store(&mut lanes);
+            assert_eq!(lanes, [2.0, 4.0, 6.0, 8.0]);
+            let mut to = [0.0; 8];
+            I::X4::store_pairs(first, second, &mut to, [0, 2, 4, 6]);
+            assert_eq!(to.as_chunks().0, from);
+            // The last of those at one place stays; sums add up.
+            I::X4::store_pairs(first, second, &mut to, [0, 2, 4, 2]);
+            assert_eq!(to[2..4], from[3]);
+            I::X4::add_pairs(first, second, &mut to, [6, 2, 6, 2], 3);
+            assert_eq!(to, [1.0, 2.0, 10.0, 12.0, 5.0, 6.0, 13.0, 16.0]);
+        }
+    }
+
+    #[test]
+    fn pairs_come_and_go() {
+        for level in Level::available() {
+            dispatch(level, Pairs);
+        }
     }
 
     impl Kernel for Everything<'_> {

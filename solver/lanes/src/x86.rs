@@ -139,7 +139,8 @@ macro_rules! vector {
     ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, splat $splat:ident, load $load:ident, store $store:ident,
      add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, max $max:ident, min $min:ident, sqrt $sqrt:ident,
      neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
-     mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr) => {
+     mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr
+     $(, more { $($more:tt)* })?) => {
         $(#[$doc])*
         #[derive(Debug, Clone, Copy)]
         struct $name($inner);
@@ -158,6 +159,8 @@ macro_rules! vector {
 
         impl Lanes for $name {
             const LANES: usize = $lanes;
+
+            $($($more)*)?
 
             #[inline(always)]
             fn splat(x: f64) -> Self {
@@ -247,7 +250,54 @@ vector!(
     add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, max _mm256_max_pd,
     min _mm256_min_pd, sqrt _mm256_sqrt_pd,
     neg |x| _mm256_xor_pd(x, _mm256_set1_pd(-0.0)), abs |x| _mm256_andnot_pd(_mm256_set1_pd(-0.0), x),
-    mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c)
+    mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c),
+    more {
+        #[inline(always)]
+        fn load_pairs<const L: usize>(from: [&[f64; 2]; L]) -> [Self; 2] {
+            assert!(L >= 4);
+            // SAFETY: as in `vector`; each pair has the two doubles that are read, and no alignment is needed.
+            unsafe {
+                let even = _mm256_castpd128_pd256(_mm_loadu_pd(from[0].as_ptr()));
+                let even = _mm256_insertf128_pd::<1>(even, _mm_loadu_pd(from[2].as_ptr()));
+                let odd = _mm256_castpd128_pd256(_mm_loadu_pd(from[1].as_ptr()));
+                let odd = _mm256_insertf128_pd::<1>(odd, _mm_loadu_pd(from[3].as_ptr()));
+                [Self(_mm256_unpacklo_pd(even, odd)), Self(_mm256_unpackhi_pd(even, odd))]
+            }
+        }
+
+        #[inline(always)]
+        fn store_pairs<const L: usize>(first: Self, second: Self, to: &mut [f64], at: [usize; L]) {
+            assert!(L >= 4);
+            let pairs = split(first.0, second.0);
+            for l in 0..4 {
+                let to = &mut to[at[l]..at[l] + 2];
+                // SAFETY: as in `vector`; there is room for the two doubles, and no alignment is needed.
+                unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[l]) };
+            }
+        }
+
+        #[inline(always)]
+        fn add_pairs<const L: usize>(
+            first: Self,
+            second: Self,
+            to: &mut [f64],
+            at: [usize; L],
+            count: usize,
+        ) {
+            assert!(L >= 4);
+            let pairs = split(first.0, second.0);
+            for l in 0..4 {
+                if l < count {
+                    let to = &mut to[at[l]..at[l] + 2];
+                    // SAFETY: as in `vector`; there are the two doubles, and no alignment is needed.
+                    unsafe {
+                        let sum = _mm_add_pd(_mm_loadu_pd(to.as_ptr()), pairs[l]);
+                        _mm_storeu_pd(to.as_mut_ptr(), sum);
+                    }
+                }
+            }
+        }
+    }
 );
 vector!(
     /// Eight lanes with fused multiply-adds.
@@ -257,3 +307,19 @@ vector!(
     neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
     mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
 );
+
+/// The pair of each lane.
+#[inline(always)]
+fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
+    // SAFETY: called where vectors of four lanes are, see `vector`.
+    unsafe {
+        let even = _mm256_unpacklo_pd(first, second);
+        let odd = _mm256_unpackhi_pd(first, second);
+        [
+            _mm256_castpd256_pd128(even),
+            _mm256_castpd256_pd128(odd),
+            _mm256_extractf128_pd::<1>(even),
+            _mm256_extractf128_pd::<1>(odd),
+        ]
+    }
+}

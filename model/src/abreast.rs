@@ -1,0 +1,582 @@
+//! Joints four abreast: what most constraints of a cable are, in a form that vectors work on.
+//!
+//! A joint here is a constraint with three gap rows and up to three rows that measure an angle of the relative rotation.
+//! Its Jacobian is made of two lever arms r and of the angles' gradients g on ω_b alone (gap rows: the rows of −\[r]×
+//! are (r × e_k)ᵀ):
+//!
+//! ```text
+//! J_a = [ I  −[r_a]× ]      J_b = [ −I  [r_b]× ]
+//!       [ 0  −gᵀ     ]            [  0   gᵀ    ]
+//! ```
+//!
+//! so that 15 numbers stand for 72. Four joints make a [`Pack`], number by number, whatever bodies and rows they belong
+//! to. Rows that a joint does not have have g = 0; a side that is held by the world is on the body after the last one,
+//! which stands still.
+//!
+//! Ball joints and [`Cosserat`](crate::Cosserat) joints are evaluated in lanes where they bend by less than 60° and are
+//! twisted by less than 23°, with the same formulas as elsewhere; all others one by one.
+
+use nalgebra::Vector3;
+use taut_lanes::functions::{asin_ratio, atan};
+use taut_lanes::vector::{
+    Quaternion, Vec3, add, combine, cross, dot, gather, load, rotation, save, scale, scale_add, sub,
+};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+
+use crate::body::Bodies;
+use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
+use crate::scene::Scene;
+
+/// Joints in a pack.
+pub const ABREAST: usize = 4;
+
+/// One number of each joint of a pack.
+pub type Four = [f64; ABREAST];
+
+/// Largest |sin|/cos of a twist in lanes.
+const TWIST: f64 = 0.4375;
+/// Least cosine of a bend in lanes.
+const BEND: f64 = 0.5;
+
+/// The Jacobians of four joints.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C, align(32))]
+pub struct Pack {
+    /// Lever arms of the sides a and b, world \[m].
+    pub arms: [[Four; 3]; 2],
+    /// Gradients of up to three angular rows on ω_b; those on ω_a are the negatives.
+    pub gradients: [[Four; 3]; 3],
+}
+
+/// Where a joint stands in the scene.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Joint {
+    /// Index of the constraint.
+    pub constraint: usize,
+    /// Its first row.
+    pub row: usize,
+    /// Number of its rows, 3 to 6: three of the gap, then angles.
+    pub rows: usize,
+    /// Bodies of the sides a and b; the number of bodies stands for the world.
+    pub bodies: [usize; 2],
+    /// Slots of the sides, `None` for the world.
+    pub slots: [Option<usize>; 2],
+    kind: Kind,
+}
+
+/// What is evaluated in lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// Gap rows, then two bends, then the twist, as far as they are there.
+    Cable { bend: bool, twist: bool },
+    /// Anything else.
+    Other,
+}
+
+/// What does not change while a cable moves, of four joints.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C, align(32))]
+struct Frames {
+    /// Attachment points of the sides, body frame.
+    points: [[Four; 3]; 2],
+    /// Axes of the sides, body frame: columns u, v, w.
+    axes: [[[Four; 3]; 3]; 2],
+    /// What the twist is unwrapped against.
+    twist: Four,
+}
+
+/// The joints of a scene.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Abreast {
+    /// The joints in the order of the scene; the last pack is filled up with copies of the last joint.
+    joints: Vec<Joint>,
+    /// Number of joints.
+    count: usize,
+    packs: Vec<Pack>,
+    frames: Vec<Frames>,
+    /// Joints with a side that is held by the world.
+    held: Vec<usize>,
+    /// Joint and side of each slot.
+    of_slot: Vec<Option<(usize, usize)>>,
+}
+
+impl Abreast {
+    /// The joints among the constraints of a scene, whose first rows and slots are given.
+    pub(crate) fn new(scene: &Scene, row_start: &[usize], slot_start: &[usize]) -> Self {
+        let world = scene.bodies.len();
+        let mut joints: Vec<Joint> = Vec::new();
+        let mut of_slot = vec![None; slot_start.last().copied().unwrap_or(0)];
+        for (constraint, c) in scene.constraints.iter().enumerate() {
+            let Some(kind) = kind(c) else { continue };
+            let mut slot = slot_start[constraint];
+            let (mut bodies, mut slots) = ([world; 2], [None; 2]);
+            for (side, frame) in c.frames().iter().enumerate() {
+                if let Some(body) = frame.body_index() {
+                    bodies[side] = body;
+                    slots[side] = Some(slot);
+                    of_slot[slot] = Some((joints.len(), side));
+                    slot += 1;
+                }
+            }
+            joints.push(Joint {
+                constraint,
+                row: row_start[constraint],
+                rows: row_start[constraint + 1] - row_start[constraint],
+                bodies,
+                slots,
+                kind,
+            });
+        }
+        let count = joints.len();
+        if let Some(&last) = joints.last() {
+            joints.resize(count.next_multiple_of(ABREAST), last);
+        }
+        let packs = joints.len() / ABREAST;
+        let held = |k: &usize| {
+            let frames = scene.constraints[joints[*k].constraint].frames();
+            frames.iter().any(|f| f.body_index().is_none())
+        };
+        Self {
+            held: (0..joints.len()).filter(held).collect(),
+            of_slot,
+            count,
+            packs: vec![Pack::default(); packs],
+            frames: vec![Frames::default(); packs],
+            joints,
+        }
+    }
+
+    /// The joints, in the order of the scene.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints[..self.count]
+    }
+
+    /// The Jacobians with their joints, pack by pack. In the last pack the joints after the first `usize` are copies of
+    /// the last one: what is written for them is written twice, and must not be added.
+    pub fn packs(&self) -> impl Iterator<Item = (&Pack, &[Joint; ABREAST], usize)> {
+        let (joints, _) = self.joints.as_chunks();
+        let packs = self.packs.iter().zip(joints).enumerate();
+        packs.map(|(k, (pack, joints))| (pack, joints, (self.count - ABREAST * k).min(ABREAST)))
+    }
+
+    /// The Jacobians alone: joint k is lane k mod 4 of pack k/4.
+    #[must_use]
+    pub fn jacobians(&self) -> &[Pack] {
+        &self.packs
+    }
+
+    /// Whether a constraint is one of the joints.
+    pub(crate) fn holds(c: &Constraint) -> bool {
+        kind(c).is_some()
+    }
+
+    /// Takes frames and twist references from the scene.
+    pub(crate) fn refresh(&mut self, scene: &Scene) {
+        for (k, joint) in self.joints.iter().enumerate() {
+            let (frames, lane) = (&mut self.frames[k / ABREAST], k % ABREAST);
+            let c = &scene.constraints[joint.constraint];
+            for (side, frame) in c.frames().iter().enumerate() {
+                for i in 0..3 {
+                    frames.points[side][i][lane] = frame.point[i];
+                    for column in 0..3 {
+                        frames.axes[side][column][i][lane] = frame.axes[(i, column)];
+                    }
+                }
+            }
+            if let Constraint::Cosserat(c) = c {
+                frames.twist[lane] = c.twist_reference;
+            }
+        }
+    }
+
+    /// Moves the references of the twist rows to `phi`, the violations of the present state, here and in the scene;
+    /// whether that was all there was to do for the joint.
+    pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64], t: f64) {
+        for (k, joint) in self.joints[..self.count].iter().enumerate() {
+            let c = &mut scene.constraints[joint.constraint];
+            match (joint.kind, &mut *c) {
+                (Kind::Cable { twist: true, .. }, Constraint::Cosserat(c)) => {
+                    let twist = phi[joint.row + joint.rows - 1];
+                    c.twist_reference = twist;
+                    self.frames[k / ABREAST].twist[k % ABREAST] = twist;
+                }
+                (Kind::Cable { .. }, _) => {}
+                (Kind::Other, c) => c.update_winding(&scene.bodies, t),
+            }
+        }
+        // The copies at the end are the last joint, too.
+        if let Some(last) = self.frames.last_mut() {
+            let lane = (self.count - 1) % ABREAST;
+            let twist = last.twist[lane];
+            last.twist[lane..].fill(twist);
+        }
+    }
+
+    /// φ and the packs at time `t`; `rest` is for the joints that lanes cannot do.
+    pub(crate) fn evaluate(
+        &mut self,
+        scene: &Scene,
+        t: f64,
+        phi: &mut [f64],
+        rest: &mut Vec<usize>,
+    ) {
+        for &k in &self.held {
+            let c = &scene.constraints[self.joints[k].constraint];
+            for (side, frame) in c.frames().iter().enumerate() {
+                if frame.body_index().is_none() {
+                    let point = frame.point + frame.displacement(t);
+                    let points = &mut self.frames[k / ABREAST].points[side];
+                    for (to, x) in points.iter_mut().zip(point.iter()) {
+                        to[k % ABREAST] = *x;
+                    }
+                }
+            }
+        }
+        rest.clear();
+        dispatch(
+            Level::best(),
+            Evaluation {
+                joints: self,
+                bodies: &scene.bodies,
+                phi: &mut *phi,
+                rest: &mut *rest,
+            },
+        );
+        for &k in rest.iter() {
+            let joint = self.joints[k];
+            let mut blocks = [0.0; 2 * 6 * MAX_ROWS];
+            let mut levers = [Vector3::zeros(); 2];
+            let c = &scene.constraints[joint.constraint];
+            let phi = &mut phi[joint.row..joint.row + joint.rows];
+            c.evaluate(
+                &scene.bodies,
+                t,
+                &mut Rows::new(phi, &mut blocks, &mut levers),
+            );
+            self.take(k, &blocks, &levers);
+        }
+    }
+
+    /// Takes joint `k` from the blocks and levers of its moving sides, one after the other.
+    fn take(&mut self, k: usize, blocks: &[f64], levers: &[Vector3<f64>; 2]) {
+        let joint = self.joints[k];
+        let (pack, lane) = (&mut self.packs[k / ABREAST], k % ABREAST);
+        let sides = (0..2).filter(|side| joint.slots[*side].is_some());
+        for (side, (block, lever)) in sides.zip(blocks.chunks_exact(6 * joint.rows).zip(levers)) {
+            for (to, r) in pack.arms[side].iter_mut().zip(lever.iter()) {
+                to[lane] = *r;
+            }
+            let sign = if side == 0 { -1.0 } else { 1.0 };
+            let (rows, _) = block.as_chunks::<6>();
+            for (row, gradient) in rows[3..].iter().zip(&mut pack.gradients) {
+                for (to, g) in gradient.iter_mut().zip(&row[3..]) {
+                    to[lane] = sign * g;
+                }
+            }
+        }
+    }
+
+    /// Joint and side of a slot, `None` where it is none of a joint's.
+    #[must_use]
+    pub fn of_slot(&self, slot: usize) -> Option<(usize, usize)> {
+        self.of_slot.get(slot).copied().flatten()
+    }
+
+    /// Lever arm of a joint's side.
+    pub(crate) fn arm(&self, joint: usize, side: usize) -> Vector3<f64> {
+        let arm = &self.packs[joint / ABREAST].arms[side];
+        Vector3::from_fn(|i, _| arm[i][joint % ABREAST])
+    }
+
+    /// The block of a joint's side, as many rows as there is room for.
+    pub(crate) fn write_block(&self, joint: usize, side: usize, block: &mut [f64]) {
+        let (pack, lane) = (&self.packs[joint / ABREAST], joint % ABREAST);
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let [x, y, z] = pack.arms[side].map(|r| r[lane]);
+        let gradient = |q: usize| {
+            let [x, y, z] = pack.gradients[q].map(|g| g[lane]);
+            [0.0, 0.0, 0.0, -sign * x, -sign * y, -sign * z]
+        };
+        let rows = [
+            [sign, 0.0, 0.0, 0.0, sign * z, -sign * y],
+            [0.0, sign, 0.0, -sign * z, 0.0, sign * x],
+            [0.0, 0.0, sign, sign * y, -sign * x, 0.0],
+            gradient(0),
+            gradient(1),
+            gradient(2),
+        ];
+        block.copy_from_slice(&rows.as_flattened()[..block.len()]);
+    }
+}
+
+/// What a constraint is as a joint, if it is one.
+fn kind(c: &Constraint) -> Option<Kind> {
+    let has = |wanted| c.parts().any(|(kind, ..)| kind == wanted);
+    if let [a, b] = c.frames()
+        && a.body_index() == b.body_index()
+    {
+        return None;
+    }
+    match c {
+        Constraint::Spherical(_) => Some(Kind::Cable {
+            bend: false,
+            twist: false,
+        }),
+        Constraint::Cosserat(_) if c.has_stretch_rows() => Some(Kind::Cable {
+            bend: has(RowKind::Bend),
+            twist: has(RowKind::Twist),
+        }),
+        Constraint::Paper(_) if c.has_stretch_rows() => Some(Kind::Other),
+        Constraint::Lock(_) => Some(Kind::Other),
+        _ => None,
+    }
+}
+
+/// Evaluates all packs.
+struct Evaluation<'a> {
+    joints: &'a mut Abreast,
+    bodies: &'a Bodies,
+    phi: &'a mut [f64],
+    rest: &'a mut Vec<usize>,
+}
+
+impl Kernel for Evaluation<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Abreast {
+            joints,
+            packs,
+            frames,
+            ..
+        } = self.joints;
+        let (joints, _) = joints.as_chunks::<ABREAST>();
+        for (p, ((pack, frames), joints)) in packs.iter_mut().zip(frames).zip(joints).enumerate() {
+            let found = evaluate::<I::X4>(joints, frames, self.bodies);
+            for (lane, joint) in joints.iter().enumerate() {
+                let phi = &mut self.phi[joint.row..joint.row + joint.rows];
+                if let Some(phi) = phi.first_chunk_mut::<6>() {
+                    for (to, from) in phi.iter_mut().zip(&found.phi) {
+                        *to = from[lane];
+                    }
+                } else {
+                    for (to, from) in phi.iter_mut().zip(&found.phi) {
+                        *to = from[lane];
+                    }
+                }
+                if !found.good[lane] || joint.kind == Kind::Other {
+                    self.rest.push(ABREAST * p + lane);
+                }
+            }
+            *pack = found.pack;
+        }
+    }
+}
+
+/// Four joints, as evaluated.
+struct Found {
+    pack: Pack,
+    phi: [Four; 6],
+    /// Which lanes hold what they should.
+    good: [bool; ABREAST],
+}
+
+/// Position and orientation of one side.
+#[inline(always)]
+fn pose<V: Lanes>(bodies: &Bodies, index: [usize; ABREAST]) -> (Vec3<V>, Quaternion<V>) {
+    let world = (&[0.0; 3], &[0.0, 0.0, 0.0, 1.0]);
+    let at = index.map(
+        |i| match (bodies.position.get(i), bodies.orientation.get(i)) {
+            (Some(x), Some(q)) => (x.as_ref(), q.coords.as_ref()),
+            _ => world,
+        },
+    );
+    (gather(at.map(|at| at.0)), gather(at.map(|at| at.1)))
+}
+
+/// The axes of one side in the world frame.
+#[inline(always)]
+fn axes<V: Lanes>(rotation: &[Vec3<V>; 3], axes: &[[Four; 3]; 3]) -> [Vec3<V>; 3] {
+    let [u, v, w] = axes;
+    [
+        combine(rotation, &load(u)),
+        combine(rotation, &load(v)),
+        combine(rotation, &load(w)),
+    ]
+}
+
+/// What both bends of a joint are made of, in the notation of [`crate::Cosserat`].
+struct Bend<V> {
+    ua: Vec3<V>,
+    ub: Vec3<V>,
+    d: Vec3<V>,
+    c: V,
+    g: V,
+    h: V,
+}
+
+impl<V: Lanes> Bend<V> {
+    /// The angle about an axis of side a, and its gradient on ω_b.
+    #[inline(always)]
+    fn about(&self, axis: &Vec3<V>) -> (V, Vec3<V>) {
+        let along = dot(&self.d, axis);
+        let inner = scale_add(&self.ua, -dot(&self.ub, axis), &scale(axis, self.c));
+        let row = scale_add(&self.d, self.h * along, &scale(&inner, self.g));
+        (self.g * along, row)
+    }
+}
+
+/// Gaps, bends and twists of four joints: the formulas of [`crate::Cosserat`], in another arrangement where that saves
+/// divisions: with t = sin²(θ/2) = sin²θ/(2 (1 + cos θ)), θ/sin θ = (arcsin √t/√t)/√(1 − t).
+#[inline(always)]
+fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodies) -> Found {
+    let (centre_a, a) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[0]));
+    let (centre_b, b) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[1]));
+    let (a, b) = (rotation(&a), rotation(&b));
+    let arm_a = combine(&a, &load(&frames.points[0]));
+    let arm_b = combine(&b, &load(&frames.points[1]));
+    let gap = add(&sub(&centre_a, &centre_b), &sub(&arm_a, &arm_b));
+    let mut found = Found {
+        pack: Pack {
+            arms: [save(&arm_a), save(&arm_b)],
+            gradients: [[[0.0; ABREAST]; 3]; 3],
+        },
+        phi: [[0.0; ABREAST]; 6],
+        good: [true; ABREAST],
+    };
+    found.phi[..3].copy_from_slice(&save::<V, ABREAST, 3>(&gap));
+    let angular = |joint: &Joint| match joint.kind {
+        Kind::Cable { bend, twist } => (bend, twist),
+        Kind::Other => (false, false),
+    };
+    let parts = joints.each_ref().map(angular);
+    if parts == [(false, false); ABREAST] {
+        return found;
+    }
+    let ([ua, va, wa], [ub, vb, wb]) = (axes(&a, &frames.axes[0]), axes(&b, &frames.axes[1]));
+    let (one, half) = (V::splat(1.0), V::splat(0.5));
+    let d = cross(&ua, &ub);
+    let (c, q) = (dot(&ua, &ub), dot(&d, &d));
+    let inverse = one / (one + c);
+    let t = q * inverse * half;
+    let (p, r) = asin_ratio(t);
+    let g = p / (r * (one - t).sqrt());
+    // For a straight joint h is 0/0; it is multiplied with squares of d, which vanish faster than its error grows.
+    let h = g.neg_mul_add(c, one) / (q + V::splat(1e-40));
+    let straight = Bend { ua, ub, d, c, g, h };
+    let (beta_v, row_v) = straight.about(&va);
+    let (beta_w, row_w) = straight.about(&wa);
+    let sine = dot(&wa, &vb) - dot(&va, &wb);
+    let cosine = dot(&va, &vb) + dot(&wa, &wb);
+    let twist = atan(sine / cosine);
+    let row_twist = scale(&add(&ua, &ub), inverse);
+    let angles: [Four; 6] = save(&[beta_v, beta_w, twist, c, sine, cosine]);
+    let (row_v, row_w, row_twist) = (save(&row_v), save(&row_w), save(&row_twist));
+    for (lane, (bend, twist)) in parts.into_iter().enumerate() {
+        let mut row = 0;
+        let mut put = |angle: f64, gradient: &[Four; 3]| {
+            found.phi[3 + row][lane] = angle;
+            for (to, from) in found.pack.gradients[row].iter_mut().zip(gradient) {
+                to[lane] = from[lane];
+            }
+            row += 1;
+        };
+        let [beta_v, beta_w, angle, c, sine, cosine] = angles.each_ref().map(|x| x[lane]);
+        if bend {
+            put(beta_v, &row_v);
+            put(beta_w, &row_w);
+        }
+        if twist {
+            put(angle, &row_twist);
+            found.good[lane] &= sine.abs() <= TWIST * cosine
+                && (frames.twist[lane] - angle).abs() < std::f64::consts::PI;
+        }
+        found.good[lane] &= !(bend || twist) || c >= BEND;
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{HoistParams, Linearized};
+    use nalgebra::UnitQuaternion;
+
+    /// A cable whose joints bend and twist by about `angle`, of every number of joints in the last pack.
+    fn cable(segments: usize, angle: f64, seed: u64) -> Scene {
+        let params = HoistParams {
+            segments,
+            anchor: crate::End::Clamped,
+            ..HoistParams::default()
+        };
+        let mut scene = params.build().expect("builds");
+        let mut state = seed;
+        let mut number = || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
+        };
+        for q in &mut scene.bodies.orientation {
+            *q *= UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| angle * number()));
+        }
+        for x in &mut scene.bodies.position {
+            *x += Vector3::from_fn(|_, _| 0.01 * number());
+        }
+        scene
+    }
+
+    #[test]
+    fn lanes_and_single_joints_agree() {
+        for segments in [1, 2, 3, 4, 7, 24] {
+            for angle in [0.0, 1e-12, 1e-6, 1e-3, 0.05, 0.2, 1.0, 3.0] {
+                let mut scene = cable(segments, angle, 7 + segments as u64);
+                let mut lin = Linearized::new(&scene);
+                for _ in 0..2 {
+                    lin.update(&scene, 0.0);
+                    for (k, c) in scene.constraints.iter().enumerate() {
+                        let rows = lin.row_range(k);
+                        let mut phi = vec![0.0; rows.len()];
+                        c.violation(&scene.bodies, 0.0, &mut phi);
+                        for (found, exact) in lin.phi[rows].iter().zip(&phi) {
+                            let error = (found - exact).abs();
+                            assert!(error < 2e-15, "{segments} {angle} {k}: {found} {exact}");
+                        }
+                        let error = crate::check_jacobian(&scene, k).max;
+                        assert!(error < 1e-8, "{segments} {angle} {k}: {error:e}");
+                    }
+                    lin.follow_windings(&mut scene, 0.0);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn packs_hold_what_the_blocks_hold() {
+        for angle in [0.1, 2.0] {
+            let scene = cable(6, angle, 3);
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0);
+            let mut joints = 0;
+            for (pack, members, count) in lin.abreast.packs() {
+                for (lane, joint) in members[..count].iter().enumerate() {
+                    joints += 1;
+                    let slot = joint.slots[1].expect("side b is a body");
+                    let block = lin.block(slot);
+                    let block = block.rows();
+                    let arm = pack.arms[1].map(|r| r[lane]);
+                    assert_eq!(block[0][4..], [-arm[2], arm[1]]);
+                    for (row, g) in block[3..].iter().zip(&pack.gradients) {
+                        assert_eq!(row[3..], g.map(|g| g[lane]));
+                    }
+                    for g in &pack.gradients[joint.rows - 3..] {
+                        assert_eq!(g.map(|g| g[lane]), [0.0; 3]);
+                    }
+                }
+            }
+            assert_eq!(joints, 7);
+        }
+    }
+}
