@@ -186,7 +186,7 @@ pub const CASES: [Case; 20] = [
     case(RING, "banded", [5e-15, 3e-15, 4e-4, NONE]),
     case(LADDER, "banded", [2e-15, 1e-13, 4e-4, NONE]),
     case(NET, "banded", [8e-15, 8e-15, 3e-4, NONE]),
-    case(NET, "gauss-seidel:groups", [1e-10, 3e-9, 3e-4, NONE]),
+    case(NET, "gauss-seidel:groups", [1e-12, 3e-9, 3e-4, NONE]),
 ];
 
 impl Case {
