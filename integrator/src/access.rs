@@ -153,10 +153,13 @@ impl Stepper {
         bodies.angular_velocity[body] = angular_velocity;
         // What led to the present state is the velocity before: its rate of the rows stays.
         let rows = &self.pieces.rows;
-        for slot in rows.slots.iter().filter(|slot| slot.body == body) {
+        let slots = rows.slots.iter().enumerate();
+        for (s, slot) in slots.filter(|(_, slot)| slot.body == body) {
             let range = rows.row_range(slot.constraint);
-            let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
-            for (phi_t, j) in self.history.phi_t[range].iter_mut().zip(jacobian) {
+            for (phi_t, j) in self.history.phi_t[range]
+                .iter_mut()
+                .zip(rows.block(s).rows())
+            {
                 let change = [v.x, v.y, v.z, w.x, w.y, w.z];
                 *phi_t -= crate::products::dot(j, &change);
             }

@@ -10,8 +10,10 @@
 //! + where both are its side a or both its side b. Of each row of \[r]× one number is zero.
 
 use crate::inertia::Inertia;
-use crate::lanes::{of_rows, symmetric};
-use taut_lanes::vector::{Sym3, Vec3, columns, dot, load, scale, scale_add, times};
+use crate::lanes::of_rows;
+use taut_lanes::vector::{
+    Sym3, Vec3, columns, cross, dot, gather, load, save, scale, scale_add, times,
+};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
 use taut_solver::SymBlockMatrix;
@@ -29,14 +31,17 @@ pub(crate) struct Coupling {
 /// Where the joints' blocks are.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    /// First value of each joint's diagonal block.
+    /// First value of each joint's diagonal block, filled up with copies of the last one.
     diagonal: Vec<usize>,
-    /// Blocks below the diagonal, filled up with copies of the last one.
+    /// Blocks below the diagonal, filled up likewise.
     couplings: Vec<Coupling>,
 }
 
 impl Assembly {
-    pub(crate) fn new(diagonal: Vec<usize>, mut couplings: Vec<Coupling>) -> Self {
+    pub(crate) fn new(mut diagonal: Vec<usize>, mut couplings: Vec<Coupling>) -> Self {
+        if let Some(&last) = diagonal.last() {
+            diagonal.resize(diagonal.len().next_multiple_of(ABREAST), last);
+        }
         if let Some(&last) = couplings.last() {
             couplings.resize(couplings.len().next_multiple_of(ABREAST), last);
         }
@@ -46,7 +51,7 @@ impl Assembly {
         }
     }
 
-    /// Writes all blocks of joints: of diagonal blocks the lower triangle.
+    /// Writes all blocks of joints.
     pub(crate) fn fill(
         &self,
         rows: &Linearized,
@@ -127,16 +132,59 @@ impl<V: Lanes> Side<V> {
         ]
     }
 
-    /// Row `r` of Q times x.
+    /// Q x.
     #[inline(always)]
-    fn row(&self, r: usize, v: &Vec3<V>) -> V {
-        let [x, y, z] = self.arm;
-        match r {
-            0 => z.neg_mul_add(v[1], y * v[2]),
-            1 => x.neg_mul_add(v[2], z * v[0]),
-            2 => y.neg_mul_add(v[0], x * v[1]),
-            _ => dot(&self.gradients[r - 3], v),
+    fn apply(&self, v: &Vec3<V>) -> [V; 6] {
+        let [x, y, z] = cross(&self.arm, v);
+        let [p, q, s] = &self.gradients;
+        [x, y, z, dot(p, v), dot(q, v), dot(s, v)]
+    }
+}
+
+/// Writes column `C` of four blocks with 6 rows and columns.
+#[inline(always)]
+fn put<V: Lanes, const C: usize>(column: &[V; 6], values: &mut [f64], targets: [usize; ABREAST]) {
+    V::scatter(column, values, targets.map(|t| t + 6 * C));
+}
+
+/// Writes four blocks of other sizes, rows × columns.
+#[inline(always)]
+fn put_smaller<V: Lanes>(
+    columns: &[[V; 6]; 6],
+    values: &mut [f64],
+    targets: [usize; ABREAST],
+    sizes: [(usize, usize); ABREAST],
+) {
+    for (c, column) in columns.iter().enumerate() {
+        let column: [Four; 6] = save(column);
+        for (lane, (target, (m, n))) in targets.into_iter().zip(sizes).enumerate() {
+            if c < n {
+                let to = &mut values[target + m * c..target + m * (c + 1)];
+                for (to, from) in to.iter_mut().zip(&column) {
+                    *to = from[lane];
+                }
+            }
         }
+    }
+}
+
+/// Writes four blocks by their columns.
+#[inline(always)]
+fn put_all<V: Lanes>(
+    columns: &[[V; 6]; 6],
+    values: &mut [f64],
+    targets: [usize; ABREAST],
+    sizes: [(usize, usize); ABREAST],
+) {
+    if sizes == [(6, 6); ABREAST] {
+        put::<V, 0>(&columns[0], values, targets);
+        put::<V, 1>(&columns[1], values, targets);
+        put::<V, 2>(&columns[2], values, targets);
+        put::<V, 3>(&columns[3], values, targets);
+        put::<V, 4>(&columns[4], values, targets);
+        put::<V, 5>(&columns[5], values, targets);
+    } else {
+        put_smaller(columns, values, targets, sizes);
     }
 }
 
@@ -144,8 +192,8 @@ impl<V: Lanes> Side<V> {
 #[inline(always)]
 fn inverse_inertia<V: Lanes>(inertia: &Inertia, bodies: [usize; ABREAST]) -> (V, Sym3<V>) {
     let mass = V::from_fn(|l| inertia.inverse_mass.get(bodies[l]).copied().unwrap_or(0.0));
-    let zero = nalgebra::Matrix3::zeros();
-    let angular = symmetric(bodies.map(|i| inertia.inverse_angular.get(i).unwrap_or(&zero)));
+    let nothing = [0.0; 6];
+    let angular = gather(bodies.map(|i| inertia.inverse_angular.get(i).unwrap_or(&nothing)));
     (mass, angular)
 }
 
@@ -163,55 +211,41 @@ impl Kernel for Diagonal<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let packs = self.rows.abreast.packs();
-        let targets = self.plan.diagonal.chunks(ABREAST);
-        for ((pack, joints, count), targets) in packs.zip(targets) {
-            let body = |side: usize| joints.each_ref().map(|j| j.bodies[side]);
-            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, body(0));
-            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, body(1));
+        let (targets, _) = self.plan.diagonal.as_chunks::<ABREAST>();
+        for ((pack, places), targets) in packs.zip(targets) {
+            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, places.bodies[0]);
+            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, places.bodies[1]);
             let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
             let (turned_a, turned_b) = (side_a.times(&a), side_b.times(&b));
-            let sigma = of_rows::<I::X4>(
-                self.sigma,
-                joints.each_ref().map(|j| j.row),
-                joints.each_ref().map(|j| j.rows),
-            );
-            let mut block: [[Four; 6]; 6] = [[[0.0; ABREAST]; 6]; 6];
-            for c in 0..6 {
-                for r in c..6 {
-                    let mut s = side_a.row(r, &turned_a[c]) + side_b.row(r, &turned_b[c]);
-                    if r == c {
-                        s = s + if r < 3 {
-                            w_a + w_b + sigma[r]
-                        } else {
-                            sigma[r]
-                        };
-                    }
-                    s.store(&mut block[c][r]);
-                }
-            }
-            for (lane, (joint, &target)) in joints[..count].iter().zip(targets).enumerate() {
-                let n = joint.rows;
-                if n == 6
-                    && let Some(to) = self.values[target..].first_chunk_mut::<36>()
-                {
-                    for c in 0..6 {
-                        for r in c..6 {
-                            to[6 * c + r] = block[c][r][lane];
-                        }
-                    }
-                } else {
-                    for (c, to) in self.values[target..target + n * n]
-                        .chunks_exact_mut(n)
-                        .enumerate()
-                    {
-                        for (to, from) in to.iter_mut().zip(&block[c]).skip(c) {
-                            *to = from[lane];
-                        }
-                    }
-                }
-            }
+            let sigma = of_rows::<I::X4>(self.sigma, places);
+            let mut block = [
+                both(&side_a, &turned_a[0], &side_b, &turned_b[0]),
+                both(&side_a, &turned_a[1], &side_b, &turned_b[1]),
+                both(&side_a, &turned_a[2], &side_b, &turned_b[2]),
+                both(&side_a, &turned_a[3], &side_b, &turned_b[3]),
+                both(&side_a, &turned_a[4], &side_b, &turned_b[4]),
+                both(&side_a, &turned_a[5], &side_b, &turned_b[5]),
+            ];
+            let w = w_a + w_b;
+            block[0][0] = block[0][0] + (w + sigma[0]);
+            block[1][1] = block[1][1] + (w + sigma[1]);
+            block[2][2] = block[2][2] + (w + sigma[2]);
+            block[3][3] = block[3][3] + sigma[3];
+            block[4][4] = block[4][4] + sigma[4];
+            block[5][5] = block[5][5] + sigma[5];
+            put_all(&block, self.values, *targets, places.rows.map(|n| (n, n)));
         }
     }
+}
+
+/// Q_a x + Q_b y.
+#[inline(always)]
+fn both<V: Lanes>(a: &Side<V>, x: &Vec3<V>, b: &Side<V>, y: &Vec3<V>) -> [V; 6] {
+    let (mut sum, on_b) = (a.apply(x), b.apply(y));
+    for (sum, on_b) in sum.iter_mut().zip(on_b) {
+        *sum = *sum + on_b;
+    }
+    sum
 }
 
 struct Below<'a> {
@@ -239,38 +273,20 @@ impl Kernel for Below<'_> {
                 *a = *a * sign;
             }
             let (turned, w) = (right.times(&signed), w * sign);
-            let mut block: [[Four; 6]; 6] = [[[0.0; ABREAST]; 6]; 6];
-            for c in 0..6 {
-                for r in 0..6 {
-                    let mut s = left.row(r, &turned[c]);
-                    if r == c && r < 3 {
-                        s = s + w;
-                    }
-                    s.store(&mut block[c][r]);
-                }
-            }
-            for (lane, coupling) in couplings.iter().enumerate() {
-                let [m, n] = coupling.sides.map(|(k, _)| joints[k].rows);
-                let target = coupling.target;
-                if (m, n) == (6, 6)
-                    && let Some(to) = self.values[target..].first_chunk_mut::<36>()
-                {
-                    for c in 0..6 {
-                        for r in 0..6 {
-                            to[6 * c + r] = block[c][r][lane];
-                        }
-                    }
-                } else {
-                    for (to, from) in self.values[target..target + m * n]
-                        .chunks_exact_mut(m)
-                        .zip(&block)
-                    {
-                        for (to, from) in to.iter_mut().zip(from) {
-                            *to = from[lane];
-                        }
-                    }
-                }
-            }
+            let mut block = [
+                left.apply(&turned[0]),
+                left.apply(&turned[1]),
+                left.apply(&turned[2]),
+                left.apply(&turned[3]),
+                left.apply(&turned[4]),
+                left.apply(&turned[5]),
+            ];
+            block[0][0] = block[0][0] + w;
+            block[1][1] = block[1][1] + w;
+            block[2][2] = block[2][2] + w;
+            let size = |[(k, _), (l, _)]: [(usize, usize); 2]| (joints[k].rows, joints[l].rows);
+            let sizes = couplings.map(|c| size(c.sides));
+            put_all(&block, self.values, couplings.map(|c| c.target), sizes);
         }
     }
 }

@@ -158,8 +158,9 @@ impl Stepper {
             let way = bodies.position.iter().map(|x| (x - first).norm());
             extent = way.fold(0.0, f64::max);
         }
-        for (slot, lever) in rows.slots.iter().zip(&rows.levers) {
-            moved = moved.max(bodies.angular_velocity[slot.body].cross(lever).norm());
+        for (s, slot) in rows.slots.iter().enumerate() {
+            let lever = rows.lever(s);
+            moved = moved.max(bodies.angular_velocity[slot.body].cross(&lever).norm());
             extent = extent.max(lever.norm());
         }
         // A single body held at its centre has no extent: metres then.

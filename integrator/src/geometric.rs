@@ -14,14 +14,17 @@
 //! the spin about r free.
 
 use crate::GeometricStiffness;
-use nalgebra::{Matrix3, Vector3};
-use taut_model::{Linearized, Scene, Side, Slot};
+use crate::lanes::of_rows;
+use nalgebra::Vector3;
+use taut_lanes::vector::{Vec3, dot, load};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_model::{Abreast, Linearized, Scene, Side};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
 pub(crate) struct Geometric {
-    /// K of each body, world frame \[N m].
-    pub(crate) stiffness: Vec<Matrix3<f64>>,
+    /// K of each body and, of no meaning, of the world, in the world frame \[N m]: xx, yx, zx, yy, zy, zz.
+    stiffness: Vec<f64>,
     /// Group of each body: that of its first constraint; `None` for a body without one.
     group: Vec<Option<usize>>,
     /// Each group's first and last constraint: the chord's ends.
@@ -47,27 +50,63 @@ impl Geometric {
             *last = c;
         }
         Self {
-            stiffness: vec![Matrix3::zeros(); scene.bodies.len()],
+            stiffness: vec![0.0; 6 * (scene.bodies.len() + 1)],
             group,
             turning: vec![Vector3::zeros(); chords.len()],
             chords,
         }
     }
 
+    /// K of each body, xx, yx, zx, yy, zy, zz, and one more.
+    pub(crate) fn stiffness(&self) -> &[[f64; 6]] {
+        self.stiffness.as_chunks().0
+    }
+
+    /// K x for body `i`.
+    pub(crate) fn times(&self, i: usize, x: &Vector3<f64>) -> Vector3<f64> {
+        let [xx, yx, zx, yy, zy, zz] = self.stiffness()[i];
+        Vector3::new(
+            xx * x.x + yx * x.y + zx * x.z,
+            yx * x.x + yy * x.y + zy * x.z,
+            zx * x.x + zy * x.y + zz * x.z,
+        )
+    }
+
+    /// No stiffness.
+    pub(crate) fn clear(&mut self) {
+        self.stiffness.fill(0.0);
+    }
+
     /// K from multipliers λ (N), at the attachments as linearised.
     pub(crate) fn update(&mut self, rows: &Linearized, lambda: &[f64]) {
-        self.stiffness.fill(Matrix3::zeros());
-        for (slot, r) in rows.slots.iter().zip(&rows.levers) {
+        self.clear();
+        let joints = Joints {
+            joints: &rows.abreast,
+            lambda,
+            stiffness: &mut self.stiffness,
+        };
+        dispatch(Level::best(), joints);
+        for s in rows.others().iter().flat_map(|&c| rows.slot_range(c)) {
+            let r = rows.lever(s);
             let square = r.norm_squared();
             if square == 0.0 {
                 continue;
             }
-            let (force, _) = wrench(rows, slot, lambda);
-            let tension = force.dot(r);
+            let (force, _) = wrench(rows, s, lambda);
+            let tension = force.dot(&r);
             if tension > 0.0 {
                 let along = r * (tension / square);
-                self.stiffness[slot.body] +=
-                    Matrix3::from_diagonal_element(tension) - along * r.transpose();
+                let k = &mut self.stiffness[6 * rows.slots[s].body..][..6];
+                for (k, added) in k.iter_mut().zip([
+                    tension - along.x * r.x,
+                    -along.x * r.y,
+                    -along.x * r.z,
+                    tension - along.y * r.y,
+                    -along.y * r.z,
+                    tension - along.z * r.z,
+                ]) {
+                    *k += added;
+                }
             }
         }
     }
@@ -122,16 +161,50 @@ impl Geometric {
     }
 }
 
-/// Force (N) and torque (N m) of multipliers `lambda` on the body of `slot`.
-pub(crate) fn wrench(
-    rows: &Linearized,
-    slot: &Slot,
-    lambda: &[f64],
-) -> (Vector3<f64>, Vector3<f64>) {
-    let range = rows.row_range(slot.constraint);
-    let (jacobian, _) = rows.jacobian[slot.offset..slot.offset + 6 * range.len()].as_chunks::<6>();
+/// K of the joints.
+struct Joints<'a> {
+    joints: &'a Abreast,
+    lambda: &'a [f64],
+    stiffness: &'a mut [f64],
+}
+
+/// max(F·r, 0) (I − r rᵀ/r²).
+#[inline(always)]
+fn across<V: Lanes>(force: &Vec3<V>, r: &Vec3<V>) -> [V; 6] {
+    let tension = dot(force, r).max(V::splat(0.0));
+    // Without a lever there is no torque; the least number keeps 0/0 out.
+    let along = tension / (dot(r, r) + V::splat(f64::MIN_POSITIVE));
+    let [x, y, z] = *r;
+    [
+        (x * along).neg_mul_add(x, tension),
+        -(x * along * y),
+        -(x * along * z),
+        (y * along).neg_mul_add(y, tension),
+        -(y * along * z),
+        (z * along).neg_mul_add(z, tension),
+    ]
+}
+
+impl Kernel for Joints<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (pack, places) in self.joints.packs() {
+            let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, places);
+            let on_a = across(&[x, y, z], &load(&pack.arms[0]));
+            let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
+            I::X4::scatter_add(&on_a, self.stiffness, places.at[0], places.count);
+            I::X4::scatter_add(&on_b, self.stiffness, places.at[1], places.count);
+        }
+    }
+}
+
+/// Force (N) and torque (N m) of multipliers `lambda` on the body of slot `s`.
+pub(crate) fn wrench(rows: &Linearized, s: usize, lambda: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
+    let range = rows.row_range(rows.slots[s].constraint);
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-    for (j, lambda) in jacobian.iter().zip(&lambda[range]) {
+    for (j, lambda) in rows.block(s).rows().iter().zip(&lambda[range]) {
         force += Vector3::new(j[0], j[1], j[2]) * *lambda;
         torque += Vector3::new(j[3], j[4], j[5]) * *lambda;
     }
@@ -141,6 +214,7 @@ pub(crate) fn wrench(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lanes::unpacked;
     use nalgebra::UnitQuaternion;
     use taut_model::{HoistParams, update_windings};
 
@@ -164,12 +238,12 @@ mod tests {
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &mu);
         let torque = |rows: &Linearized, body: usize| {
-            let mut p = vec![0.0; 6 * 25];
+            let mut p = vec![0.0; 6 * 26];
             crate::products::add_transposed(rows, &mu, &mut p);
             Vector3::from_column_slice(&p[6 * body + 3..6 * body + 6])
         };
         for body in [0, 11, 24] {
-            let k = geometric.stiffness[body];
+            let k = unpacked(geometric.stiffness()[body]);
             assert!(k.norm() > 1.0);
             for axis in 0..3 {
                 let h = 1e-5;
@@ -199,7 +273,7 @@ mod tests {
         let pushed: Vec<f64> = rows.phi.clone();
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &pushed);
-        assert!(geometric.stiffness.iter().all(|k| *k == Matrix3::zeros()));
+        assert!(geometric.stiffness.iter().all(|k| *k == 0.0));
     }
 
     #[test]

@@ -211,7 +211,7 @@ impl Stepper {
             } else {
                 -pieces.angular_velocity(i)
             };
-            let impulse = pieces.geometric.stiffness[i] * base * (dt * dt);
+            let impulse = pieces.geometric.times(i, &base) * (dt * dt);
             pieces.inertia.add_angular_impulse(i, &impulse);
         }
         self.pieces.soften_transverse_rows(&self.tension, true);

@@ -6,7 +6,7 @@
 
 use crate::geometric::Geometric;
 use crate::gyroscopic;
-use crate::lanes::{axis, matrix, symmetric};
+use crate::lanes::{axis, packed, unpacked};
 use nalgebra::{Matrix3, Vector3};
 use std::array::from_fn;
 use taut_lanes::vector::{Sym3, add, gather, inverse, save, scale, scale_add, splat, sub, times};
@@ -20,10 +20,10 @@ pub(crate) struct Inertia {
     pub(crate) mass: Vec<f64>,
     /// 1/mass \[1/kg].
     pub(crate) inverse_mass: Vec<f64>,
-    /// Angular part of M̃, world frame \[kg m²].
-    pub(crate) angular: Vec<Matrix3<f64>>,
+    /// Angular part of M̃, world frame \[kg m²]: xx, yx, zx, yy, zy, zz.
+    pub(crate) angular: Vec<[f64; 6]>,
     /// Its inverse.
-    pub(crate) inverse_angular: Vec<Matrix3<f64>>,
+    pub(crate) inverse_angular: Vec<[f64; 6]>,
     /// Δt f: 6 numbers a body, [linear (N s), angular (N m s)]: gravity, external and gyroscopic.
     pub(crate) impulse: Vec<f64>,
     /// Dynamic bodies with an axis of symmetry, four abreast.
@@ -103,8 +103,8 @@ impl Inertia {
             others,
             mass: (0..n).map(mass).collect(),
             inverse_mass: (0..n).map(inverse).collect(),
-            angular: vec![Matrix3::identity(); n],
-            inverse_angular: vec![Matrix3::zeros(); n],
+            angular: vec![packed(&Matrix3::identity()); n],
+            inverse_angular: vec![[0.0; 6]; n],
             impulse: vec![0.0; 6 * n],
         }
     }
@@ -118,7 +118,7 @@ impl Inertia {
         geometric: &Geometric,
         alpha: f64,
     ) -> Result<(), usize> {
-        let stiffness = &geometric.stiffness;
+        let stiffness = geometric.stiffness();
         let factor = alpha * dt * dt;
         dispatch(
             Level::best(),
@@ -137,7 +137,7 @@ impl Inertia {
             }
             let rotation = bodies.rotation(i);
             let world = rotation * bodies.inertia[i] * rotation.transpose();
-            let inertia = world + stiffness[i] * factor;
+            let inertia = world + unpacked(stiffness[i]) * factor;
             let inverse = inertia.try_inverse().ok_or(i)?;
             let omega = &bodies.angular_velocity[i];
             let force = bodies.mass[i] * scene.gravity + bodies.force[i];
@@ -145,8 +145,8 @@ impl Inertia {
             let angular = dt * bodies.torque[i] + gyroscopic;
             self.impulse[6 * i..6 * i + 3].copy_from_slice((dt * force).as_slice());
             self.impulse[6 * i + 3..6 * i + 6].copy_from_slice(angular.as_slice());
-            self.angular[i] = inertia;
-            self.inverse_angular[i] = inverse;
+            self.angular[i] = packed(&inertia);
+            self.inverse_angular[i] = packed(&inverse);
         }
         Ok(())
     }
@@ -159,10 +159,12 @@ impl Inertia {
         }
         self.mass[i] += mass;
         self.inverse_mass[i] = 1.0 / self.mass[i];
-        self.angular[i] += Matrix3::from_diagonal_element(angular);
-        let inverse = self.angular[i].try_inverse();
+        for k in [0, 3, 5] {
+            self.angular[i][k] += angular;
+        }
+        let inverse = unpacked(self.angular[i]).try_inverse();
         inverse.is_some_and(|inverse| {
-            self.inverse_angular[i] = inverse;
+            self.inverse_angular[i] = packed(&inverse);
             true
         })
     }
@@ -198,7 +200,7 @@ impl Inertia {
     /// y = M̃⁻¹ p for body `i`.
     #[inline]
     pub(crate) fn apply_inverse(&self, i: usize, p: &[f64; 6], y: &mut [f64; 6]) {
-        let turned = self.inverse_angular[i] * Vector3::new(p[3], p[4], p[5]);
+        let turned = unpacked(self.inverse_angular[i]) * Vector3::new(p[3], p[4], p[5]);
         let linear = self.inverse_mass[i];
         *y = [
             linear * p[0],
@@ -216,7 +218,7 @@ struct Update<'a> {
     inertia: &'a mut Inertia,
     scene: &'a Scene,
     dt: f64,
-    stiffness: &'a [Matrix3<f64>],
+    stiffness: &'a [[f64; 6]],
     /// What the stiffness is multiplied with.
     factor: f64,
 }
@@ -234,7 +236,7 @@ impl Kernel for Update<'_> {
         for (pack, shape) in inertia.rods.bodies.iter().zip(&inertia.rods.shapes) {
             let n = axis::<I::X4>(pack.map(|i| &bodies.orientation[i]), &shape.axis);
             let (across, excess) = (I::X4::load(&shape.across), I::X4::load(&shape.excess));
-            let stiffness = symmetric::<I::X4>(pack.map(|i| &self.stiffness[i]));
+            let stiffness = gather::<I::X4, _, 6>(pack.map(|i| &self.stiffness[i]));
             let along = scale(&n, excess);
             let world = [
                 along[0].mul_add(n[0], across),
@@ -253,18 +255,15 @@ impl Kernel for Update<'_> {
             let external = gather(pack.map(|i| bodies.force[i].as_ref()));
             let torque = gather(pack.map(|i| bodies.torque[i].as_ref()));
             let force = scale(&scale_add(&gravity, mass, &external), dt);
-            let [force, torque]: [[Four; 3]; 2] = [save(&force), save(&scale(&torque, dt))];
-            let (angular, inverse) = (save(&angular), save(&inverse));
+            let ([x, y, z], [p, q, r]) = (force, scale(&torque, dt));
+            let at = pack.map(|i| 6 * i);
+            I::X4::scatter(&[x, y, z, p, q, r], &mut inertia.impulse, at);
+            I::X4::scatter(&angular, inertia.angular.as_flattened_mut(), at);
+            I::X4::scatter(&inverse, inertia.inverse_angular.as_flattened_mut(), at);
             let [determinant]: [Four; 1] = save(&[determinant]);
-            for (lane, &i) in pack.iter().enumerate() {
-                if determinant[lane] == 0.0 {
+            for (determinant, &i) in determinant.into_iter().zip(pack) {
+                if determinant == 0.0 {
                     lost.get_or_insert(i);
-                }
-                inertia.angular[i] = matrix(&angular, lane);
-                inertia.inverse_angular[i] = matrix(&inverse, lane);
-                for k in 0..3 {
-                    inertia.impulse[6 * i + k] = force[k][lane];
-                    inertia.impulse[6 * i + 3 + k] = torque[k][lane];
                 }
             }
         }
@@ -296,8 +295,8 @@ impl Kernel for VelocityChange<'_> {
             let pack: [usize; ABREAST] = from_fn(|l| (first + l).min(bodies - 1));
             let mass = I::X4::from_fn(|l| inertia.mass[pack[l]]);
             let inverse_mass = I::X4::from_fn(|l| inertia.inverse_mass[pack[l]]);
-            let angular = symmetric::<I::X4>(pack.map(|i| &inertia.angular[i]));
-            let inverse = symmetric::<I::X4>(pack.map(|i| &inertia.inverse_angular[i]));
+            let angular = gather::<I::X4, _, 6>(pack.map(|i| &inertia.angular[i]));
+            let inverse = gather::<I::X4, _, 6>(pack.map(|i| &inertia.inverse_angular[i]));
             let [px, py, pz, lx, ly, lz] = gather::<I::X4, _, 6>(pack.map(|i| &impulse[i]));
             let [vx, vy, vz, wx, wy, wz] = gather::<I::X4, _, 6>(pack.map(|i| &dv[i]));
             let (p, l) = ([px, py, pz], [lx, ly, lz]);
@@ -308,10 +307,8 @@ impl Kernel for VelocityChange<'_> {
                 let correction = times(&inverse, &sub(&l, &times(&angular, &w)));
                 w = add(&w, &correction);
             }
-            let found: [Four; 6] = save(&[v[0], v[1], v[2], w[0], w[1], w[2]]);
-            for (lane, &i) in pack.iter().enumerate() {
-                dv[i] = found.map(|x| x[lane]);
-            }
+            let found = [v[0], v[1], v[2], w[0], w[1], w[2]];
+            I::X4::scatter(&found, dv.as_flattened_mut(), pack.map(|i| 6 * i));
         }
     }
 }

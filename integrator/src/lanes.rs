@@ -3,8 +3,8 @@
 use nalgebra::{Matrix3, UnitQuaternion};
 use std::array::from_fn;
 use taut_lanes::Lanes;
-use taut_lanes::vector::{Sym3, Vec3, gather, load, turned};
-use taut_model::{ABREAST, Four};
+use taut_lanes::vector::{Vec3, gather, load, save, turned};
+use taut_model::{ABREAST, Four, Places};
 
 /// What stands for a body that is not there: at rest, immovable.
 static NOTHING: [f64; 6] = [0.0; 6];
@@ -15,39 +15,47 @@ pub(crate) fn of_bodies<V: Lanes>(from: &[[f64; 6]], bodies: [usize; ABREAST]) -
     gather(bodies.map(|i| from.get(i).unwrap_or(&NOTHING)))
 }
 
-/// Up to six consecutive numbers of each lane from `start`; zeros beyond `count`.
+/// The rows of four joints; zeros for those that they do not have.
 #[inline(always)]
-pub(crate) fn of_rows<V: Lanes>(
-    from: &[f64],
-    start: [usize; ABREAST],
-    count: [usize; ABREAST],
-) -> [V; 6] {
-    if count == [6; ABREAST] {
-        return gather(start.map(|s| from[s..].first_chunk().unwrap_or(&NOTHING)));
+pub(crate) fn of_rows<V: Lanes>(from: &[f64], places: &Places) -> [V; 6] {
+    if places.six {
+        return gather(
+            places
+                .row
+                .map(|s| from[s..s + 6].first_chunk().unwrap_or(&NOTHING)),
+        );
     }
     let rows: [[f64; 6]; ABREAST] = from_fn(|l| {
         let mut row = NOTHING;
-        row[..count[l]].copy_from_slice(&from[start[l]..start[l] + count[l]]);
+        let (start, count) = (places.row[l], places.rows[l]);
+        row[..count].copy_from_slice(&from[start..start + count]);
         row
     });
     gather(rows.each_ref())
 }
 
-/// The entries of symmetric matrices in the order of [`Sym3`].
+/// Adds to the rows of four joints, each once.
 #[inline(always)]
-pub(crate) fn symmetric<V: Lanes>(at: [&Matrix3<f64>; ABREAST]) -> Sym3<V> {
-    const ENTRIES: [(usize, usize); 6] = [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1), (2, 2)];
-    let mut to = [V::splat(0.0); 6];
-    for (to, (i, j)) in to.iter_mut().zip(ENTRIES) {
-        *to = V::from_fn(|l| at[l][(i, j)]);
+pub(crate) fn add_to_rows<V: Lanes>(added: &[V; 6], rows: &mut [f64], places: &Places) {
+    if places.six {
+        return V::scatter_add(added, rows, places.row, places.count);
     }
-    to
+    let added: [Four; 6] = save(added);
+    for lane in 0..places.count {
+        let rows = &mut rows[places.row[lane]..][..places.rows[lane]];
+        for (r, added) in rows.iter_mut().zip(&added) {
+            *r += added[lane];
+        }
+    }
 }
 
-/// One lane of a symmetric matrix.
-#[inline(always)]
-pub(crate) fn matrix(of: &[Four; 6], lane: usize) -> Matrix3<f64> {
-    let [xx, yx, zx, yy, zy, zz] = of.map(|x| x[lane]);
+/// The six numbers of a symmetric matrix, xx, yx, zx, yy, zy, zz.
+pub(crate) fn packed(a: &Matrix3<f64>) -> [f64; 6] {
+    [a.m11, a.m21, a.m31, a.m22, a.m32, a.m33]
+}
+
+/// The matrix of six numbers.
+pub(crate) fn unpacked([xx, yx, zx, yy, zy, zz]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(xx, yx, zx, yx, yy, zy, zx, zy, zz)
 }
 

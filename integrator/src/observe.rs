@@ -154,7 +154,6 @@ impl Stepper {
             rows,
             inertia,
             regularization,
-            w,
             rate,
             ..
         } = &mut self.pieces;
@@ -166,9 +165,10 @@ impl Stepper {
         // What the backend factorises is no matter here: all is factorised.
         let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
         let order = elimination::order_of(auto, &self.scene, rows, all).map_err(at_state)?;
-        let plan = Plan::new(Form::Kkt, &self.scene, rows, &order.constraints).map_err(at_state)?;
+        let mut plan =
+            Plan::new(Form::Kkt, &self.scene, rows, &order.constraints).map_err(at_state)?;
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
-        plan.fill(rows, inertia, regularization, w, &mut a);
+        plan.fill(rows, inertia, regularization, &mut a);
         let mut b = vec![0.0; a.dim()];
         plan.gather(rows, &inertia.impulse, rate, 1.0, &mut b);
         let x = taut_solver::reference_solution(&a, &b).map_err(at_state)?;

@@ -34,8 +34,6 @@ pub(crate) struct Pieces {
     pub(crate) geometric: Geometric,
     pub(crate) inertia: Inertia,
     pub(crate) regularization: Regularization,
-    /// W = J M̃⁻¹, laid out as the Jacobian.
-    pub(crate) w: Vec<f64>,
     /// c − J v, one a row.
     pub(crate) rate: Vec<f64>,
     /// v at the beginning of the step, 6 numbers a body.
@@ -46,7 +44,7 @@ pub(crate) struct Pieces {
     pub(crate) known: Vec<f64>,
     /// φ at the end of the step as the linearisation predicts it, one a row.
     pub(crate) predicted: Vec<f64>,
-    /// An impulse or a momentum, 6 numbers a body.
+    /// An impulse, 6 numbers a body and, of no meaning, 6 of the world.
     impulse: Vec<f64>,
 }
 
@@ -74,13 +72,12 @@ impl Pieces {
             geometric: Geometric::new(scene, &rows),
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
-            w: vec![0.0; rows.jacobian.len()],
             rate: vec![0.0; count],
             v: vec![0.0; bodies],
             dv: vec![0.0; bodies],
             known: vec![0.0; count],
             predicted: vec![0.0; count],
-            impulse: vec![0.0; bodies],
+            impulse: vec![0.0; bodies + 6],
             rows,
         }
     }
@@ -154,9 +151,9 @@ impl Pieces {
     /// (m/s²), about every axis as at the distance of their lever arms. `Err(body)` where the inertia has no inverse.
     pub(crate) fn add_ballast(&mut self, lambda: &[f64], acceleration: f64) -> Result<(), usize> {
         let Self { rows, inertia, .. } = self;
-        for (slot, lever) in rows.slots.iter().zip(&rows.levers) {
-            let (force, torque) = wrench(rows, slot, lambda);
-            let (force, arm) = (force.norm(), lever.norm());
+        for (s, slot) in rows.slots.iter().enumerate() {
+            let (force, torque) = wrench(rows, s, lambda);
+            let (force, arm) = (force.norm(), rows.lever(s).norm());
             let angular = (force * arm + torque.norm()) * arm;
             if !inertia.add_ballast(slot.body, force / acceleration, angular / acceleration) {
                 return Err(slot.body);
@@ -168,7 +165,7 @@ impl Pieces {
     /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
         let inertia = &self.inertia;
-        self.impulse.copy_from_slice(&inertia.impulse);
+        self.impulse[..inertia.impulse.len()].copy_from_slice(&inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
         let (impulse, _) = self.impulse.as_chunks();
         let (dv, _) = self.dv.as_chunks_mut();

@@ -3,10 +3,11 @@
 use crate::Form;
 use crate::assembly::{Assembly, Coupling};
 use crate::inertia::Inertia;
+use crate::lanes::unpacked;
 use crate::products::dot;
 use crate::regularization::Regularization;
 use std::sync::Arc;
-use taut_model::{Linearized, Scene};
+use taut_model::{Linearized, MAX_ROWS, Scene};
 use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// What a block row of the linear system stands for.
@@ -39,6 +40,8 @@ enum Maps {
         /// Slots that products read W of.
         weighted: Vec<usize>,
         products: Vec<Product>,
+        /// W = J M̃⁻¹ of these slots, each with room for as many rows as there can be.
+        w: Vec<f64>,
     },
     /// Stored diagonal block of each body; stored block of each slot, none where the body is static or driven.
     Kkt {
@@ -47,13 +50,16 @@ enum Maps {
     },
 }
 
-/// Stored block `target` receives W of slot `left` times Jᵀ of slot `right`.
+/// Stored block `target` receives W of the slot that is number `left` of those weighted, times Jᵀ of slot `right`.
 #[derive(Debug, Clone, Copy)]
 struct Product {
     target: usize,
     left: usize,
     right: usize,
 }
+
+/// Numbers of W a slot.
+const W: usize = 6 * MAX_ROWS;
 
 impl Plan {
     /// The constraints stand in `order` (position → constraint), each of them once.
@@ -161,34 +167,32 @@ impl Plan {
         })
     }
 
-    /// Fills the matrix. `w` receives W = J M̃⁻¹ (laid out as the Jacobian) where the form needs it.
+    /// Fills the matrix.
     pub(crate) fn fill(
-        &self,
+        &mut self,
         rows: &Linearized,
         inertia: &Inertia,
         regularization: &Regularization,
-        w: &mut [f64],
         a: &mut SymBlockMatrix,
     ) {
-        match &self.maps {
+        match &mut self.maps {
             Maps::Schur {
                 joints,
                 cleared,
                 weighted,
                 products,
+                w,
             } => {
-                for &k in cleared {
+                for &k in &*cleared {
                     a.block_mut(k).fill(0.0);
                 }
                 joints.fill(rows, inertia, &regularization.sigma, a);
                 fill_w(rows, inertia, weighted, w);
-                for p in products {
-                    let (left, right) = (&rows.slots[p.left], &rows.slots[p.right]);
-                    let m = rows.row_range(left.constraint).len();
-                    let n = rows.row_range(right.constraint).len();
-                    let left = &w[left.offset..left.offset + 6 * m];
-                    let right = &rows.jacobian[right.offset..right.offset + 6 * n];
-                    add_product(left, right, a.block_mut(p.target));
+                for p in &*products {
+                    let left = rows.slots[weighted[p.left]].constraint;
+                    let m = rows.row_range(left).len();
+                    let left = &w[W * p.left..][..6 * m];
+                    add_product(left, &rows.block(p.right), a.block_mut(p.target));
                 }
                 for &c in rows.others() {
                     let sigma = &regularization.sigma[rows.row_range(c)];
@@ -201,23 +205,22 @@ impl Plan {
             Maps::Kkt { body, slot } => {
                 a.values_mut().fill(0.0);
                 for (i, &k) in body.iter().enumerate() {
-                    let block = a.block_mut(k);
+                    let (block, angular) = (a.block_mut(k), unpacked(inertia.angular[i]));
                     for r in 0..3 {
                         block[7 * r] = inertia.mass[i];
                         for c in 0..3 {
-                            block[(3 + r) + 6 * (3 + c)] = inertia.angular[i][(r, c)];
+                            block[(3 + r) + 6 * (3 + c)] = angular[(r, c)];
                         }
                     }
                 }
-                for (s, k) in rows.slots.iter().zip(slot) {
+                for (s, k) in slot.iter().enumerate() {
                     let Some(k) = *k else {
                         continue;
                     };
-                    let n = rows.row_range(s.constraint).len();
-                    let jacobian = &rows.jacobian[s.offset..s.offset + 6 * n];
+                    let n = rows.row_range(rows.slots[s].constraint).len();
                     let block = a.block_mut(k);
                     // Two slots of a constraint on one body share a block.
-                    for (r, row) in jacobian.chunks_exact(6).enumerate() {
+                    for (r, row) in rows.block(s).rows().iter().enumerate() {
                         for (c, j) in row.iter().enumerate() {
                             block[r + n * c] += j;
                         }
@@ -337,24 +340,24 @@ fn schur_maps(
     }
     weighted.sort_unstable();
     weighted.dedup();
+    for p in &mut products {
+        p.left = weighted.partition_point(|&s| s < p.left);
+    }
     Maps::Schur {
         joints: Assembly::new(joints.map(|j| diagonal(j.constraint)).collect(), couplings),
         cleared: (0..written.len()).filter(|&k| !written[k]).collect(),
+        w: vec![0.0; W * weighted.len()],
         weighted,
         products,
     }
 }
 
-/// W = J M̃⁻¹ of some slots.
+/// W = J M̃⁻¹ of some slots, one after the other.
 fn fill_w(rows: &Linearized, inertia: &Inertia, slots: &[usize], w: &mut [f64]) {
-    for &s in slots {
-        let slot = &rows.slots[s];
-        let len = 6 * rows.row_range(slot.constraint).len();
-        let range = slot.offset..slot.offset + len;
-        let (jacobian, _) = rows.jacobian[range.clone()].as_chunks::<6>();
-        let (w, _) = w[range].as_chunks_mut::<6>();
-        for (j, w) in jacobian.iter().zip(w) {
-            inertia.apply_inverse(slot.body, j, w);
+    for (&s, w) in slots.iter().zip(w.chunks_exact_mut(W)) {
+        let (w, _) = w.as_chunks_mut::<6>();
+        for (j, w) in rows.block(s).rows().iter().zip(w) {
+            inertia.apply_inverse(rows.slots[s].body, j, w);
         }
     }
 }

@@ -1,14 +1,13 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{of_bodies, of_rows};
-use taut_lanes::vector::{Vec3, add, combine, cross, load, save, sub};
+use crate::lanes::{add_to_rows, of_bodies, of_rows};
+use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
-use taut_model::{ABREAST, Four, Joint, Linearized, Pack, Slot};
+use taut_model::{Linearized, Pack, Places, Slot};
 
-/// p += Jᵀ μ; p: 6 numbers a body, μ: one a row.
+/// p += Jᵀ μ; p: 6 numbers a body and 6 more for what acts on the world, μ: one a row.
 pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
-    let (p, _) = p.as_chunks_mut::<6>();
     dispatch(
         Level::best(),
         Transposed {
@@ -20,7 +19,7 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     for slot in other_slots(rows) {
         let mu = &mu[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
-        let p = &mut p[slot.body];
+        let p = &mut p[6 * slot.body..][..6];
         for (j, mu) in jacobian.iter().zip(mu) {
             for (p, j) in p.iter_mut().zip(j) {
                 *p += j * mu;
@@ -65,11 +64,11 @@ pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 #[inline(always)]
 fn point<V: Lanes>(
     pack: &Pack,
-    joints: &[Joint; ABREAST],
+    places: &Places,
     v: &[[f64; 6]],
     side: usize,
 ) -> (Vec3<V>, Vec3<V>) {
-    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, joints.each_ref().map(|j| j.bodies[side]));
+    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, places.bodies[side]);
     let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
     (
         add(&velocity, &cross(&omega, &load(&pack.arms[side]))),
@@ -89,32 +88,21 @@ impl Kernel for Product<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        for (pack, joints, count) in self.rows.abreast.packs() {
-            let (point_a, omega_a) = point::<I::X4>(pack, joints, self.v, 0);
-            let (point_b, omega_b) = point::<I::X4>(pack, joints, self.v, 1);
+        for (pack, places) in self.rows.abreast.packs() {
+            let (point_a, omega_a) = point::<I::X4>(pack, places, self.v, 0);
+            let (point_b, omega_b) = point::<I::X4>(pack, places, self.v, 1);
             let [x, y, z] = sub(&point_a, &point_b);
             let turning = sub(&omega_b, &omega_a);
             let [p, q, s] = &pack.gradients;
-            let rates: [Four; 6] = save(&[
-                x,
-                y,
-                z,
-                vector::dot(&load(p), &turning),
-                vector::dot(&load(q), &turning),
-                vector::dot(&load(s), &turning),
-            ]);
-            for (lane, joint) in joints[..count].iter().enumerate() {
-                let r = &mut self.r[joint.row..joint.row + joint.rows];
-                if let Some(r) = r.first_chunk_mut::<6>() {
-                    for (r, rate) in r.iter_mut().zip(&rates) {
-                        *r -= rate[lane];
-                    }
-                } else {
-                    for (r, rate) in r.iter_mut().zip(&rates) {
-                        *r -= rate[lane];
-                    }
-                }
-            }
+            let rates = [
+                -x,
+                -y,
+                -z,
+                -vector::dot(&load(p), &turning),
+                -vector::dot(&load(q), &turning),
+                -vector::dot(&load(s), &turning),
+            ];
+            add_to_rows(&rates, self.r, places);
         }
     }
 }
@@ -123,7 +111,7 @@ impl Kernel for Product<'_> {
 struct Transposed<'a> {
     rows: &'a Linearized,
     mu: &'a [f64],
-    p: &'a mut [[f64; 6]],
+    p: &'a mut [f64],
 }
 
 impl Kernel for Transposed<'_> {
@@ -131,33 +119,22 @@ impl Kernel for Transposed<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        for (pack, joints, count) in self.rows.abreast.packs() {
-            let (row, rows) = (
-                joints.each_ref().map(|j| j.row),
-                joints.each_ref().map(|j| j.rows),
-            );
-            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, row, rows);
+        for (pack, places) in self.rows.abreast.packs() {
+            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, places);
             let force = [x, y, z];
             let [first, second, third] = &pack.gradients;
             let gradients = [load(first), load(second), load(third)];
             let torque = combine::<I::X4>(&gradients, &[p, q, s]);
             let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
             let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
-            let [force, on_a, on_b]: [[Four; 3]; 3] = [save(&force), save(&on_a), save(&on_b)];
-            for (lane, joint) in joints[..count].iter().enumerate() {
-                if let Some(p) = self.p.get_mut(joint.bodies[0]) {
-                    for i in 0..3 {
-                        p[i] += force[i][lane];
-                        p[3 + i] += on_a[i][lane];
-                    }
-                }
-                if let Some(p) = self.p.get_mut(joint.bodies[1]) {
-                    for i in 0..3 {
-                        p[i] -= force[i][lane];
-                        p[3 + i] += on_b[i][lane];
-                    }
-                }
-            }
+            let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
+            I::X4::scatter_add(&[x, y, z, ax, ay, az], self.p, places.at[0], places.count);
+            I::X4::scatter_add(
+                &[-x, -y, -z, bx, by, bz],
+                self.p,
+                places.at[1],
+                places.count,
+            );
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::report::{PhaseClock, Work};
 use crate::{
     Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion,
 };
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
 
@@ -250,7 +250,7 @@ impl Stepper {
         pieces.regularize(weights.map(|w| w.next), dt);
         let gamma = self.options.scheme.weights().history();
         match stiffness {
-            GeometricStiffness::Off => pieces.geometric.stiffness.fill(Matrix3::zeros()),
+            GeometricStiffness::Off => pieces.geometric.clear(),
             _ => pieces.geometric.update(&pieces.rows, &self.tension),
         }
         if matches!(stiffness, GeometricStiffness::Relative { .. }) {
@@ -265,7 +265,7 @@ impl Stepper {
                 let now = pieces.angular_velocity(i);
                 let before = angular(&history.v, i);
                 let g = pieces.geometric.drive(stiffness, gamma, i, now, before);
-                let impulse = pieces.geometric.stiffness[i] * g * (dt * dt);
+                let impulse = pieces.geometric.times(i, &g) * (dt * dt);
                 pieces.inertia.add_angular_impulse(i, &impulse);
             }
         }
@@ -350,11 +350,10 @@ impl Stepper {
             rows,
             inertia,
             regularization,
-            w,
             ..
-        } = &mut self.pieces;
+        } = &self.pieces;
         self.plan
-            .fill(rows, inertia, regularization, w, &mut self.matrix);
+            .fill(rows, inertia, regularization, &mut self.matrix);
         let sign = self.multiplier_sign();
         if dt != self.mu_dt {
             // The same forces over another time.

@@ -64,6 +64,24 @@ pub struct Joint {
     kind: Kind,
 }
 
+/// Where the four joints of a pack stand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Places {
+    /// First row of each.
+    pub row: [usize; ABREAST],
+    /// Number of rows of each.
+    pub rows: [usize; ABREAST],
+    /// Whether all have 6.
+    pub six: bool,
+    /// Bodies of the sides a and b; the number of bodies stands for the world.
+    pub bodies: [[usize; ABREAST]; 2],
+    /// 6 times these: where a body's numbers are in vectors of 6 numbers a body.
+    pub at: [[usize; ABREAST]; 2],
+    /// How many of the four are joints of their own, not copies of the last one. What is written for a copy is written
+    /// twice, and must not be added.
+    pub count: usize,
+}
+
 /// What is evaluated in lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -93,6 +111,7 @@ pub struct Abreast {
     /// Number of joints.
     count: usize,
     packs: Vec<Pack>,
+    places: Vec<Places>,
     frames: Vec<Frames>,
     /// Joints with a side that is held by the world.
     held: Vec<usize>,
@@ -132,6 +151,8 @@ impl Abreast {
             joints.resize(count.next_multiple_of(ABREAST), last);
         }
         let packs = joints.len() / ABREAST;
+        let places = joints.as_chunks().0.iter().enumerate();
+        let places = places.map(|(k, pack)| Places::new(pack, (count - ABREAST * k).min(ABREAST)));
         let held = |k: &usize| {
             let frames = scene.constraints[joints[*k].constraint].frames();
             frames.iter().any(|f| f.body_index().is_none())
@@ -141,6 +162,7 @@ impl Abreast {
             of_slot,
             count,
             packs: vec![Pack::default(); packs],
+            places: places.collect(),
             frames: vec![Frames::default(); packs],
             joints,
         }
@@ -152,12 +174,9 @@ impl Abreast {
         &self.joints[..self.count]
     }
 
-    /// The Jacobians with their joints, pack by pack. In the last pack the joints after the first `usize` are copies of
-    /// the last one: what is written for them is written twice, and must not be added.
-    pub fn packs(&self) -> impl Iterator<Item = (&Pack, &[Joint; ABREAST], usize)> {
-        let (joints, _) = self.joints.as_chunks();
-        let packs = self.packs.iter().zip(joints).enumerate();
-        packs.map(|(k, (pack, joints))| (pack, joints, (self.count - ABREAST * k).min(ABREAST)))
+    /// The Jacobians and where they stand, pack by pack.
+    pub fn packs(&self) -> impl Iterator<Item = (&Pack, &Places)> {
+        self.packs.iter().zip(&self.places)
     }
 
     /// The Jacobians alone: joint k is lane k mod 4 of pack k/4.
@@ -307,6 +326,21 @@ impl Abreast {
             gradient(2),
         ];
         block.copy_from_slice(&rows.as_flattened()[..block.len()]);
+    }
+}
+
+impl Places {
+    fn new(joints: &[Joint; ABREAST], count: usize) -> Self {
+        let bodies = [0, 1].map(|side| joints.each_ref().map(|j| j.bodies[side]));
+        let rows = joints.each_ref().map(|j| j.rows);
+        Self {
+            row: joints.each_ref().map(|j| j.row),
+            rows,
+            six: rows == [6; ABREAST],
+            at: bodies.map(|side| side.map(|i| 6 * i)),
+            bodies,
+            count,
+        }
     }
 }
 
@@ -560,8 +594,9 @@ mod tests {
             let mut lin = Linearized::new(&scene);
             lin.update(&scene, 0.0);
             let mut joints = 0;
-            for (pack, members, count) in lin.abreast.packs() {
-                for (lane, joint) in members[..count].iter().enumerate() {
+            for (pack, places) in lin.abreast.packs() {
+                for lane in 0..places.count {
+                    let joint = lin.abreast.joints()[joints];
                     joints += 1;
                     let slot = joint.slots[1].expect("side b is a body");
                     let block = lin.block(slot);

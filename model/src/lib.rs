@@ -104,7 +104,7 @@ mod seed;
 pub mod specimen;
 pub mod topology;
 
-pub use abreast::{ABREAST, Abreast, Four, Joint, Pack};
+pub use abreast::{ABREAST, Abreast, Four, Joint, Pack, Places};
 pub use body::{Bodies, Body, Mobility};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{

@@ -78,40 +78,38 @@ pub trait Lanes:
         [Self::from_fn(|l| from[l][0]), Self::from_fn(|l| from[l][1])]
     }
 
-    /// The lanes of `first` and `second` into the pair at each lane's place, one lane after the other.
+    /// Each lane of the components into the numbers from its place on, one lane after the other.
     ///
     /// # Panics
     /// Where a place is beyond `to`.
     #[inline(always)]
-    fn store_pairs<const L: usize>(first: Self, second: Self, to: &mut [f64], at: [usize; L]) {
-        let (mut a, mut b) = ([0.0; L], [0.0; L]);
-        first.store(&mut a);
-        second.store(&mut b);
+    fn scatter<const L: usize, const N: usize>(from: &[Self; N], to: &mut [f64], at: [usize; L]) {
+        let mut lanes = [[0.0; L]; N];
+        for (from, lanes) in from.iter().zip(&mut lanes) {
+            from.store(lanes);
+        }
         for l in 0..L {
-            to[at[l]..at[l] + 2].copy_from_slice(&[a[l], b[l]]);
+            for (to, lanes) in to[at[l]..at[l] + N].iter_mut().zip(&lanes) {
+                *to = lanes[l];
+            }
         }
     }
 
-    /// Adds the lanes of `first` and `second` to the pair at each lane's place, for the first `count` lanes, one after
-    /// the other.
+    /// Adds each lane of the components to the numbers from its place on, for the first `count` lanes, one after the
+    /// other where places are the same.
     ///
     /// # Panics
     /// Where a place is beyond `to`.
     #[inline(always)]
-    fn add_pairs<const L: usize>(
-        first: Self,
-        second: Self,
-        to: &mut [f64],
-        at: [usize; L],
-        count: usize,
-    ) {
-        let (mut a, mut b) = ([0.0; L], [0.0; L]);
-        first.store(&mut a);
-        second.store(&mut b);
+    fn scatter_add<const L: usize>(from: &[Self; 6], to: &mut [f64], at: [usize; L], count: usize) {
+        let mut lanes = [[0.0; L]; 6];
+        for (from, lanes) in from.iter().zip(&mut lanes) {
+            from.store(lanes);
+        }
         for l in 0..count {
-            let to = &mut to[at[l]..at[l] + 2];
-            to[0] += a[l];
-            to[1] += b[l];
+            for (to, lanes) in to[at[l]..at[l] + 6].iter_mut().zip(&lanes) {
+                *to += lanes[l];
+            }
         }
     }
 
@@ -320,14 +318,18 @@ mod tests {
             assert_eq!(lanes, [1.0, 3.0, 5.0, 7.0]);
             second.store(&mut lanes);
             assert_eq!(lanes, [2.0, 4.0, 6.0, 8.0]);
-            let mut to = [0.0; 8];
-            I::X4::store_pairs(first, second, &mut to, [0, 2, 4, 6]);
-            assert_eq!(to.as_chunks().0, from);
-            // The last of those at one place stays; sums add up.
-            I::X4::store_pairs(first, second, &mut to, [0, 2, 4, 2]);
-            assert_eq!(to[2..4], from[3]);
-            I::X4::add_pairs(first, second, &mut to, [6, 2, 6, 2], 3);
-            assert_eq!(to, [1.0, 2.0, 10.0, 12.0, 5.0, 6.0, 13.0, 16.0]);
+            let mut to = [0.0; 9];
+            I::X4::scatter(&[first, second], &mut to, [0, 2, 4, 6]);
+            assert_eq!(to[..8].as_chunks().0, from);
+            // Where places overlap the last one stays.
+            I::X4::scatter(&[first, second, first], &mut to, [0, 6, 4, 6]);
+            assert_eq!(to, [1.0, 2.0, 1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 7.0]);
+            let mut sums = [0.0; 8];
+            let six = [first, second, first, second, first, second];
+            I::X4::scatter_add(&six, &mut sums, [0, 2, 0, 1], 3);
+            assert_eq!(sums, [6.0, 8.0, 9.0, 12.0, 9.0, 12.0, 3.0, 4.0]);
+            I::X4::scatter_add(&six, &mut sums, [0, 2, 0, 2], 4);
+            assert_eq!(sums[..3], [12.0, 16.0, 25.0]);
         }
     }
 

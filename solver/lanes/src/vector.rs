@@ -38,48 +38,6 @@ pub fn gather<V: Lanes, const L: usize, const N: usize>(from: [&[f64; N]; L]) ->
     to
 }
 
-/// Component by component into `N` numbers from each lane's place on.
-///
-/// # Panics
-/// Where a place is beyond `to`.
-#[inline(always)]
-pub fn scatter<V: Lanes, const L: usize, const N: usize>(
-    from: &[V; N],
-    to: &mut [f64],
-    at: [usize; L],
-) {
-    assert!(at.iter().all(|at| to.len() >= N && *at <= to.len() - N));
-    let mut c = 0;
-    while c + 2 <= N {
-        V::store_pairs(from[c], from[c + 1], to, at.map(|at| at + c));
-        c += 2;
-    }
-    if c < N {
-        let mut lanes = [0.0; L];
-        from[c].store(&mut lanes);
-        for (at, x) in at.into_iter().zip(lanes) {
-            to[at + c] = x;
-        }
-    }
-}
-
-/// Adds six components to the numbers from each lane's place on, for the first `count` lanes, one after the other where
-/// places are the same.
-///
-/// # Panics
-/// Where a place is beyond `to`.
-#[inline(always)]
-pub fn scatter_add<V: Lanes, const L: usize>(
-    from: &[V; 6],
-    to: &mut [f64],
-    at: [usize; L],
-    count: usize,
-) {
-    for c in [0, 2, 4] {
-        V::add_pairs(from[c], from[c + 1], to, at.map(|at| at + c), count);
-    }
-}
-
 /// Component by component into memory.
 #[must_use]
 #[inline(always)]

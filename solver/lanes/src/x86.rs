@@ -266,34 +266,51 @@ vector!(
         }
 
         #[inline(always)]
-        fn store_pairs<const L: usize>(first: Self, second: Self, to: &mut [f64], at: [usize; L]) {
+        fn scatter<const L: usize, const N: usize>(
+            from: &[Self; N],
+            to: &mut [f64],
+            at: [usize; L],
+        ) {
             assert!(L >= 4);
-            let pairs = split(first.0, second.0);
+            let mut pairs = [split(from[0].0, from[0].0); N];
+            for c in (0..N).step_by(2) {
+                pairs[c / 2] = split(from[c].0, from[(c + 1).min(N - 1)].0);
+            }
             for l in 0..4 {
-                let to = &mut to[at[l]..at[l] + 2];
-                // SAFETY: as in `vector`; there is room for the two doubles, and no alignment is needed.
-                unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[l]) };
+                let to = &mut to[at[l]..at[l] + N];
+                let (even, odd) = to.as_chunks_mut::<2>();
+                for (to, pairs) in even.iter_mut().zip(&pairs) {
+                    // SAFETY: as in `vector`; there is room for the two doubles, and no alignment is needed.
+                    unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[l]) };
+                }
+                if let Some(to) = odd.first_mut() {
+                    // SAFETY: as in `vector`.
+                    *to = unsafe { _mm_cvtsd_f64(pairs[N / 2][l]) };
+                }
             }
         }
 
         #[inline(always)]
-        fn add_pairs<const L: usize>(
-            first: Self,
-            second: Self,
+        fn scatter_add<const L: usize>(
+            from: &[Self; 6],
             to: &mut [f64],
             at: [usize; L],
             count: usize,
         ) {
             assert!(L >= 4);
-            let pairs = split(first.0, second.0);
-            for l in 0..4 {
-                if l < count {
-                    let to = &mut to[at[l]..at[l] + 2];
-                    // SAFETY: as in `vector`; there are the two doubles, and no alignment is needed.
-                    unsafe {
-                        let sum = _mm_add_pd(_mm_loadu_pd(to.as_ptr()), pairs[l]);
-                        _mm_storeu_pd(to.as_mut_ptr(), sum);
-                    }
+            let pairs = [
+                split(from[0].0, from[1].0),
+                split(from[2].0, from[3].0),
+                split(from[4].0, from[5].0),
+            ];
+            if count >= 4 {
+                add_lane(&pairs, 0, to, at[0]);
+                add_lane(&pairs, 1, to, at[1]);
+                add_lane(&pairs, 2, to, at[2]);
+                add_lane(&pairs, 3, to, at[3]);
+            } else {
+                for l in 0..count {
+                    add_lane(&pairs, l, to, at[l]);
                 }
             }
         }
@@ -321,5 +338,18 @@ fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
             _mm256_extractf128_pd::<1>(even),
             _mm256_extractf128_pd::<1>(odd),
         ]
+    }
+}
+
+/// Adds the pairs of lane `l` to the numbers from `at` on.
+#[inline(always)]
+fn add_lane(pairs: &[[__m128d; 4]; 3], l: usize, to: &mut [f64], at: usize) {
+    let (to, _) = to[at..at + 6].as_chunks_mut::<2>();
+    for (to, pairs) in to.iter_mut().zip(pairs) {
+        // SAFETY: called where vectors of four lanes are, see `vector`; there are the two doubles, unaligned.
+        unsafe {
+            let sum = _mm_add_pd(_mm_loadu_pd(to.as_ptr()), pairs[l]);
+            _mm_storeu_pd(to.as_mut_ptr(), sum);
+        }
     }
 }
