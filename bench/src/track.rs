@@ -65,33 +65,34 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
     progress.set_length(2 * config.cases.len() as u64);
     progress.set_message("instructions, errors");
     let mut places: Vec<Place> = Vec::new();
-    for case in &config.cases {
-        if !places.contains(&case.place) {
-            places.push(case.place);
-        }
-    }
+    let cases: Vec<(&Case, usize)> = config
+        .cases
+        .iter()
+        .map(|case| {
+            let known = places.iter().position(|p| *p == case.place);
+            let place = known.unwrap_or_else(|| {
+                places.push(case.place);
+                places.len() - 1
+            });
+            (case, place)
+        })
+        .collect();
     let judged: Vec<Result<Judged, Missing>> = places
         .par_iter()
         .map(|&place| Judged::new(place).map_err(|e| Missing::Failed(e.to_string())))
         .collect();
-    let judged = |case: &Case| {
-        let at = places.iter().position(|p| *p == case.place);
-        let found = at.map(|i| judged[i].as_ref().map_err(Clone::clone));
-        found.unwrap_or_else(|| Err(Missing::Failed("the scene is missing".to_owned())))
-    };
-    let mut figures: Vec<Vec<Figure>> = config
-        .cases
+    let mut figures: Vec<Vec<Figure>> = cases
         .par_iter()
-        .map(|case| {
-            let figures = untimed(case, config.counter.as_ref(), judged(case));
+        .map(|&(case, place)| {
+            let figures = untimed(case, config.counter.as_ref(), &judged[place]);
             progress.inc(1);
             figures
         })
         .collect();
     progress.set_message("times");
     let machine = Machine::current();
-    for (case, figures) in config.cases.iter().zip(&mut figures) {
-        figures.extend(timed(case, config.budget, &machine, judged(case)));
+    for (&(case, place), figures) in cases.iter().zip(&mut figures) {
+        figures.extend(timed(case, config.budget, &machine, &judged[place]));
         progress.inc(1);
     }
     figures.into_iter().flatten().collect()
@@ -112,7 +113,7 @@ fn figure(case: &Case, measure: Measure, value: Result<f64, Missing>) -> Figure 
 fn untimed(
     case: &Case,
     counter: Option<&Counter>,
-    judged: Result<&Judged, Missing>,
+    judged: &Result<Judged, Missing>,
 ) -> Vec<Figure> {
     let choice = case.choice().map_err(Missing::NotMeasured);
     let measures = case.measures().filter(|m| m.kind() != Kind::Wall);
@@ -136,7 +137,7 @@ fn untimed(
                 ..figure(case, measure, value)
             };
         }
-        let judged = judged.as_ref().map_err(|missing| missing.clone());
+        let judged = judged.as_ref().map_err(Clone::clone);
         let value = judged.and_then(|judged| judged.figure(case, choice, measure));
         figure(case, measure, value)
     };
@@ -147,7 +148,7 @@ fn timed(
     case: &Case,
     budget: Duration,
     machine: &Machine,
-    judged: Result<&Judged, Missing>,
+    judged: &Result<Judged, Missing>,
 ) -> Vec<Figure> {
     let one = |threads: usize| -> Result<Summary, Missing> {
         let choice = case.choice().map_err(Missing::NotMeasured)?;
@@ -155,7 +156,7 @@ fn timed(
             let why = "this machine offers one thread only".to_owned();
             return Err(Missing::NotMeasured(why));
         }
-        let start = &judged.clone()?.start;
+        let start = &judged.as_ref().map_err(Clone::clone)?.start;
         let times = wall::time(start, &choice, budget, threads);
         let times = times.map_err(|e| Missing::Failed(e.to_string()))?;
         Ok(times.summary())

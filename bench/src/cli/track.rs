@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use taut_bench::machine::Machine;
 use taut_bench::output;
-use taut_bench::track::{self, CASES, Case, Config, Counter, Entry, Verdict};
+use taut_bench::track::{self, CASES, Case, Config, Counter, Entry, Row, Verdict};
 
 /// Where the baseline is, from the repository's root.
 const BASELINE: &str = "bench/track-baseline.json";
@@ -100,21 +100,19 @@ pub(crate) fn run(args: &TrackArgs) -> Result<(), Failure> {
     if let Some(path) = &args.bencher {
         output::write_json(path, &track::bencher(&figures))?;
     }
-    let failed = rows.iter().filter(|r| r.verdict == Verdict::Fail);
+    let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
     if args.update {
-        // More instructions, and figures that are gone, are what the new baseline is for.
-        let stays = |r: &&track::Row| r.now.is_none_or(|now| r.bar.is_some_and(|b| !(now <= b)));
-        let tracked = |r: &&track::Row| track::named(&r.case).is_ok();
-        let beyond = failed.filter(stays).filter(tracked).count();
-        if beyond > 0 {
+        let updated = track::updated(&entries, &baseline);
+        // What fails against itself is beyond a bar or could not be measured.
+        let stays = failed(&track::compare(&figures, &updated));
+        if stays > 0 {
             return Err(Failure::Check(format!(
-                "{beyond} figures are beyond their bar or could not be measured: the baseline was not written"
+                "{stays} figures are beyond their bar or could not be measured: the baseline was not written"
             )));
         }
-        output::write_json(&args.baseline, &track::updated(&entries, &baseline))?;
-        return Ok(());
+        return Ok(output::write_json(&args.baseline, &updated)?);
     }
-    match failed.count() {
+    match failed(&rows) {
         0 => Ok(()),
         n => Err(Failure::Check(format!(
             "{n} of {} figures fail",

@@ -208,13 +208,12 @@ fn unknown(text: &str) -> Option<String> {
 /// ```
 fn collected(text: &str) -> Option<u64> {
     let said = |what: &str| {
-        let lines = text.lines().filter_map(|line| {
+        // What the program under it prints in such a form comes before.
+        text.lines().rev().find_map(|line| {
             let (_, rest) = line.strip_prefix("==")?.split_once("==")?;
             let (key, value) = rest.split_once(':')?;
             (key.trim() == what).then_some(value)
-        });
-        // What the program under it prints in such a form comes before.
-        lines.last()
+        })
     };
     let column = said("Events")?.split_whitespace().position(|e| e == "Ir")?;
     let count = said("Collected")?.split_whitespace().nth(column)?;
