@@ -156,7 +156,8 @@ const LONGEST: Place = hoist(1000, 1e3);
 const RING: Place = Place::Network(Network::Ring, 24);
 const LADDER: Place = Place::Network(Network::Ladder, 4);
 const NET: Place = Place::Network(Network::Net, 8);
-/// No bar: an iteration that does not converge there, or a scene without that error.
+/// No bar: an iteration that does not converge there, or a scene without that error. Nor has the componentwise backward
+/// error of any iteration: they stop by a norm, in which small components do not count.
 const NONE: f64 = f64::INFINITY;
 
 /// All cases, with the bars of their errors: of the multipliers against extended precision (relative), of the
@@ -164,29 +165,29 @@ const NONE: f64 = f64::INFINITY;
 /// elongation (relative).
 ///
 /// They stand about ten times above what was measured; those of the load three times, since that is the time step's own
-/// error and hardly depends on rounding; those of iterations more where an iteration more or less decides.
+/// error and hardly depends on rounding.
 pub const CASES: [Case; 20] = [
     quick(case(HOIST, "banded", [2e-15, 2e-14, 1e-4, 5e-13])),
     case(HOIST, "faer:llt", [2e-15, 2e-14, 1e-4, 5e-13]),
     case(HOIST, "nalgebra-sparse", [2e-15, 2e-14, 1e-4, 5e-13]),
     case(HOIST, "umfpack", [2e-15, 7e-14, 1e-4, 5e-13]),
-    quick(case(HOIST, "cg:group", [5e-13, 1e-10, 1e-4, 5e-11])),
+    quick(case(HOIST, "cg:group", [3e-12, NONE, 1e-4, 5e-11])),
     // Does not converge: what its sweeps cost.
-    case(HOIST, "gauss-seidel:groups", [1e-3, 2e-6, NONE, NONE]),
+    case(HOIST, "gauss-seidel:groups", [1e-3, NONE, NONE, NONE]),
     case(HEAVY, "banded", [5e-15, 5e-15, 1e-4, 1e-13]),
-    case(HEAVY, "cg:group", [6e-13, 2e-8, 1e-4, 3e-10]),
+    case(HEAVY, "cg:group", [6e-13, NONE, 1e-4, 3e-10]),
     case(LONG, "banded", [3e-15, 3e-15, 1e-4, 3e-12]),
     case(LONG, "faer:llt", [3e-15, 3e-15, 1e-4, 3e-12]),
     case(LONG, "nalgebra-sparse", [3e-15, 3e-15, 1e-4, 3e-12]),
     case(LONG, "umfpack", [3e-15, 3e-15, 1e-4, 3e-12]),
-    case(LONG, "cg:group", [1e-11, 1e-10, 1e-4, 5e-11]),
-    case(LONG, "gauss-seidel:groups", [5e-4, 1e-6, NONE, NONE]),
+    case(LONG, "cg:group", [1e-11, NONE, 1e-4, 5e-11]),
+    case(LONG, "gauss-seidel:groups", [5e-4, NONE, NONE, NONE]),
     case(LONGEST, "banded", [1e-14, 5e-15, 3e-4, 1e-12]),
     quick(case(Place::Gantry, "banded", [1e-15, 2e-15, 1e-2, NONE])),
     case(RING, "banded", [5e-15, 3e-15, 4e-4, NONE]),
     case(LADDER, "banded", [2e-15, 1e-13, 4e-4, NONE]),
     case(NET, "banded", [8e-15, 8e-15, 3e-4, NONE]),
-    case(NET, "gauss-seidel:groups", [1e-12, 3e-9, 3e-4, NONE]),
+    case(NET, "gauss-seidel:groups", [1e-12, NONE, 3e-4, NONE]),
 ];
 
 impl Case {
