@@ -105,7 +105,7 @@ fn figure(case: &Case, measure: Measure, value: Result<f64, Missing>) -> Figure 
         measure,
         value,
         spread: None,
-        condition: bar.map_or_else(String::new, |bar| format!("at most {bar:e}")),
+        condition: bar.map_or_else(String::new, |bar| format!("at most {bar:?}")),
         bar,
     }
 }

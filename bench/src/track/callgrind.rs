@@ -1,12 +1,11 @@
 //! Instructions of a step, counted by valgrind's callgrind.
 //!
-//! A binary of this program steps the case in a process of its own, once for a pass and once for two; the difference
-//! holds the steps alone. The binary has to be compiled for a processor that valgrind knows, x86-64-v3: kernels that
+//! A binary of this program steps the case in a process of its own, once for some steps and once for twice as many; the
+//! difference holds the steps alone. The binary has to be compiled for a processor that valgrind knows, x86-64-v3: kernels that
 //! would choose wider instructions at run time take what valgrind offers them, so that other code may be counted than is
 //! timed.
 
 use super::cases::Case;
-use super::start::PASS;
 use std::fmt;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -50,9 +49,11 @@ pub enum CountError {
     NoCount,
     /// Twice the steps do not take more instructions.
     NoDifference {
-        /// Instructions of a pass.
+        /// Steps.
+        steps: usize,
+        /// Instructions of so many.
         once: u64,
-        /// Instructions of two.
+        /// Instructions of twice as many.
         twice: u64,
     },
 }
@@ -75,9 +76,9 @@ impl fmt::Display for CountError {
                 "instructions were not counted: valgrind does not know one of this build, {bytes}"
             ),
             Self::NoCount => f.write_str("callgrind ended without a line `Collected : N`"),
-            Self::NoDifference { once, twice } => write!(
+            Self::NoDifference { steps, once, twice } => write!(
                 f,
-                "{PASS} steps took {once} instructions, twice as many {twice}: no step was counted"
+                "{steps} steps took {once} instructions, twice as many {twice}: no step was counted"
             ),
         }
     }
@@ -98,6 +99,12 @@ impl Counter {
             source,
         })?;
         let built = run(Command::new(&binary).args(["track", "--toolchain"]))?;
+        if built.stdout.trim().is_empty() {
+            return Err(CountError::Failed {
+                program: binary,
+                how: "it names no toolchain".to_owned(),
+            });
+        }
         Ok(Self {
             binary,
             toolchain: format!("{}, {}", built.stdout.trim(), valgrind.stdout.trim()),
@@ -115,11 +122,12 @@ impl Counter {
     /// # Errors
     /// [`CountError`].
     pub fn per_step(&self, case: &Case) -> Result<f64, CountError> {
-        let (once, twice) = (self.count(case, PASS)?, self.count(case, 2 * PASS)?);
+        let steps = case.counted_steps();
+        let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);
         if twice <= once {
-            return Err(CountError::NoDifference { once, twice });
+            return Err(CountError::NoDifference { steps, once, twice });
         }
-        Ok((twice - once) as f64 / PASS as f64)
+        Ok((twice - once) as f64 / steps as f64)
     }
 
     fn count(&self, case: &Case, steps: usize) -> Result<u64, CountError> {
@@ -259,6 +267,18 @@ note: Collected : 3
         let said = "vex amd64->IR: unhandled instruction bytes: 0xC5 0x79 0xD6 0xCC 0xC5 0x31\n==1== more\n";
         assert_eq!(unknown(said).as_deref(), Some("0xC5 0x79 0xD6 0xCC"));
         assert_eq!(unknown(SAMPLE), None);
+    }
+
+    #[test]
+    fn another_program_is_refused() {
+        let e = Counter::new(Path::new("/bin/true"))
+            .unwrap_err()
+            .to_string();
+        // Where there is neither, the sentence is that of a program that cannot be started.
+        assert!(
+            e.contains("names no toolchain") || e.contains("cannot start"),
+            "{e}"
+        );
     }
 
     #[test]
