@@ -12,7 +12,7 @@
 use crate::inertia::Inertia;
 use crate::lanes::of_rows;
 use taut_lanes::vector::{
-    Sym3, Vec3, columns, cross, dot, gather, load, save, scale, scale_add, times,
+    Sym3, Vec3, columns, combine, cross, dot, gather, load, save, scale, scale_add,
 };
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
@@ -116,20 +116,17 @@ impl<V: Lanes> Side<V> {
         Self { arm, gradients }
     }
 
-    /// The rows of Q A; those of \[r]× are (0, −z, y), (z, 0, −x), (−y, x, 0).
+    /// Row `R` of Q A, for the columns of A; those of \[r]× are (0, −z, y), (z, 0, −x), (−y, x, 0).
     #[inline(always)]
-    fn times(&self, a: &Sym3<V>) -> [Vec3<V>; 6] {
+    fn row_times<const R: usize>(&self, a: &[Vec3<V>; 3]) -> Vec3<V> {
         let [x, y, z] = self.arm;
-        let [ax, ay, az] = columns(a);
-        let [p, q, s] = &self.gradients;
-        [
-            scale_add(&az, y, &scale(&ay, -z)),
-            scale_add(&ax, z, &scale(&az, -x)),
-            scale_add(&ay, x, &scale(&ax, -y)),
-            times(a, p),
-            times(a, q),
-            times(a, s),
-        ]
+        let [ax, ay, az] = a;
+        match R {
+            0 => scale_add(az, y, &scale(ay, -z)),
+            1 => scale_add(ax, z, &scale(az, -x)),
+            2 => scale_add(ay, x, &scale(ax, -y)),
+            _ => combine(a, &self.gradients[R - 3]),
+        }
     }
 
     /// Q x.
@@ -141,50 +138,33 @@ impl<V: Lanes> Side<V> {
     }
 }
 
-/// Writes column `C` of four blocks with 6 rows and columns.
-#[inline(always)]
-fn put<V: Lanes, const C: usize>(column: &[V; 6], values: &mut [f64], targets: [usize; ABREAST]) {
-    V::scatter(column, values, targets.map(|t| t + 6 * C));
+/// Where four blocks are written to, column by column.
+struct Blocks<'a> {
+    values: &'a mut [f64],
+    /// First value, rows and columns of each.
+    targets: [usize; ABREAST],
+    rows: [usize; ABREAST],
+    columns: [usize; ABREAST],
+    /// Whether all have 6 rows and columns.
+    six: bool,
 }
 
-/// Writes four blocks of other sizes, rows × columns.
-#[inline(always)]
-fn put_smaller<V: Lanes>(
-    columns: &[[V; 6]; 6],
-    values: &mut [f64],
-    targets: [usize; ABREAST],
-    sizes: [(usize, usize); ABREAST],
-) {
-    for (c, column) in columns.iter().enumerate() {
+impl Blocks<'_> {
+    #[inline(always)]
+    fn write<V: Lanes, const C: usize>(&mut self, column: &[V; 6]) {
+        if self.six {
+            return V::scatter(column, self.values, self.targets.map(|t| t + 6 * C));
+        }
         let column: [Four; 6] = save(column);
-        for (lane, (target, (m, n))) in targets.into_iter().zip(sizes).enumerate() {
-            if c < n {
-                let to = &mut values[target + m * c..target + m * (c + 1)];
+        for lane in 0..ABREAST {
+            let m = self.rows[lane];
+            if C < self.columns[lane] {
+                let to = &mut self.values[self.targets[lane] + m * C..][..m];
                 for (to, from) in to.iter_mut().zip(&column) {
                     *to = from[lane];
                 }
             }
         }
-    }
-}
-
-/// Writes four blocks by their columns.
-#[inline(always)]
-fn put_all<V: Lanes>(
-    columns: &[[V; 6]; 6],
-    values: &mut [f64],
-    targets: [usize; ABREAST],
-    sizes: [(usize, usize); ABREAST],
-) {
-    if sizes == [(6, 6); ABREAST] {
-        put::<V, 0>(&columns[0], values, targets);
-        put::<V, 1>(&columns[1], values, targets);
-        put::<V, 2>(&columns[2], values, targets);
-        put::<V, 3>(&columns[3], values, targets);
-        put::<V, 4>(&columns[4], values, targets);
-        put::<V, 5>(&columns[5], values, targets);
-    } else {
-        put_smaller(columns, values, targets, sizes);
     }
 }
 
@@ -216,36 +196,57 @@ impl Kernel for Diagonal<'_> {
             let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, places.bodies[0]);
             let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, places.bodies[1]);
             let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
-            let (turned_a, turned_b) = (side_a.times(&a), side_b.times(&b));
             let sigma = of_rows::<I::X4>(self.sigma, places);
-            let mut block = [
-                both(&side_a, &turned_a[0], &side_b, &turned_b[0]),
-                both(&side_a, &turned_a[1], &side_b, &turned_b[1]),
-                both(&side_a, &turned_a[2], &side_b, &turned_b[2]),
-                both(&side_a, &turned_a[3], &side_b, &turned_b[3]),
-                both(&side_a, &turned_a[4], &side_b, &turned_b[4]),
-                both(&side_a, &turned_a[5], &side_b, &turned_b[5]),
-            ];
-            let w = w_a + w_b;
-            block[0][0] = block[0][0] + (w + sigma[0]);
-            block[1][1] = block[1][1] + (w + sigma[1]);
-            block[2][2] = block[2][2] + (w + sigma[2]);
-            block[3][3] = block[3][3] + sigma[3];
-            block[4][4] = block[4][4] + sigma[4];
-            block[5][5] = block[5][5] + sigma[5];
-            put_all(&block, self.values, *targets, places.rows.map(|n| (n, n)));
+            let mut blocks = Blocks {
+                values: &mut *self.values,
+                targets: *targets,
+                rows: places.rows,
+                columns: places.rows,
+                six: places.six,
+            };
+            let joint = Whole {
+                sides: [side_a, side_b],
+                inverse: [columns(&a), columns(&b)],
+                mass: w_a + w_b,
+                sigma,
+            };
+            blocks.write::<I::X4, 0>(&joint.column::<0>());
+            blocks.write::<I::X4, 1>(&joint.column::<1>());
+            blocks.write::<I::X4, 2>(&joint.column::<2>());
+            blocks.write::<I::X4, 3>(&joint.column::<3>());
+            blocks.write::<I::X4, 4>(&joint.column::<4>());
+            blocks.write::<I::X4, 5>(&joint.column::<5>());
         }
     }
 }
 
-/// Q_a x + Q_b y.
-#[inline(always)]
-fn both<V: Lanes>(a: &Side<V>, x: &Vec3<V>, b: &Side<V>, y: &Vec3<V>) -> [V; 6] {
-    let (mut sum, on_b) = (a.apply(x), b.apply(y));
-    for (sum, on_b) in sum.iter_mut().zip(on_b) {
-        *sum = *sum + on_b;
+/// What a joint's diagonal block is made of.
+struct Whole<V> {
+    sides: [Side<V>; 2],
+    /// A of both bodies.
+    inverse: [[Vec3<V>; 3]; 2],
+    /// 1/m_a + 1/m_b.
+    mass: V,
+    sigma: [V; 6],
+}
+
+impl<V: Lanes> Whole<V> {
+    #[inline(always)]
+    fn column<const C: usize>(&self) -> [V; 6] {
+        let [a, b] = &self.sides;
+        let mut column = a.apply(&a.row_times::<C>(&self.inverse[0]));
+        let on_b = b.apply(&b.row_times::<C>(&self.inverse[1]));
+        for (sum, on_b) in column.iter_mut().zip(on_b) {
+            *sum = *sum + on_b;
+        }
+        let straight = if C < 3 {
+            self.mass + self.sigma[C]
+        } else {
+            self.sigma[C]
+        };
+        column[C] = column[C] + straight;
+        column
     }
-    sum
 }
 
 struct Below<'a> {
@@ -272,21 +273,28 @@ impl Kernel for Below<'_> {
             for a in &mut signed {
                 *a = *a * sign;
             }
-            let (turned, w) = (right.times(&signed), w * sign);
-            let mut block = [
-                left.apply(&turned[0]),
-                left.apply(&turned[1]),
-                left.apply(&turned[2]),
-                left.apply(&turned[3]),
-                left.apply(&turned[4]),
-                left.apply(&turned[5]),
-            ];
-            block[0][0] = block[0][0] + w;
-            block[1][1] = block[1][1] + w;
-            block[2][2] = block[2][2] + w;
-            let size = |[(k, _), (l, _)]: [(usize, usize); 2]| (joints[k].rows, joints[l].rows);
-            let sizes = couplings.map(|c| size(c.sides));
-            put_all(&block, self.values, couplings.map(|c| c.target), sizes);
+            let (signed, w) = (columns(&signed), w * sign);
+            let rows = couplings.map(|c| joints[c.sides[0].0].rows);
+            let across = couplings.map(|c| joints[c.sides[1].0].rows);
+            let mut blocks = Blocks {
+                values: &mut *self.values,
+                targets: couplings.map(|c| c.target),
+                six: rows == [6; ABREAST] && across == [6; ABREAST],
+                rows,
+                columns: across,
+            };
+            let mut first = left.apply(&right.row_times::<0>(&signed));
+            first[0] = first[0] + w;
+            blocks.write::<I::X4, 0>(&first);
+            let mut second = left.apply(&right.row_times::<1>(&signed));
+            second[1] = second[1] + w;
+            blocks.write::<I::X4, 1>(&second);
+            let mut third = left.apply(&right.row_times::<2>(&signed));
+            third[2] = third[2] + w;
+            blocks.write::<I::X4, 2>(&third);
+            blocks.write::<I::X4, 3>(&left.apply(&right.row_times::<3>(&signed)));
+            blocks.write::<I::X4, 4>(&left.apply(&right.row_times::<4>(&signed)));
+            blocks.write::<I::X4, 5>(&left.apply(&right.row_times::<5>(&signed)));
         }
     }
 }

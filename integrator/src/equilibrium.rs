@@ -8,7 +8,6 @@
 //! [`ACCELERATION`] on top of its own.
 
 use crate::guarded::Pass;
-use crate::products::subtract_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
@@ -133,10 +132,9 @@ impl Stepper {
     }
 
     /// Largest change of an angular row in `dt` \[rad]: |J v| dt of the last iterate.
-    fn largest_turn(&self, dt: f64) -> f64 {
-        let mut rates = vec![0.0; self.pieces.rows.rows()];
-        subtract_jacobian(&self.pieces.rows, &self.pieces.v, &mut rates);
-        subtract_jacobian(&self.pieces.rows, &self.pieces.dv, &mut rates);
+    fn largest_turn(&mut self, dt: f64) -> f64 {
+        let [rates, _] = &mut self.in_rows;
+        self.pieces.rates_after(rates);
         let angular = rates
             .iter()
             .enumerate()

@@ -11,10 +11,10 @@
 //! solved by Newton passes, each the same linear system with rows and geometric stiffness taken at the last q⁺. It is of
 //! first order and damps every motion that it cannot resolve, which is what a shock leaves behind.
 
-use crate::products::subtract_jacobian;
+use crate::products::times_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
-use crate::{Guard, Phase, StepError};
+use crate::{Guard, Phase, Scheme, StepError};
 
 /// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
 const CONVERGED: f64 = 0.01;
@@ -186,12 +186,14 @@ impl Stepper {
     ) -> Result<f64, StepError> {
         let pieces = &mut self.pieces;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
+        let [jv, after] = &mut self.in_rows;
+        times_jacobian(&pieces.rows, &pieces.v, jv);
         pieces.known.fill(0.0);
         if pass == Pass::Next {
-            subtract_jacobian(&pieces.rows, &pieces.v, &mut pieces.known);
-            subtract_jacobian(&pieces.rows, &pieces.dv, &mut pieces.known);
-            for (known, phi_t) in pieces.known.iter_mut().zip(&pieces.rows.phi_t) {
-                *known = phi_t - *known;
+            pieces.rates_after(after);
+            let rates = after.iter().zip(&pieces.rows.phi_t);
+            for (known, (rate, phi_t)) in pieces.known.iter_mut().zip(rates) {
+                *known = rate + phi_t;
             }
         }
         pieces.geometric.update(&pieces.rows, &self.tension);
@@ -215,13 +217,17 @@ impl Stepper {
             pieces.inertia.add_angular_impulse(i, &impulse);
         }
         self.pieces.soften_transverse_rows(&self.tension, true);
-        self.pieces.regularize([1.0; 4], dt);
+        self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);
+        self.pieces.regularize(dt, &self.in_rows[0]);
         clock.end(Phase::Linearize);
         self.solve_prepared(dt, clock, work)?;
         self.pieces.update_velocity_change(&self.mu);
-        let known = std::mem::take(&mut self.pieces.known);
-        self.pieces.predict(dt, |r| known[r]);
-        self.pieces.known = known;
+        self.pieces.predict(dt);
+        // φ contains the effect of the known rate.
+        let pieces = &mut self.pieces;
+        for (predicted, known) in pieces.predicted.iter_mut().zip(&pieces.known) {
+            *predicted -= dt * known;
+        }
         self.move_bodies(dt)?;
         self.pieces.rows.update_state(&self.scene, end);
         clock.end(Phase::Update);

@@ -151,6 +151,17 @@ impl Inertia {
         Ok(())
     }
 
+    /// Δv ← Δv + M̃⁻¹ (impulse − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about their
+    /// axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away. 6 numbers a body.
+    pub(crate) fn correct_velocities(&self, impulse: &[f64], dv: &mut [f64]) {
+        let change = VelocityChange {
+            inertia: self,
+            impulse: impulse.as_chunks().0,
+            dv: dv.as_chunks_mut().0,
+        };
+        dispatch(Level::best(), change);
+    }
+
     /// M̃ of body `i` grows by `mass` (kg) and by `angular` (kg m²) about every axis; Δt f stays. `false` where there is
     /// no inverse.
     pub(crate) fn add_ballast(&mut self, i: usize, mass: f64, angular: f64) -> bool {
@@ -271,12 +282,11 @@ impl Kernel for Update<'_> {
     }
 }
 
-/// Δv ← Δv + M̃⁻¹ (impulse − M̃ Δv), twice, of all bodies: thin segments under tension turn 10⁴ to 10⁸ times more easily
-/// about their axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
-pub(crate) struct VelocityChange<'a> {
-    pub(crate) inertia: &'a Inertia,
-    pub(crate) impulse: &'a [[f64; 6]],
-    pub(crate) dv: &'a mut [[f64; 6]],
+/// See [`Inertia::correct_velocities`].
+struct VelocityChange<'a> {
+    inertia: &'a Inertia,
+    impulse: &'a [[f64; 6]],
+    dv: &'a mut [[f64; 6]],
 }
 
 impl Kernel for VelocityChange<'_> {

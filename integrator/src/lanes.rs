@@ -34,17 +34,17 @@ pub(crate) fn of_rows<V: Lanes>(from: &[f64], places: &Places) -> [V; 6] {
     gather(rows.each_ref())
 }
 
-/// Adds to the rows of four joints, each once.
+/// Writes the rows of four joints.
 #[inline(always)]
-pub(crate) fn add_to_rows<V: Lanes>(added: &[V; 6], rows: &mut [f64], places: &Places) {
+pub(crate) fn write_rows<V: Lanes>(from: &[V; 6], rows: &mut [f64], places: &Places) {
     if places.six {
-        return V::scatter_add(added, rows, places.row, places.count);
+        return V::scatter(from, rows, places.row);
     }
-    let added: [Four; 6] = save(added);
-    for lane in 0..places.count {
+    let from: [Four; 6] = save(from);
+    for lane in 0..ABREAST {
         let rows = &mut rows[places.row[lane]..][..places.rows[lane]];
-        for (r, added) in rows.iter_mut().zip(&added) {
-            *r += added[lane];
+        for (r, from) in rows.iter_mut().zip(&from) {
+            *r = from[lane];
         }
     }
 }

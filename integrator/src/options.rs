@@ -1,6 +1,5 @@
 //! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
 
-use crate::pieces::RowWeights;
 use crate::{Elimination, StepError};
 use std::fmt;
 use std::str::FromStr;
@@ -410,7 +409,7 @@ impl StepOptions {
 
     /// Weights of lengths, of angles, and of transverse rows: these last are the geometric stiffness of links, and take
     /// its weight α with the scheme's filter.
-    pub(crate) fn row_weights(&self, stiffness: GeometricStiffness) -> RowWeights {
+    pub(crate) fn row_weights(&self, stiffness: GeometricStiffness) -> [Weights; 4] {
         let scheme = self.scheme.weights();
         let (alpha, history) = (stiffness.alpha(), scheme.history());
         let transverse = if alpha > 0.0 {

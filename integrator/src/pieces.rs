@@ -11,12 +11,11 @@
 //! give the right-hand side of the Schur form.
 
 use crate::geometric::{Geometric, wrench};
-use crate::inertia::{Inertia, VelocityChange};
+use crate::inertia::Inertia;
 use crate::options::Weights;
-use crate::products::{add_transposed, subtract_jacobian};
+use crate::products::{add_transposed, times_jacobian};
 use crate::regularization::Regularization;
 use nalgebra::Vector3;
-use taut_lanes::{Level, dispatch};
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -26,9 +25,8 @@ pub(crate) struct Pieces {
     weighting: Vec<Weighting>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
-    /// Length over which each constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the
-    /// length of a link; 0 where φ is linear in the positions \[m].
-    turning_length: Vec<f64>,
+    /// The gaps that turn.
+    gaps: Vec<Gap>,
     /// Constraints whose only row is at a bound: what they measure does not act. Empty where no row has bounds.
     pub(crate) idle: Vec<bool>,
     pub(crate) geometric: Geometric,
@@ -44,7 +42,7 @@ pub(crate) struct Pieces {
     pub(crate) known: Vec<f64>,
     /// φ at the end of the step as the linearisation predicts it, one a row.
     pub(crate) predicted: Vec<f64>,
-    /// An impulse, 6 numbers a body and, of no meaning, 6 of the world.
+    /// An impulse or velocities, 6 numbers a body and, of no meaning, 6 of the world.
     impulse: Vec<f64>,
 }
 
@@ -59,8 +57,10 @@ impl Pieces {
         let speed = |r: &usize| weighting[*r] == Weighting::Speed;
         Self {
             speed_rows: (0..count).filter(speed).collect(),
+            gaps: (scene.constraints.iter().enumerate())
+                .filter_map(|(c, constraint)| Gap::of(c, constraint, &rows, &weighting))
+                .collect(),
             weighting,
-            turning_length: scene.constraints.iter().map(turning_length).collect(),
             idle: vec![
                 false;
                 if rows.bounds.is_empty() {
@@ -105,14 +105,11 @@ impl Pieces {
         angular(&self.v, i)
     }
 
-    /// What is known of the rates beforehand: q r_n − s r_{n−1} with each row's weights.
-    pub(crate) fn combine_rates(&mut self, weights: &RowWeights, now: &[f64], before: &[f64]) {
-        let rates = now.iter().zip(before);
-        let known = self.known.iter_mut().zip(&self.weighting);
-        for ((known, weighting), (now, before)) in known.zip(rates) {
-            let w = &weights[*weighting as usize];
-            *known = w.now * now - w.before * before;
-        }
+    /// The rows take the weights of their kinds.
+    pub(crate) fn weigh(&mut self, weights: &[Weights; 4]) {
+        let weighting = &self.weighting;
+        self.regularization
+            .weigh(weights, |r| weighting[r] as usize);
     }
 
     /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
@@ -131,19 +128,17 @@ impl Pieces {
         }
     }
 
-    /// Σ and c for the weights `next` (p) and for what is `known`, then c − J v; Δv is set to zero.
-    pub(crate) fn regularize(&mut self, next: [f64; 4], dt: f64) {
-        let weighting = &self.weighting;
-        let next = |r: usize| next[weighting[r] as usize];
-        self.regularization
-            .update(next, dt, &self.rows, &self.known);
+    /// Σ and c for what is `known`, then c − J v for the rates `jv` = J v; Δv is set to zero.
+    pub(crate) fn regularize(&mut self, dt: f64, jv: &[f64]) {
+        self.regularization.update(dt, &self.rows, &self.known);
         for &r in &self.speed_rows {
             // J v⁺ is what it is to be, whatever went before.
             self.regularization.sigma[r] = 0.0;
             self.regularization.c[r] = -self.rows.phi_t[r];
         }
-        self.rate.copy_from_slice(&self.regularization.c);
-        subtract_jacobian(&self.rows, &self.v, &mut self.rate);
+        for ((rate, c), jv) in self.rate.iter_mut().zip(&self.regularization.c).zip(jv) {
+            *rate = c - jv;
+        }
         self.dv.fill(0.0);
     }
 
@@ -164,46 +159,49 @@ impl Pieces {
 
     /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
-        let inertia = &self.inertia;
-        self.impulse[..inertia.impulse.len()].copy_from_slice(&inertia.impulse);
+        let external = self.inertia.impulse.len();
+        self.impulse[..external].copy_from_slice(&self.inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
-        let (impulse, _) = self.impulse.as_chunks();
-        let (dv, _) = self.dv.as_chunks_mut();
-        let change = VelocityChange {
-            inertia,
-            impulse,
-            dv,
-        };
-        dispatch(Level::best(), change);
+        self.inertia.correct_velocities(&self.impulse, &mut self.dv);
+    }
+
+    /// r = (c − J v) − J Δv with the Δv of no impulses but Δt f.
+    pub(crate) fn free_residual(&mut self, r: &mut [f64]) {
+        self.inertia
+            .correct_velocities(&self.inertia.impulse, &mut self.dv);
+        times_jacobian(&self.rows, &self.dv, r);
+        for (r, rate) in r.iter_mut().zip(&self.rate) {
+            *r = rate - *r;
+        }
     }
 
     /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
     pub(crate) fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
         self.update_velocity_change(mu);
-        for (r, ((rate, sigma), mu)) in r
-            .iter_mut()
-            .zip(self.rate.iter().zip(&self.regularization.sigma).zip(mu))
-        {
-            *r = rate - sigma * mu;
+        times_jacobian(&self.rows, &self.dv, r);
+        let pieces = self.rate.iter().zip(&self.regularization.sigma).zip(mu);
+        for (r, ((rate, sigma), mu)) in r.iter_mut().zip(pieces) {
+            *r = (rate - sigma * mu) - *r;
         }
-        subtract_jacobian(&self.rows, &self.dv, r);
     }
 
-    /// φ + Δt (J (v + Δv) + ∂φ/∂t − `base`) into `predicted`, where `base` is a rate already contained in φ.
-    pub(crate) fn predict(&mut self, dt: f64, base: impl Fn(usize) -> f64) {
-        let Self {
-            rows,
-            v,
-            dv,
-            predicted,
-            ..
-        } = self;
-        predicted.fill(0.0);
-        subtract_jacobian(rows, v, predicted);
-        subtract_jacobian(rows, dv, predicted);
-        for (r, p) in predicted.iter_mut().enumerate() {
-            *p = rows.phi[r] + dt * (rows.phi_t[r] - *p - base(r));
+    /// J (v + Δv).
+    pub(crate) fn rates_after(&mut self, rates: &mut [f64]) {
+        for (sum, (v, dv)) in self.impulse.iter_mut().zip(self.v.iter().zip(&self.dv)) {
+            *sum = v + dv;
         }
+        times_jacobian(&self.rows, &self.impulse[..self.v.len()], rates);
+    }
+
+    /// φ + Δt (J (v + Δv) + ∂φ/∂t) into `predicted`.
+    pub(crate) fn predict(&mut self, dt: f64) {
+        let mut predicted = std::mem::take(&mut self.predicted);
+        self.rates_after(&mut predicted);
+        let rows = &self.rows;
+        for (p, (phi, phi_t)) in predicted.iter_mut().zip(rows.phi.iter().zip(&rows.phi_t)) {
+            *p = phi + dt * (*p + phi_t);
+        }
+        self.predicted = predicted;
     }
 
     /// Largest distance of a gap from its prediction, over the length that turns; slack cables have none. NaN where a gap
@@ -211,17 +209,17 @@ impl Pieces {
     pub(crate) fn disagreement(&self) -> f64 {
         let rows = &self.rows;
         let mut worst = 0.0_f64;
-        for (c, &length) in self.turning_length.iter().enumerate() {
-            if length == 0.0 || self.idle.get(c) == Some(&true) {
+        for gap in &self.gaps {
+            if self.idle.get(gap.constraint) == Some(&true) {
                 continue;
             }
-            let range = rows.row_range(c);
-            let gap: f64 = range
-                .take(3)
-                .filter(|r| self.weighting[*r] == Weighting::Length)
-                .map(|r| (rows.phi[r] - self.predicted[r]).powi(2))
-                .sum();
-            let relative = gap / (length * length);
+            let found = rows.phi[gap.first..gap.first + gap.rows].iter();
+            let predicted = &self.predicted[gap.first..gap.first + gap.rows];
+            let mut square = 0.0;
+            for (phi, predicted) in found.zip(predicted) {
+                square += (phi - predicted) * (phi - predicted);
+            }
+            let relative = square * gap.scale;
             if relative > worst || relative.is_nan() {
                 worst = relative;
             }
@@ -230,10 +228,40 @@ impl Pieces {
     }
 }
 
-/// Scheme weights of lengths, angles, transverse rows and speeds.
-pub(crate) type RowWeights = [Weights; 4];
+/// Rows of a constraint that measure a length that turns.
+#[derive(Debug, Clone, Copy)]
+struct Gap {
+    constraint: usize,
+    first: usize,
+    rows: usize,
+    /// 1 over the square of the length over which the gap turns, as far as that makes it nonlinear \[1/m²].
+    scale: f64,
+}
 
-/// Which of [`RowWeights`] a row takes.
+impl Gap {
+    /// The gap of constraint `c`, if it turns.
+    fn of(
+        c: usize,
+        constraint: &Constraint,
+        rows: &Linearized,
+        weighting: &[Weighting],
+    ) -> Option<Self> {
+        let length = turning_length(constraint);
+        let range = rows.row_range(c);
+        let lengths = range
+            .clone()
+            .take(3)
+            .take_while(|r| weighting[*r] == Weighting::Length);
+        (length > 0.0).then(|| Self {
+            constraint: c,
+            first: range.start,
+            rows: lengths.count(),
+            scale: 1.0 / (length * length),
+        })
+    }
+}
+
+/// Which of the weights of lengths, angles, transverse rows and speeds a row takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Weighting {
     Length,
@@ -253,6 +281,8 @@ impl Weighting {
     }
 }
 
+/// Length over which a constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the length of a
+/// link; 0 where φ is linear in the positions \[m].
 fn turning_length(constraint: &Constraint) -> f64 {
     let on_bodies = constraint
         .frames()

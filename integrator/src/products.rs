@@ -1,7 +1,7 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{add_to_rows, of_bodies, of_rows};
+use crate::lanes::{of_bodies, of_rows, write_rows};
 use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
 use taut_model::{Linearized, Pack, Places, Slot};
@@ -28,8 +28,8 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     }
 }
 
-/// r −= J v; v: 6 numbers a body, r: one a row.
-pub(crate) fn subtract_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
+/// r = J v; v: 6 numbers a body, r: one a row.
+pub(crate) fn times_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
     let (v, _) = v.as_chunks::<6>();
     dispatch(
         Level::best(),
@@ -39,11 +39,14 @@ pub(crate) fn subtract_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
             r: &mut *r,
         },
     );
+    for &c in rows.others() {
+        r[rows.row_range(c)].fill(0.0);
+    }
     for slot in other_slots(rows) {
         let r = &mut r[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
         for (j, r) in jacobian.iter().zip(r) {
-            *r -= dot(j, &v[slot.body]);
+            *r += dot(j, &v[slot.body]);
         }
     }
 }
@@ -76,7 +79,7 @@ fn point<V: Lanes>(
     )
 }
 
-/// r −= J v of the joints.
+/// r = J v of the joints.
 struct Product<'a> {
     rows: &'a Linearized,
     v: &'a [[f64; 6]],
@@ -95,14 +98,14 @@ impl Kernel for Product<'_> {
             let turning = sub(&omega_b, &omega_a);
             let [p, q, s] = &pack.gradients;
             let rates = [
-                -x,
-                -y,
-                -z,
-                -vector::dot(&load(p), &turning),
-                -vector::dot(&load(q), &turning),
-                -vector::dot(&load(s), &turning),
+                x,
+                y,
+                z,
+                vector::dot(&load(p), &turning),
+                vector::dot(&load(q), &turning),
+                vector::dot(&load(s), &turning),
             ];
-            add_to_rows(&rates, self.r, places);
+            write_rows(&rates, self.r, places);
         }
     }
 }

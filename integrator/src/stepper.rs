@@ -6,7 +6,7 @@ use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::pieces::{Pieces, angular};
 use crate::plan::{BlockOf, Plan};
-use crate::products::subtract_jacobian;
+use crate::products::times_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::{
     Form, GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion,
@@ -230,24 +230,31 @@ impl Stepper {
         self.solved = false;
         self.advanced = 0.0;
         let dt = self.substep();
-        let weights = self.options.row_weights(stiffness);
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
         // r_n: the driven part is that of the step that led here.
-        history.rate_now.fill(0.0);
-        subtract_jacobian(&pieces.rows, &pieces.v, &mut history.rate_now);
-        for (rate, phi_t) in history.rate_now.iter_mut().zip(&history.phi_t) {
-            *rate = phi_t - *rate;
+        let jv = &mut self.in_rows[0];
+        times_jacobian(&pieces.rows, &pieces.v, jv);
+        for (rate, (jv, phi_t)) in history
+            .rate_now
+            .iter_mut()
+            .zip(jv.iter().zip(&history.phi_t))
+        {
+            *rate = jv + phi_t;
         }
         if !history.known {
             history.rate.copy_from_slice(&history.rate_now);
             history.v.copy_from_slice(&pieces.v);
         }
-        pieces.combine_rates(&weights, &history.rate_now, &history.rate);
+        pieces.weigh(&self.options.row_weights(stiffness));
+        let (now, before) = (&history.rate_now, &history.rate);
+        pieces
+            .regularization
+            .combine_rates(now, before, &mut pieces.known);
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
         let stiff = stiffness != GeometricStiffness::Off;
         pieces.soften_transverse_rows(&self.tension, stiff);
-        pieces.regularize(weights.map(|w| w.next), dt);
+        pieces.regularize(dt, jv);
         let gamma = self.options.scheme.weights().history();
         match stiffness {
             GeometricStiffness::Off => pieces.geometric.clear(),
@@ -309,8 +316,9 @@ impl Stepper {
             }
         }
         self.mu_dt = dt;
+        let frequency = 1.0 / dt;
         for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
-            *tension = mu / dt;
+            *tension = mu * frequency;
         }
         self.tension_known = true;
         self.solved = true;
@@ -363,9 +371,8 @@ impl Stepper {
         }
         match self.options.form {
             Form::Schur => {
-                let [zero, residual] = &mut self.in_rows;
-                zero.fill(0.0);
-                self.pieces.residual(zero, residual);
+                let [residual, _] = &mut self.in_rows;
+                self.pieces.free_residual(residual);
                 let rows = &self.pieces.rows;
                 self.plan.gather(rows, &[], residual, 1.0, &mut self.rhs);
                 self.plan.gather(rows, &[], &self.mu, 1.0, &mut self.x);
@@ -461,7 +468,7 @@ impl Stepper {
         self.started = true;
         let dt = self.substep();
         self.pieces.update_velocity_change(&self.mu);
-        self.pieces.predict(dt, |_| 0.0);
+        self.pieces.predict(dt);
         self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;

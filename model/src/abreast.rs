@@ -296,6 +296,11 @@ impl Abreast {
         }
     }
 
+    /// The constraints of the joints with a side that is held by the world.
+    pub(crate) fn held(&self) -> impl Iterator<Item = usize> {
+        self.held.iter().map(|&k| self.joints[k].constraint)
+    }
+
     /// Joint and side of a slot, `None` where it is none of a joint's.
     #[must_use]
     pub fn of_slot(&self, slot: usize) -> Option<(usize, usize)> {

@@ -279,9 +279,11 @@ impl Linearized {
     /// # Panics
     /// As [`Linearized::update`].
     pub fn drive(&mut self, scene: &Scene, t: f64, t_next: f64) {
-        for (i, c) in scene.constraints.iter().enumerate() {
-            let rows = self.row_range(i);
-            c.drive(&scene.bodies, t, t_next, &mut self.phi_t[rows]);
+        // Joints between bodies have none, and keep their zeros.
+        for i in self.abreast.held().chain(self.others.iter().copied()) {
+            let rows = self.row_start[i]..self.row_start[i + 1];
+            let phi_t = &mut self.phi_t[rows];
+            scene.constraints[i].drive(&scene.bodies, t, t_next, phi_t);
         }
     }
 

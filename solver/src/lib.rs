@@ -26,6 +26,8 @@
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
+//! | `batch` | many chains of equal pattern, one in each lane of a vector |
+//! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
@@ -39,7 +41,9 @@
 mod accuracy;
 mod backend;
 mod backends;
+mod batch;
 mod block_ldlt;
+mod chain;
 mod double_double;
 mod error;
 mod kernels;
@@ -54,6 +58,7 @@ pub use backend::{
     Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
     ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
+pub use batch::{BatchBanded, BatchError, BatchMatrix, batch_index, batch_len};
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
 pub use matrix::SymBlockMatrix;

@@ -5,6 +5,7 @@ use crate::kernels::{
 };
 use crate::{BlockPattern, SolveError};
 use std::sync::Arc;
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// A symmetric matrix whose lower triangle is stored by blocks (see [`BlockPattern`]).
 ///
@@ -153,17 +154,32 @@ impl SymBlockMatrix {
     }
 }
 
-/// Whether all numbers are finite: x·0 is NaN exactly where x is not. Eight sums run side by side, so that the pass is
-/// not a chain of dependent additions.
+/// Whether all numbers are finite.
 fn all_finite(v: &[f64]) -> bool {
-    let mut sums = [0.0; 8];
-    let (chunks, rest) = v.as_chunks::<8>();
-    for chunk in chunks {
-        for (sum, x) in sums.iter_mut().zip(chunk) {
-            *sum += x * 0.0;
+    dispatch(Level::best(), AllFinite(v))
+}
+
+/// x·0 is NaN exactly where x is not finite. Sums run side by side, so that the pass is not a chain of dependent
+/// additions.
+struct AllFinite<'a>(&'a [f64]);
+
+impl Kernel for AllFinite<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> bool {
+        let zero = I::X4::splat(0.0);
+        let mut sums = [zero; 4];
+        let (chunks, rest) = self.0.as_chunks::<16>();
+        for chunk in chunks {
+            sums[0] = I::X4::load(&chunk[..4]).mul_add(zero, sums[0]);
+            sums[1] = I::X4::load(&chunk[4..8]).mul_add(zero, sums[1]);
+            sums[2] = I::X4::load(&chunk[8..12]).mul_add(zero, sums[2]);
+            sums[3] = I::X4::load(&chunk[12..]).mul_add(zero, sums[3]);
         }
+        let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        sum.all_below(I::X4::splat(1.0)) && rest.iter().all(|x| x.is_finite())
     }
-    rest.iter().all(|x| x.is_finite()) && sums.iter().sum::<f64>() == 0.0
 }
 
 /// Fails where `v` (length `dim`) is not finite, with the block row.

@@ -145,7 +145,8 @@ fn geometric_stiffness(rows: &Linearized, lambda: &[f64], body: usize) -> Matrix
     for (s, slot) in rows.slots.iter().enumerate() {
         let (r, lambda) = (rows.lever(s), &lambda[rows.row_range(slot.constraint)]);
         if slot.body == body && r.norm() > 0.0 {
-            let pulls = rows.block(s).chunks_exact(6).zip(lambda);
+            let block = rows.block(s);
+            let pulls = block.chunks_exact(6).zip(lambda);
             let force: Vector3<f64> = pulls
                 .map(|(j, l)| Vector3::new(j[0], j[1], j[2]) * *l)
                 .sum();

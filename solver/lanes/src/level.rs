@@ -43,6 +43,12 @@ impl Level {
         self == Self::PORTABLE
     }
 
+    /// Most doubles in a register.
+    #[must_use]
+    pub fn widest(self) -> usize {
+        1 << self.0
+    }
+
     /// The highest level that there is; the environment variable `TAUT_SIMD` with a level's name asks for another one,
     /// for measurements. Read once.
     #[must_use]

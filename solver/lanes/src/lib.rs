@@ -137,6 +137,9 @@ pub trait Lanes:
     #[must_use]
     fn sqrt(self) -> Self;
 
+    /// Whether each lane is less than that of the other; not so where either is NaN.
+    fn all_below(self, other: Self) -> bool;
+
     /// The largest lane; any lane where one is NaN.
     #[must_use]
     #[inline(always)]
@@ -193,6 +196,43 @@ impl Lanes for f64 {
     fn sqrt(self) -> Self {
         f64::sqrt(self)
     }
+    #[inline(always)]
+    fn all_below(self, other: Self) -> bool {
+        self < other
+    }
+}
+
+/// A vector of two halves, which are vectors too: two numbers for each of some problems side by side.
+pub trait Halves: Lanes {
+    /// A vector of half the lanes.
+    type Half: Lanes;
+
+    /// Two halves side by side.
+    fn join(lower: Self::Half, upper: Self::Half) -> Self;
+
+    /// The same half twice.
+    #[must_use]
+    #[inline(always)]
+    fn both(half: Self::Half) -> Self {
+        Self::join(half, half)
+    }
+
+    /// The first half of the lanes.
+    #[must_use]
+    fn lower(self) -> Self::Half;
+
+    /// The second half.
+    #[must_use]
+    fn upper(self) -> Self::Half;
+}
+
+/// Four lanes that are two rows of two columns, filled from two places.
+pub trait Quad: Halves {
+    /// `[p₀, q₀, p₁, q₁]`.
+    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self;
+
+    /// The same of rows of `p` and columns of `q`: `[p₀₀, q₀₀, p₀₁, q₁₀]` and `[p₁₀, q₀₁, p₁₁, q₁₁]`.
+    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2];
 }
 
 /// An instruction set: its vectors.
@@ -200,11 +240,15 @@ pub trait Isa: Copy + 'static {
     /// One double.
     type X1: Lanes;
     /// Two.
-    type X2: Lanes;
+    type X2: Halves<Half = Self::X1>;
     /// Four.
-    type X4: Lanes;
+    type X4: Quad<Half = Self::X2>;
     /// Eight.
-    type X8: Lanes;
+    type X8: Halves<Half = Self::X4>;
+    /// As many as a register holds.
+    type Widest: Lanes;
+    /// Two of these.
+    type Twice: Halves<Half = Self::Widest>;
 }
 
 /// Work that is written once for all instruction sets.
@@ -223,8 +267,10 @@ struct Portable;
 impl Isa for Portable {
     type X1 = f64;
     type X2 = Twice<f64>;
-    type X4 = Twice<Twice<f64>>;
-    type X8 = Twice<Twice<Twice<f64>>>;
+    type X4 = Twice<Self::X2>;
+    type X8 = Twice<Self::X4>;
+    type Widest = Self::X1;
+    type Twice = Self::X2;
 }
 
 /// Runs a kernel at a level.

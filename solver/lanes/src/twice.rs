@@ -1,6 +1,6 @@
 //! Two vectors as one of twice the lanes.
 
-use crate::Lanes;
+use crate::{Halves, Lanes, Quad};
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Lower lanes, upper lanes.
@@ -74,5 +74,41 @@ impl<V: Lanes> Lanes for Twice<V> {
     #[inline(always)]
     fn sqrt(self) -> Self {
         Self(self.0.sqrt(), self.1.sqrt())
+    }
+    #[inline(always)]
+    fn all_below(self, other: Self) -> bool {
+        self.0.all_below(other.0) && self.1.all_below(other.1)
+    }
+}
+
+impl<V: Lanes> Halves for Twice<V> {
+    type Half = V;
+
+    #[inline(always)]
+    fn join(lower: V, upper: V) -> Self {
+        Self(lower, upper)
+    }
+    #[inline(always)]
+    fn lower(self) -> V {
+        self.0
+    }
+    #[inline(always)]
+    fn upper(self) -> V {
+        self.1
+    }
+}
+
+impl<V: Halves> Quad for Twice<V> {
+    #[inline(always)]
+    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self {
+        let one = V::Half::splat;
+        Self(V::join(one(p[0]), one(q[0])), V::join(one(p[1]), one(q[1])))
+    }
+    #[inline(always)]
+    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2] {
+        [
+            Self::interleave(p[0], &[q[0][0], q[1][0]]),
+            Self::interleave(p[1], &[q[0][1], q[1][1]]),
+        ]
     }
 }

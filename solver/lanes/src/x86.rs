@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // intrinsics and calls into functions with more instructions than the build's
 
 use crate::twice::Twice;
-use crate::{Isa, Kernel, Lanes, Level};
+use crate::{Halves, Isa, Kernel, Lanes, Level, Quad};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -13,8 +13,10 @@ struct Sse2;
 impl Isa for Sse2 {
     type X1 = f64;
     type X2 = Two;
-    type X4 = Twice<Two>;
-    type X8 = Twice<Twice<Two>>;
+    type X4 = Twice<Self::X2>;
+    type X8 = Twice<Self::X4>;
+    type Widest = Self::X2;
+    type Twice = Self::X4;
 }
 
 /// AVX2 and FMA.
@@ -25,7 +27,9 @@ impl Isa for Avx2 {
     type X1 = FusedOne;
     type X2 = FusedTwo;
     type X4 = FusedFour;
-    type X8 = Twice<FusedFour>;
+    type X8 = Twice<Self::X4>;
+    type Widest = Self::X4;
+    type Twice = Self::X8;
 }
 
 /// AVX-512: eight lanes, and 32 registers for fewer.
@@ -37,6 +41,8 @@ impl Isa for Avx512 {
     type X2 = FusedTwo;
     type X4 = FusedFour;
     type X8 = FusedEight;
+    type Widest = Self::X8;
+    type Twice = Twice<Self::X8>;
 }
 
 pub(crate) fn sse2<K: Kernel>(kernel: K) -> K::Output {
@@ -131,14 +137,18 @@ impl Lanes for FusedOne {
     fn sqrt(self) -> Self {
         Self(self.0.sqrt())
     }
+    #[inline(always)]
+    fn all_below(self, other: Self) -> bool {
+        self.0 < other.0
+    }
 }
 
 /// A vector from its intrinsics. What each block relies on: values of the type exist only inside kernels that
 /// [`crate::dispatch`] runs at a level with the instructions, for the instruction sets are private to this crate.
 macro_rules! vector {
-    ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, splat $splat:ident, load $load:ident, store $store:ident,
+    ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, set $set:ident($($lane:literal)*), splat $splat:ident, load $load:ident, store $store:ident,
      add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, max $max:ident, min $min:ident, sqrt $sqrt:ident,
-     neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
+     below |$g:ident, $h:ident| $below:expr, neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
      mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr
      $(, more { $($more:tt)* })?) => {
         $(#[$doc])*
@@ -168,8 +178,9 @@ macro_rules! vector {
                 Self(unsafe { $splat(x) })
             }
             #[inline(always)]
-            fn from_fn(f: impl FnMut(usize) -> f64) -> Self {
-                Self::load(&std::array::from_fn::<f64, $lanes, _>(f))
+            fn from_fn(mut f: impl FnMut(usize) -> f64) -> Self {
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $set($(f($lane)),*) })
             }
             #[inline(always)]
             fn load(from: &[f64]) -> Self {
@@ -216,6 +227,12 @@ macro_rules! vector {
                 // SAFETY: the processor has the instructions, see `vector`.
                 Self(unsafe { $sqrt(self.0) })
             }
+            #[inline(always)]
+            fn all_below(self, other: Self) -> bool {
+                let ($g, $h) = (self.0, other.0);
+                // SAFETY: the processor has the instructions, see `vector`.
+                unsafe { $below }
+            }
         }
     };
     (@binary $name:ident, $($trait:ident $method:ident $intrinsic:ident),*) => {$(
@@ -232,23 +249,26 @@ macro_rules! vector {
 
 vector!(
     /// Two lanes of SSE2.
-    Two, __m128d, 2, splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
+    Two, __m128d, 2, set _mm_setr_pd(0 1), splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
     add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
+    below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
     neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
     mul_add |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c), neg_mul_add |a, b, c| _mm_sub_pd(c, _mm_mul_pd(a, b))
 );
 vector!(
     /// Two lanes with fused multiply-adds.
-    FusedTwo, __m128d, 2, splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
+    FusedTwo, __m128d, 2, set _mm_setr_pd(0 1), splat _mm_set1_pd, load _mm_loadu_pd, store _mm_storeu_pd,
     add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
+    below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
     neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
     mul_add |a, b, c| _mm_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm_fnmadd_pd(a, b, c)
 );
 vector!(
     /// Four lanes with fused multiply-adds.
-    FusedFour, __m256d, 4, splat _mm256_set1_pd, load _mm256_loadu_pd, store _mm256_storeu_pd,
+    FusedFour, __m256d, 4, set _mm256_setr_pd(0 1 2 3), splat _mm256_set1_pd, load _mm256_loadu_pd, store _mm256_storeu_pd,
     add _mm256_add_pd, sub _mm256_sub_pd, mul _mm256_mul_pd, div _mm256_div_pd, max _mm256_max_pd,
     min _mm256_min_pd, sqrt _mm256_sqrt_pd,
+    below |a, b| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) == 0b1111,
     neg |x| _mm256_xor_pd(x, _mm256_set1_pd(-0.0)), abs |x| _mm256_andnot_pd(_mm256_set1_pd(-0.0), x),
     mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c),
     more {
@@ -318,9 +338,10 @@ vector!(
 );
 vector!(
     /// Eight lanes with fused multiply-adds.
-    FusedEight, __m512d, 8, splat _mm512_set1_pd, load _mm512_loadu_pd, store _mm512_storeu_pd,
+    FusedEight, __m512d, 8, set _mm512_setr_pd(0 1 2 3 4 5 6 7), splat _mm512_set1_pd, load _mm512_loadu_pd, store _mm512_storeu_pd,
     add _mm512_add_pd, sub _mm512_sub_pd, mul _mm512_mul_pd, div _mm512_div_pd, max _mm512_max_pd,
     min _mm512_min_pd, sqrt _mm512_sqrt_pd,
+    below |a, b| _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b) == 0xff,
     neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
     mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
 );
@@ -350,6 +371,113 @@ fn add_lane(pairs: &[[__m128d; 4]; 3], l: usize, to: &mut [f64], at: usize) {
         unsafe {
             let sum = _mm_add_pd(_mm_loadu_pd(to.as_ptr()), pairs[l]);
             _mm_storeu_pd(to.as_mut_ptr(), sum);
+        }
+    }
+}
+
+/// The halves of a vector from its intrinsics; what the blocks rely on is as in `vector`.
+macro_rules! halves {
+    ($name:ident of $half:ident, join |$v:ident, $x:ident| $join:expr, lower |$y:ident| $lower:expr,
+     upper |$z:ident| $upper:expr) => {
+        impl Halves for $name {
+            type Half = $half;
+
+            #[inline(always)]
+            fn join(lower: $half, upper: $half) -> Self {
+                let ($v, $x) = (lower.0, upper.0);
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $join })
+            }
+            #[inline(always)]
+            fn lower(self) -> $half {
+                let $y = self.0;
+                // SAFETY: the processor has the instructions, see `vector`.
+                $half(unsafe { $lower })
+            }
+            #[inline(always)]
+            fn upper(self) -> $half {
+                let $z = self.0;
+                // SAFETY: the processor has the instructions, see `vector`.
+                $half(unsafe { $upper })
+            }
+        }
+    };
+}
+
+/// The lane of a vector of one.
+#[inline(always)]
+fn first(x: __m128d) -> f64 {
+    // SAFETY: SSE2 is in every x86-64 processor.
+    unsafe { _mm_cvtsd_f64(x) }
+}
+
+/// Halves of one double each.
+macro_rules! halves_of_one {
+    ($name:ident, $one:ty, |$x:ident| $wrap:expr, |$y:ident| $inner:expr, |$z:ident| $last:expr) => {
+        impl Halves for $name {
+            type Half = $one;
+
+            #[inline(always)]
+            fn join(lower: $one, upper: $one) -> Self {
+                let ($y, $z) = (lower, upper);
+                // SAFETY: SSE2 is in every x86-64 processor.
+                Self(unsafe { _mm_setr_pd($inner, $last) })
+            }
+            #[inline(always)]
+            fn lower(self) -> $one {
+                let $x = first(self.0);
+                $wrap
+            }
+            #[inline(always)]
+            fn upper(self) -> $one {
+                // SAFETY: SSE2 is in every x86-64 processor.
+                let $x = first(unsafe { _mm_unpackhi_pd(self.0, self.0) });
+                $wrap
+            }
+        }
+    };
+}
+
+halves_of_one!(Two, f64, |x| x, |y| y, |z| z);
+halves_of_one!(FusedTwo, FusedOne, |x| FusedOne(x), |y| y.0, |z| z.0);
+halves!(
+    FusedFour of FusedTwo,
+    join |x, y| _mm256_setr_m128d(x, y),
+    lower |x| _mm256_castpd256_pd128(x),
+    upper |x| _mm256_extractf128_pd::<1>(x)
+);
+halves!(
+    FusedEight of FusedFour,
+    join |x, y| _mm512_insertf64x4::<1>(_mm512_castpd256_pd512(x), y),
+    lower |x| _mm512_castpd512_pd256(x),
+    upper |x| _mm512_extractf64x4_pd::<1>(x)
+);
+
+/// Both halves from the same two doubles: a load, unlike [`Halves::both`].
+#[inline(always)]
+fn twice(from: &[f64; 2]) -> __m256d {
+    // SAFETY: as in `vector`; there are as many doubles as are read, and no alignment is needed.
+    unsafe {
+        let half = _mm_loadu_pd(from.as_ptr());
+        _mm256_setr_m128d(half, half)
+    }
+}
+
+impl Quad for FusedFour {
+    #[inline(always)]
+    fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self {
+        // SAFETY: the processor has the instructions, see `vector`.
+        Self(unsafe { _mm256_shuffle_pd::<0b1100>(twice(p), twice(q)) })
+    }
+    #[inline(always)]
+    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2] {
+        // SAFETY: as in `vector`; there are as many doubles as are read, and no alignment is needed.
+        unsafe {
+            let q = _mm256_setr_m128d(_mm_loadu_pd(q[0].as_ptr()), _mm_loadu_pd(q[1].as_ptr()));
+            [
+                Self(_mm256_shuffle_pd::<0b0100>(twice(p[0]), q)),
+                Self(_mm256_shuffle_pd::<0b1110>(twice(p[1]), q)),
+            ]
         }
     }
 }

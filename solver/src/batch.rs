@@ -1,0 +1,380 @@
+//! Many cables at once: systems of equal pattern side by side, one in each lane of a vector.
+//!
+//! A cable's elimination is a chain of dependent divisions, and on one cable much of a processor waits. Cables of equal
+//! shape (a fleet, samples of an uncertain load, gradients) are independent, so that each lane takes its own. For that
+//! their numbers stand together: entry e of cable c of a quantity of n entries is number
+//! `((c / 8) n + e) 8 + c % 8` ([`batch_index`]). That is the layout of matrices, right-hand sides and solutions.
+
+use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::chain::{Chain, batch};
+use crate::error::expect_len;
+use crate::matrix::check_finite;
+use crate::{BlockPattern, SolveError, SymBlockMatrix};
+use std::fmt;
+use std::sync::Arc;
+use taut_lanes::Level;
+
+/// Cables whose numbers stand together.
+pub(crate) const LANES: usize = 8;
+
+/// Place of entry `entry` of cable `cable` in a quantity with `len` entries for each cable.
+#[must_use]
+pub fn batch_index(len: usize, entry: usize, cable: usize) -> usize {
+    (cable / LANES * len + entry) * LANES + cable % LANES
+}
+
+/// Numbers of a quantity with `len` entries for each of `count` cables: a multiple of eight of each.
+#[must_use]
+pub fn batch_len(len: usize, count: usize) -> usize {
+    count.div_ceil(LANES) * LANES * len
+}
+
+/// The matrices of a batch: symmetric, of one pattern, with the values of all cables side by side.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchMatrix {
+    pattern: Arc<BlockPattern>,
+    count: usize,
+    values: Vec<f64>,
+}
+
+impl BatchMatrix {
+    /// Zero matrices of a pattern for `count` cables. Allocates.
+    #[must_use]
+    pub fn zeros(pattern: Arc<BlockPattern>, count: usize) -> Self {
+        let values = vec![0.0; batch_len(pattern.stored_values(), count)];
+        Self {
+            pattern,
+            count,
+            values,
+        }
+    }
+
+    /// The pattern of each.
+    #[must_use]
+    pub fn pattern(&self) -> &Arc<BlockPattern> {
+        &self.pattern
+    }
+
+    /// Number of cables.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        self.count
+    }
+
+    /// All values: stored value `v` of cable `c` is number `batch_index(pattern.stored_values(), v, c)`.
+    #[must_use]
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The same, to be written.
+    pub fn values_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Copies the matrix of one cable in. Spreading the values costs about as much as factorising them: where speed
+    /// matters assemble into [`values_mut`](Self::values_mut).
+    ///
+    /// # Errors
+    /// [`SolveError::PatternChanged`], [`SolveError::Dimension`] for a cable that is not there.
+    pub fn set(&mut self, cable: usize, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        self.expect_cable(cable)?;
+        if **a.pattern() != *self.pattern {
+            return Err(SolveError::PatternChanged);
+        }
+        let len = a.values().len();
+        for (v, &value) in a.values().iter().enumerate() {
+            self.values[batch_index(len, v, cable)] = value;
+        }
+        Ok(())
+    }
+
+    /// Copies the matrix of one cable out, into a matrix of the same pattern. Allocates nothing.
+    ///
+    /// # Errors
+    /// As for [`set`](Self::set).
+    pub fn get(&self, cable: usize, a: &mut SymBlockMatrix) -> Result<(), SolveError> {
+        self.expect_cable(cable)?;
+        if **a.pattern() != *self.pattern {
+            return Err(SolveError::PatternChanged);
+        }
+        let len = self.pattern.stored_values();
+        for (v, value) in a.values_mut().iter_mut().enumerate() {
+            *value = self.values[batch_index(len, v, cable)];
+        }
+        Ok(())
+    }
+
+    fn expect_cable(&self, cable: usize) -> Result<(), SolveError> {
+        if cable < self.count {
+            return Ok(());
+        }
+        Err(SolveError::Dimension {
+            what: "cable",
+            expected: self.count,
+            found: cable,
+        })
+    }
+}
+
+/// Why a batch has no solutions.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchError {
+    /// The first cable that fails; `None` where the call itself is at fault.
+    pub cable: Option<usize>,
+    /// What is wrong with it.
+    pub error: SolveError,
+}
+
+impl fmt::Display for BatchError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.cable {
+            Some(cable) => write!(f, "cable {cable}: {}", self.error),
+            None => self.error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for BatchError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        Some(&self.error)
+    }
+}
+
+impl From<SolveError> for BatchError {
+    fn from(error: SolveError) -> Self {
+        Self { cable: None, error }
+    }
+}
+
+/// Direct solver of a batch of chains, as the `banded` backend is of one: positive definite and quasi-definite
+/// matrices. Each cable's result agrees with that of `banded` to rounding (the elimination runs from one end only), and
+/// does not depend on its neighbours or on their number but for rounding.
+///
+/// As many cables go together as a register holds doubles; fewer than four that are left over go one by one.
+///
+/// ```
+/// use std::sync::Arc;
+/// use taut_solver::{BatchBanded, BatchMatrix, BlockPattern, batch_index, batch_len};
+///
+/// let pattern = Arc::new(BlockPattern::new(&[1, 1], &[(1, 0)])?);
+/// let mut a = BatchMatrix::zeros(pattern.clone(), 5);
+/// let (mut b, mut x) = (vec![0.0; batch_len(2, 5)], vec![0.0; batch_len(2, 5)]);
+/// for cable in 0..5 {
+///     for (v, value) in [2.0 + cable as f64, -1.0, 2.0].into_iter().enumerate() {
+///         a.values_mut()[batch_index(3, v, cable)] = value;
+///     }
+///     b[batch_index(2, 0, cable)] = 1.0;
+/// }
+/// let mut solver = BatchBanded::new(&pattern, 5)?;
+/// solver.factorize(&a)?;
+/// solver.solve(&b, &mut x)?;
+/// assert!((x[batch_index(2, 0, 3)] - 2.0 / 9.0).abs() < 1e-15);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct BatchBanded {
+    pattern: Arc<BlockPattern>,
+    count: usize,
+    order: batch::InOrder,
+    /// Those that are worked on together.
+    sides: Vec<Side>,
+    /// Those that are left over.
+    single: Option<Single>,
+    factorized: bool,
+}
+
+/// Cables side by side.
+#[derive(Debug, Clone)]
+struct Side {
+    /// Which eight they are among.
+    eight: usize,
+    side: batch::Side,
+    factor: Vec<f64>,
+    half: Vec<f64>,
+}
+
+/// Cables that are worked on one by one, each with its factor.
+#[derive(Debug, Clone)]
+struct Single {
+    first: usize,
+    chains: Vec<Chain>,
+    a: SymBlockMatrix,
+    b: Vec<f64>,
+    x: Vec<f64>,
+}
+
+impl BatchBanded {
+    /// For `count` matrices of `pattern`. Allocates all that is needed.
+    ///
+    /// # Errors
+    /// [`SolveError::InvalidOption`] where the pattern is no chain in its order, or a block has more than six rows.
+    pub fn new(pattern: &Arc<BlockPattern>, count: usize) -> Result<Self, BatchError> {
+        Self::with_level(pattern, count, Level::best())
+    }
+
+    pub(crate) fn with_level(
+        pattern: &Arc<BlockPattern>,
+        count: usize,
+        level: Level,
+    ) -> Result<Self, BatchError> {
+        let order = batch::InOrder::new(pattern);
+        let (Some(order), Some(chain)) = (order, Chain::new(pattern, level)) else {
+            let error = SolveError::InvalidOption {
+                option: "pattern",
+                allowed: "chains whose blocks couple to their neighbours only and have at most 6 rows",
+            };
+            return Err(error.into());
+        };
+        let (mut sides, mut first, mut level) = (Vec::new(), 0, level);
+        while first < count {
+            if count - first < level.widest() {
+                // Four are worth their own vectors, fewer are not.
+                let four = Level::available().into_iter().find(|l| l.widest() == 4);
+                match four.filter(|_| level.widest() > 4 && count - first >= 4) {
+                    Some(four) => level = four,
+                    None => break,
+                }
+            }
+            let [factor, half] = order.storage(level.widest());
+            let lane = first % LANES;
+            sides.push(Side {
+                eight: first / LANES,
+                side: batch::Side { lane, level },
+                factor: vec![0.0; factor],
+                half: vec![0.0; half],
+            });
+            first += level.widest();
+        }
+        let single = (first < count).then(|| Single {
+            first,
+            chains: vec![chain; count - first],
+            a: SymBlockMatrix::zeros(pattern.clone()),
+            b: vec![0.0; pattern.dim()],
+            x: vec![0.0; pattern.dim()],
+        });
+        Ok(Self {
+            pattern: pattern.clone(),
+            count,
+            order,
+            sides,
+            single,
+            factorized: false,
+        })
+    }
+
+    /// Factorises the matrices of a batch. Allocates nothing where it succeeds.
+    ///
+    /// # Errors
+    /// Of the first cable that fails [`SolveError::Singular`], [`SolveError::NonFinite`] with the block (entries above
+    /// the diagonal are not looked at); [`SolveError::PatternChanged`], [`SolveError::Dimension`]. There is then no
+    /// factor of any.
+    pub fn factorize(&mut self, a: &BatchMatrix) -> Result<(), BatchError> {
+        self.factorized = false;
+        if !Arc::ptr_eq(&self.pattern, &a.pattern) && *self.pattern != *a.pattern {
+            return Err(SolveError::PatternChanged.into());
+        }
+        expect_len("cables", self.count, a.count)?;
+        let stored = self.pattern.stored_values();
+        let (values, _) = a.values.as_chunks::<LANES>();
+        for side in &mut self.sides {
+            let values = &values[side.eight * stored..(side.eight + 1) * stored];
+            let factor = &mut side.factor;
+            if !self.order.factorize(side.side, values, factor) {
+                let first = side.eight * LANES + side.side.lane;
+                return Err(blame(a, first..first + side.side.level.widest()));
+            }
+        }
+        if let Some(single) = &mut self.single {
+            for (i, chain) in single.chains.iter_mut().enumerate() {
+                let cable = Some(single.first + i);
+                let failed = |error| BatchError { cable, error };
+                a.get(single.first + i, &mut single.a).map_err(failed)?;
+                single.a.check_finite().map_err(failed)?;
+                chain.factorize(&single.a).map_err(failed)?;
+            }
+        }
+        self.factorized = true;
+        Ok(())
+    }
+
+    /// Solves A x = b for all cables: entry `r` of cable `c` of both is number `batch_index(dim, r, c)`, their length
+    /// is `batch_len(dim, count)`. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfOrder`], [`SolveError::Dimension`]; of the first cable that fails [`SolveError::NonFinite`].
+    pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), BatchError> {
+        if !self.factorized {
+            let (called, needs) = ("solve", "factorize");
+            return Err(SolveError::OutOfOrder { called, needs }.into());
+        }
+        let dim = self.pattern.dim();
+        let len = batch_len(dim, self.count);
+        expect_len("right-hand side", len, b.len())?;
+        expect_len("solution", len, x.len())?;
+        let ((b, _), (x, _)) = (b.as_chunks::<LANES>(), x.as_chunks_mut::<LANES>());
+        let mut finite = true;
+        for side in &mut self.sides {
+            let rows = side.eight * dim..(side.eight + 1) * dim;
+            let with = (side.side, &side.factor[..], &mut side.half[..]);
+            finite &= self.order.solve(with, &b[rows.clone()], &mut x[rows]);
+        }
+        if let Some(single) = &mut self.single {
+            for (i, chain) in single.chains.iter_mut().enumerate() {
+                let (eight, lane) = ((single.first + i) / LANES, (single.first + i) % LANES);
+                let rows = eight * dim..(eight + 1) * dim;
+                for (to, from) in single.b.iter_mut().zip(&b[rows.clone()]) {
+                    *to = from[lane];
+                }
+                chain.solve(&single.b, &mut single.x);
+                finite &= single.x.iter().all(|x| x.is_finite());
+                for (to, from) in x[rows].iter_mut().zip(&single.x) {
+                    to[lane] = *from;
+                }
+            }
+        }
+        if finite {
+            return Ok(());
+        }
+        let mut row = vec![0.0; dim];
+        for cable in 0..self.count {
+            for (what, v) in [("right-hand side", b), ("solution", &*x)] {
+                let rows = &v[cable / LANES * dim..];
+                for (to, from) in row.iter_mut().zip(rows) {
+                    *to = from[cable % LANES];
+                }
+                let named = |error| BatchError {
+                    cable: Some(cable),
+                    error,
+                };
+                check_finite(&self.pattern, what, &row).map_err(named)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What is wrong with the first of some cables that fails by itself; with the first of all where none does.
+fn blame(a: &BatchMatrix, cables: std::ops::Range<usize>) -> BatchError {
+    let first = cables.start;
+    let mut one = SymBlockMatrix::zeros(a.pattern.clone());
+    for cable in cables {
+        let finite = a.get(cable, &mut one).and_then(|()| one.check_finite());
+        if let Err(error) = finite.and_then(|()| factorize_in_order(&one)) {
+            let cable = Some(cable);
+            return BatchError { cable, error };
+        }
+    }
+    BatchError {
+        cable: Some(first),
+        error: SolveError::Singular { block: 0 },
+    }
+}
+
+/// The elimination of one matrix from its first block on.
+fn factorize_in_order(a: &SymBlockMatrix) -> Result<(), SolveError> {
+    BlockLdlt::<f64>::new(a.pattern(), a.pattern())?.factorize(a, Pivots::Nonzero)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,170 @@
+use super::*;
+use crate::{backward_error, forward_error};
+
+/// Pseudo-random numbers in −1 … 1.
+fn noise(seed: u32) -> impl FnMut() -> f64 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0
+    }
+}
+
+fn chain(sizes: &[usize]) -> Arc<BlockPattern> {
+    let couplings: Vec<_> = (1..sizes.len()).map(|i| (i - 1, i)).collect();
+    Arc::new(BlockPattern::new(sizes, &couplings).unwrap())
+}
+
+/// A strong diagonal of alternating sign, everything else random.
+fn matrix(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlockMatrix {
+    let (mut a, mut noise) = (SymBlockMatrix::zeros(pattern.clone()), noise(seed));
+    a.values_mut().iter_mut().for_each(|v| *v = noise());
+    for j in 0..pattern.blocks() {
+        let (n, sign) = (pattern.size(j), if j % 2 == 1 { -1.0 } else { 1.0 });
+        let diagonal = a.block_mut(pattern.column(j).start);
+        for v in diagonal.iter_mut().step_by(n + 1) {
+            *v = sign * (3.0 + n as f64 + noise());
+        }
+    }
+    a
+}
+
+fn batch(pattern: &Arc<BlockPattern>, count: usize) -> (BatchMatrix, Vec<SymBlockMatrix>) {
+    let mut a = BatchMatrix::zeros(pattern.clone(), count);
+    // What belongs to no cable is not to be read.
+    a.values_mut().fill(f64::NAN);
+    let each: Vec<_> = (0..count).map(|c| matrix(pattern, c as u32 + 1)).collect();
+    for (cable, one) in each.iter().enumerate() {
+        a.set(cable, one).unwrap();
+        let mut back = SymBlockMatrix::zeros(pattern.clone());
+        a.get(cable, &mut back).unwrap();
+        assert_eq!(back, *one);
+    }
+    (a, each)
+}
+
+#[test]
+fn agrees_with_one_cable_at_a_time() {
+    let shapes: [&[usize]; 7] = [
+        &[5; 24],
+        &[6; 9],
+        &[3; 7],
+        &[3, 6, 6, 6, 3],
+        &[1, 4, 0, 2],
+        &[5],
+        &[],
+    ];
+    for (sizes, count) in shapes
+        .into_iter()
+        .flat_map(|s| (0..20).map(move |c| (s, c)))
+    {
+        let pattern = chain(sizes);
+        let dim = pattern.dim();
+        let (a, each) = batch(&pattern, count);
+        let b: Vec<f64> = (0..batch_len(dim, count))
+            .map(|i| (i as f64).sin())
+            .collect();
+        for level in Level::available() {
+            let mut solver = BatchBanded::with_level(&pattern, count, level).unwrap();
+            let mut x = vec![0.0; b.len()];
+            solver.factorize(&a).unwrap();
+            solver.solve(&b, &mut x).unwrap();
+            for (cable, a) in each.iter().enumerate() {
+                let of = |v: &[f64]| -> Vec<f64> {
+                    (0..dim).map(|r| v[batch_index(dim, r, cable)]).collect()
+                };
+                let (b, x) = (of(&b), of(&x));
+                let mut exact = vec![0.0; dim];
+                let mut one = Chain::new(&pattern, level).unwrap();
+                one.factorize(a).unwrap();
+                one.solve(&b, &mut exact);
+                assert!(
+                    forward_error(&x, &exact) <= 1e-13,
+                    "{level}: {sizes:?} {count}"
+                );
+                let e = backward_error(a, &b, &x).unwrap();
+                assert!(
+                    e.componentwise <= 2e-15,
+                    "{level}: {sizes:?} {count}: {e:?}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn names_cable_and_block() {
+    let pattern = chain(&[3; 6]);
+    for level in Level::available() {
+        for (bad, count) in (1..14).flat_map(|count| (0..count).map(move |bad| (bad, count))) {
+            let mut solver = BatchBanded::with_level(&pattern, count, level).unwrap();
+            let (good, mut each) = batch(&pattern, count);
+            let mut a = good.clone();
+            let named = |error| {
+                let cable = Some(bad);
+                Err(BatchError { cable, error })
+            };
+            for (value, error) in [
+                (0.0, SolveError::Singular { block: 4 }),
+                (
+                    f64::INFINITY,
+                    SolveError::NonFinite {
+                        what: "matrix",
+                        block: 4,
+                    },
+                ),
+            ] {
+                // A row of zeros.
+                let one = &mut each[bad];
+                for (block, columns) in [((4, 3), 3), ((4, 4), 3), ((5, 4), 1)] {
+                    let k = pattern.find(block.0, block.1).unwrap();
+                    for c in 0..columns {
+                        let block = &mut one.block_mut(k)[3 * c..];
+                        let rows = if columns == 1 { 0..3 } else { 0..1 };
+                        block[rows].fill(0.0);
+                    }
+                }
+                one.block_mut(pattern.column(4).start)[..3].fill(0.0);
+                one.block_mut(pattern.column(4).start)[0] = value;
+                a.set(bad, one).unwrap();
+                assert_eq!(
+                    solver.factorize(&a),
+                    named(error),
+                    "{level}: {bad} of {count}"
+                );
+            }
+            let mut x = vec![0.0; batch_len(18, count)];
+            let mut b = vec![1.0; batch_len(18, count)];
+            assert!(solver.solve(&b, &mut x).is_err());
+            solver.factorize(&good).unwrap();
+            b[batch_index(18, 7, bad)] = f64::NAN;
+            let (what, block) = ("right-hand side", 2);
+            assert_eq!(
+                solver.solve(&b, &mut x),
+                named(SolveError::NonFinite { what, block })
+            );
+            b[batch_index(18, 7, bad)] = 1.0;
+            solver.solve(&b, &mut x).unwrap();
+        }
+    }
+}
+
+#[test]
+fn refuses_what_does_not_fit() {
+    let ring = BlockPattern::new(&[3; 3], &[(0, 1), (1, 2), (0, 2)]).unwrap();
+    assert!(BatchBanded::new(&Arc::new(ring), 4).is_err());
+    let pattern = chain(&[3; 3]);
+    let mut solver = BatchBanded::new(&pattern, 4).unwrap();
+    let mut x = [0.0; 9 * 8];
+    let called = SolveError::OutOfOrder {
+        called: "solve",
+        needs: "factorize",
+    };
+    assert_eq!(solver.solve(&[0.0; 72], &mut x), Err(called.into()));
+    assert!(solver.factorize(&BatchMatrix::zeros(pattern, 5)).is_err());
+    let other = BatchMatrix::zeros(chain(&[3; 2]), 4);
+    assert_eq!(
+        solver.factorize(&other),
+        Err(SolveError::PatternChanged.into())
+    );
+}

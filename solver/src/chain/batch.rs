@@ -1,0 +1,335 @@
+//! Chains of equal pattern side by side, one in each lane, eliminated from the first block on.
+//!
+//! Numbers of eight chains stand together (see [`crate::BatchMatrix`]); a kernel works on as many of these as a register holds, from a lane on.
+
+use super::block::{
+    self, Apart, Blocks, lower_solve, pass_on, per_step, scaled, take_back, triangle, unroll,
+    upper_solve,
+};
+use super::places::{Place, in_order, size_of_chain};
+use super::with_size;
+use crate::BlockPattern;
+use crate::batch::LANES;
+use taut_lanes::{Halves, Isa, Kernel, Lanes, Level, dispatch};
+
+/// Which chains a kernel works on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Side {
+    /// The first one's place among eight.
+    pub(crate) lane: usize,
+    /// The instructions, which say how many there are.
+    pub(crate) level: Level,
+}
+
+/// The order of elimination of chains side by side.
+#[derive(Debug, Clone)]
+pub(crate) struct InOrder {
+    size: usize,
+    places: Vec<Place>,
+}
+
+impl InOrder {
+    /// `None` where the pattern is no chain of blocks of at most six rows.
+    pub(crate) fn new(pattern: &BlockPattern) -> Option<Self> {
+        Some(Self {
+            size: size_of_chain(pattern)?,
+            places: in_order(pattern),
+        })
+    }
+
+    /// Lengths of the factor of `width` chains and of what a solve needs besides.
+    pub(crate) fn storage(&self, width: usize) -> [usize; 2] {
+        let (blocks, size) = (self.places.len(), self.size);
+        [per_step(size), size].map(|n| n * width * blocks)
+    }
+
+    /// Factorises the chains of a side; whether the pivots of all were accepted.
+    pub(crate) fn factorize(
+        &self,
+        side: Side,
+        values: &[[f64; LANES]],
+        factor: &mut [f64],
+    ) -> bool {
+        with_size!(
+            self.size,
+            side.level,
+            Factorize {
+                places: &self.places,
+                side: side,
+                values: values,
+                factor: factor,
+            }
+        )
+    }
+
+    /// Solves for the right-hand sides of a side; whether the solutions are finite.
+    pub(crate) fn solve(
+        &self,
+        (side, factor, half): (Side, &[f64], &mut [f64]),
+        b: &[[f64; LANES]],
+        x: &mut [[f64; LANES]],
+    ) -> bool {
+        with_size!(
+            self.size,
+            side.level,
+            Solve {
+                places: &self.places,
+                side: side,
+                factor: factor,
+                half: half,
+                b: b,
+                x: x,
+            }
+        )
+    }
+}
+
+struct Factorize<'a, const B: usize> {
+    places: &'a [Place],
+    side: Side,
+    values: &'a [[f64; LANES]],
+    factor: &'a mut [f64],
+}
+
+struct Solve<'a, const B: usize> {
+    places: &'a [Place],
+    side: Side,
+    factor: &'a [f64],
+    half: &'a mut [f64],
+    b: &'a [[f64; LANES]],
+    x: &'a mut [[f64; LANES]],
+}
+
+/// A block of full size, column-major.
+type Full<const B: usize> = [[[f64; LANES]; B]; B];
+
+/// A coupling and the diagonal block that it leads to.
+struct Pair<'a, const B: usize> {
+    diagonal: &'a Full<B>,
+    coupling: &'a Full<B>,
+    lane: usize,
+}
+
+impl<Q: Halves, const B: usize> Blocks<Q, B> for Pair<'_, B> {
+    #[inline(always)]
+    fn row(&self, i: usize, j: usize) -> Q::Half {
+        Q::Half::load(&self.diagonal[j][i][self.lane..])
+    }
+    #[inline(always)]
+    fn rows(&self, i: usize, j: usize) -> Q {
+        Q::join(
+            Q::Half::load(&self.diagonal[j][i][self.lane..]),
+            Q::Half::load(&self.diagonal[j][i + 1][self.lane..]),
+        )
+    }
+    #[inline(always)]
+    fn coupling(&self, i: usize) -> [Q::Half; B] {
+        let mut row = [Q::Half::splat(0.0); B];
+        unroll!(j < B, {
+            row[j] = Q::Half::load(&self.coupling[j][i][self.lane..]);
+        });
+        row
+    }
+    #[inline(always)]
+    fn couplings(&self, i: usize) -> [Q; B] {
+        let mut rows = [Q::splat(0.0); B];
+        unroll!(j < B, {
+            let column = &self.coupling[j];
+            rows[j] = Q::join(
+                Q::Half::load(&column[i][self.lane..]),
+                Q::Half::load(&column[i + 1][self.lane..]),
+            );
+        });
+        rows
+    }
+}
+
+/// Copies of blocks that are not of full size, padded.
+struct Padded<const B: usize> {
+    diagonal: Full<B>,
+    coupling: Full<B>,
+}
+
+impl<const B: usize> Padded<B> {
+    #[inline(never)]
+    fn fill(&mut self, values: &[[f64; LANES]], here: Option<Place>, next: Place) {
+        self.diagonal = [[[0.0; LANES]; B]; B];
+        let n = next.size;
+        copy(values, next.diagonal, [n, n], &mut self.diagonal);
+        for r in n..B {
+            self.diagonal[r][r] = [1.0; LANES];
+        }
+        self.coupling = [[[0.0; LANES]; B]; B];
+        if let Some((first, here)) = here.and_then(|p| Some((p.coupling?, p))) {
+            copy(values, first, [n, here.size], &mut self.coupling);
+        }
+    }
+}
+
+/// A block of the values into the corner of a full one.
+fn copy<const B: usize>(values: &[[f64; LANES]], first: usize, size: [usize; 2], to: &mut Full<B>) {
+    let [rows, columns] = size;
+    let block = &values[first..first + rows * columns];
+    for (c, to) in to[..columns].iter_mut().enumerate() {
+        to[..rows].copy_from_slice(&block[c * rows..(c + 1) * rows]);
+    }
+}
+
+/// A block of full size, where it lies.
+#[inline(always)]
+fn in_place<const B: usize>(values: &[[f64; LANES]], first: usize) -> Option<&Full<B>> {
+    let (columns, _) = values.get(first..first + B * B)?.as_chunks::<B>();
+    columns.first_chunk::<B>()
+}
+
+impl<const B: usize> Kernel for Factorize<'_, B> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> bool {
+        self.factorize::<I::Twice>().is_some()
+    }
+}
+
+impl<const B: usize> Factorize<'_, B> {
+    #[inline(always)]
+    fn factorize<Q: Halves>(self) -> Option<()> {
+        let Self {
+            places,
+            values,
+            factor,
+            ..
+        } = self;
+        let lane = self.side.lane.min(LANES - Q::Half::LANES);
+        let mut largest = Q::Half::splat(0.0);
+        let mut padded = Padded::<B> {
+            diagonal: [[[0.0; LANES]; B]; B],
+            coupling: [[[0.0; LANES]; B]; B],
+        };
+        let Some(&first) = places.first() else {
+            return Some(());
+        };
+        padded.fill(values, None, first);
+        let blocks = Pair {
+            diagonal: &padded.diagonal,
+            coupling: &padded.coupling,
+            lane,
+        };
+        block::first::<Q, B>(&blocks, factor, &mut largest)?;
+        let step = Q::Half::LANES * per_step(B);
+        for (t, pair) in places.array_windows::<2>().enumerate() {
+            let [here, next] = *pair;
+            let (before, after) = factor[step * t..].split_at_mut(step);
+            let full = here.size == B && next.size == B;
+            let blocks = match here.coupling {
+                Some(coupling) if full => Pair {
+                    diagonal: in_place(values, next.diagonal)?,
+                    coupling: in_place(values, coupling)?,
+                    lane,
+                },
+                _ => {
+                    padded.fill(values, Some(here), next);
+                    Pair {
+                        diagonal: &padded.diagonal,
+                        coupling: &padded.coupling,
+                        lane,
+                    }
+                }
+            };
+            block::eliminate::<Q, B>(&blocks, before, after, &mut largest, &Apart)?;
+        }
+        largest
+            .all_below(Q::Half::splat(f64::INFINITY))
+            .then_some(())
+    }
+}
+
+/// The rows of a block; zero where there is only padding.
+#[inline(always)]
+fn gather<V: Lanes, const B: usize>(v: &[[f64; LANES]], place: Place, lane: usize) -> [V; B] {
+    let mut rows = [V::splat(0.0); B];
+    let v = &v[place.row..place.row + place.size];
+    if place.size == B {
+        unroll!(i < B, {
+            rows[i] = V::load(&v[i][lane..]);
+        });
+    } else {
+        unroll!(i < B, {
+            if i < place.size {
+                rows[i] = V::load(&v[i][lane..]);
+            }
+        });
+    }
+    rows
+}
+
+/// The reverse; adds 0 where finite, NaN elsewhere, to `check`.
+#[inline(always)]
+fn scatter<V: Lanes, const B: usize>(
+    rows: &[V; B],
+    place: Place,
+    lane: usize,
+    x: &mut [[f64; LANES]],
+    check: &mut V,
+) {
+    let x = &mut x[place.row..place.row + place.size];
+    unroll!(i < B, {
+        if i < place.size {
+            rows[i].store(&mut x[i][lane..]);
+            *check = rows[i].mul_add(V::splat(0.0), *check);
+        }
+    });
+}
+
+impl<const B: usize> Kernel for Solve<'_, B> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> bool {
+        self.solve::<I::Widest>()
+    }
+}
+
+impl<const B: usize> Solve<'_, B> {
+    #[inline(always)]
+    fn solve<V: Lanes>(self) -> bool {
+        let Self {
+            places,
+            factor,
+            half,
+            b,
+            x,
+            ..
+        } = self;
+        let lane = self.side.lane.min(LANES - V::LANES);
+        let Some((&last, _)) = places.split_last() else {
+            return true;
+        };
+        let step = V::LANES * per_step(B);
+        let (of_steps, of_last) = factor.split_at(step * (places.len() - 1));
+        let mut rows = gather::<V, B>(b, places[0], lane);
+        let halves = half.chunks_exact_mut(V::LANES * B);
+        for ((factor, half), &place) in of_steps.chunks_exact(step).zip(halves).zip(&places[1..]) {
+            let y = lower_solve(factor, rows);
+            let z = scaled(factor, y);
+            unroll!(i < B, {
+                z[i].store(&mut half[V::LANES * i..]);
+            });
+            rows = pass_on(&factor[V::LANES * triangle(B)..], y, gather(b, place, lane));
+        }
+        rows = upper_solve(of_last, scaled(of_last, lower_solve(of_last, rows)));
+        let mut check = V::splat(0.0);
+        scatter(&rows, last, lane, x, &mut check);
+        let halves = half.chunks_exact(V::LANES * B);
+        let steps = of_steps.chunks_exact(step).zip(halves).zip(places);
+        for ((factor, half), &place) in steps.rev() {
+            let mut z = rows;
+            unroll!(i < B, {
+                z[i] = V::load(&half[V::LANES * i..]);
+            });
+            rows = take_back(factor, z, rows);
+            scatter(&rows, place, lane, x, &mut check);
+        }
+        check.all_below(V::splat(1.0))
+    }
+}

@@ -1,0 +1,327 @@
+//! The two eliminations of a chain as the two lanes of a vector.
+
+use super::block::{
+    self, Apart, Blocks, Meet, lower_solve, pass_on, per_step, scaled, take_back, triangle, unroll,
+    upper_solve,
+};
+use super::places::{Place, Places, Step};
+use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
+
+/// Factorises; whether the pivots were accepted.
+pub(super) struct Factorize<'a, const B: usize> {
+    pub(super) places: &'a Places,
+    pub(super) values: &'a [f64],
+    pub(super) factor: &'a mut [f64],
+}
+
+/// Solves with a factor.
+pub(super) struct Solve<'a, const B: usize> {
+    pub(super) places: &'a Places,
+    pub(super) factor: &'a [f64],
+    pub(super) half: &'a mut [f64],
+    pub(super) b: &'a [f64],
+    pub(super) x: &'a mut [f64],
+}
+
+/// A block of full size, column-major.
+type Full<const B: usize> = [[f64; B]; B];
+
+/// The blocks of a step, of each end: the next diagonal block, column-major, and the stored coupling to it, which for
+/// the second end is the transposed one.
+struct Ends<'a, const B: usize> {
+    diagonal: [&'a Full<B>; 2],
+    coupling: [&'a Full<B>; 2],
+}
+
+/// One double in each lane.
+#[inline(always)]
+fn pair<V: Halves>(up: f64, down: f64) -> V {
+    V::join(V::Half::splat(up), V::Half::splat(down))
+}
+
+impl<Q: Quad<Half: Halves>, const B: usize> Blocks<Q, B> for Ends<'_, B> {
+    #[inline(always)]
+    fn row(&self, i: usize, j: usize) -> Q::Half {
+        let [up, down] = self.diagonal;
+        pair(up[j][i], down[j][i])
+    }
+    #[inline(always)]
+    fn rows(&self, i: usize, j: usize) -> Q {
+        let [up, down] = self.diagonal;
+        Q::interleave(two(&up[j], i), two(&down[j], i))
+    }
+    #[inline(always)]
+    fn coupling(&self, i: usize) -> [Q::Half; B] {
+        let [up, down] = self.coupling;
+        let mut row = [Q::Half::splat(0.0); B];
+        unroll!(j < B, {
+            row[j] = pair(up[j][i], down[i][j]);
+        });
+        row
+    }
+    #[inline(always)]
+    fn couplings(&self, i: usize) -> [Q; B] {
+        let [up, down] = self.coupling;
+        let mut rows = [Q::splat(0.0); B];
+        unroll!(p < B / 2, pairs, {
+            let j = 2 * p;
+            [rows[j], rows[j + 1]] = Q::interleave_transposed(
+                [two(&up[j], i), two(&up[j + 1], i)],
+                [two(&down[i], j), two(&down[i + 1], j)],
+            );
+        });
+        if B % 2 == 1 {
+            let last = B - 1;
+            rows[last] = Q::interleave(two(&up[last], i), &[down[i][last], down[i + 1][last]]);
+        }
+        rows
+    }
+}
+
+/// Entries i and i + 1.
+#[inline(always)]
+fn two<const B: usize>(v: &[f64; B], i: usize) -> &[f64; 2] {
+    v[i..].first_chunk().unwrap_or(&[0.0; 2])
+}
+
+/// Both ends meet in the middle block.
+struct Both;
+
+impl<V: Halves> Meet<V> for Both {
+    #[inline(always)]
+    fn sum(&self, v: V) -> V {
+        add(v)
+    }
+    #[inline(always)]
+    fn largest(&self, v: V) -> V {
+        V::both(v.lower().max(v.upper()))
+    }
+}
+
+/// The sum of both lanes, in both lanes.
+#[inline(always)]
+fn add<V: Halves>(v: V) -> V {
+    V::both(v.lower() + v.upper())
+}
+
+/// Copies of blocks that are not of full size, padded.
+struct Padded<const B: usize> {
+    diagonal: [Full<B>; 2],
+    coupling: [Full<B>; 2],
+}
+
+impl<const B: usize> Padded<B> {
+    fn new() -> Self {
+        Self {
+            diagonal: [[[0.0; B]; B]; 2],
+            coupling: [[[0.0; B]; B]; 2],
+        }
+    }
+
+    /// The couplings of a step and the diagonal blocks that they lead to; the middle block is the first end's alone, and
+    /// the second finds zeros.
+    fn fill(&mut self, values: &[f64], step: &Step, next: &Step, middle: bool) {
+        for (end, place) in step.ends.into_iter().enumerate() {
+            self.diagonal(values, end, next.ends[end]);
+            self.coupling[end] = [[0.0; B]; B];
+            if let Some(first) = place.coupling {
+                let size = match end {
+                    0 => [place.next, place.size],
+                    _ => [place.size, place.next],
+                };
+                copy(values, first, size, &mut self.coupling[end]);
+            }
+        }
+        if middle {
+            self.diagonal[1] = [[0.0; B]; B];
+        }
+    }
+
+    fn diagonal(&mut self, values: &[f64], end: usize, place: Place) {
+        let n = place.size;
+        self.diagonal[end] = [[0.0; B]; B];
+        copy(values, place.diagonal, [n, n], &mut self.diagonal[end]);
+        for r in n..B {
+            self.diagonal[end][r][r] = 1.0;
+        }
+    }
+
+    #[inline(always)]
+    fn ends(&self) -> Ends<'_, B> {
+        Ends {
+            diagonal: self.diagonal.each_ref(),
+            coupling: self.coupling.each_ref(),
+        }
+    }
+}
+
+/// A block of the values into the corner of a full one.
+fn copy<const B: usize>(values: &[f64], first: usize, size: [usize; 2], to: &mut Full<B>) {
+    let [rows, columns] = size;
+    let block = &values[first..first + rows * columns];
+    for (c, to) in to[..columns].iter_mut().enumerate() {
+        for (to, from) in to[..rows].iter_mut().zip(&block[c * rows..]) {
+            *to = *from;
+        }
+    }
+}
+
+/// The blocks of a step of full ones, where they lie; `None` where one would reach beyond the values.
+#[inline(always)]
+fn in_place<'a, const B: usize>(
+    values: &'a [f64],
+    here: &Step,
+    next: &Step,
+) -> Option<Ends<'a, B>> {
+    let at = |first: usize| {
+        let (columns, _) = values.get(first..first + B * B)?.as_chunks::<B>();
+        columns.first_chunk::<B>()
+    };
+    let diagonal = |end: usize| at(next.ends[end].diagonal);
+    let coupling = |end: usize| at(here.ends[end].coupling?);
+    Some(Ends {
+        diagonal: [diagonal(0)?, diagonal(1)?],
+        coupling: [coupling(0)?, coupling(1)?],
+    })
+}
+
+impl<const B: usize> Kernel for Factorize<'_, B> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> bool {
+        let Self {
+            places,
+            values,
+            factor,
+        } = self;
+        factorize::<I::X4, B>(places, values, factor).is_some()
+    }
+}
+
+#[inline(always)]
+fn factorize<Q: Quad<Half: Halves>, const B: usize>(
+    places: &Places,
+    values: &[f64],
+    factor: &mut [f64],
+) -> Option<()> {
+    let (steps, count) = (&places.steps[..], places.steps());
+    let mut padded = Padded::<B>::new();
+    let mut largest = Q::Half::splat(0.0);
+    for end in 0..2 {
+        padded.diagonal(values, end, steps[0].ends[end]);
+    }
+    block::first::<Q, B>(&padded.ends(), factor, &mut largest)?;
+    for (t, step) in steps[..count].iter().enumerate() {
+        let (next, middle) = (&steps[t + 1], t + 1 == count);
+        let (here, after) = factor[2 * per_step(B) * t..].split_at_mut(2 * per_step(B));
+        if middle {
+            padded.fill(values, step, next, true);
+            block::eliminate::<Q, B>(&padded.ends(), here, after, &mut largest, &Both)?;
+            break;
+        }
+        let ends = if step.full {
+            in_place(values, step, next)?
+        } else {
+            padded.fill(values, step, next, false);
+            padded.ends()
+        };
+        block::eliminate::<Q, B>(&ends, here, after, &mut largest, &Apart)?;
+    }
+    largest
+        .all_below(Q::Half::splat(f64::INFINITY))
+        .then_some(())
+}
+
+/// The rows of a step's blocks in a vector; zero where there is only padding.
+#[inline(always)]
+fn gather<V: Halves, const B: usize>(v: &[f64], step: &Step) -> [V; B] {
+    let mut rows = [V::splat(0.0); B];
+    let [up, down] = step.ends;
+    if up.size == B && down.size == B {
+        let (up, down) = (&v[up.row..up.row + B], &v[down.row..down.row + B]);
+        unroll!(i < B, {
+            rows[i] = pair(up[i], down[i]);
+        });
+    } else {
+        let at = |place: Place, i: usize| {
+            if i < place.size {
+                v[place.row + i]
+            } else {
+                0.0
+            }
+        };
+        unroll!(i < B, {
+            rows[i] = pair(at(up, i), at(down, i));
+        });
+    }
+    rows
+}
+
+/// The reverse.
+#[inline(always)]
+fn scatter<V: Lanes, const B: usize>(rows: &[V; B], step: &Step, v: &mut [f64]) {
+    let [up, down] = step.ends;
+    let mut lanes = [[0.0; 2]; B];
+    unroll!(i < B, {
+        rows[i].store(&mut lanes[i]);
+    });
+    if up.size == B && down.size == B {
+        let to = &mut v[up.row..up.row + B];
+        unroll!(i < B, {
+            to[i] = lanes[i][0];
+        });
+        let to = &mut v[down.row..down.row + B];
+        unroll!(i < B, {
+            to[i] = lanes[i][1];
+        });
+    } else {
+        for (end, place) in [up, down].into_iter().enumerate() {
+            for (i, to) in v[place.row..place.row + place.size].iter_mut().enumerate() {
+                *to = lanes[i][end];
+            }
+        }
+    }
+}
+
+impl<const B: usize> Kernel for Solve<'_, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self {
+            places,
+            factor,
+            half,
+            b,
+            x,
+        } = self;
+        let (steps, count) = (&places.steps[..], places.steps());
+        let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
+        let of_steps = of_steps.chunks_exact(2 * per_step(B));
+        let mut rows = gather::<I::X2, B>(b, &steps[0]);
+        let halves = half.chunks_exact_mut(2 * B);
+        for ((factor, half), step) in of_steps.clone().zip(halves).zip(&steps[1..]) {
+            let y = lower_solve(factor, rows);
+            let z = scaled(factor, y);
+            unroll!(i < B, {
+                z[i].store(&mut half[2 * i..]);
+            });
+            rows = pass_on(&factor[2 * triangle(B)..], y, gather(b, step));
+        }
+        if count > 0 {
+            rows = rows.map(add);
+        }
+        rows = upper_solve(middle, scaled(middle, lower_solve(middle, rows)));
+        scatter(&rows, &steps[count], x);
+        let halves = half.chunks_exact(2 * B);
+        for ((factor, half), step) in of_steps.zip(halves).zip(&steps[..count]).rev() {
+            let mut z = rows;
+            unroll!(i < B, {
+                z[i] = I::X2::load(&half[2 * i..]);
+            });
+            rows = take_back(factor, z, rows);
+            scatter(&rows, step, x);
+        }
+    }
+}
