@@ -7,3 +7,4 @@ pub(crate) mod paper;
 pub(crate) mod scene;
 pub(crate) mod scenes;
 pub(crate) mod sweeps;
+pub(crate) mod track;

@@ -18,6 +18,8 @@
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix, a graded set |
+//! | `track` | per-step timing that CI can trust: instructions, allocations, errors, times against a baseline |
+//! | `allocations` | an allocator that counts its calls |
 //! | `plot` | charts as SVG |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
@@ -26,6 +28,7 @@
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
 
 pub mod accuracy;
+pub mod allocations;
 pub mod cache;
 pub mod check;
 pub mod choice;
@@ -48,6 +51,7 @@ pub mod shocks;
 pub mod stability;
 pub mod statics;
 pub mod table;
+pub mod track;
 pub mod trajectory;
 
 pub use choice::Choice;

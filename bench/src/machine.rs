@@ -2,6 +2,12 @@
 
 use serde::Serialize;
 
+/// The compiler that this was built with.
+pub const RUSTC: &str = env!("TAUT_RUSTC");
+
+/// The processor that it was compiled for, as the compiler's `target-cpu` names it.
+pub const TARGET_CPU: &str = env!("TAUT_TARGET_CPU");
+
 /// The machine and the build.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Machine {

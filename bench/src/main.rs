@@ -10,16 +10,21 @@ use cli::paper::PaperArgs;
 use cli::scene::SceneArgs;
 use cli::scenes;
 use cli::sweeps::{self, Sweep};
+use cli::track::TrackArgs;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use taut_bench::allocations::Counting;
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, run, table, trajectory};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::{HoistParams, Network};
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
 
 /// Sparse linear solvers on hoisting cables: speed against error.
 #[derive(Debug, Parser)]
@@ -72,6 +77,9 @@ enum Command {
     /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances
     #[command(after_help = "Example: taut matrices --out target/matrices --gzip")]
     Matrices(MatricesArgs),
+    /// Instructions, allocations, errors and times of a step against the baseline: what CI fails on
+    #[command(after_help = cli::track::AFTER_HELP)]
+    Track(TrackArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
 }
@@ -251,6 +259,7 @@ fn main() -> ExitCode {
         Some(Command::Dump(args)) => cli::matrix::dump(&args),
         Some(Command::Solve(args)) => cli::matrix::solve(&args),
         Some(Command::Matrices(args)) => cli::matrix::matrices(&args),
+        Some(Command::Track(args)) => cli::track::run(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {

@@ -13,6 +13,7 @@ mod measure;
 mod table;
 
 pub use measure::reference_choice;
+pub(crate) use measure::swinging;
 pub use table::{LEGEND, bar, text_tables};
 
 use crate::choice::Choice;

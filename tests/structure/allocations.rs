@@ -1,9 +1,6 @@
-#![allow(unsafe_code)] // an allocator that counts cannot be written without
-
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::hint::black_box;
 use taut_bench::Choice;
+use taut_bench::allocations::{self, Counting};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ChainModel, GantryParams, Network, NetworkParams, ParticleChainParams};
 use taut_solver::Backend;
@@ -13,61 +10,19 @@ use taut_tests::scenes::{KINDS, free_cable, random_scene};
 
 const DT: f64 = 1.0 / 240.0;
 
-thread_local! {
-    static CALLS: Cell<u64> = const { Cell::new(0) };
-}
-
-/// The system's allocator, with a count of calls for each thread.
-struct Counting;
-
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-impl Counting {
-    fn count() {
-        // Beyond the thread's end nothing is counted.
-        let _ = CALLS.try_with(|calls| calls.set(calls.get() + 1));
-    }
-}
-
-// SAFETY: every call is passed on to the system's allocator as it came; counting touches no memory of its own.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        Self::count();
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
-        Self::count();
-        // SAFETY: the caller keeps the contract of `alloc_zeroed`.
-        unsafe { System.alloc_zeroed(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        Self::count();
-        // SAFETY: the caller keeps the contract of `realloc`.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        Self::count();
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
 /// Calls of the allocator while `work` runs, in this thread.
 fn calls(work: impl FnOnce()) -> u64 {
-    let before = CALLS.get();
-    work();
-    CALLS.get() - before
+    allocations::during(work).1
 }
 
 #[test]
 fn the_counter_counts() {
     assert_eq!(calls(|| drop(black_box(Box::new(1)))), 2);
     assert_eq!(calls(|| ()), 0);
+    assert!(allocations::are_counted());
     let mut v = black_box(vec![1_u8]);
     assert_eq!(calls(|| v.reserve_exact(100)), 1);
     assert_eq!(black_box(v), [1]);

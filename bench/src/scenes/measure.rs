@@ -58,7 +58,7 @@ pub fn reference_choice() -> Choice {
 ///
 /// # Errors
 /// As [`Stepper::new`].
-pub(super) fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
+pub(crate) fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
     let options = reference_choice().plain_options(dt);
     let mut scene = match Stepper::new(params.build()?, options) {
         Ok(stepper) => stepper.into_scene(),

@@ -12,6 +12,8 @@ mod refusals;
 mod runs;
 /// `taut bench` and its sweeps.
 mod sweeps;
+/// `taut track`: the comparison with a baseline.
+mod track;
 
 use serde_json::Value;
 use std::fs;

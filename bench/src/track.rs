@@ -1,0 +1,181 @@
+//! Per-step figures that CI can trust: instructions, allocations, errors and wall time of a fixed set of scenes and
+//! solvers, against a baseline that is kept with the source.
+//!
+//! All are of the default step at 1/60 s from a common state of the scene, [`WARM_UP`](crate::scenes::WARM_UP) steps from
+//! its beginning. Instructions repeat from run to run and are judged against the baseline; errors and allocations have
+//! bars of their own; wall time depends on the machine and on what else it does, and is only shown: as nanoseconds, and
+//! as a ratio to a fixed piece of work beside it.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `cases` | what is tracked, and the bars |
+//! | `measures` | the figures of a case |
+//! | `start` | common states, errors, allocations |
+//! | `wall`, `calibration` | times, and the work that they are measured by |
+//! | `callgrind` | instructions |
+//! | `compare` | the verdicts |
+//! | `formats`, `table` | files for programs, tables for people |
+
+mod calibration;
+mod callgrind;
+mod cases;
+mod compare;
+mod formats;
+mod measures;
+mod start;
+mod table;
+mod wall;
+
+pub use callgrind::{CountError, Counter};
+pub use cases::{CASES, Case, DT, Place, UnknownCase, named};
+pub use compare::{Row, TOLERANCE, Verdict, compare, updated};
+pub use formats::{Entry, Metric, bencher, entries};
+pub use measures::{Bars, Figure, Kind, Measure, Missing};
+pub use start::{PASS, steps};
+pub use table::{LEGEND, text};
+
+use crate::machine::{Machine, RUSTC, TARGET_CPU};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use start::Judged;
+use std::time::Duration;
+use wall::Summary;
+
+/// What [`run`] measures.
+#[derive(Debug, Clone)]
+pub struct Config {
+    /// The cases.
+    pub cases: Vec<Case>,
+    /// What instructions are counted with; none where they are not.
+    pub counter: Option<Counter>,
+    /// Shortest time that the passes of a case are timed for, calibration included; one thread and two each.
+    pub budget: Duration,
+}
+
+/// Compiler and processor that this program was built with and for.
+#[must_use]
+pub fn toolchain() -> String {
+    format!("{RUSTC}, {TARGET_CPU}")
+}
+
+/// Measures all cases, one figure after the other in the order of [`Case::measures`]: instructions and errors in
+/// parallel, times afterwards alone. `progress` advances twice for each case.
+#[must_use]
+pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
+    progress.set_length(2 * config.cases.len() as u64);
+    progress.set_message("instructions, errors");
+    let mut places: Vec<Place> = Vec::new();
+    let cases: Vec<(&Case, usize)> = config
+        .cases
+        .iter()
+        .map(|case| {
+            let known = places.iter().position(|p| *p == case.place);
+            let place = known.unwrap_or_else(|| {
+                places.push(case.place);
+                places.len() - 1
+            });
+            (case, place)
+        })
+        .collect();
+    let judged: Vec<Result<Judged, Missing>> = places
+        .par_iter()
+        .map(|&place| Judged::new(place).map_err(|e| Missing::Failed(e.to_string())))
+        .collect();
+    let mut figures: Vec<Vec<Figure>> = cases
+        .par_iter()
+        .map(|&(case, place)| {
+            let figures = untimed(case, config.counter.as_ref(), &judged[place]);
+            progress.inc(1);
+            figures
+        })
+        .collect();
+    progress.set_message("times");
+    let machine = Machine::current();
+    for (&(case, place), figures) in cases.iter().zip(&mut figures) {
+        figures.extend(timed(case, config.budget, &machine, &judged[place]));
+        progress.inc(1);
+    }
+    figures.into_iter().flatten().collect()
+}
+
+fn figure(case: &Case, measure: Measure, value: Result<f64, Missing>) -> Figure {
+    let bar = case.bar(measure);
+    Figure {
+        case: case.name(),
+        measure,
+        value,
+        spread: None,
+        condition: bar.map_or_else(String::new, |bar| format!("at most {bar:?}")),
+        bar,
+    }
+}
+
+fn untimed(
+    case: &Case,
+    counter: Option<&Counter>,
+    judged: &Result<Judged, Missing>,
+) -> Vec<Figure> {
+    let choice = case.choice().map_err(Missing::NotMeasured);
+    let measures = case.measures().filter(|m| m.kind() != Kind::Wall);
+    let one = |measure: Measure| {
+        let choice = match &choice {
+            Ok(choice) => choice,
+            Err(missing) => return figure(case, measure, Err(missing.clone())),
+        };
+        if measure == Measure::Instructions {
+            let value = match counter {
+                None => Err(Missing::NotMeasured(
+                    "instructions were not counted: `--icount-binary` says with what".to_owned(),
+                )),
+                Some(counter) => counter.per_step(case).map_err(|e| match e {
+                    CountError::UnknownInstruction { .. } => Missing::NotMeasured(e.to_string()),
+                    e => Missing::Failed(e.to_string()),
+                }),
+            };
+            return Figure {
+                condition: counter.map_or("", Counter::toolchain).to_owned(),
+                ..figure(case, measure, value)
+            };
+        }
+        let judged = judged.as_ref().map_err(Clone::clone);
+        let value = judged.and_then(|judged| judged.figure(case, choice, measure));
+        figure(case, measure, value)
+    };
+    measures.map(one).collect()
+}
+
+fn timed(
+    case: &Case,
+    budget: Duration,
+    machine: &Machine,
+    judged: &Result<Judged, Missing>,
+) -> Vec<Figure> {
+    let one = |threads: usize| -> Result<Summary, Missing> {
+        let choice = case.choice().map_err(Missing::NotMeasured)?;
+        if threads > machine.threads {
+            let why = "this machine offers one thread only".to_owned();
+            return Err(Missing::NotMeasured(why));
+        }
+        let start = &judged.as_ref().map_err(Clone::clone)?.start;
+        let times = wall::time(start, &choice, budget, threads);
+        let times = times.map_err(|e| Missing::Failed(e.to_string()))?;
+        Ok(times.summary())
+    };
+    let mut figures = Vec::new();
+    for threads in [1, 2] {
+        let values: Vec<_> = match one(threads) {
+            Ok(summary) => wall::figures(threads, &summary)
+                .map(|(measure, value, spread)| (measure, Ok(value), spread))
+                .into(),
+            Err(missing) => wall::measures(threads)
+                .map(|measure| (measure, Err(missing.clone()), None))
+                .into(),
+        };
+        figures.extend(values.into_iter().map(|(measure, value, spread)| Figure {
+            spread,
+            condition: machine.to_string(),
+            ..figure(case, measure, value)
+        }));
+    }
+    figures
+}

@@ -1,0 +1,292 @@
+//! Instructions of a step, counted by valgrind's callgrind.
+//!
+//! A binary of this program steps the case in a process of its own, once for some steps and once for twice as many; the
+//! difference holds the steps alone. The binary has to be compiled for a processor that valgrind knows, x86-64-v3: kernels that
+//! would choose wider instructions at run time take what valgrind offers them, so that other code may be counted than is
+//! timed.
+
+use super::cases::Case;
+use std::fmt;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// Longest time of one run.
+const LIMIT: Duration = Duration::from_secs(120);
+
+/// A binary whose instructions can be counted.
+#[derive(Debug, Clone)]
+pub struct Counter {
+    binary: PathBuf,
+    toolchain: String,
+}
+
+/// Why instructions cannot be counted.
+#[derive(Debug)]
+pub enum CountError {
+    /// A program that cannot be started.
+    Start {
+        /// The program.
+        program: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A program that fails or does not end.
+    Failed {
+        /// The program.
+        program: PathBuf,
+        /// How it ended, and what it said last.
+        how: String,
+    },
+    /// The compiler used an instruction that valgrind does not know. Valgrind 3.19 lacks few of x86-64-v3: a move between
+    /// registers, `vmovq` as `C5 .. D6`, is one. Which code meets one is chance, and no fault of the case.
+    UnknownInstruction {
+        /// Its first bytes, as valgrind writes them.
+        bytes: String,
+    },
+    /// Output without a count.
+    NoCount,
+    /// Twice the steps do not take more instructions.
+    NoDifference {
+        /// Steps.
+        steps: usize,
+        /// Instructions of so many.
+        once: u64,
+        /// Instructions of twice as many.
+        twice: u64,
+    },
+}
+
+impl fmt::Display for CountError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Start { program, source } => write!(
+                f,
+                "cannot start `{}` to count instructions: {source}; install or build it, or leave `--icount-binary` out",
+                program.display()
+            ),
+            Self::Failed { program, how } => write!(
+                f,
+                "`{}` does not count instructions: {how}; is the binary this program, built for x86-64-v3?",
+                program.display()
+            ),
+            Self::UnknownInstruction { bytes } => write!(
+                f,
+                "instructions were not counted: valgrind does not know one of this build, {bytes}"
+            ),
+            Self::NoCount => f.write_str("callgrind ended without a line `Collected : N`"),
+            Self::NoDifference { steps, once, twice } => write!(
+                f,
+                "{steps} steps took {once} instructions, twice as many {twice}: no step was counted"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for CountError {}
+
+impl Counter {
+    /// Checks that valgrind and the binary are there, and asks both for their versions.
+    ///
+    /// # Errors
+    /// [`CountError`].
+    pub fn new(binary: &Path) -> Result<Self, CountError> {
+        let valgrind = run(Command::new("valgrind").arg("--version"))?;
+        // A bare name would be looked for elsewhere.
+        let binary = binary.canonicalize().map_err(|source| CountError::Start {
+            program: binary.to_owned(),
+            source,
+        })?;
+        let built = run(Command::new(&binary).args(["track", "--toolchain"]))?;
+        if built.stdout.trim().is_empty() {
+            return Err(CountError::Failed {
+                program: binary,
+                how: "it names no toolchain".to_owned(),
+            });
+        }
+        Ok(Self {
+            binary,
+            toolchain: format!("{}, {}", built.stdout.trim(), valgrind.stdout.trim()),
+        })
+    }
+
+    /// Compiler, processor compiled for and valgrind: counts of another toolchain are others.
+    #[must_use]
+    pub fn toolchain(&self) -> &str {
+        &self.toolchain
+    }
+
+    /// Instructions of a step of the case.
+    ///
+    /// # Errors
+    /// [`CountError`].
+    pub fn per_step(&self, case: &Case) -> Result<f64, CountError> {
+        let steps = case.counted_steps();
+        let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);
+        if twice <= once {
+            return Err(CountError::NoDifference { steps, once, twice });
+        }
+        Ok((twice - once) as f64 / steps as f64)
+    }
+
+    fn count(&self, case: &Case, steps: usize) -> Result<u64, CountError> {
+        let output = run(Command::new("valgrind")
+            .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+            .arg(&self.binary)
+            .args(["track", "--instructions-of", &case.name()])
+            .args(["--steps", &steps.to_string()]))?;
+        collected(&output.stderr).ok_or(CountError::NoCount)
+    }
+}
+
+/// What a program wrote.
+struct Output {
+    stdout: String,
+    stderr: String,
+}
+
+/// Runs a program to its end, for at most [`LIMIT`].
+fn run(command: &mut Command) -> Result<Output, CountError> {
+    let program = PathBuf::from(command.get_program());
+    let failed = |how: String| CountError::Failed {
+        program: program.clone(),
+        how,
+    };
+    let (stdin, out, err) = (Stdio::null(), Stdio::piped(), Stdio::piped());
+    let spawned = command.stdin(stdin).stdout(out).stderr(err).spawn();
+    let mut child = spawned.map_err(|source| CountError::Start {
+        program: program.clone(),
+        source,
+    })?;
+    let start = Instant::now();
+    let status = loop {
+        match child.try_wait().map_err(|e| failed(e.to_string()))? {
+            Some(status) => break status,
+            None if start.elapsed() > LIMIT => {
+                let _ = child.kill().and_then(|()| child.wait());
+                return Err(failed(format!("no end after {} s", LIMIT.as_secs())));
+            }
+            None => std::thread::sleep(Duration::from_millis(2)),
+        }
+    };
+    let mut output = Output {
+        stdout: String::new(),
+        stderr: String::new(),
+    };
+    // Short texts, which fit into the pipes.
+    let read = [
+        child
+            .stdout
+            .as_mut()
+            .map(|o| o.read_to_string(&mut output.stdout)),
+        child
+            .stderr
+            .as_mut()
+            .map(|o| o.read_to_string(&mut output.stderr)),
+    ];
+    for result in read.into_iter().flatten() {
+        result.map_err(|e| failed(e.to_string()))?;
+    }
+    if !status.success() {
+        if let Some(bytes) = unknown(&output.stderr) {
+            return Err(CountError::UnknownInstruction { bytes });
+        }
+        let said = output.stderr.lines().rev().map(str::trim);
+        let last = said.clone().find(|l| !l.is_empty() && !l.starts_with("=="));
+        return Err(failed(format!("{status}, {}", last.unwrap_or("silent"))));
+    }
+    Ok(output)
+}
+
+/// The first bytes of an instruction that valgrind said it does not know.
+fn unknown(text: &str) -> Option<String> {
+    let bytes = text
+        .lines()
+        .find_map(|l| l.strip_prefix("vex amd64->IR: unhandled instruction bytes: "))?;
+    let first: Vec<&str> = bytes.split_whitespace().take(4).collect();
+    Some(first.join(" "))
+}
+
+/// The count of `Ir`, instructions read, in what callgrind says at its end:
+///
+/// ```text
+/// ==17== Events    : Ir
+/// ==17== Collected : 7247606
+/// ```
+fn collected(text: &str) -> Option<u64> {
+    let said = |what: &str| {
+        // What the program under it prints in such a form comes before.
+        text.lines().rev().find_map(|line| {
+            let (_, rest) = line.strip_prefix("==")?.split_once("==")?;
+            let (key, value) = rest.split_once(':')?;
+            (key.trim() == what).then_some(value)
+        })
+    };
+    let column = said("Events")?.split_whitespace().position(|e| e == "Ir")?;
+    let count = said("Collected")?.split_whitespace().nth(column)?;
+    count.replace(',', "").parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAMPLE: &str = "\
+==17== Callgrind, a call-graph generating cache profiler
+==17== Command: taut track --instructions-of ring-24/banded --steps 30
+==17== For interactive control, run 'callgrind_control -h'.
+note: Collected : 3
+==17==
+==17== Events    : Ir
+==17== Collected : 7247606
+==17==
+==17== I   refs:      7,247,606
+";
+
+    #[test]
+    fn the_count_is_found_by_its_name() {
+        assert_eq!(collected(SAMPLE), Some(7_247_606));
+        let more = SAMPLE
+            .replace(": Ir", ": Dr Ir")
+            .replace("7247606", "1 2,000");
+        assert_eq!(collected(&more), Some(2000));
+    }
+
+    #[test]
+    fn what_is_no_count_is_none() {
+        assert_eq!(collected(""), None);
+        assert_eq!(collected(&SAMPLE.replace("Events", "Event")), None);
+        assert_eq!(collected(&SAMPLE.replace(": Ir", ": Dw")), None);
+        assert_eq!(collected(&SAMPLE.replace("7247606", "many")), None);
+        assert_eq!(collected(&SAMPLE.replace(": Ir", ": Dr Ir")), None);
+    }
+
+    #[test]
+    fn an_unknown_instruction_is_told_from_other_ends() {
+        let said = "vex amd64->IR: unhandled instruction bytes: 0xC5 0x79 0xD6 0xCC 0xC5 0x31\n==1== more\n";
+        assert_eq!(unknown(said).as_deref(), Some("0xC5 0x79 0xD6 0xCC"));
+        assert_eq!(unknown(SAMPLE), None);
+    }
+
+    #[test]
+    fn another_program_is_refused() {
+        let e = Counter::new(Path::new("/bin/true"))
+            .unwrap_err()
+            .to_string();
+        // Where there is neither, the sentence is that of a program that cannot be started.
+        assert!(
+            e.contains("names no toolchain") || e.contains("cannot start"),
+            "{e}"
+        );
+    }
+
+    #[test]
+    fn a_binary_that_is_not_there_is_named() {
+        let e = Counter::new(Path::new("no/such/taut")).unwrap_err();
+        let e = e.to_string();
+        // Or valgrind, where that is not installed.
+        assert!(e.contains("no/such/taut") || e.contains("valgrind"), "{e}");
+        assert!(e.contains("--icount-binary"), "{e}");
+    }
+}

@@ -1,0 +1,312 @@
+//! What is tracked: scenes × solvers, what is measured of each, and the bar of each error.
+
+use super::measures::{Bars, Measure};
+use super::start::PASS;
+use crate::choice::Choice;
+use crate::ladder;
+use crate::reference;
+use crate::scenes;
+use std::fmt;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{Controls, GantryParams, HoistParams, Network, NetworkParams, Scene};
+
+/// Δt of all cases \[s].
+pub const DT: f64 = 1.0 / 60.0;
+
+/// A scene at the size that is tracked.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// The hoist of the main job, its anchor moved.
+    Hoist {
+        /// Segments of the cable.
+        segments: usize,
+        /// Load over segment mass.
+        mass_ratio: f64,
+    },
+    /// The gantry, driven along and upwards from its equilibrium.
+    Gantry,
+    /// A network of one size, as in [`scenes`], swinging about the line of its anchors.
+    Network(Network, usize),
+}
+
+/// What the gantry is driven with, from rest.
+const DRIVE: Controls = Controls {
+    trolley_speed: 0.5,
+    hoist_speed: 0.1,
+};
+
+/// Load over segment mass of the networks.
+const NETWORK_RATIO: f64 = 100.0;
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Hoist {
+                segments,
+                mass_ratio,
+            } => write!(f, "hoist-{segments}-{mass_ratio:e}"),
+            Self::Gantry => f.write_str("gantry"),
+            Self::Network(network, size) => write!(f, "{}-{size}", network.name()),
+        }
+    }
+}
+
+impl Place {
+    /// The parameters where this is a hoist.
+    #[must_use]
+    pub fn hoist(self) -> Option<HoistParams> {
+        let Self::Hoist {
+            segments,
+            mass_ratio,
+        } = self
+        else {
+            return None;
+        };
+        Some(HoistParams {
+            segments,
+            mass_ratio,
+            ..ladder::Config::default().scene
+        })
+    }
+
+    fn network(network: Network, size: usize) -> NetworkParams {
+        scenes::Config::default().params(network, size, NETWORK_RATIO)
+    }
+
+    /// The scene at its beginning, in its static equilibrium.
+    ///
+    /// # Errors
+    /// A scene that cannot be built or has no equilibrium.
+    pub fn scene(self) -> Result<Scene, StepError> {
+        if let Some(params) = self.hoist() {
+            return Ok(reference::scene(&params)?);
+        }
+        match self {
+            Self::Network(network, size) => scenes::swinging(&Self::network(network, size), DT),
+            _ => {
+                let scene = GantryParams::default().build()?;
+                let options = scenes::reference_choice().options(DT);
+                Ok(Stepper::new(scene, options)?.into_scene())
+            }
+        }
+    }
+
+    /// A stepper of `scene`, which is this one, driven as the case is.
+    ///
+    /// # Errors
+    /// As [`Stepper::new`].
+    pub fn stepper(self, scene: Scene, options: StepOptions) -> Result<Stepper, StepError> {
+        let mut stepper = Stepper::new(scene, options)?;
+        if self == Self::Gantry {
+            stepper.set_controls(&DRIVE)?;
+        }
+        Ok(stepper)
+    }
+}
+
+/// A tracked case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Case {
+    /// The scene.
+    pub place: Place,
+    /// The solver, as the command line reads it; its options besides are those of [`Choice::options`].
+    pub backend: &'static str,
+    /// What its errors may be.
+    pub bars: Bars,
+    /// Whether a quick run has it.
+    pub quick: bool,
+}
+
+/// The bars stand in the order of the fields of [`Bars`].
+const fn case(
+    place: Place,
+    backend: &'static str,
+    [forward, backward, load, elongation]: [f64; 4],
+) -> Case {
+    Case {
+        place,
+        backend,
+        bars: Bars {
+            forward,
+            backward,
+            load,
+            elongation,
+        },
+        quick: false,
+    }
+}
+
+const fn quick(case: Case) -> Case {
+    Case {
+        quick: true,
+        ..case
+    }
+}
+
+const fn hoist(segments: usize, mass_ratio: f64) -> Place {
+    Place::Hoist {
+        segments,
+        mass_ratio,
+    }
+}
+
+const HOIST: Place = hoist(24, 1e3);
+const HEAVY: Place = hoist(24, 1e5);
+const LONG: Place = hoist(100, 1e3);
+const LONGEST: Place = hoist(1000, 1e3);
+const RING: Place = Place::Network(Network::Ring, 24);
+const LADDER: Place = Place::Network(Network::Ladder, 4);
+const NET: Place = Place::Network(Network::Net, 8);
+/// No bar: an iteration that does not converge there, or a scene without that error. Nor has the componentwise backward
+/// error of any iteration: they stop by a norm, in which small components do not count.
+const NONE: f64 = f64::INFINITY;
+
+/// All cases, with the bars of their errors: of the multipliers against extended precision (relative), of the
+/// componentwise backward error without refinement, of the load's place against finer steps (m), of the hanging cable's
+/// elongation (relative).
+///
+/// They stand about ten times above what was measured; those of the load three times, since that is the time step's own
+/// error and hardly depends on rounding.
+pub const CASES: [Case; 20] = [
+    quick(case(HOIST, "banded", [2e-15, 2e-14, 1e-4, 5e-13])),
+    case(HOIST, "faer:llt", [2e-15, 2e-14, 1e-4, 5e-13]),
+    case(HOIST, "nalgebra-sparse", [2e-15, 2e-14, 1e-4, 5e-13]),
+    case(HOIST, "umfpack", [2e-15, 7e-14, 1e-4, 5e-13]),
+    quick(case(HOIST, "cg:group", [3e-12, NONE, 1e-4, 5e-11])),
+    // Does not converge: what its sweeps cost.
+    case(HOIST, "gauss-seidel:groups", [1e-3, NONE, NONE, NONE]),
+    case(HEAVY, "banded", [5e-15, 5e-15, 1e-4, 1e-13]),
+    case(HEAVY, "cg:group", [6e-13, NONE, 1e-4, 3e-10]),
+    case(LONG, "banded", [3e-15, 3e-15, 1e-4, 3e-12]),
+    case(LONG, "faer:llt", [3e-15, 3e-15, 1e-4, 3e-12]),
+    case(LONG, "nalgebra-sparse", [3e-15, 3e-15, 1e-4, 3e-12]),
+    case(LONG, "umfpack", [3e-15, 3e-15, 1e-4, 3e-12]),
+    case(LONG, "cg:group", [1e-11, NONE, 1e-4, 5e-11]),
+    case(LONG, "gauss-seidel:groups", [5e-4, NONE, NONE, NONE]),
+    case(LONGEST, "banded", [1e-14, 5e-15, 3e-4, 1e-12]),
+    quick(case(Place::Gantry, "banded", [1e-15, 2e-15, 1e-2, NONE])),
+    case(RING, "banded", [5e-15, 3e-15, 4e-4, NONE]),
+    case(LADDER, "banded", [2e-15, 1e-13, 4e-4, NONE]),
+    case(NET, "banded", [8e-15, 8e-15, 3e-4, NONE]),
+    case(NET, "gauss-seidel:groups", [1e-12, NONE, 3e-4, NONE]),
+];
+
+impl Case {
+    /// `scene/backend`: what its figures are called, which does not change.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{}/{}", self.place, self.backend)
+    }
+
+    /// The solver.
+    ///
+    /// # Errors
+    /// Why it cannot be had: not compiled in.
+    pub fn choice(&self) -> Result<Choice, String> {
+        let choice: Choice = self.backend.parse()?;
+        choice.check().map_err(|e| e.to_string())?;
+        Ok(choice)
+    }
+
+    /// Whether the solver is one of the project's own, of which a step allocates nothing.
+    #[must_use]
+    pub fn is_own(&self) -> bool {
+        ["banded", "gauss-seidel", "cg"]
+            .iter()
+            .any(|own| self.backend.starts_with(own))
+    }
+
+    /// Whether its instructions are counted. A step of an iteration is as long as its last digits make it, which differ
+    /// between C libraries; UMFPACK is compiled in seldom.
+    #[must_use]
+    pub fn counts_instructions(&self) -> bool {
+        ["banded", "faer", "nalgebra-sparse"]
+            .iter()
+            .any(|direct| self.backend.starts_with(direct))
+    }
+
+    /// Steps of the shorter of the two runs that instructions are counted in. What comes before the steps varies by some
+    /// ten thousand, with the seeds of hash tables: the smaller the scene, the more steps are to outweigh that.
+    #[must_use]
+    pub fn counted_steps(&self) -> usize {
+        match self.place {
+            Place::Hoist { segments, .. } if segments >= 1000 => PASS,
+            _ => 4 * PASS,
+        }
+    }
+
+    /// What is measured of it, in the order of the tables.
+    pub fn measures(&self) -> impl Iterator<Item = Measure> + use<> {
+        let (counts, hoist) = (self.counts_instructions(), self.place.hoist().is_some());
+        Measure::ALL.into_iter().filter(move |m| match m {
+            Measure::Instructions => counts,
+            Measure::ElongationError => hoist,
+            _ => true,
+        })
+    }
+
+    /// What a figure may be at most: none where it is judged otherwise or not at all.
+    #[must_use]
+    pub fn bar(&self, measure: Measure) -> Option<f64> {
+        let bars = &self.bars;
+        let bar = match measure {
+            Measure::Allocations if self.is_own() => 0.0,
+            Measure::ForwardError => bars.forward,
+            Measure::BackwardError => bars.backward,
+            Measure::LoadError => bars.load,
+            Measure::ElongationError => bars.elongation,
+            _ => NONE,
+        };
+        bar.is_finite().then_some(bar)
+    }
+}
+
+/// The case of a name.
+///
+/// # Errors
+/// [`UnknownCase`].
+pub fn named(name: &str) -> Result<Case, UnknownCase> {
+    let found = CASES.into_iter().find(|case| case.name() == name);
+    found.ok_or_else(|| UnknownCase {
+        name: name.to_owned(),
+    })
+}
+
+/// A name that no case has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownCase {
+    /// The name.
+    pub name: String,
+}
+
+impl fmt::Display for UnknownCase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let names = CASES.map(|c| c.name()).join(", ");
+        write!(
+            f,
+            "no case is called `{}`: choose one of {names}",
+            self.name
+        )
+    }
+}
+
+impl std::error::Error for UnknownCase {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_unique_and_lead_back() {
+        let mut names = CASES.map(|case| case.name());
+        for (case, name) in CASES.iter().zip(&names) {
+            assert_eq!(named(name).as_ref(), Ok(case));
+            let choice: Choice = case.backend.parse().unwrap();
+            assert_eq!(choice.family(), case.backend, "{name}");
+        }
+        names.sort_unstable();
+        assert!(names.windows(2).all(|pair| pair[0] != pair[1]));
+        let e = named("hoist-24/banded").unwrap_err().to_string();
+        assert!(e.contains("hoist-24-1e3/banded, "), "{e}");
+    }
+}

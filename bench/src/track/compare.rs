@@ -1,0 +1,311 @@
+//! Figures against the baseline and against their bars.
+//!
+//! | figures | fail where |
+//! |---|---|
+//! | instructions | more than [`TOLERANCE`] above the baseline's of the same toolchain |
+//! | errors, the own backends' allocations | beyond the bar of the case |
+//! | times, other backends' allocations | never |
+//!
+//! A figure that is no number fails, as do a case that cannot be measured and a figure of the baseline that is no longer
+//! among the tracked ones. A figure that the baseline does not have is new and fails at its bar alone.
+
+use super::cases::CASES;
+use super::formats::Entry;
+use super::measures::{Figure, Kind, Missing};
+use std::collections::HashSet;
+use std::fmt;
+
+/// What instructions may grow by, and what they shrink by before that is pointed out.
+pub const TOLERANCE: f64 = 0.02;
+
+/// What became of a figure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// Within tolerance or bar.
+    Pass,
+    /// Not so.
+    Fail,
+    /// Fewer instructions by more than the tolerance: the baseline can be lowered.
+    Better,
+    /// Not in the baseline.
+    New,
+    /// Instructions of another toolchain, within the tolerance or not.
+    OtherToolchain,
+    /// Not measured here.
+    NotMeasured,
+    /// Shown without judgement.
+    Shown,
+}
+
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Pass => "pass",
+            Self::Fail => "FAIL",
+            Self::Better => "better",
+            Self::New => "new",
+            Self::OtherToolchain => "not compared",
+            Self::NotMeasured => "not measured",
+            Self::Shown => "-",
+        })
+    }
+}
+
+/// A figure beside the baseline's.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// `scene/backend`.
+    pub case: String,
+    /// Name of the measure.
+    pub measure: String,
+    /// The baseline's value.
+    pub baseline: Option<f64>,
+    /// The value now.
+    pub now: Option<f64>,
+    /// The bar, for errors.
+    pub bar: Option<f64>,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// What there is to say besides.
+    pub note: String,
+}
+
+/// Every figure beside the baseline's of the same name, in the figures' order; then those of the baseline that are no
+/// longer tracked.
+#[must_use]
+pub fn compare(figures: &[Figure], baseline: &[Entry]) -> Vec<Row> {
+    let mut rows: Vec<Row> = figures
+        .iter()
+        .map(|figure| {
+            let name = figure.name();
+            row(figure, baseline.iter().find(|e| e.name == name))
+        })
+        .collect();
+    let known = tracked();
+    let gone = baseline.iter().filter(|e| !known.contains(&e.name));
+    rows.extend(gone.map(|e| {
+        let (case, measure) = e.name.rsplit_once('/').unwrap_or((&e.name, ""));
+        Row {
+            case: case.to_owned(),
+            measure: measure.to_owned(),
+            baseline: Some(e.value),
+            now: None,
+            bar: None,
+            verdict: Verdict::Fail,
+            note: "no longer tracked: `--update` takes it out of the baseline".to_owned(),
+        }
+    }));
+    rows
+}
+
+/// The names of all figures of all cases.
+fn tracked() -> HashSet<String> {
+    let names = CASES.iter().flat_map(|case| {
+        let name = case.name();
+        case.measures().map(move |m| format!("{name}/{}", m.name()))
+    });
+    names.collect()
+}
+
+fn row(figure: &Figure, entry: Option<&Entry>) -> Row {
+    let baseline = entry.map(|e| e.value);
+    let (now, verdict, note) = match &figure.value {
+        Err(Missing::NotMeasured(why)) => (None, Verdict::NotMeasured, why.clone()),
+        Err(Missing::Failed(why)) => (None, Verdict::Fail, why.clone()),
+        Ok(value) => {
+            let (verdict, note) = judge(figure, *value, entry);
+            (Some(*value), verdict, note)
+        }
+    };
+    Row {
+        case: figure.case.clone(),
+        measure: figure.measure.name().to_owned(),
+        baseline,
+        now,
+        bar: figure.bar,
+        verdict,
+        note,
+    }
+}
+
+fn judge(figure: &Figure, value: f64, entry: Option<&Entry>) -> (Verdict, String) {
+    if !value.is_finite() {
+        return (Verdict::Fail, "not a number".to_owned());
+    }
+    let known = |verdict| match entry {
+        Some(_) => verdict,
+        None => Verdict::New,
+    };
+    let verdict = match figure.measure.kind() {
+        Kind::Wall => known(Verdict::Shown),
+        Kind::Barred => match figure.bar {
+            Some(bar) if value > bar => Verdict::Fail,
+            Some(_) => known(Verdict::Pass),
+            None => known(Verdict::Shown),
+        },
+        Kind::Instructions => return instructions(value, &figure.condition, entry),
+    };
+    (verdict, String::new())
+}
+
+fn instructions(value: f64, toolchain: &str, entry: Option<&Entry>) -> (Verdict, String) {
+    let Some(entry) = entry else {
+        return (Verdict::New, String::new());
+    };
+    if entry.extra != toolchain {
+        let note = format!("the baseline is of {}, this of {toolchain}", entry.extra);
+        return (Verdict::OtherToolchain, note);
+    }
+    let growth = value / entry.value - 1.0;
+    // A baseline that makes no ratio passes nothing.
+    let within = growth <= TOLERANCE;
+    let verdict = match within {
+        false => Verdict::Fail,
+        true if growth < -TOLERANCE => Verdict::Better,
+        true => Verdict::Pass,
+    };
+    (verdict, String::new())
+}
+
+/// The baseline with the values of now: what was measured is replaced, what could not be measured here stays, what is
+/// no longer tracked goes.
+#[must_use]
+pub fn updated(now: &[Entry], baseline: &[Entry]) -> Vec<Entry> {
+    let names = CASES.iter().flat_map(|case| {
+        let name = case.name();
+        case.measures().map(move |m| format!("{name}/{}", m.name()))
+    });
+    let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).cloned();
+    names
+        .filter_map(|name| find(now, &name).or_else(|| find(baseline, &name)))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::track::measures::Measure;
+
+    const CASE: &str = "ring-24/banded";
+
+    fn figure(measure: Measure, value: f64, bar: Option<f64>) -> Figure {
+        Figure {
+            case: CASE.to_owned(),
+            measure,
+            value: Ok(value),
+            spread: None,
+            condition: "rustc 1, valgrind 2".to_owned(),
+            bar,
+        }
+    }
+
+    fn entry(measure: Measure, value: f64) -> Entry {
+        Entry {
+            name: format!("{CASE}/{}", measure.name()),
+            unit: measure.unit().to_owned(),
+            value,
+            range: None,
+            extra: "rustc 1, valgrind 2".to_owned(),
+        }
+    }
+
+    fn verdict(measure: Measure, value: f64, bar: Option<f64>, baseline: f64) -> Verdict {
+        let rows = compare(&[figure(measure, value, bar)], &[entry(measure, baseline)]);
+        assert_eq!(rows.len(), 1);
+        rows[0].verdict
+    }
+
+    #[test]
+    fn two_percent_more_instructions_pass_and_no_more() {
+        let of = |value| verdict(Measure::Instructions, value, None, 1000.0);
+        assert_eq!(of(1019.0), Verdict::Pass);
+        assert_eq!(of(1021.0), Verdict::Fail);
+        assert_eq!(of(981.0), Verdict::Pass);
+        assert_eq!(of(979.0), Verdict::Better);
+        assert_eq!(of(f64::NAN), Verdict::Fail);
+        let empty = verdict(Measure::Instructions, 0.0, None, 0.0);
+        assert_eq!(empty, Verdict::Fail);
+    }
+
+    #[test]
+    fn another_toolchain_is_shown_and_not_judged() {
+        let mut other = entry(Measure::Instructions, 1000.0);
+        other.extra = "rustc 2, valgrind 2".to_owned();
+        let rows = compare(&[figure(Measure::Instructions, 2000.0, None)], &[other]);
+        assert_eq!(rows[0].verdict, Verdict::OtherToolchain);
+        assert_eq!(rows[0].baseline, Some(1000.0));
+        let (then, now) = ("rustc 2, valgrind 2", "rustc 1, valgrind 2");
+        assert!(rows[0].note.contains(then) && rows[0].note.contains(now));
+    }
+
+    #[test]
+    fn errors_fail_at_their_bar_whatever_the_baseline() {
+        let of = |value, baseline| verdict(Measure::ForwardError, value, Some(1e-12), baseline);
+        assert_eq!(of(9e-13, 1e-16), Verdict::Pass);
+        assert_eq!(of(1.1e-12, 1.0), Verdict::Fail);
+        assert_eq!(of(f64::NAN, 1e-16), Verdict::Fail);
+        assert_eq!(of(f64::INFINITY, 1e-16), Verdict::Fail);
+    }
+
+    #[test]
+    fn own_backends_must_not_allocate_and_others_may() {
+        let of = |value, bar| verdict(Measure::Allocations, value, bar, 0.0);
+        assert_eq!(of(0.0, Some(0.0)), Verdict::Pass);
+        assert_eq!(of(0.1, Some(0.0)), Verdict::Fail);
+        assert_eq!(of(4.0, None), Verdict::Shown);
+    }
+
+    #[test]
+    fn slower_is_never_a_failure() {
+        for measure in Measure::ALL {
+            if measure.kind() == Kind::Wall {
+                assert_eq!(verdict(measure, 1e9, None, 1.0), Verdict::Shown);
+            }
+        }
+    }
+
+    #[test]
+    fn new_figures_pass_and_vanished_ones_fail() {
+        let new = figure(Measure::ForwardError, 1e-15, Some(1e-12));
+        let mut renamed = entry(Measure::ForwardError, 1e-15);
+        renamed.name = "ring-23/banded/forward-error".to_owned();
+        let rows = compare(std::slice::from_ref(&new), std::slice::from_ref(&renamed));
+        let verdicts: Vec<_> = rows.iter().map(|r| (r.case.as_str(), r.verdict)).collect();
+        assert_eq!(
+            verdicts,
+            [(CASE, Verdict::New), ("ring-23/banded", Verdict::Fail)]
+        );
+        let beyond = figure(Measure::ForwardError, 1e-11, Some(1e-12));
+        assert_eq!(compare(&[beyond], &[])[0].verdict, Verdict::Fail);
+        // Tracked, but not part of this run.
+        assert!(compare(&[], &[entry(Measure::Min, 1.0)]).is_empty());
+    }
+
+    #[test]
+    fn what_cannot_be_had_here_is_no_failure_and_what_breaks_is() {
+        let missing = |why| Figure {
+            value: Err(why),
+            ..figure(Measure::Instructions, 0.0, None)
+        };
+        let absent = missing(Missing::NotMeasured("no valgrind".to_owned()));
+        let broken = missing(Missing::Failed("pivot".to_owned()));
+        let rows = compare(&[absent, broken], &[entry(Measure::Instructions, 1000.0)]);
+        let verdicts: Vec<_> = rows.iter().map(|r| (r.verdict, r.note.as_str())).collect();
+        let expected = [
+            (Verdict::NotMeasured, "no valgrind"),
+            (Verdict::Fail, "pivot"),
+        ];
+        assert_eq!(verdicts, expected);
+    }
+
+    #[test]
+    fn an_update_replaces_keeps_and_drops() {
+        let kept = entry(Measure::Instructions, 1000.0);
+        let mut gone = kept.clone();
+        gone.name = "ring-23/banded/instructions".to_owned();
+        let old = [gone, entry(Measure::Min, 5.0), kept.clone()];
+        let now = [entry(Measure::Min, 4.0)];
+        // In the order of the cases' figures.
+        assert_eq!(updated(&now, &old), [kept, entry(Measure::Min, 4.0)]);
+    }
+}

@@ -1,0 +1,152 @@
+//! The figures of a case: names, units, kinds.
+
+/// One figure of a case. Smaller is better for all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Measure {
+    /// Instructions of a step.
+    Instructions,
+    /// Calls of the allocator in a step.
+    Allocations,
+    /// Relative error of the multipliers against the KKT system in extended precision, as stepped.
+    ForwardError,
+    /// Componentwise backward error on the assembled system, without refinement.
+    BackwardError,
+    /// Largest distance of the load, over a second from the start, from a motion in steps 16 times finer.
+    LoadError,
+    /// Relative error of the hanging cable's elongation after half a second, against the exact discrete value.
+    ElongationError,
+    /// Time of a step over that of the calibration kernel beside it.
+    Ratio,
+    /// Least time of a step.
+    Min,
+    /// Median time of a step.
+    Median,
+    /// The same three with two simulations at once, each in a thread of its own.
+    Ratio2,
+    /// Least time there.
+    Min2,
+    /// Median time there.
+    Median2,
+}
+
+/// How a figure is judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Against the baseline.
+    Instructions,
+    /// Against the case's bar.
+    Barred,
+    /// Not at all.
+    Wall,
+}
+
+impl Measure {
+    /// All, in the order of the tables.
+    pub const ALL: [Self; 12] = [
+        Self::Instructions,
+        Self::Allocations,
+        Self::ForwardError,
+        Self::BackwardError,
+        Self::LoadError,
+        Self::ElongationError,
+        Self::Ratio,
+        Self::Min,
+        Self::Median,
+        Self::Ratio2,
+        Self::Min2,
+        Self::Median2,
+    ];
+
+    /// Its part of a figure's name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Instructions => "instructions",
+            Self::Allocations => "allocations",
+            Self::ForwardError => "forward-error",
+            Self::BackwardError => "backward-error",
+            Self::LoadError => "load-error",
+            Self::ElongationError => "elongation-error",
+            Self::Ratio => "time-ratio",
+            Self::Min => "time-min",
+            Self::Median => "time-median",
+            Self::Ratio2 => "time-ratio-2-threads",
+            Self::Min2 => "time-min-2-threads",
+            Self::Median2 => "time-median-2-threads",
+        }
+    }
+
+    /// Its unit.
+    #[must_use]
+    pub fn unit(self) -> &'static str {
+        match self {
+            Self::Instructions => "instructions/step",
+            Self::Allocations => "calls/step",
+            Self::ForwardError | Self::BackwardError | Self::ElongationError => "relative",
+            Self::LoadError => "m",
+            Self::Ratio | Self::Ratio2 => "calibrations/step",
+            _ => "ns/step",
+        }
+    }
+
+    /// How it is judged.
+    #[must_use]
+    pub fn kind(self) -> Kind {
+        match self {
+            Self::Instructions => Kind::Instructions,
+            Self::Allocations
+            | Self::ForwardError
+            | Self::BackwardError
+            | Self::LoadError
+            | Self::ElongationError => Kind::Barred,
+            _ => Kind::Wall,
+        }
+    }
+}
+
+/// What the errors of a case may be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bars {
+    /// Of [`Measure::ForwardError`]; infinite, as the others, where there is none.
+    pub forward: f64,
+    /// Of [`Measure::BackwardError`].
+    pub backward: f64,
+    /// Of [`Measure::LoadError`] \[m].
+    pub load: f64,
+    /// Of [`Measure::ElongationError`]; not used where the scene is no hoist.
+    pub elongation: f64,
+}
+
+/// What came out of a measurement.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Figure {
+    /// The case's name.
+    pub case: String,
+    /// What was measured.
+    pub measure: Measure,
+    /// The value, or why there is none.
+    pub value: Result<f64, Missing>,
+    /// Half the range between the quartiles, for medians.
+    pub spread: Option<f64>,
+    /// What it holds for: toolchain, machine.
+    pub condition: String,
+    /// What it may be at most, where it has a bar.
+    pub bar: Option<f64>,
+}
+
+/// Why there is no value.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Missing {
+    /// It was not asked for or cannot be had here: no fault.
+    NotMeasured(String),
+    /// The measurement failed.
+    Failed(String),
+}
+
+impl Figure {
+    /// `scene/backend/measure`.
+    #[must_use]
+    pub fn name(&self) -> String {
+        format!("{}/{}", self.case, self.measure.name())
+    }
+}

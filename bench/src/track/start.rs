@@ -1,0 +1,198 @@
+//! What the cases of a scene share: the common state that steps are measured from, and what their errors are measured
+//! against.
+
+use super::cases::{Case, DT, Place};
+use super::measures::{Measure, Missing};
+use crate::allocations;
+use crate::choice::Choice;
+use crate::reference::Snapshot;
+use crate::scenes::{WARM_UP, reference_choice};
+use crate::statics;
+use crate::trajectory::load_position;
+use nalgebra::Vector3;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::Scene;
+use taut_solver::{backward_error, forward_error};
+
+/// Steps of a pass, from the common state.
+pub const PASS: usize = 30;
+/// Steps of the motion whose load error is measured: a second.
+const MOTION: usize = 60;
+/// How much finer the steps are that it is compared with.
+const FINER: usize = 16;
+
+/// A scene and its common state, some steps from its beginning.
+pub(super) struct Start {
+    place: Place,
+    scene: Scene,
+    state: Snapshot,
+    guess: Vec<f64>,
+}
+
+impl Start {
+    pub(super) fn new(place: Place) -> Result<Self, StepError> {
+        let scene = place.scene()?;
+        let mut stepper = place.stepper(scene.clone(), reference_choice().options(DT))?;
+        for _ in 0..WARM_UP {
+            stepper.step()?;
+        }
+        let guess = stepper.multipliers().to_vec();
+        let state = Snapshot {
+            time: stepper.time(),
+            bodies: stepper.scene().bodies.clone(),
+            tension: guess.iter().map(|mu| mu / DT).collect(),
+        };
+        Ok(Self {
+            place,
+            scene,
+            state,
+            guess,
+        })
+    }
+
+    /// Puts a stepper into the common state. Allocates nothing.
+    pub(super) fn put(&self, stepper: &mut Stepper) -> Result<(), StepError> {
+        self.state.put(stepper)?;
+        stepper.set_multipliers(&self.guess)
+    }
+
+    /// A stepper in the common state.
+    pub(super) fn stepper(&self, choice: &Choice) -> Result<Stepper, StepError> {
+        self.stepper_with(choice.options(DT))
+    }
+
+    fn stepper_with(&self, options: StepOptions) -> Result<Stepper, StepError> {
+        let mut stepper = self.place.stepper(self.scene.clone(), options)?;
+        self.put(&mut stepper)?;
+        Ok(stepper)
+    }
+
+    /// The load after each step of the motion, whose steps are `finer` times shorter than Δt.
+    fn motion(&self, choice: &Choice, finer: usize) -> Result<Vec<Vector3<f64>>, StepError> {
+        let options = choice.options(DT / finer as f64);
+        let mut stepper = self.place.stepper(self.scene.clone(), options)?;
+        let frame = |_| {
+            for _ in 0..finer {
+                stepper.step()?;
+            }
+            Ok(load_position(stepper.scene()))
+        };
+        (0..MOTION).map(frame).collect()
+    }
+}
+
+/// A start with the references of its errors.
+pub(super) struct Judged {
+    pub(super) start: Start,
+    exact: Vec<f64>,
+    load: Vec<Vector3<f64>>,
+}
+
+impl Judged {
+    pub(super) fn new(place: Place) -> Result<Self, StepError> {
+        let start = Start::new(place)?;
+        let exact = start
+            .stepper(&reference_choice())?
+            .reference_multipliers()?;
+        let load = start.motion(&reference_choice(), FINER)?;
+        Ok(Self { start, exact, load })
+    }
+
+    /// An error figure of a case.
+    fn error(&self, case: &Case, choice: &Choice, measure: Measure) -> Result<f64, StepError> {
+        match measure {
+            Measure::ForwardError => {
+                let mut stepper = self.start.stepper(choice)?;
+                stepper.solve()?;
+                Ok(forward_error(stepper.multipliers(), &self.exact))
+            }
+            Measure::BackwardError => {
+                let mut stepper = self.start.stepper_with(StepOptions {
+                    refinements: 0,
+                    ..choice.options(DT)
+                })?;
+                stepper.solve()?;
+                let (a, b, x) = stepper.system();
+                let errors = backward_error(a, b, x).map_err(|source| StepError::Solve {
+                    source,
+                    culprit: None,
+                    time: stepper.time(),
+                })?;
+                Ok(errors.componentwise)
+            }
+            Measure::LoadError => {
+                let motion = self.start.motion(choice, 1)?;
+                let pairs = motion.iter().zip(&self.load);
+                Ok(worst(pairs.map(|(ours, finer)| (ours - finer).norm())))
+            }
+            _ => {
+                let params = case.place.hoist().unwrap_or_default();
+                Ok(statics::hold(&params, &choice.options(DT))?.error)
+            }
+        }
+    }
+
+    /// What does not depend on the machine, instructions apart.
+    pub(super) fn figure(
+        &self,
+        case: &Case,
+        choice: &Choice,
+        measure: Measure,
+    ) -> Result<f64, Missing> {
+        let figure = match measure {
+            Measure::Allocations if !allocations::are_counted() => {
+                let why = "this program's allocator does not count".to_owned();
+                return Err(Missing::NotMeasured(why));
+            }
+            Measure::Allocations => calls_per_step(&self.start, choice),
+            _ => self.error(case, choice, measure),
+        };
+        figure.map_err(|e| Missing::Failed(e.to_string()))
+    }
+}
+
+/// The largest of some errors; a NaN stays.
+fn worst(errors: impl Iterator<Item = f64>) -> f64 {
+    errors.fold(
+        0.0,
+        |worst, e| if e > worst || e.is_nan() { e } else { worst },
+    )
+}
+
+/// Calls of the allocator in a step, after the first pass.
+fn calls_per_step(start: &Start, choice: &Choice) -> Result<f64, StepError> {
+    let mut stepper = start.stepper(choice)?;
+    run(&mut stepper, PASS)?;
+    start.put(&mut stepper)?;
+    let (done, calls) = allocations::during(|| run(&mut stepper, PASS));
+    done.map(|()| calls as f64 / PASS as f64)
+}
+
+fn run(stepper: &mut Stepper, steps: usize) -> Result<(), StepError> {
+    (0..steps).try_for_each(|_| stepper.step().map(|_| ()))
+}
+
+/// `steps` steps of a case from its common state: what runs where instructions are counted.
+///
+/// # Errors
+/// A backend that is not compiled in, a scene or a step that fails, in words.
+pub fn steps(case: &Case, steps: usize) -> Result<(), String> {
+    let choice = case.choice()?;
+    let stepped = || {
+        let start = Start::new(case.place)?;
+        run(&mut start.stepper(&choice)?, steps)
+    };
+    stepped().map_err(|e: StepError| e.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nan_is_the_worst_error() {
+        assert_eq!(worst([1.0, 3.0, 2.0].into_iter()), 3.0);
+        assert!(worst([1.0, f64::NAN, 2.0].into_iter()).is_nan());
+        assert!(worst([f64::NAN].into_iter()).is_nan());
+    }
+}

@@ -1,0 +1,157 @@
+//! The comparison as a table for people.
+
+use super::compare::{Row, TOLERANCE, Verdict};
+use super::measures::Measure;
+use crate::table::{error, nanoseconds, table};
+use std::fmt::Write;
+
+/// What the columns are.
+pub const LEGEND: &str = "\
+A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
+toolchain; errors and the own backends' allocations: FAIL beyond the bar; time-ratio: time over that of a calibration
+kernel beside it (in brackets the least time itself), never a failure";
+
+/// A row for each figure under the name of its case, least and median times but for the least beside the ratio left out;
+/// then the notes and the counts of the verdicts.
+#[must_use]
+pub fn text(rows: &[Row]) -> String {
+    let mut t = table(&["", "baseline", "now", "ratio", "bar", "verdict"]);
+    let hidden = [
+        Measure::Min,
+        Measure::Min2,
+        Measure::Median,
+        Measure::Median2,
+    ];
+    let mut notes: Vec<&str> = Vec::new();
+    let mut case = "";
+    for row in rows {
+        let shown = !hidden.iter().any(|m| m.name() == row.measure);
+        if !shown && row.verdict != Verdict::Fail {
+            continue;
+        }
+        if row.case != case {
+            case = &row.case;
+            t.add_row([case]);
+        }
+        let mut verdict = row.verdict.to_string();
+        if !row.note.is_empty() {
+            let known = notes.iter().position(|n| *n == row.note);
+            let index = known.unwrap_or_else(|| {
+                notes.push(&row.note);
+                notes.len() - 1
+            });
+            let _ = write!(verdict, " ({})", index + 1);
+        }
+        let ratio = row.baseline.zip(row.now).map(|(before, now)| now / before);
+        let ratio = ratio.filter(|r| r.is_finite());
+        t.add_row([
+            format!("  {}", row.measure),
+            number(&row.measure, row.baseline),
+            number(&row.measure, row.now) + &least(rows, row),
+            ratio.map_or_else(String::new, |r| format!("{r:.3}")),
+            row.bar.map_or_else(String::new, bar),
+            verdict,
+        ]);
+    }
+    let mut out = crate::table::text(&t);
+    for (i, note) in notes.iter().enumerate() {
+        let _ = writeln!(out, "({}) {note}", i + 1);
+    }
+    out + &summary(rows)
+}
+
+fn number(measure: &str, value: Option<f64>) -> String {
+    match value {
+        None => "-".to_owned(),
+        Some(v) if measure.ends_with("-error") => error(Some(v)),
+        Some(v) if measure == Measure::Instructions.name() => format!("{v:.0}"),
+        Some(v) => format!("{v:.2}"),
+    }
+}
+
+fn bar(bar: f64) -> String {
+    if bar == 0.0 {
+        "0".to_owned()
+    } else {
+        error(Some(bar))
+    }
+}
+
+/// The least time beside its ratio.
+fn least(rows: &[Row], row: &Row) -> String {
+    let of = [
+        (Measure::Ratio, Measure::Min),
+        (Measure::Ratio2, Measure::Min2),
+    ];
+    let Some((_, min)) = of
+        .into_iter()
+        .find(|(ratio, _)| ratio.name() == row.measure)
+    else {
+        return String::new();
+    };
+    let same = |r: &&Row| r.case == row.case && r.measure == min.name();
+    let value = rows.iter().find(same).and_then(|r| r.now);
+    value.map_or_else(String::new, |ns| format!(" [{}]", nanoseconds(ns)))
+}
+
+/// How many figures came to what, and what to do about it.
+fn summary(rows: &[Row]) -> String {
+    use Verdict::{Better, Fail, New, NotMeasured, OtherToolchain, Pass};
+    let count = |verdict| rows.iter().filter(|r| r.verdict == verdict).count();
+    let mut out = format!("\n{} figures:", rows.len());
+    for verdict in [Pass, Fail, Better, New, OtherToolchain, NotMeasured] {
+        if count(verdict) > 0 {
+            let _ = write!(out, " {} {verdict},", count(verdict));
+        }
+    }
+    out = out.trim_end_matches(',').to_owned() + "\n";
+    if count(Better) > 0 {
+        let _ = writeln!(
+            out,
+            "Fewer instructions by more than {:.0} %: `--update` makes that the baseline",
+            100.0 * TOLERANCE
+        );
+    }
+    if count(OtherToolchain) > 0 {
+        out += "Instructions are judged against a baseline of the same toolchain only: `--update` makes one\n";
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_stand_under_their_case_with_their_notes_below() {
+        let row = |measure: Measure, now, verdict, note: &str| Row {
+            case: "hoist-24-1e3/gauss-seidel:groups".to_owned(),
+            measure: measure.name().to_owned(),
+            baseline: Some(1000.0),
+            now: Some(now),
+            bar: None,
+            verdict,
+            note: note.to_owned(),
+        };
+        let rows = [
+            row(Measure::Instructions, 900.0, Verdict::Better, ""),
+            row(Measure::LoadError, f64::NAN, Verdict::Fail, "not a number"),
+            row(Measure::Ratio2, 12.0, Verdict::Shown, ""),
+            row(Measure::Min2, 1234.0, Verdict::Shown, ""),
+        ];
+        let text = text(&rows);
+        assert_eq!(text.matches("gauss-seidel:groups").count(), 1);
+        assert!(text.contains("0.900") && text.contains("better"), "{text}");
+        assert!(
+            text.contains("FAIL (1)") && text.contains("(1) not a number"),
+            "{text}"
+        );
+        assert!(
+            text.contains("12.00 [1.23 µs]") && !text.contains("time-min"),
+            "{text}"
+        );
+        assert!(text.contains("4 figures: 1 FAIL, 1 better\n"), "{text}");
+        assert!(text.contains("`--update`"), "{text}");
+        assert!(text.lines().all(|l| l.chars().count() <= 120), "{text}");
+    }
+}
