@@ -10,10 +10,9 @@
 //! + where both are its side a or both its side b. Of each row of \[r]× one number is zero.
 
 use crate::inertia::Inertia;
-use crate::lanes::of_rows;
-use taut_lanes::vector::{
-    Sym3, Vec3, columns, combine, cross, dot, gather, load, save, scale, scale_add,
-};
+use crate::lanes::{of_rows, side};
+use crate::six::Group;
+use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, save, scale, scale_add};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
 use taut_solver::SymBlockMatrix;
@@ -170,11 +169,9 @@ impl Blocks<'_> {
 
 /// 1/m and A of four bodies; zeros for the world.
 #[inline(always)]
-fn inverse_inertia<V: Lanes>(inertia: &Inertia, bodies: [usize; ABREAST]) -> (V, Sym3<V>) {
-    let mass = V::from_fn(|l| inertia.inverse_mass.get(bodies[l]).copied().unwrap_or(0.0));
-    let nothing = [0.0; 6];
-    let angular = gather(bodies.map(|i| inertia.inverse_angular.get(i).unwrap_or(&nothing)));
-    (mass, angular)
+fn inverse_inertia<V: Lanes>(inertia: &Inertia, bodies: &Group) -> (V, Sym3<V>) {
+    let mass = bodies.load(&inertia.inverse_mass);
+    (mass, inertia.inverse_angular.load(bodies))
 }
 
 struct Diagonal<'a> {
@@ -193,8 +190,8 @@ impl Kernel for Diagonal<'_> {
         let packs = self.rows.abreast.packs();
         let (targets, _) = self.plan.diagonal.as_chunks::<ABREAST>();
         for ((pack, places), targets) in packs.zip(targets) {
-            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, places.bodies[0]);
-            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, places.bodies[1]);
+            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, &side(places, 0));
+            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, &side(places, 1));
             let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
             let sigma = of_rows::<I::X4>(self.sigma, places);
             let mut blocks = Blocks {
@@ -264,7 +261,10 @@ impl Kernel for Below<'_> {
         let (packs, joints) = (self.joints.jacobians(), self.joints.joints());
         let (couplings, _) = self.plan.couplings.as_chunks::<ABREAST>();
         for couplings in couplings {
-            let (w, a) = inverse_inertia::<I::X4>(self.inertia, couplings.map(|c| c.body));
+            let bodies = couplings.map(|c| c.body);
+            let neighbours = bodies.windows(2).all(|pair| pair[1] == pair[0] + 1);
+            let bodies = Group::new(bodies, neighbours);
+            let (w, a) = inverse_inertia::<I::X4>(self.inertia, &bodies);
             let left = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[0]));
             let right = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[1]));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;

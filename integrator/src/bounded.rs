@@ -13,6 +13,7 @@
 
 use crate::pieces::Pieces;
 use crate::products::dot;
+use crate::six::Six;
 
 /// Solves of one system at most: what an inexact solver leaves undecided stays so.
 const PASSES: usize = 64;
@@ -59,8 +60,8 @@ pub(crate) struct Bounded {
     rows: Vec<Row>,
     /// The rows of J that left the system, one a slot.
     jacobian: Vec<[f64; 6]>,
-    /// Δt f without the impulses of rows at bounds, 6 numbers a body.
-    impulse: Vec<f64>,
+    /// Δt f without the impulses of rows at bounds.
+    impulse: Six,
     wrong: Vec<usize>,
     /// Fewest wrong rows of this system yet, tries and passes left.
     fewest: usize,
@@ -86,7 +87,7 @@ impl Bounded {
         bounded.jacobian = vec![[0.0; 6]; first];
         bounded.wrong = Vec::with_capacity(bounded.rows.len());
         if !bounded.is_empty() {
-            bounded.impulse = vec![0.0; pieces.v.len()];
+            bounded.impulse = pieces.v.clone();
         }
         bounded
     }
@@ -117,7 +118,7 @@ impl Bounded {
         if self.is_empty() {
             return;
         }
-        self.impulse.copy_from_slice(&pieces.inertia.impulse);
+        self.impulse.copy_from(&pieces.inertia.impulse);
         for (k, row) in self.rows.iter_mut().enumerate() {
             let bound = pieces.rows.bounds[k];
             let value = match row.place {
@@ -155,7 +156,7 @@ impl Bounded {
         if self.places().all(|place| place == Place::Inside) {
             return;
         }
-        pieces.inertia.impulse.copy_from_slice(&self.impulse);
+        pieces.inertia.impulse.copy_from(&self.impulse);
         for (k, row) in self.rows.iter().enumerate() {
             if row.place == Place::Inside {
                 continue;
@@ -274,12 +275,11 @@ fn residual(pieces: &Pieces, k: usize, mu: f64) -> (f64, f64) {
     let bound = &pieces.rows.bounds[k];
     let sigma = pieces.regularization.sigma[bound.row];
     let (mut w, mut size) = (pieces.rate[bound.row] - sigma * mu, sigma);
-    let (dv, _) = pieces.dv.as_chunks::<6>();
     for s in pieces.rows.slot_range(bound.constraint) {
         let (body, from) = (pieces.rows.slots[s].body, entry(pieces, k, s));
         let mut j = [0.0; 6];
         j.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
-        w -= dot(&j, &dv[body]);
+        w -= dot(&j, &pieces.dv.get(body));
         let mut inverse = [0.0; 6];
         pieces.inertia.apply_inverse(body, &j, &mut inverse);
         size += dot(&inverse, &j);

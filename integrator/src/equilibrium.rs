@@ -110,7 +110,7 @@ impl Stepper {
         self.substep_start
             .save(bodies, self.time, (&self.mu, self.mu_dt), &self.tension);
         self.pieces.load_velocities(bodies);
-        self.pieces.dv.fill(0.0);
+        self.pieces.dv.clear();
         self.pieces.rows.drive(&self.scene, self.time, self.time);
         let pass = Pass::FromRest(ACCELERATION);
         let disagreement = match self.newton_pass(pass, dt, self.time, clock, work) {

@@ -14,7 +14,8 @@
 //! the spin about r free.
 
 use crate::GeometricStiffness;
-use crate::lanes::of_rows;
+use crate::lanes::{of_rows, side};
+use crate::six::Six;
 use nalgebra::Vector3;
 use taut_lanes::vector::{Vec3, dot, load};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
@@ -23,14 +24,16 @@ use taut_model::{Abreast, Linearized, Scene, Side};
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
 pub(crate) struct Geometric {
-    /// K of each body and, of no meaning, of the world, in the world frame \[N m]: xx, yx, zx, yy, zy, zz.
-    stiffness: Vec<f64>,
+    /// K of each body, in the world frame \[N m]: xx, yx, zx, yy, zy, zz.
+    stiffness: Six,
     /// Group of each body: that of its first constraint; `None` for a body without one.
     group: Vec<Option<usize>>,
     /// Each group's first and last constraint: the chord's ends.
     chords: Vec<(usize, usize)>,
     /// Angular velocity of each chord \[rad/s].
     turning: Vec<Vector3<f64>>,
+    /// Velocity of each body as a part of its chord; the angular part alone has a meaning.
+    reference: Six,
 }
 
 impl Geometric {
@@ -50,31 +53,22 @@ impl Geometric {
             *last = c;
         }
         Self {
-            stiffness: vec![0.0; 6 * (scene.bodies.len() + 1)],
+            stiffness: Six::new(scene.bodies.len()),
+            reference: Six::new(scene.bodies.len()),
             group,
             turning: vec![Vector3::zeros(); chords.len()],
             chords,
         }
     }
 
-    /// K of each body, xx, yx, zx, yy, zy, zz, and one more.
-    pub(crate) fn stiffness(&self) -> &[[f64; 6]] {
-        self.stiffness.as_chunks().0
-    }
-
-    /// K x for body `i`.
-    pub(crate) fn times(&self, i: usize, x: &Vector3<f64>) -> Vector3<f64> {
-        let [xx, yx, zx, yy, zy, zz] = self.stiffness()[i];
-        Vector3::new(
-            xx * x.x + yx * x.y + zx * x.z,
-            yx * x.x + yy * x.y + zy * x.z,
-            zx * x.x + zy * x.y + zz * x.z,
-        )
+    /// K of each body: xx, yx, zx, yy, zy, zz.
+    pub(crate) fn stiffness(&self) -> &Six {
+        &self.stiffness
     }
 
     /// No stiffness.
     pub(crate) fn clear(&mut self) {
-        self.stiffness.fill(0.0);
+        self.stiffness.clear();
     }
 
     /// K from multipliers λ (N), at the attachments as linearised.
@@ -96,17 +90,15 @@ impl Geometric {
             let tension = force.dot(&r);
             if tension > 0.0 {
                 let along = r * (tension / square);
-                let k = &mut self.stiffness[6 * rows.slots[s].body..][..6];
-                for (k, added) in k.iter_mut().zip([
+                let k = [
                     tension - along.x * r.x,
                     -along.x * r.y,
                     -along.x * r.z,
                     tension - along.y * r.y,
                     -along.y * r.z,
                     tension - along.z * r.z,
-                ]) {
-                    *k += added;
-                }
+                ];
+                self.stiffness.add(rows.slots[s].body, k);
             }
         }
     }
@@ -136,27 +128,31 @@ impl Geometric {
                 Vector3::zeros()
             };
         }
+        for (i, group) in self.group.iter().enumerate() {
+            let turning = group.map_or_else(Vector3::zeros, |g| self.turning[g]);
+            let reference = [0.0, 0.0, 0.0, turning.x, turning.y, turning.z];
+            self.reference.set(i, reference);
+        }
     }
 
-    /// Angular velocity that body `i` is to turn with in the relative form.
-    pub(crate) fn reference(&self, i: usize) -> Vector3<f64> {
-        self.group[i].map_or_else(Vector3::zeros, |g| self.turning[g])
-    }
-
-    /// The vector g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are the
-    /// body's angular velocities, `gamma` the scheme's weight of the third difference over that of K.
+    /// The angular velocities g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are
+    /// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K.
     pub(crate) fn drive(
         &self,
         form: GeometricStiffness,
         gamma: f64,
-        i: usize,
-        now: Vector3<f64>,
-        before: Vector3<f64>,
-    ) -> Vector3<f64> {
+        now: &Six,
+        before: &Six,
+        g: &mut Six,
+    ) {
         match form {
-            GeometricStiffness::Off => Vector3::zeros(),
-            GeometricStiffness::Inertia { alpha } => (now - before) * (gamma * alpha),
-            GeometricStiffness::Relative { alpha } => (self.reference(i) - now) * alpha,
+            GeometricStiffness::Off => g.clear(),
+            GeometricStiffness::Inertia { alpha } => {
+                g.combine((gamma * alpha, now), (-gamma * alpha, before));
+            }
+            GeometricStiffness::Relative { alpha } => {
+                g.combine((alpha, &self.reference), (-alpha, now));
+            }
         }
     }
 }
@@ -165,7 +161,7 @@ impl Geometric {
 struct Joints<'a> {
     joints: &'a Abreast,
     lambda: &'a [f64],
-    stiffness: &'a mut [f64],
+    stiffness: &'a mut Six,
 }
 
 /// max(F·r, 0) (I − r rᵀ/r²).
@@ -194,8 +190,10 @@ impl Kernel for Joints<'_> {
             let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, places);
             let on_a = across(&[x, y, z], &load(&pack.arms[0]));
             let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
-            I::X4::scatter_add(&on_a, self.stiffness, places.at[0], places.count);
-            I::X4::scatter_add(&on_b, self.stiffness, places.at[1], places.count);
+            self.stiffness
+                .add_lanes(&side(places, 0), &on_a, places.count);
+            self.stiffness
+                .add_lanes(&side(places, 1), &on_b, places.count);
         }
     }
 }
@@ -238,12 +236,12 @@ mod tests {
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &mu);
         let torque = |rows: &Linearized, body: usize| {
-            let mut p = vec![0.0; 6 * 26];
+            let mut p = Six::new(25);
             crate::products::add_transposed(rows, &mu, &mut p);
-            Vector3::from_column_slice(&p[6 * body + 3..6 * body + 6])
+            crate::pieces::angular(&p, body)
         };
         for body in [0, 11, 24] {
-            let k = unpacked(geometric.stiffness()[body]);
+            let k = unpacked(geometric.stiffness().get(body));
             assert!(k.norm() > 1.0);
             for axis in 0..3 {
                 let h = 1e-5;
@@ -273,7 +271,7 @@ mod tests {
         let pushed: Vec<f64> = rows.phi.clone();
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &pushed);
-        assert!(geometric.stiffness.iter().all(|k| *k == 0.0));
+        assert_eq!(geometric.stiffness, Six::new(25));
     }
 
     #[test]
@@ -286,6 +284,6 @@ mod tests {
         let rows = Linearized::new(&scene);
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update_chords(&scene, 0.0, 0.1);
-        assert!((geometric.reference(3) - omega).norm() < 1e-12);
+        assert!((crate::pieces::angular(&geometric.reference, 3) - omega).norm() < 1e-12);
     }
 }

@@ -154,7 +154,7 @@ impl Stepper {
             &self.tension,
         );
         self.pieces.load_velocities(&self.scene.bodies);
-        self.pieces.dv.fill(0.0);
+        self.pieces.dv.clear();
         self.pieces
             .rows
             .drive(&self.scene, self.time, self.time + dt);
@@ -197,24 +197,17 @@ impl Stepper {
             }
         }
         pieces.geometric.update(&pieces.rows, &self.tension);
+        // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
+        match pass {
+            Pass::Next => pieces.drive.copy_from(&pieces.dv),
+            _ => pieces.drive.combine((-1.0, &pieces.v), (0.0, &pieces.v)),
+        }
         // The inertia is that of the beginning.
         self.substep_start.restore(&mut self.scene.bodies);
         self.update_inertia(dt, 1.0)?;
         if let Pass::FromRest(acceleration) = pass {
             let done = self.pieces.add_ballast(&self.tension, acceleration);
             done.map_err(|i| self.not_finite(i))?;
-        }
-        for i in 0..self.scene.bodies.len() {
-            let pieces = &mut self.pieces;
-            // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
-            let last = crate::pieces::angular(&pieces.dv, i);
-            let base = if pass == Pass::Next {
-                last
-            } else {
-                -pieces.angular_velocity(i)
-            };
-            let impulse = pieces.geometric.times(i, &base) * (dt * dt);
-            pieces.inertia.add_angular_impulse(i, &impulse);
         }
         self.pieces.soften_transverse_rows(&self.tension, true);
         self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);

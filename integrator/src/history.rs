@@ -1,5 +1,6 @@
 //! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
 
+use crate::six::Six;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::Bodies;
 
@@ -79,8 +80,8 @@ pub(crate) struct History {
     pub(crate) rate_now: Vec<f64>,
     /// ∂φ/∂t of the last step, one a row.
     pub(crate) phi_t: Vec<f64>,
-    /// v_{n−1}, 6 numbers a body.
-    pub(crate) v: Vec<f64>,
+    /// v_{n−1}.
+    pub(crate) v: Six,
 }
 
 impl History {
@@ -90,14 +91,14 @@ impl History {
             rate: vec![0.0; rows],
             rate_now: vec![0.0; rows],
             phi_t: vec![0.0; rows],
-            v: vec![0.0; 6 * bodies],
+            v: Six::new(bodies),
         }
     }
 
     /// The step under way is done: `v` is what it started from, `phi_t` its ∂φ/∂t.
-    pub(crate) fn accept(&mut self, v: &[f64], phi_t: &[f64]) {
+    pub(crate) fn accept(&mut self, v: &Six, phi_t: &[f64]) {
         std::mem::swap(&mut self.rate, &mut self.rate_now);
-        self.v.copy_from_slice(v);
+        self.v.copy_from(v);
         self.phi_t.copy_from_slice(phi_t);
         self.known = true;
     }

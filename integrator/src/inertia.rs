@@ -4,11 +4,10 @@
 //! This is the one place where it is computed. Static and driven bodies are infinitely heavy: M̃⁻¹ = 0 and Δt f = 0; their
 //! M̃ is the identity, which the KKT matrix needs.
 
-use crate::geometric::Geometric;
 use crate::gyroscopic;
 use crate::lanes::{axis, packed, unpacked};
+use crate::six::{Group, Six};
 use nalgebra::{Matrix3, Vector3};
-use std::array::from_fn;
 use taut_lanes::vector::{Sym3, add, gather, inverse, save, scale, scale_add, splat, sub, times};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Bodies, Four, Scene};
@@ -16,16 +15,16 @@ use taut_model::{ABREAST, Bodies, Four, Scene};
 /// M̃ and its inverse for all bodies, and the impulses Δt f that do not come from constraints.
 #[derive(Debug, Clone)]
 pub(crate) struct Inertia {
-    /// Mass of each body \[kg].
+    /// Mass of each body and of what fills up the last vector \[kg].
     pub(crate) mass: Vec<f64>,
     /// 1/mass \[1/kg].
     pub(crate) inverse_mass: Vec<f64>,
     /// Angular part of M̃, world frame \[kg m²]: xx, yx, zx, yy, zy, zz.
-    pub(crate) angular: Vec<[f64; 6]>,
+    pub(crate) angular: Six,
     /// Its inverse.
-    pub(crate) inverse_angular: Vec<[f64; 6]>,
-    /// Δt f: 6 numbers a body, [linear (N s), angular (N m s)]: gravity, external and gyroscopic.
-    pub(crate) impulse: Vec<f64>,
+    pub(crate) inverse_angular: Six,
+    /// Δt f, [linear (N s), angular (N m s)]: gravity, external and gyroscopic.
+    pub(crate) impulse: Six,
     /// Dynamic bodies with an axis of symmetry, four abreast.
     pub(crate) rods: Rods,
     /// All other bodies.
@@ -51,6 +50,8 @@ pub(crate) struct RodShape {
     excess: Four,
     /// Inertia along the axis over that across it, less 1.
     pub(crate) ratio: Four,
+    /// Whether the bodies are one after the other.
+    pub(crate) neighbours: bool,
 }
 
 impl Rods {
@@ -64,7 +65,10 @@ impl Rods {
         }
         let (packs, _) = rods.as_chunks::<ABREAST>();
         let shapes = packs.iter().map(|pack| {
-            let mut shapes = RodShape::default();
+            let mut shapes = RodShape {
+                neighbours: pack.windows(2).all(|pair| pair[1] == pair[0] + 1),
+                ..RodShape::default()
+            };
             for (lane, &i) in pack.iter().enumerate() {
                 if let Some((axis, ratio)) = shape(i) {
                     let along = bodies.inertia[i][(axis, axis)];
@@ -88,7 +92,8 @@ impl Rods {
 impl Inertia {
     pub(crate) fn new(bodies: &Bodies) -> Self {
         let n = bodies.len();
-        let dynamic = |i: &usize| bodies.is_dynamic(*i);
+        let room = Six::room_for(n);
+        let dynamic = |i: &usize| *i < n && bodies.is_dynamic(*i);
         let mass = |i| if dynamic(&i) { bodies.mass[i] } else { 1.0 };
         let inverse = |i| {
             if dynamic(&i) {
@@ -98,27 +103,31 @@ impl Inertia {
             }
         };
         let (rods, others) = Rods::new(bodies);
+        let mut angular = Six::new(n);
+        for i in 0..n {
+            angular.set(i, packed(&Matrix3::identity()));
+        }
         Self {
             rods,
             others,
-            mass: (0..n).map(mass).collect(),
-            inverse_mass: (0..n).map(inverse).collect(),
-            angular: vec![packed(&Matrix3::identity()); n],
-            inverse_angular: vec![[0.0; 6]; n],
-            impulse: vec![0.0; 6 * n],
+            mass: (0..room).map(mass).collect(),
+            inverse_mass: (0..room).map(inverse).collect(),
+            angular,
+            inverse_angular: Six::new(n),
+            impulse: Six::new(n),
         }
     }
 
-    /// M̃ and Δt f of the scene's present state, with the geometric stiffness times `alpha`. `Err(body)` where the
-    /// inertia has no inverse.
+    /// M̃ and Δt f of the scene's present state, with the geometric stiffness K times `alpha`, and with Δt² K g for the
+    /// angular velocities g of `drive`. `Err(body)` where the inertia has no inverse.
     pub(crate) fn update(
         &mut self,
         scene: &Scene,
         dt: f64,
-        geometric: &Geometric,
+        stiffness: &Six,
         alpha: f64,
+        drive: &Six,
     ) -> Result<(), usize> {
-        let stiffness = geometric.stiffness();
         let factor = alpha * dt * dt;
         dispatch(
             Level::best(),
@@ -128,6 +137,7 @@ impl Inertia {
                 dt,
                 stiffness,
                 factor,
+                drive,
             },
         )?;
         for k in 0..self.others.len() {
@@ -137,27 +147,33 @@ impl Inertia {
             }
             let rotation = bodies.rotation(i);
             let world = rotation * bodies.inertia[i] * rotation.transpose();
-            let inertia = world + unpacked(stiffness[i]) * factor;
+            let stiffness = unpacked(stiffness.get(i));
+            let inertia = world + stiffness * factor;
             let inverse = inertia.try_inverse().ok_or(i)?;
             let omega = &bodies.angular_velocity[i];
             let force = bodies.mass[i] * scene.gravity + bodies.force[i];
             let gyroscopic = gyroscopic::impulse(&bodies.inertia[i], &rotation, &world, omega, dt);
-            let angular = dt * bodies.torque[i] + gyroscopic;
-            self.impulse[6 * i..6 * i + 3].copy_from_slice((dt * force).as_slice());
-            self.impulse[6 * i + 3..6 * i + 6].copy_from_slice(angular.as_slice());
-            self.angular[i] = packed(&inertia);
-            self.inverse_angular[i] = packed(&inverse);
+            let [.., x, y, z] = drive.get(i);
+            let driven = stiffness * Vector3::new(x, y, z) * (dt * dt);
+            let angular = dt * bodies.torque[i] + gyroscopic + driven;
+            let linear = dt * force;
+            let impulse = [
+                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+            ];
+            self.impulse.set(i, impulse);
+            self.angular.set(i, packed(&inertia));
+            self.inverse_angular.set(i, packed(&inverse));
         }
         Ok(())
     }
 
     /// Δv ← Δv + M̃⁻¹ (impulse − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about their
-    /// axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away. 6 numbers a body.
-    pub(crate) fn correct_velocities(&self, impulse: &[f64], dv: &mut [f64]) {
+    /// axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
+    pub(crate) fn correct_velocities(&self, impulse: &Six, dv: &mut Six) {
         let change = VelocityChange {
             inertia: self,
-            impulse: impulse.as_chunks().0,
-            dv: dv.as_chunks_mut().0,
+            impulse,
+            dv,
         };
         dispatch(Level::best(), change);
     }
@@ -170,12 +186,11 @@ impl Inertia {
         }
         self.mass[i] += mass;
         self.inverse_mass[i] = 1.0 / self.mass[i];
-        for k in [0, 3, 5] {
-            self.angular[i][k] += angular;
-        }
-        let inverse = unpacked(self.angular[i]).try_inverse();
+        self.angular
+            .add(i, [angular, 0.0, 0.0, angular, 0.0, angular]);
+        let inverse = unpacked(self.angular.get(i)).try_inverse();
         inverse.is_some_and(|inverse| {
-            self.inverse_angular[i] = packed(&inverse);
+            self.inverse_angular.set(i, packed(&inverse));
             true
         })
     }
@@ -185,33 +200,18 @@ impl Inertia {
         self.inverse_mass[i] == 0.0
     }
 
-    /// Adds an impulse's angular part to Δt f of body `i`.
-    pub(crate) fn add_angular_impulse(&mut self, i: usize, impulse: &Vector3<f64>) {
-        if self.is_immovable(i) {
-            return;
-        }
-        for (to, p) in self.impulse[6 * i + 3..6 * i + 6]
-            .iter_mut()
-            .zip(impulse.iter())
-        {
-            *to += p;
-        }
-    }
-
     /// Adds Jᵀ μ of one row `j` on body `i` to Δt f.
     pub(crate) fn add_impulse(&mut self, i: usize, j: &[f64; 6], mu: f64) {
         if self.is_immovable(i) {
             return;
         }
-        for (to, j) in self.impulse[6 * i..6 * i + 6].iter_mut().zip(j) {
-            *to += j * mu;
-        }
+        self.impulse.add(i, j.map(|j| j * mu));
     }
 
     /// y = M̃⁻¹ p for body `i`.
     #[inline]
     pub(crate) fn apply_inverse(&self, i: usize, p: &[f64; 6], y: &mut [f64; 6]) {
-        let turned = unpacked(self.inverse_angular[i]) * Vector3::new(p[3], p[4], p[5]);
+        let turned = unpacked(self.inverse_angular.get(i)) * Vector3::new(p[3], p[4], p[5]);
         let linear = self.inverse_mass[i];
         *y = [
             linear * p[0],
@@ -229,9 +229,10 @@ struct Update<'a> {
     inertia: &'a mut Inertia,
     scene: &'a Scene,
     dt: f64,
-    stiffness: &'a [[f64; 6]],
+    stiffness: &'a Six,
     /// What the stiffness is multiplied with.
     factor: f64,
+    drive: &'a Six,
 }
 
 impl Kernel for Update<'_> {
@@ -247,7 +248,8 @@ impl Kernel for Update<'_> {
         for (pack, shape) in inertia.rods.bodies.iter().zip(&inertia.rods.shapes) {
             let n = axis::<I::X4>(pack.map(|i| &bodies.orientation[i]), &shape.axis);
             let (across, excess) = (I::X4::load(&shape.across), I::X4::load(&shape.excess));
-            let stiffness = gather::<I::X4, _, 6>(pack.map(|i| &self.stiffness[i]));
+            let group = Group::new(*pack, shape.neighbours);
+            let stiffness = self.stiffness.load::<I::X4>(&group);
             let along = scale(&n, excess);
             let world = [
                 along[0].mul_add(n[0], across),
@@ -266,11 +268,12 @@ impl Kernel for Update<'_> {
             let external = gather(pack.map(|i| bodies.force[i].as_ref()));
             let torque = gather(pack.map(|i| bodies.torque[i].as_ref()));
             let force = scale(&scale_add(&gravity, mass, &external), dt);
-            let ([x, y, z], [p, q, r]) = (force, scale(&torque, dt));
-            let at = pack.map(|i| 6 * i);
-            I::X4::scatter(&[x, y, z, p, q, r], &mut inertia.impulse, at);
-            I::X4::scatter(&angular, inertia.angular.as_flattened_mut(), at);
-            I::X4::scatter(&inverse, inertia.inverse_angular.as_flattened_mut(), at);
+            let [.., x, y, z] = self.drive.load::<I::X4>(&group);
+            let driven = scale_add(&times(&stiffness, &[x, y, z]), dt, &torque);
+            let ([x, y, z], [p, q, r]) = (force, scale(&driven, dt));
+            inertia.impulse.store(&group, &[x, y, z, p, q, r]);
+            inertia.angular.store(&group, &angular);
+            inertia.inverse_angular.store(&group, &inverse);
             let [determinant]: [Four; 1] = save(&[determinant]);
             for (determinant, &i) in determinant.into_iter().zip(pack) {
                 if determinant == 0.0 {
@@ -285,8 +288,8 @@ impl Kernel for Update<'_> {
 /// See [`Inertia::correct_velocities`].
 struct VelocityChange<'a> {
     inertia: &'a Inertia,
-    impulse: &'a [[f64; 6]],
-    dv: &'a mut [[f64; 6]],
+    impulse: &'a Six,
+    dv: &'a mut Six,
 }
 
 impl Kernel for VelocityChange<'_> {
@@ -299,16 +302,14 @@ impl Kernel for VelocityChange<'_> {
             impulse,
             dv,
         } = self;
-        let bodies = dv.len();
-        for first in (0..bodies).step_by(ABREAST) {
-            // The last ones are done once more where they do not come out even.
-            let pack: [usize; ABREAST] = from_fn(|l| (first + l).min(bodies - 1));
-            let mass = I::X4::from_fn(|l| inertia.mass[pack[l]]);
-            let inverse_mass = I::X4::from_fn(|l| inertia.inverse_mass[pack[l]]);
-            let angular = gather::<I::X4, _, 6>(pack.map(|i| &inertia.angular[i]));
-            let inverse = gather::<I::X4, _, 6>(pack.map(|i| &inertia.inverse_angular[i]));
-            let [px, py, pz, lx, ly, lz] = gather::<I::X4, _, 6>(pack.map(|i| &impulse[i]));
-            let [vx, vy, vz, wx, wy, wz] = gather::<I::X4, _, 6>(pack.map(|i| &dv[i]));
+        for first in (0..dv.room()).step_by(ABREAST) {
+            let pack = Group::from(first);
+            let mass = I::X4::load(&inertia.mass[first..]);
+            let inverse_mass = I::X4::load(&inertia.inverse_mass[first..]);
+            let angular = inertia.angular.load::<I::X4>(&pack);
+            let inverse = inertia.inverse_angular.load::<I::X4>(&pack);
+            let [px, py, pz, lx, ly, lz] = impulse.load::<I::X4>(&pack);
+            let [vx, vy, vz, wx, wy, wz] = dv.load::<I::X4>(&pack);
             let (p, l) = ([px, py, pz], [lx, ly, lz]);
             let (mut v, mut w) = ([vx, vy, vz], [wx, wy, wz]);
             for _ in 0..2 {
@@ -317,8 +318,7 @@ impl Kernel for VelocityChange<'_> {
                 let correction = times(&inverse, &sub(&l, &times(&angular, &w)));
                 w = add(&w, &correction);
             }
-            let found = [v[0], v[1], v[2], w[0], w[1], w[2]];
-            I::X4::scatter(&found, dv.as_flattened_mut(), pack.map(|i| 6 * i));
+            dv.store(&pack, &[v[0], v[1], v[2], w[0], w[1], w[2]]);
         }
     }
 }

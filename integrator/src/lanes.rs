@@ -1,18 +1,18 @@
-//! The way between lanes and what scenes are stored as: 6 numbers a body, rows one after the other.
+//! The way between lanes and rows, which stand one after the other.
 
+use crate::six::Group;
 use nalgebra::{Matrix3, UnitQuaternion};
 use std::array::from_fn;
 use taut_lanes::Lanes;
 use taut_lanes::vector::{Vec3, gather, load, save, turned};
 use taut_model::{ABREAST, Four, Places};
 
-/// What stands for a body that is not there: at rest, immovable.
 static NOTHING: [f64; 6] = [0.0; 6];
 
-/// Six numbers of each of four bodies; zeros for the world.
+/// The bodies of one side of four joints.
 #[inline(always)]
-pub(crate) fn of_bodies<V: Lanes>(from: &[[f64; 6]], bodies: [usize; ABREAST]) -> [V; 6] {
-    gather(bodies.map(|i| from.get(i).unwrap_or(&NOTHING)))
+pub(crate) fn side(places: &Places, side: usize) -> Group {
+    Group::new(places.bodies[side], places.neighbours[side])
 }
 
 /// The rows of four joints; zeros for those that they do not have.

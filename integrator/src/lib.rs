@@ -56,7 +56,7 @@
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
 //! | `assembly` | the joints' blocks of S, four at a time |
 //! | `products` | J v and Jᵀ μ |
-//! | `lanes` | small vectors in lanes |
+//! | `six`, `lanes` | six numbers a body, as vectors want them; rows in lanes |
 //! | `report` | what a step did, and the time of each phase |
 
 mod access;
@@ -79,6 +79,7 @@ mod plan;
 mod products;
 mod regularization;
 mod report;
+mod six;
 mod stepper;
 
 pub use elimination::{Elimination, EliminationOrder};

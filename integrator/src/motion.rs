@@ -3,6 +3,7 @@
 
 use crate::gyroscopic;
 use crate::inertia::{RodShape, Rods};
+use crate::six::{Group, Six};
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
 use taut_lanes::functions::sinc_cos;
@@ -12,17 +13,16 @@ use taut_lanes::vector::{
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Bodies, Mobility};
 
-/// Moves all bodies over `dt` (s); `v`, `dv`: 6 numbers a body. `Err(body)`, the first of them, where a state is no longer
+/// Moves all bodies over `dt` (s). `Err(body)`, the first of them, where a state is no longer
 /// finite.
 pub(crate) fn move_bodies(
     bodies: &mut Bodies,
     rods: &Rods,
     others: &[usize],
-    v: &[f64],
-    dv: &[f64],
+    v: &Six,
+    dv: &Six,
     dt: f64,
 ) -> Result<(), usize> {
-    let ((v, _), (dv, _)) = (v.as_chunks::<6>(), dv.as_chunks::<6>());
     let mut lost = dispatch(
         Level::best(),
         Move {
@@ -34,7 +34,7 @@ pub(crate) fn move_bodies(
         },
     );
     for &i in others {
-        take_velocities(bodies, i, &v[i], &dv[i]);
+        take_velocities(bodies, i, &v.get(i), &dv.get(i));
         bodies.position[i] += dt * bodies.velocity[i];
         turn(bodies, i, dt);
         let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
@@ -66,8 +66,8 @@ fn turn(bodies: &mut Bodies, i: usize, dt: f64) {
 struct Move<'a> {
     bodies: &'a mut Bodies,
     rods: &'a Rods,
-    v: &'a [[f64; 6]],
-    dv: &'a [[f64; 6]],
+    v: &'a Six,
+    dv: &'a Six,
     dt: f64,
 }
 
@@ -122,8 +122,9 @@ impl Kernel for Move<'_> {
         let step = I::X4::splat(dt);
         let mut lost: Option<usize> = None;
         for (pack, shape) in rods.bodies.iter().zip(&rods.shapes) {
-            let [vx, vy, vz, x, y, z] = gather::<I::X4, _, 6>(pack.map(|i| &v[i]));
-            let [ux, uy, uz, p, q, r] = gather::<I::X4, _, 6>(pack.map(|i| &dv[i]));
+            let group = Group::new(*pack, shape.neighbours);
+            let [vx, vy, vz, x, y, z] = v.load::<I::X4>(&group);
+            let [ux, uy, uz, p, q, r] = dv.load::<I::X4>(&group);
             let velocity = add(&[vx, vy, vz], &[ux, uy, uz]);
             let omega = add(&[x, y, z], &[p, q, r]);
             let position = gather(pack.map(|i| bodies.position[i].as_ref()));
@@ -184,17 +185,19 @@ mod tests {
                     body.orientation = UnitQuaternion::from_scaled_axis(turn);
                     bodies.push(body);
                 }
-                let v: Vec<f64> = (0..6 * count).map(|k| speed * (k as f64).sin()).collect();
-                let dv: Vec<f64> = (0..6 * count)
-                    .map(|k| 0.1 * speed * (k as f64).cos())
-                    .collect();
+                let mut v = Six::new(count);
+                let mut dv = Six::new(count);
+                for i in 0..count {
+                    let number = |k: usize| (6 * i + k) as f64;
+                    v.set(i, std::array::from_fn(|k| speed * number(k).sin()));
+                    dv.set(i, std::array::from_fn(|k| 0.1 * speed * number(k).cos()));
+                }
                 let (dt, mut single) = (1.0 / 60.0, bodies.clone());
                 let (rods, others) = Rods::new(&bodies);
                 assert!(others.is_empty());
                 move_bodies(&mut bodies, &rods, &others, &v, &dv, dt).unwrap();
                 for i in 0..count {
-                    let part = |x: &[f64]| x[6 * i..6 * i + 6].try_into().unwrap();
-                    take_velocities(&mut single, i, &part(&v), &part(&dv));
+                    take_velocities(&mut single, i, &v.get(i), &dv.get(i));
                     single.position[i] += dt * single.velocity[i];
                     turn(&mut single, i, dt);
                     let close = |a: f64, b: f64| (a - b).abs() <= 4e-15 * speed.max(1.0);
@@ -224,9 +227,10 @@ mod tests {
             bodies.push(Body::rod(1.0, 0.1, 1.0));
         }
         let (rods, others) = Rods::new(&bodies);
-        let mut v = vec![0.0; 36];
-        (v[6 * 4 + 1], v[6 * 5 + 3]) = (f64::INFINITY, f64::NAN);
-        let found = move_bodies(&mut bodies, &rods, &others, &v, &[0.0; 36], 0.1);
+        let mut v = Six::new(6);
+        v.set(4, [0.0, f64::INFINITY, 0.0, 0.0, 0.0, 0.0]);
+        v.set(5, [0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0]);
+        let found = move_bodies(&mut bodies, &rods, &others, &v, &Six::new(6), 0.1);
         assert_eq!(found, Err(4));
     }
 }

@@ -145,7 +145,8 @@ impl Stepper {
             let orientation =
                 gyroscopic::turned_back(&bodies.inertia[i], &bodies.orientation[i], &omega, dt);
             if dt > 0.0 {
-                let mean = |k: usize| self.pieces.v[6 * i + k] + 0.5 * self.pieces.dv[6 * i + k];
+                let (v, dv) = (self.pieces.v.get(i), self.pieces.dv.get(i));
+                let mean = |k: usize| v[k] + 0.5 * dv[k];
                 velocity = Vector3::new(mean(0), mean(1), mean(2));
                 omega = Vector3::new(mean(3), mean(4), mean(5));
             }
@@ -217,7 +218,7 @@ impl Stepper {
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
         plan.fill(rows, inertia, regularization, &mut a);
         let mut b = vec![0.0; a.dim()];
-        plan.gather(rows, &inertia.impulse, rate, 1.0, &mut b);
+        plan.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b);
         let x = taut_solver::reference_solution(&a, &b).map_err(at_state)?;
         let mut mu = vec![0.0; rows.rows()];
         plan.scatter_multipliers(rows, &x, -1.0, &mut mu);

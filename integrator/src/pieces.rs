@@ -15,6 +15,7 @@ use crate::inertia::Inertia;
 use crate::options::Weights;
 use crate::products::{add_transposed, times_jacobian};
 use crate::regularization::Regularization;
+use crate::six::Six;
 use nalgebra::Vector3;
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
@@ -34,22 +35,24 @@ pub(crate) struct Pieces {
     pub(crate) regularization: Regularization,
     /// c − J v, one a row.
     pub(crate) rate: Vec<f64>,
-    /// v at the beginning of the step, 6 numbers a body.
-    pub(crate) v: Vec<f64>,
-    /// Δv, 6 numbers a body.
-    pub(crate) dv: Vec<f64>,
+    /// v at the beginning of the step.
+    pub(crate) v: Six,
+    /// Δv.
+    pub(crate) dv: Six,
+    /// The angular velocities that K is multiplied with on the right-hand side.
+    pub(crate) drive: Six,
     /// What a scheme knows of the rates beforehand (h of [`crate::regularization`]), one a row.
     pub(crate) known: Vec<f64>,
     /// φ at the end of the step as the linearisation predicts it, one a row.
     pub(crate) predicted: Vec<f64>,
-    /// An impulse or velocities, 6 numbers a body and, of no meaning, 6 of the world.
-    impulse: Vec<f64>,
+    /// An impulse or velocities.
+    impulse: Six,
 }
 
 impl Pieces {
     pub(crate) fn new(scene: &Scene) -> Self {
         let rows = Linearized::new(scene);
-        let (count, bodies) = (rows.rows(), 6 * scene.bodies.len());
+        let (count, bodies) = (rows.rows(), scene.bodies.len());
         let parts = scene.constraints.iter().flat_map(Constraint::parts);
         let weighting: Vec<_> = parts
             .flat_map(|(kind, rows, _)| std::iter::repeat_n(Weighting::of(kind), rows))
@@ -73,11 +76,12 @@ impl Pieces {
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
             rate: vec![0.0; count],
-            v: vec![0.0; bodies],
-            dv: vec![0.0; bodies],
+            v: Six::new(bodies),
+            dv: Six::new(bodies),
+            drive: Six::new(bodies),
             known: vec![0.0; count],
             predicted: vec![0.0; count],
-            impulse: vec![0.0; bodies + 6],
+            impulse: Six::new(bodies),
             rows,
         }
     }
@@ -94,15 +98,9 @@ impl Pieces {
 
     /// Copies the velocities into `v`.
     pub(crate) fn load_velocities(&mut self, bodies: &Bodies) {
-        for (i, v) in self.v.chunks_exact_mut(6).enumerate() {
-            v[..3].copy_from_slice(bodies.velocity[i].as_slice());
-            v[3..].copy_from_slice(bodies.angular_velocity[i].as_slice());
+        for (i, (v, w)) in (bodies.velocity.iter().zip(&bodies.angular_velocity)).enumerate() {
+            self.v.set(i, [v.x, v.y, v.z, w.x, w.y, w.z]);
         }
-    }
-
-    /// Angular velocity of body `i` in `v`.
-    pub(crate) fn angular_velocity(&self, i: usize) -> Vector3<f64> {
-        angular(&self.v, i)
     }
 
     /// The rows take the weights of their kinds.
@@ -139,7 +137,7 @@ impl Pieces {
         for ((rate, c), jv) in self.rate.iter_mut().zip(&self.regularization.c).zip(jv) {
             *rate = c - jv;
         }
-        self.dv.fill(0.0);
+        self.dv.clear();
     }
 
     /// M̃ of every body grows by what the constraint forces of multipliers `lambda` would move with `acceleration`
@@ -159,8 +157,7 @@ impl Pieces {
 
     /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
-        let external = self.inertia.impulse.len();
-        self.impulse[..external].copy_from_slice(&self.inertia.impulse);
+        self.impulse.copy_from(&self.inertia.impulse);
         add_transposed(&self.rows, mu, &mut self.impulse);
         self.inertia.correct_velocities(&self.impulse, &mut self.dv);
     }
@@ -187,10 +184,8 @@ impl Pieces {
 
     /// J (v + Δv).
     pub(crate) fn rates_after(&mut self, rates: &mut [f64]) {
-        for (sum, (v, dv)) in self.impulse.iter_mut().zip(self.v.iter().zip(&self.dv)) {
-            *sum = v + dv;
-        }
-        times_jacobian(&self.rows, &self.impulse[..self.v.len()], rates);
+        self.impulse.combine((1.0, &self.v), (1.0, &self.dv));
+        times_jacobian(&self.rows, &self.impulse, rates);
     }
 
     /// φ + Δt (J (v + Δv) + ∂φ/∂t) into `predicted`.
@@ -300,7 +295,8 @@ fn turning_length(constraint: &Constraint) -> f64 {
     }
 }
 
-/// The angular part of body `i` in a vector of 6 numbers a body.
-pub(crate) fn angular(v: &[f64], i: usize) -> Vector3<f64> {
-    Vector3::from_column_slice(&v[6 * i + 3..6 * i + 6])
+/// The angular part of body `i`.
+pub(crate) fn angular(v: &Six, i: usize) -> Vector3<f64> {
+    let [.., x, y, z] = v.get(i);
+    Vector3::new(x, y, z)
 }

@@ -6,6 +6,7 @@ use crate::inertia::Inertia;
 use crate::lanes::unpacked;
 use crate::products::dot;
 use crate::regularization::Regularization;
+use crate::six::Six;
 use std::sync::Arc;
 use taut_model::{Linearized, MAX_ROWS, Scene};
 use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
@@ -205,7 +206,7 @@ impl Plan {
             Maps::Kkt { body, slot } => {
                 a.values_mut().fill(0.0);
                 for (i, &k) in body.iter().enumerate() {
-                    let (block, angular) = (a.block_mut(k), unpacked(inertia.angular[i]));
+                    let (block, angular) = (a.block_mut(k), unpacked(inertia.angular.get(i)));
                     for r in 0..3 {
                         block[7 * r] = inertia.mass[i];
                         for c in 0..3 {
@@ -237,11 +238,11 @@ impl Plan {
         }
     }
 
-    /// A vector of the system from the bodies' part (6 numbers a body) and `sign` times the rows' part.
+    /// A vector of the system from the bodies' part, if it has one, and `sign` times the rows' part.
     pub(crate) fn gather(
         &self,
         rows: &Linearized,
-        bodies: &[f64],
+        bodies: Option<&Six>,
         multipliers: &[f64],
         sign: f64,
         b: &mut [f64],
@@ -253,7 +254,7 @@ impl Plan {
         for (k, block) in self.block.iter().enumerate() {
             let to = &mut b[self.pattern.rows(k)];
             match *block {
-                BlockOf::Body(i) => to.copy_from_slice(&bodies[6 * i..6 * i + 6]),
+                BlockOf::Body(i) => to.copy_from_slice(&bodies.map_or([0.0; 6], |b| b.get(i))),
                 BlockOf::Constraint(c) => {
                     for (to, from) in to.iter_mut().zip(&multipliers[rows.row_range(c)]) {
                         *to = sign * from;

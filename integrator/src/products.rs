@@ -1,13 +1,14 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{of_bodies, of_rows, write_rows};
+use crate::lanes::{of_rows, side as of_side, write_rows};
+use crate::six::Six;
 use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
 use taut_model::{Linearized, Pack, Places, Slot};
 
-/// p += Jᵀ μ; p: 6 numbers a body and 6 more for what acts on the world, μ: one a row.
-pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
+/// p += Jᵀ μ, μ: one a row; what acts on the world is added there.
+pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut Six) {
     dispatch(
         Level::best(),
         Transposed {
@@ -19,18 +20,14 @@ pub(crate) fn add_transposed(rows: &Linearized, mu: &[f64], p: &mut [f64]) {
     for slot in other_slots(rows) {
         let mu = &mu[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
-        let p = &mut p[6 * slot.body..][..6];
         for (j, mu) in jacobian.iter().zip(mu) {
-            for (p, j) in p.iter_mut().zip(j) {
-                *p += j * mu;
-            }
+            p.add(slot.body, j.map(|j| j * mu));
         }
     }
 }
 
-/// r = J v; v: 6 numbers a body, r: one a row.
-pub(crate) fn times_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
-    let (v, _) = v.as_chunks::<6>();
+/// r = J v; r: one a row. The world's part of v is zero.
+pub(crate) fn times_jacobian(rows: &Linearized, v: &Six, r: &mut [f64]) {
     dispatch(
         Level::best(),
         Product {
@@ -45,8 +42,9 @@ pub(crate) fn times_jacobian(rows: &Linearized, v: &[f64], r: &mut [f64]) {
     for slot in other_slots(rows) {
         let r = &mut r[rows.row_range(slot.constraint)];
         let (jacobian, _) = rows.jacobian[slot.offset..].as_chunks::<6>();
+        let v = v.get(slot.body);
         for (j, r) in jacobian.iter().zip(r) {
-            *r += dot(j, &v[slot.body]);
+            *r += dot(j, &v);
         }
     }
 }
@@ -65,13 +63,8 @@ pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 
 /// Velocity of the attachment point of one side, and the body's angular velocity.
 #[inline(always)]
-fn point<V: Lanes>(
-    pack: &Pack,
-    places: &Places,
-    v: &[[f64; 6]],
-    side: usize,
-) -> (Vec3<V>, Vec3<V>) {
-    let [vx, vy, vz, x, y, z] = of_bodies::<V>(v, places.bodies[side]);
+fn point<V: Lanes>(pack: &Pack, places: &Places, v: &Six, side: usize) -> (Vec3<V>, Vec3<V>) {
+    let [vx, vy, vz, x, y, z] = v.load::<V>(&of_side(places, side));
     let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
     (
         add(&velocity, &cross(&omega, &load(&pack.arms[side]))),
@@ -82,7 +75,7 @@ fn point<V: Lanes>(
 /// r = J v of the joints.
 struct Product<'a> {
     rows: &'a Linearized,
-    v: &'a [[f64; 6]],
+    v: &'a Six,
     r: &'a mut [f64],
 }
 
@@ -114,7 +107,7 @@ impl Kernel for Product<'_> {
 struct Transposed<'a> {
     rows: &'a Linearized,
     mu: &'a [f64],
-    p: &'a mut [f64],
+    p: &'a mut Six,
 }
 
 impl Kernel for Transposed<'_> {
@@ -131,13 +124,10 @@ impl Kernel for Transposed<'_> {
             let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
             let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
             let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
-            I::X4::scatter_add(&[x, y, z, ax, ay, az], self.p, places.at[0], places.count);
-            I::X4::scatter_add(
-                &[-x, -y, -z, bx, by, bz],
-                self.p,
-                places.at[1],
-                places.count,
-            );
+            self.p
+                .add_lanes(&of_side(places, 0), &[x, y, z, ax, ay, az], places.count);
+            let on_b = [-x, -y, -z, bx, by, bz];
+            self.p.add_lanes(&of_side(places, 1), &on_b, places.count);
         }
     }
 }

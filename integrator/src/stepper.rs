@@ -4,7 +4,7 @@
 use crate::bounded::{Bounded, Verdict};
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
-use crate::pieces::{Pieces, angular};
+use crate::pieces::Pieces;
 use crate::plan::{BlockOf, Plan};
 use crate::products::times_jacobian;
 use crate::report::{PhaseClock, Work};
@@ -203,9 +203,10 @@ impl Stepper {
             self.solve_scheme(self.options.stiffness, clock, work)?;
             self.pieces.update_velocity_change(&self.mu);
             let bodies = &mut self.scene.bodies;
-            for (i, dv) in self.pieces.dv.chunks_exact(6).enumerate() {
-                bodies.velocity[i] -= Vector3::from_column_slice(&dv[..3]) * 0.5;
-                bodies.angular_velocity[i] -= Vector3::from_column_slice(&dv[3..]) * 0.5;
+            for i in 0..bodies.len() {
+                let [x, y, z, p, q, r] = self.pieces.dv.get(i);
+                bodies.velocity[i] -= Vector3::new(x, y, z) * 0.5;
+                bodies.angular_velocity[i] -= Vector3::new(p, q, r) * 0.5;
             }
         }
         self.solved = false;
@@ -244,7 +245,7 @@ impl Stepper {
         }
         if !history.known {
             history.rate.copy_from_slice(&history.rate_now);
-            history.v.copy_from_slice(&pieces.v);
+            history.v.copy_from(&pieces.v);
         }
         pieces.weigh(&self.options.row_weights(stiffness));
         let (now, before) = (&history.rate_now, &history.rate);
@@ -263,28 +264,22 @@ impl Stepper {
         if matches!(stiffness, GeometricStiffness::Relative { .. }) {
             pieces.geometric.update_chords(&self.scene, self.time, dt);
         }
-        self.update_inertia(dt, stiffness.alpha())?;
-        if stiff {
-            let Self {
-                pieces, history, ..
-            } = self;
-            for i in 0..self.scene.bodies.len() {
-                let now = pieces.angular_velocity(i);
-                let before = angular(&history.v, i);
-                let g = pieces.geometric.drive(stiffness, gamma, i, now, before);
-                let impulse = pieces.geometric.times(i, &g) * (dt * dt);
-                pieces.inertia.add_angular_impulse(i, &impulse);
-            }
-        }
-        Ok(())
+        let (now, before) = (&pieces.v, &history.v);
+        pieces
+            .geometric
+            .drive(stiffness, gamma, now, before, &mut pieces.drive);
+        self.update_inertia(dt, stiffness.alpha())
     }
 
     pub(crate) fn update_inertia(&mut self, dt: f64, alpha: f64) -> Result<(), StepError> {
         let Pieces {
-            inertia, geometric, ..
+            inertia,
+            geometric,
+            drive,
+            ..
         } = &mut self.pieces;
         inertia
-            .update(&self.scene, dt, geometric, alpha)
+            .update(&self.scene, dt, geometric.stiffness(), alpha, drive)
             .map_err(|i| self.not_finite(i))
     }
 
@@ -374,8 +369,8 @@ impl Stepper {
                 let [residual, _] = &mut self.in_rows;
                 self.pieces.free_residual(residual);
                 let rows = &self.pieces.rows;
-                self.plan.gather(rows, &[], residual, 1.0, &mut self.rhs);
-                self.plan.gather(rows, &[], &self.mu, 1.0, &mut self.x);
+                self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
+                self.plan.gather(rows, None, &self.mu, 1.0, &mut self.x);
             }
             Form::Kkt => {
                 let Pieces {
@@ -386,8 +381,9 @@ impl Stepper {
                     ..
                 } = &self.pieces;
                 self.plan
-                    .gather(rows, &inertia.impulse, rate, 1.0, &mut self.rhs);
-                self.plan.gather(rows, dv, &self.mu, sign, &mut self.x);
+                    .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
+                self.plan
+                    .gather(rows, Some(dv), &self.mu, sign, &mut self.x);
             }
         }
         if !self.options.warm_start {
@@ -413,7 +409,7 @@ impl Stepper {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
                     plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
                     pieces.residual(mu, residual);
-                    plan.gather(&pieces.rows, &[], residual, 1.0, r);
+                    plan.gather(&pieces.rows, None, residual, 1.0, r);
                 })
             }
             Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {

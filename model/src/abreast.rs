@@ -75,8 +75,8 @@ pub struct Places {
     pub six: bool,
     /// Bodies of the sides a and b; the number of bodies stands for the world.
     pub bodies: [[usize; ABREAST]; 2],
-    /// 6 times these: where a body's numbers are in vectors of 6 numbers a body.
-    pub at: [[usize; ABREAST]; 2],
+    /// Whether a side's bodies are one after the other.
+    pub neighbours: [bool; 2],
     /// How many of the four are joints of their own, not copies of the last one. What is written for a copy is written
     /// twice, and must not be added.
     pub count: usize,
@@ -342,7 +342,7 @@ impl Places {
             row: joints.each_ref().map(|j| j.row),
             rows,
             six: rows == [6; ABREAST],
-            at: bodies.map(|side| side.map(|i| 6 * i)),
+            neighbours: bodies.map(|side| side.windows(2).all(|pair| pair[1] == pair[0] + 1)),
             bodies,
             count,
         }

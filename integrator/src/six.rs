@@ -1,0 +1,214 @@
+//! Six numbers of each body: a velocity, an impulse, a symmetric 3×3 matrix.
+//!
+//! They are stored number by number, so that neighbouring bodies' numbers make a vector as they stand. After the last
+//! body comes the world, and what fills up the last vector.
+
+use std::array::from_fn;
+use taut_lanes::Lanes;
+use taut_model::ABREAST;
+
+/// Six numbers a body.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Six {
+    values: Vec<f64>,
+    /// Bodies that there is room for.
+    room: usize,
+}
+
+/// Four bodies.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Group {
+    bodies: [usize; ABREAST],
+    /// The first of them where they are one after the other.
+    first: Option<usize>,
+}
+
+impl Group {
+    #[inline(always)]
+    pub(crate) fn new(bodies: [usize; ABREAST], neighbours: bool) -> Self {
+        Self {
+            bodies,
+            first: neighbours.then_some(bodies[0]),
+        }
+    }
+
+    /// One number of each of the four.
+    #[inline(always)]
+    pub(crate) fn load<V: Lanes>(&self, from: &[f64]) -> V {
+        match self.first {
+            Some(first) => V::load(&from[first..]),
+            None => V::from_fn(|l| from[self.bodies[l]]),
+        }
+    }
+
+    /// The bodies from a multiple of four on.
+    #[inline(always)]
+    pub(crate) fn from(first: usize) -> Self {
+        Self::new(from_fn(|l| first + l), true)
+    }
+}
+
+impl Six {
+    /// Zeros for `bodies` bodies and the world.
+    pub(crate) fn new(bodies: usize) -> Self {
+        let room = Self::room_for(bodies);
+        Self {
+            values: vec![0.0; 6 * room],
+            room,
+        }
+    }
+
+    /// Room for `bodies` bodies and the world, in whole vectors.
+    pub(crate) fn room_for(bodies: usize) -> usize {
+        (bodies + 1).next_multiple_of(ABREAST)
+    }
+
+    /// Bodies that there is room for, a multiple of four.
+    pub(crate) fn room(&self) -> usize {
+        self.room
+    }
+
+    /// The numbers of body `i`.
+    #[inline]
+    pub(crate) fn get(&self, i: usize) -> [f64; 6] {
+        from_fn(|k| self.values[k * self.room + i])
+    }
+
+    #[inline]
+    pub(crate) fn set(&mut self, i: usize, x: [f64; 6]) {
+        for (k, x) in x.into_iter().enumerate() {
+            self.values[k * self.room + i] = x;
+        }
+    }
+
+    #[inline]
+    pub(crate) fn add(&mut self, i: usize, x: [f64; 6]) {
+        for (k, x) in x.into_iter().enumerate() {
+            self.values[k * self.room + i] += x;
+        }
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.values.fill(0.0);
+    }
+
+    pub(crate) fn copy_from(&mut self, other: &Self) {
+        self.values.copy_from_slice(&other.values);
+    }
+
+    /// x a + y b.
+    pub(crate) fn combine(&mut self, (x, a): (f64, &Self), (y, b): (f64, &Self)) {
+        for (sum, (a, b)) in self.values.iter_mut().zip(a.values.iter().zip(&b.values)) {
+            *sum = x * a + y * b;
+        }
+    }
+
+    /// The numbers of four bodies.
+    #[inline(always)]
+    pub(crate) fn load<V: Lanes>(&self, of: &Group) -> [V; 6] {
+        let mut to = [V::splat(0.0); 6];
+        if let Some(first) = of.first {
+            for (k, to) in to.iter_mut().enumerate() {
+                *to = V::load(&self.values[k * self.room + first..]);
+            }
+        } else {
+            for (k, to) in to.iter_mut().enumerate() {
+                let column = &self.values[k * self.room..(k + 1) * self.room];
+                *to = V::from_fn(|l| column[of.bodies[l]]);
+            }
+        }
+        to
+    }
+
+    #[inline(always)]
+    pub(crate) fn store<V: Lanes>(&mut self, of: &Group, from: &[V; 6]) {
+        if let Some(first) = of.first {
+            for (k, from) in from.iter().enumerate() {
+                from.store(&mut self.values[k * self.room + first..]);
+            }
+        } else {
+            for (k, from) in from.iter().enumerate() {
+                let mut lanes = [0.0; ABREAST];
+                from.store(&mut lanes);
+                for (i, x) in of.bodies.into_iter().zip(lanes) {
+                    self.values[k * self.room + i] = x;
+                }
+            }
+        }
+    }
+
+    /// Adds to the numbers of the first `count` of four bodies, one after the other where they are the same.
+    #[inline(always)]
+    pub(crate) fn add_lanes<V: Lanes>(&mut self, to: &Group, added: &[V; 6], count: usize) {
+        if let Some(first) = to.first
+            && count == ABREAST
+        {
+            for (k, added) in added.iter().enumerate() {
+                let to = &mut self.values[k * self.room + first..];
+                (V::load(to) + *added).store(to);
+            }
+        } else {
+            for (k, added) in added.iter().enumerate() {
+                let mut lanes = [0.0; ABREAST];
+                added.store(&mut lanes);
+                for (i, x) in to.bodies.into_iter().zip(lanes).take(count) {
+                    self.values[k * self.room + i] += x;
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_lanes::{Isa, Kernel, Level, dispatch};
+
+    struct Access;
+
+    impl Kernel for Access {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            let mut six = Six::new(6);
+            for i in 0..7 {
+                six.set(i, from_fn(|k| (10 * i + k) as f64));
+            }
+            for (bodies, neighbours) in [([1, 2, 3, 4], true), ([5, 0, 6, 5], false)] {
+                let group = Group::new(bodies, neighbours);
+                let lanes = six.load::<I::X4>(&group);
+                for (k, x) in lanes.iter().enumerate() {
+                    let mut found = [0.0; 4];
+                    x.store(&mut found);
+                    assert_eq!(found, bodies.map(|i| (10 * i + k) as f64));
+                }
+                let mut other = Six::new(6);
+                other.store(&group, &lanes);
+                let other = other.load::<I::X4>(&group);
+                for (a, b) in lanes.into_iter().zip(other) {
+                    assert_eq!((a - b).abs().max_lane(), 0.0);
+                }
+                let mut sum = Six::new(6);
+                sum.add_lanes(&group, &lanes, 3);
+                sum.add_lanes(&group, &lanes, 4);
+                let expected = |i: usize| {
+                    let times = |(lane, j): (usize, &usize)| {
+                        f64::from(u8::from(*j == i)) * if lane < 3 { 2.0 } else { 1.0 }
+                    };
+                    bodies.iter().enumerate().map(times).sum::<f64>() * (10 * i + 4) as f64
+                };
+                for i in 0..7 {
+                    assert_eq!(sum.get(i)[4], expected(i), "{bodies:?} {i}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_and_single_bodies_are_the_same_numbers() {
+        for level in Level::available() {
+            dispatch(level, Access);
+        }
+    }
+}
