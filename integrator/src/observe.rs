@@ -114,9 +114,9 @@ impl Stepper {
                 let [zero, residual] = &mut self.in_rows;
                 zero.fill(0.0);
                 self.pieces.residual(zero, residual);
-                plan.gather(&self.pieces.rows, &[], residual, 1.0, &mut b);
+                plan.gather(&self.pieces.rows, None, residual, 1.0, &mut b);
             }
-            Form::Kkt => plan.gather(rows, &inertia.impulse, rate, 1.0, &mut b),
+            Form::Kkt => plan.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b),
         }
         Ok((a, b))
     }

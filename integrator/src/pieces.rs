@@ -16,7 +16,6 @@ use crate::options::Weights;
 use crate::products::{add_transposed, times_jacobian};
 use crate::regularization::Regularization;
 use crate::six::Six;
-use nalgebra::Vector3;
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -293,10 +292,4 @@ fn turning_length(constraint: &Constraint) -> f64 {
         _ if constraint.has_stretch_rows() => lever,
         _ => 0.0,
     }
-}
-
-/// The angular part of body `i`.
-pub(crate) fn angular(v: &Six, i: usize) -> Vector3<f64> {
-    let [.., x, y, z] = v.get(i);
-    Vector3::new(x, y, z)
 }
