@@ -11,7 +11,7 @@
 
 use crate::inertia::Inertia;
 use crate::lanes::{of_rows, side};
-use crate::six::Group;
+use crate::six::{Group, View};
 use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, save, scale, scale_add};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
@@ -169,9 +169,8 @@ impl Blocks<'_> {
 
 /// 1/m and A of four bodies; zeros for the world.
 #[inline(always)]
-fn inverse_inertia<V: Lanes>(inertia: &Inertia, bodies: &Group) -> (V, Sym3<V>) {
-    let mass = bodies.load(&inertia.inverse_mass);
-    (mass, inertia.inverse_angular.load(bodies))
+fn inverse_inertia<V: Lanes>(mass: &[f64], angular: &View<'_>, bodies: &Group) -> (V, Sym3<V>) {
+    (bodies.load(mass), angular.load(bodies))
 }
 
 struct Diagonal<'a> {
@@ -187,11 +186,13 @@ impl Kernel for Diagonal<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
+        let mass = &self.inertia.inverse_mass[..];
+        let angular = self.inertia.inverse_angular.view();
         let packs = self.rows.abreast.packs();
         let (targets, _) = self.plan.diagonal.as_chunks::<ABREAST>();
         for ((pack, places), targets) in packs.zip(targets) {
-            let (w_a, a) = inverse_inertia::<I::X4>(self.inertia, &side(places, 0));
-            let (w_b, b) = inverse_inertia::<I::X4>(self.inertia, &side(places, 1));
+            let (w_a, a) = inverse_inertia::<I::X4>(mass, &angular, &side(places, 0));
+            let (w_b, b) = inverse_inertia::<I::X4>(mass, &angular, &side(places, 1));
             let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
             let sigma = of_rows::<I::X4>(self.sigma, places);
             let mut blocks = Blocks {
@@ -258,13 +259,15 @@ impl Kernel for Below<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
+        let mass = &self.inertia.inverse_mass[..];
+        let angular = self.inertia.inverse_angular.view();
         let (packs, joints) = (self.joints.jacobians(), self.joints.joints());
         let (couplings, _) = self.plan.couplings.as_chunks::<ABREAST>();
         for couplings in couplings {
             let bodies = couplings.map(|c| c.body);
             let neighbours = bodies.windows(2).all(|pair| pair[1] == pair[0] + 1);
             let bodies = Group::new(bodies, neighbours);
-            let (w, a) = inverse_inertia::<I::X4>(self.inertia, &bodies);
+            let (w, a) = inverse_inertia::<I::X4>(mass, &angular, &bodies);
             let left = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[0]));
             let right = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[1]));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;

@@ -186,14 +186,13 @@ impl Kernel for Joints<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
+        let mut stiffness = self.stiffness.view_mut();
         for (pack, places) in self.joints.packs() {
             let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, places);
             let on_a = across(&[x, y, z], &load(&pack.arms[0]));
             let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
-            self.stiffness
-                .add_lanes(&side(places, 0), &on_a, places.count);
-            self.stiffness
-                .add_lanes(&side(places, 1), &on_b, places.count);
+            stiffness.add(&side(places, 0), &on_a, places.count);
+            stiffness.add(&side(places, 1), &on_b, places.count);
         }
     }
 }

@@ -242,6 +242,10 @@ impl Kernel for Update<'_> {
     fn run<I: Isa>(self) -> Result<(), usize> {
         let Self { inertia, scene, .. } = self;
         let bodies = &scene.bodies;
+        let (stiffness, drive) = (self.stiffness.view(), self.drive.view());
+        let mut impulses = inertia.impulse.view_mut();
+        let mut angulars = inertia.angular.view_mut();
+        let mut inverses = inertia.inverse_angular.view_mut();
         let (dt, factor) = (I::X4::splat(self.dt), I::X4::splat(self.factor));
         let gravity = splat::<I::X4>(scene.gravity.into());
         let mut lost = None;
@@ -249,7 +253,7 @@ impl Kernel for Update<'_> {
             let n = axis::<I::X4>(pack.map(|i| &bodies.orientation[i]), &shape.axis);
             let (across, excess) = (I::X4::load(&shape.across), I::X4::load(&shape.excess));
             let group = Group::new(*pack, shape.neighbours);
-            let stiffness = self.stiffness.load::<I::X4>(&group);
+            let stiffness = stiffness.load::<I::X4>(&group);
             let along = scale(&n, excess);
             let world = [
                 along[0].mul_add(n[0], across),
@@ -268,12 +272,12 @@ impl Kernel for Update<'_> {
             let external = gather(pack.map(|i| bodies.force[i].as_ref()));
             let torque = gather(pack.map(|i| bodies.torque[i].as_ref()));
             let force = scale(&scale_add(&gravity, mass, &external), dt);
-            let [.., x, y, z] = self.drive.load::<I::X4>(&group);
+            let [.., x, y, z] = drive.load::<I::X4>(&group);
             let driven = scale_add(&times(&stiffness, &[x, y, z]), dt, &torque);
             let ([x, y, z], [p, q, r]) = (force, scale(&driven, dt));
-            inertia.impulse.store(&group, &[x, y, z, p, q, r]);
-            inertia.angular.store(&group, &angular);
-            inertia.inverse_angular.store(&group, &inverse);
+            impulses.store(&group, &[x, y, z, p, q, r]);
+            angulars.store(&group, &angular);
+            inverses.store(&group, &inverse);
             let [determinant]: [Four; 1] = save(&[determinant]);
             for (determinant, &i) in determinant.into_iter().zip(pack) {
                 if determinant == 0.0 {
@@ -302,12 +306,16 @@ impl Kernel for VelocityChange<'_> {
             impulse,
             dv,
         } = self;
-        for first in (0..dv.room()).step_by(ABREAST) {
+        let room = dv.room();
+        let (mass, inverse_mass) = (&inertia.mass[..room], &inertia.inverse_mass[..room]);
+        let (angular, inverse) = (inertia.angular.view(), inertia.inverse_angular.view());
+        let (impulse, mut dv) = (impulse.view(), dv.view_mut());
+        for first in (0..room).step_by(ABREAST) {
             let pack = Group::from(first);
-            let mass = I::X4::load(&inertia.mass[first..]);
-            let inverse_mass = I::X4::load(&inertia.inverse_mass[first..]);
-            let angular = inertia.angular.load::<I::X4>(&pack);
-            let inverse = inertia.inverse_angular.load::<I::X4>(&pack);
+            let mass = pack.load::<I::X4>(mass);
+            let inverse_mass = pack.load::<I::X4>(inverse_mass);
+            let angular = angular.load::<I::X4>(&pack);
+            let inverse = inverse.load::<I::X4>(&pack);
             let [px, py, pz, lx, ly, lz] = impulse.load::<I::X4>(&pack);
             let [vx, vy, vz, wx, wy, wz] = dv.load::<I::X4>(&pack);
             let (p, l) = ([px, py, pz], [lx, ly, lz]);

@@ -119,7 +119,7 @@ impl Kernel for Move<'_> {
             dv,
             dt,
         } = self;
-        let step = I::X4::splat(dt);
+        let (v, dv, step) = (v.view(), dv.view(), I::X4::splat(dt));
         let mut lost: Option<usize> = None;
         for (pack, shape) in rods.bodies.iter().zip(&rods.shapes) {
             let group = Group::new(*pack, shape.neighbours);

@@ -2,7 +2,7 @@
 //! constraints block by block.
 
 use crate::lanes::{of_rows, side as of_side, write_rows};
-use crate::six::Six;
+use crate::six::{Six, View};
 use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
 use taut_model::{Linearized, Pack, Places, Slot};
@@ -63,7 +63,7 @@ pub(crate) fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
 
 /// Velocity of the attachment point of one side, and the body's angular velocity.
 #[inline(always)]
-fn point<V: Lanes>(pack: &Pack, places: &Places, v: &Six, side: usize) -> (Vec3<V>, Vec3<V>) {
+fn point<V: Lanes>(pack: &Pack, places: &Places, v: &View<'_>, side: usize) -> (Vec3<V>, Vec3<V>) {
     let [vx, vy, vz, x, y, z] = v.load::<V>(&of_side(places, side));
     let (velocity, omega) = ([vx, vy, vz], [x, y, z]);
     (
@@ -84,9 +84,10 @@ impl Kernel for Product<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
+        let v = self.v.view();
         for (pack, places) in self.rows.abreast.packs() {
-            let (point_a, omega_a) = point::<I::X4>(pack, places, self.v, 0);
-            let (point_b, omega_b) = point::<I::X4>(pack, places, self.v, 1);
+            let (point_a, omega_a) = point::<I::X4>(pack, places, &v, 0);
+            let (point_b, omega_b) = point::<I::X4>(pack, places, &v, 1);
             let [x, y, z] = sub(&point_a, &point_b);
             let turning = sub(&omega_b, &omega_a);
             let [p, q, s] = &pack.gradients;
@@ -115,6 +116,7 @@ impl Kernel for Transposed<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
+        let mut impulse = self.p.view_mut();
         for (pack, places) in self.rows.abreast.packs() {
             let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, places);
             let force = [x, y, z];
@@ -124,10 +126,9 @@ impl Kernel for Transposed<'_> {
             let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
             let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
             let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
-            self.p
-                .add_lanes(&of_side(places, 0), &[x, y, z, ax, ay, az], places.count);
+            impulse.add(&of_side(places, 0), &[x, y, z, ax, ay, az], places.count);
             let on_b = [-x, -y, -z, bx, by, bz];
-            self.p.add_lanes(&of_side(places, 1), &on_b, places.count);
+            impulse.add(&of_side(places, 1), &on_b, places.count);
         }
     }
 }

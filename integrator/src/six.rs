@@ -36,7 +36,7 @@ impl Group {
     #[inline(always)]
     pub(crate) fn load<V: Lanes>(&self, from: &[f64]) -> V {
         match self.first {
-            Some(first) => V::load(&from[first..]),
+            Some(first) => V::load(&from[first..first + ABREAST]),
             None => V::from_fn(|l| from[self.bodies[l]]),
         }
     }
@@ -103,19 +103,55 @@ impl Six {
         }
     }
 
+    /// The numbers to be read by vectors.
+    #[inline(always)]
+    pub(crate) fn view(&self) -> View<'_> {
+        let (a, rest) = self.values.split_at(self.room);
+        let (b, rest) = rest.split_at(self.room);
+        let (c, rest) = rest.split_at(self.room);
+        let (d, rest) = rest.split_at(self.room);
+        let (e, rest) = rest.split_at(self.room);
+        View([a, b, c, d, e, &rest[..self.room]])
+    }
+
+    /// The numbers to be written by vectors.
+    #[inline(always)]
+    pub(crate) fn view_mut(&mut self) -> ViewMut<'_> {
+        let (a, rest) = self.values.split_at_mut(self.room);
+        let (b, rest) = rest.split_at_mut(self.room);
+        let (c, rest) = rest.split_at_mut(self.room);
+        let (d, rest) = rest.split_at_mut(self.room);
+        let (e, rest) = rest.split_at_mut(self.room);
+        ViewMut([a, b, c, d, e, &mut rest[..self.room]])
+    }
+}
+
+/// The numbers one by one, all of the same length: made before a loop, so that its bounds are checked once a vector of
+/// bodies.
+pub(crate) struct View<'a>([&'a [f64]; 6]);
+
+/// The same, to be written.
+pub(crate) struct ViewMut<'a>([&'a mut [f64]; 6]);
+
+impl View<'_> {
     /// The numbers of four bodies.
     #[inline(always)]
     pub(crate) fn load<V: Lanes>(&self, of: &Group) -> [V; 6] {
         let mut to = [V::splat(0.0); 6];
-        if let Some(first) = of.first {
-            for (k, to) in to.iter_mut().enumerate() {
-                *to = V::load(&self.values[k * self.room + first..]);
-            }
-        } else {
-            for (k, to) in to.iter_mut().enumerate() {
-                let column = &self.values[k * self.room..(k + 1) * self.room];
-                *to = V::from_fn(|l| column[of.bodies[l]]);
-            }
+        for (to, from) in to.iter_mut().zip(&self.0) {
+            *to = of.load(from);
+        }
+        to
+    }
+}
+
+impl ViewMut<'_> {
+    /// The numbers of four bodies.
+    #[inline(always)]
+    pub(crate) fn load<V: Lanes>(&self, of: &Group) -> [V; 6] {
+        let mut to = [V::splat(0.0); 6];
+        for (to, from) in to.iter_mut().zip(&self.0) {
+            *to = of.load(from);
         }
         to
     }
@@ -123,15 +159,15 @@ impl Six {
     #[inline(always)]
     pub(crate) fn store<V: Lanes>(&mut self, of: &Group, from: &[V; 6]) {
         if let Some(first) = of.first {
-            for (k, from) in from.iter().enumerate() {
-                from.store(&mut self.values[k * self.room + first..]);
+            for (to, from) in self.0.iter_mut().zip(from) {
+                from.store(&mut to[first..first + ABREAST]);
             }
         } else {
-            for (k, from) in from.iter().enumerate() {
+            for (to, from) in self.0.iter_mut().zip(from) {
                 let mut lanes = [0.0; ABREAST];
                 from.store(&mut lanes);
                 for (i, x) in of.bodies.into_iter().zip(lanes) {
-                    self.values[k * self.room + i] = x;
+                    to[i] = x;
                 }
             }
         }
@@ -139,20 +175,20 @@ impl Six {
 
     /// Adds to the numbers of the first `count` of four bodies, one after the other where they are the same.
     #[inline(always)]
-    pub(crate) fn add_lanes<V: Lanes>(&mut self, to: &Group, added: &[V; 6], count: usize) {
-        if let Some(first) = to.first
+    pub(crate) fn add<V: Lanes>(&mut self, of: &Group, added: &[V; 6], count: usize) {
+        if let Some(first) = of.first
             && count == ABREAST
         {
-            for (k, added) in added.iter().enumerate() {
-                let to = &mut self.values[k * self.room + first..];
+            for (to, added) in self.0.iter_mut().zip(added) {
+                let to = &mut to[first..first + ABREAST];
                 (V::load(to) + *added).store(to);
             }
         } else {
-            for (k, added) in added.iter().enumerate() {
+            for (to, added) in self.0.iter_mut().zip(added) {
                 let mut lanes = [0.0; ABREAST];
                 added.store(&mut lanes);
-                for (i, x) in to.bodies.into_iter().zip(lanes).take(count) {
-                    self.values[k * self.room + i] += x;
+                for (i, x) in of.bodies.into_iter().zip(lanes).take(count) {
+                    to[i] += x;
                 }
             }
         }
@@ -177,21 +213,21 @@ mod tests {
             }
             for (bodies, neighbours) in [([1, 2, 3, 4], true), ([5, 0, 6, 5], false)] {
                 let group = Group::new(bodies, neighbours);
-                let lanes = six.load::<I::X4>(&group);
+                let lanes = six.view().load::<I::X4>(&group);
                 for (k, x) in lanes.iter().enumerate() {
                     let mut found = [0.0; 4];
                     x.store(&mut found);
                     assert_eq!(found, bodies.map(|i| (10 * i + k) as f64));
                 }
                 let mut other = Six::new(6);
-                other.store(&group, &lanes);
-                let other = other.load::<I::X4>(&group);
+                other.view_mut().store(&group, &lanes);
+                let other = other.view_mut().load::<I::X4>(&group);
                 for (a, b) in lanes.into_iter().zip(other) {
                     assert_eq!((a - b).abs().max_lane(), 0.0);
                 }
                 let mut sum = Six::new(6);
-                sum.add_lanes(&group, &lanes, 3);
-                sum.add_lanes(&group, &lanes, 4);
+                sum.view_mut().add(&group, &lanes, 3);
+                sum.view_mut().add(&group, &lanes, 4);
                 let expected = |i: usize| {
                     let times = |(lane, j): (usize, &usize)| {
                         f64::from(u8::from(*j == i)) * if lane < 3 { 2.0 } else { 1.0 }
