@@ -59,12 +59,13 @@ impl Chain {
     /// For matrices of `pattern`, if it is a chain in its order, or several, of blocks of at most six rows. Allocates
     /// all that is needed.
     pub(crate) fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
-        Self::of((0..pattern.blocks()).collect(), pattern, level)
+        let all: Vec<usize> = (0..pattern.blocks()).collect();
+        Self::of(&all, pattern, level)
     }
 
     /// The same for some block rows and columns of these matrices, ascending.
-    fn of(blocks: Vec<usize>, pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let places = Places::new(pattern, &blocks)?;
+    fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
+        let places = Places::new(pattern, blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
             factor: vec![0.0; 2 * ((steps + 1) * block::triangle(size) + steps * size * size)],

@@ -44,11 +44,8 @@ impl Bordered {
     pub(crate) fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
         let border = border(pattern)?;
         let inside = |j: &usize| border.binary_search(j).is_err();
-        let chain = Chain::of(
-            (0..pattern.blocks()).filter(inside).collect(),
-            pattern,
-            level,
-        )?;
+        let inside: Vec<usize> = (0..pattern.blocks()).filter(inside).collect();
+        let chain = Chain::of(&inside, pattern, level)?;
         let (mut rows, mut blocks) = (0, Vec::new());
         for block in border {
             blocks.push((block, rows));
