@@ -106,8 +106,8 @@ pub fn settle(
     let params = hanging(params)?;
     let mut stepper = Stepper::new(params.build()?, choice.plain_options(dt))?;
     let exact = params.exact_elongation();
-    // At rest the load may still go to and fro between two neighbouring numbers.
-    let rest = (1e-13 * exact).max(f64::EPSILON * (params.length + params.load_offset));
+    // At rest the load may still go to and fro between a number and its two neighbours.
+    let rest = (1e-13 * exact).max(2.0 * f64::EPSILON * (params.length + params.load_offset));
     let (mut steps, mut last, mut quiet) = (0, f64::INFINITY, 0);
     let mut since_quiet = f64::INFINITY;
     while steps < limit && quiet < 30 {

@@ -291,7 +291,10 @@ impl BatchBanded {
                 let failed = |error| BatchError { cable, error };
                 a.get(single.first + i, &mut single.a).map_err(failed)?;
                 single.a.check_finite().map_err(failed)?;
-                chain.factorize(&single.a).map_err(failed)?;
+                if !chain.factorize(&single.a) {
+                    let cable = single.first + i;
+                    return Err(blame(a, cable..cable + 1));
+                }
             }
         }
         self.factorized = true;

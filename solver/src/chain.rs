@@ -27,8 +27,7 @@ pub(crate) mod bordered;
 mod places;
 mod twisted;
 
-use crate::block_ldlt::{BlockLdlt, Pivots};
-use crate::{BlockPattern, SolveError, SymBlockMatrix};
+use crate::{BlockPattern, SymBlockMatrix};
 use places::Places;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward};
@@ -49,8 +48,6 @@ use with_size;
 #[derive(Debug, Clone)]
 pub(crate) struct Chain {
     places: Places,
-    /// The blocks of the pattern that are in it, ascending.
-    blocks: Vec<usize>,
     level: Level,
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Vec<f64>,
@@ -62,29 +59,25 @@ impl Chain {
     /// For matrices of `pattern`, if it is a chain in its order, or several, of blocks of at most six rows. Allocates
     /// all that is needed.
     pub(crate) fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
-        Self::of((0..pattern.blocks()).collect(), pattern, level)
+        let all: Vec<usize> = (0..pattern.blocks()).collect();
+        Self::of(&all, pattern, level)
     }
 
     /// The same for some block rows and columns of these matrices, ascending.
-    fn of(blocks: Vec<usize>, pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let places = Places::new(pattern, &blocks)?;
+    fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
+        let places = Places::new(pattern, blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
             factor: vec![0.0; 2 * ((steps + 1) * block::triangle(size) + steps * size * size)],
             half: vec![0.0; 2 * (steps + 1) * size],
             places,
-            blocks,
             level,
         })
     }
 
-    /// Factorises `a`, of the pattern of [`new`](Self::new). Pivots may be negative. Allocates nothing where it
-    /// succeeds.
-    ///
-    /// # Errors
-    /// [`SolveError::Singular`], [`SolveError::NonFinite`] with the block.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        let accepted = with_size!(
+    /// Factorises `a`, of the pattern of [`new`](Self::new); whether all pivots are more than noise. Allocates nothing.
+    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
+        with_size!(
             self.places.size,
             self.level,
             Factorize {
@@ -92,8 +85,7 @@ impl Chain {
                 values: a.values(),
                 factor: &mut self.factor,
             }
-        );
-        if accepted { Ok(()) } else { Err(self.blame(a)) }
+        )
     }
 
     /// Solves A x = b, both of length `dim`. Allocates nothing.
@@ -129,35 +121,6 @@ impl Chain {
                 x: x,
             }
         );
-    }
-
-    /// The block to blame for a pivot that was refused: the first in the order of the pattern whose rows depend on
-    /// those before it, as an elimination in that order finds it; where that one gets through, the block of the
-    /// pivot that lost most.
-    fn blame(&self, a: &SymBlockMatrix) -> SolveError {
-        let pattern = a.pattern();
-        let in_order = BlockLdlt::<f64>::new(pattern, pattern)
-            .and_then(|mut factor| factor.factorize(a, Pivots::Nonzero));
-        in_order.err().unwrap_or_else(|| self.worst(a))
-    }
-
-    fn worst(&self, a: &SymBlockMatrix) -> SolveError {
-        let (pattern, mut worst, mut found) = (a.pattern(), 0.0, 0);
-        for (i, &block) in self.blocks.iter().enumerate() {
-            let (n, diagonal) = (pattern.size(block), a.block(pattern.column(block).start));
-            for c in 0..n {
-                let inverse = self.places.inverse_pivot(&self.factor, i, c);
-                let loss = (diagonal[c * (n + 1)] * inverse).abs();
-                if !inverse.is_finite() || inverse == 0.0 {
-                    let what = "factor";
-                    return SolveError::NonFinite { what, block };
-                }
-                if loss > worst {
-                    (worst, found) = (loss, block);
-                }
-            }
-        }
-        SolveError::Singular { block: found }
     }
 }
 

@@ -47,7 +47,7 @@ fn iterations(r: &Record) -> String {
 
 fn rows_table(rows: &[Record]) -> String {
     let mut t = table(&[
-        "solver", "iter", "claims", "step", "solve", "min", "ns/row", "error", "error r0", "load",
+        "solver", "iter", "claims", "step", "solve", "min", "ns/row", "error", "at r0", "load",
         "entries", "bar",
     ]);
     for r in rows {

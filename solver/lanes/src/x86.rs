@@ -331,8 +331,8 @@ vector!(
                 add_lane(&pairs, 2, to, at[2]);
                 add_lane(&pairs, 3, to, at[3]);
             } else {
-                for l in 0..count {
-                    add_lane(&pairs, l, to, at[l]);
+                for (l, at) in at.into_iter().enumerate().take(count) {
+                    add_lane(&pairs, l, to, at);
                 }
             }
         }

@@ -1,8 +1,8 @@
 //! Direct solver: block LDLᵀ without pivoting. Positive definite and quasi-definite matrices.
 //!
 //! A cable, or several, is a chain, eliminated from both ends (the mathematics is in `chain`); a few blocks that close
-//! loops or join branches become its border rows (`chain/bordered`); all other patterns, and blocks of more than six
-//! rows, go the general way in the order of the pattern (`block_ldlt`).
+//! loops or join branches become its border rows (`chain/bordered`). All other patterns, blocks of more than six rows,
+//! and matrices that are not positive definite, go the general way in the order of the pattern (`block_ldlt`).
 
 use super::{Phases, check_solution};
 use crate::block_ldlt::{BlockLdlt, Pivots};
@@ -19,16 +19,40 @@ use taut_lanes::Level;
 #[derive(Debug, Default)]
 pub(crate) struct Banded {
     phases: Phases,
-    factor: Option<Factor>,
+    fast: Option<Fast>,
+    /// Made when it is needed: at once where there is no faster way.
+    in_order: Option<BlockLdlt<f64>>,
+    /// Whether the last factorisation is `in_order`.
+    ordered: bool,
 }
 
+/// A factor that is not eliminated in the order of the pattern.
 #[derive(Debug)]
-enum Factor {
+enum Fast {
     /// Of a chain of small blocks.
     Chain(Chain),
     /// Of one with a few rows besides.
     Bordered(Bordered),
-    General(BlockLdlt<f64>),
+}
+
+impl Fast {
+    /// Whether all pivots were accepted.
+    fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
+        match self {
+            Self::Chain(chain) => chain.factorize(a),
+            Self::Bordered(factor) => factor.factorize(a),
+        }
+    }
+}
+
+/// Whether all diagonal entries are positive: else the matrix is not positive definite, and its factor exists in the
+/// order of the pattern at best ([M Jᵀ; J 0] has one with M first).
+fn has_positive_diagonal(a: &SymBlockMatrix) -> bool {
+    let p = a.pattern();
+    (0..p.blocks()).all(|j| {
+        let (n, block) = (p.size(j), a.block(p.column(j).start));
+        block.iter().step_by(n + 1).all(|d| *d > 0.0)
+    })
 }
 
 impl LinearSolver for Banded {
@@ -37,25 +61,30 @@ impl LinearSolver for Banded {
     }
 
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-        let general = BlockLdlt::new(pattern, pattern)?;
-        let factor_entries = general.factor_values();
+        let in_order = BlockLdlt::new(pattern, pattern)?;
+        let factor_entries = Some(in_order.factor_values());
         let level = Level::best();
-        let chain = Chain::new(pattern, level).map(Factor::Chain);
-        let small = chain.or_else(|| Bordered::new(pattern, level).map(Factor::Bordered));
-        let factor = small.unwrap_or(Factor::General(general));
-        self.factor = Some(factor);
+        let chain = Chain::new(pattern, level).map(Fast::Chain);
+        self.fast = chain.or_else(|| Bordered::new(pattern, level).map(Fast::Bordered));
+        self.in_order = self.fast.is_none().then_some(in_order);
         self.phases.analyzed(pattern);
-        let factor_entries = Some(factor_entries);
         Ok(AnalyzeReport { factor_entries })
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
         self.phases.begin_factorize(a)?;
-        match &mut self.factor {
-            Some(Factor::Chain(chain)) => chain.factorize(a)?,
-            Some(Factor::Bordered(factor)) => factor.factorize(a)?,
-            Some(Factor::General(factor)) => factor.factorize(a, Pivots::Nonzero)?,
-            None => {}
+        let done = match &mut self.fast {
+            Some(fast) if has_positive_diagonal(a) => fast.factorize(a),
+            _ => false,
+        };
+        self.ordered = !done;
+        if self.ordered {
+            // It accepts more, and says what it does not.
+            let in_order = match &mut self.in_order {
+                Some(in_order) => in_order,
+                none => none.insert(BlockLdlt::new(a.pattern(), a.pattern())?),
+            };
+            in_order.factorize(a, Pivots::Nonzero)?;
         }
         self.phases.factorized();
         Ok(FactorReport::default())
@@ -68,16 +97,81 @@ impl LinearSolver for Banded {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
-        match &mut self.factor {
-            Some(Factor::Chain(chain)) => chain.solve(b, x),
-            Some(Factor::Bordered(factor)) => factor.solve(a, b, x),
-            Some(Factor::General(factor)) => {
+        match (&mut self.fast, &self.in_order) {
+            (_, Some(factor)) if self.ordered => {
                 x.copy_from_slice(b);
                 factor.solve(x);
             }
-            None => {}
+            (Some(Fast::Chain(chain)), _) => chain.solve(b, x),
+            (Some(Fast::Bordered(factor)), _) => factor.solve(a, b, x),
+            (None, _) => {}
         }
         check_solution(a, x)?;
         Ok(SolveReport::DIRECT)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::backward_error;
+
+    fn matrix(sizes: &[usize], couplings: &[(usize, usize)], values: &[f64]) -> SymBlockMatrix {
+        let pattern = BlockPattern::new(sizes, couplings).expect("a pattern");
+        let mut a = SymBlockMatrix::zeros(Arc::new(pattern));
+        a.values_mut().copy_from_slice(values);
+        a
+    }
+
+    fn solved(a: &SymBlockMatrix, b: &[f64]) -> Result<Vec<f64>, SolveError> {
+        let (mut solver, mut x) = (Banded::default(), vec![0.0; b.len()]);
+        solver.analyze(a.pattern())?;
+        solver.factorize(a)?;
+        solver.solve(a, b, &mut x)?;
+        Ok(x)
+    }
+
+    /// A chain from its last block on has no first pivot where that is rigid: masses come before what joins them.
+    #[test]
+    fn a_rigid_kkt_matrix_is_eliminated_in_its_order() {
+        // Masses of 2 and 3, each before a rigid joint.
+        let values = [2.0, 1.0, 0.0, -1.0, 3.0, 1.0, 0.0];
+        let a = matrix(&[1; 4], &[(0, 1), (1, 2), (2, 3)], &values);
+        let b = [1.0, 2.0, 3.0, 4.0];
+        let x = solved(&a, &b).expect("solved");
+        assert!(backward_error(&a, &b, &x).expect("finite").componentwise < 1e-15);
+        // The joint first.
+        let a = matrix(&[1; 2], &[(0, 1)], &[0.0, 1.0, 2.0]);
+        assert_eq!(solved(&a, &b[..2]), Err(SolveError::Singular { block: 0 }));
+    }
+
+    /// One solver takes definite and indefinite matrices in turns.
+    #[test]
+    fn the_way_is_chosen_for_each_matrix() {
+        let definite = matrix(&[1; 3], &[(0, 1), (1, 2)], &[2.0, -1.0, 2.0, -1.0, 2.0]);
+        let pattern = definite.pattern().clone();
+        let mut indefinite = SymBlockMatrix::zeros(pattern.clone());
+        let values = [2.0, 1.0, 0.0, 1.0, -3.0];
+        indefinite.values_mut().copy_from_slice(&values);
+        let mut solver = Banded::default();
+        solver.analyze(&pattern).expect("analysed");
+        for a in [&definite, &indefinite, &definite] {
+            let (b, mut x) = ([1.0, 2.0, 3.0], [0.0; 3]);
+            solver.factorize(a).expect("factorised");
+            solver.solve(a, &b, &mut x).expect("solved");
+            assert!(backward_error(a, &b, &x).expect("finite").componentwise < 1e-15);
+        }
+    }
+
+    #[test]
+    fn dependent_rows_are_named_in_chains_and_loops() {
+        let a = matrix(&[1; 3], &[(0, 1), (1, 2)], &[1.0, -1.0, 2.0, -1.0, 1.0]);
+        let singular = |block| Err(SolveError::Singular { block });
+        assert_eq!(solved(&a, &[0.0; 3]), singular(2));
+        // All rows of this loop sum to zero.
+        let couplings = [(0, 1), (1, 2), (2, 3), (0, 3)];
+        let values = [2.0, -1.0, -1.0, 2.0, -1.0, 2.0, -1.0, 2.0];
+        let a = matrix(&[1; 4], &couplings, &values);
+        assert_eq!(solved(&a, &[0.0; 4]), singular(3));
     }
 }

@@ -1,6 +1,5 @@
 //! Where the blocks of a chain lie in its matrix, and in which step of the two eliminations each has its turn.
 
-use super::block::triangle;
 use crate::BlockPattern;
 
 /// Where a block lies that is eliminated, and its coupling to the block that comes after it.
@@ -81,7 +80,6 @@ pub(super) struct Places {
     pub(super) size: usize,
     /// The steps, then one with the middle block at the first end.
     pub(super) steps: Vec<Step>,
-    blocks: usize,
 }
 
 impl Places {
@@ -114,27 +112,11 @@ impl Places {
             ends: [middle, Place::default()],
             full: false,
         });
-        Some(Self {
-            size,
-            steps,
-            blocks,
-        })
+        Some(Self { size, steps })
     }
 
     /// Number of steps before the middle block.
     pub(super) fn steps(&self) -> usize {
         self.steps.len() - 1
-    }
-
-    /// 1/D of row `row` of the chain's block `block` in the factor.
-    pub(super) fn inverse_pivot(&self, factor: &[f64], block: usize, row: usize) -> f64 {
-        let (count, size) = (self.steps(), self.size);
-        let (step, lane) = if block <= count {
-            (block, 0)
-        } else {
-            (self.blocks - block - self.blocks % 2, 1)
-        };
-        let first = step * (triangle(size) + size * size) + triangle(size) - size;
-        factor[2 * (first + row) + lane]
     }
 }

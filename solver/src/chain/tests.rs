@@ -71,7 +71,7 @@ fn solves_chains_at_every_level() {
             for level in Level::available() {
                 let mut chain = Chain::new(&pattern, level).unwrap();
                 let mut x = vec![f64::NAN; a.dim()];
-                chain.factorize(&a).unwrap();
+                assert!(chain.factorize(&a));
                 chain.solve(&b, &mut x);
                 let e = backward_error(&a, &b, &x).unwrap();
                 assert!(e.componentwise <= 2e-15, "{level}: {e:?} for {pattern:?}");
@@ -95,7 +95,7 @@ fn takes_chains_of_small_blocks_only() {
 }
 
 #[test]
-fn names_the_first_block_that_depends_on_those_before_it() {
+fn a_pivot_that_is_noise_is_no_pivot() {
     for blocks in [1, 2, 3, 8, 9] {
         let pattern = pattern(&vec![3; blocks]);
         for bad in 0..blocks {
@@ -115,10 +115,8 @@ fn names_the_first_block_that_depends_on_those_before_it() {
             }
             for level in Level::available() {
                 let mut chain = Chain::new(&pattern, level).unwrap();
-                let singular = Err(SolveError::Singular { block: bad });
-                assert_eq!(chain.factorize(&a), singular, "{level}: {blocks} blocks");
-                let good = matrix(&pattern, 7, false);
-                assert_eq!(chain.factorize(&good), Ok(()));
+                assert!(!chain.factorize(&a), "{level}: {bad} of {blocks} blocks");
+                assert!(chain.factorize(&matrix(&pattern, 7, false)));
             }
         }
         // Nothing is left of it after an elimination from the first block on: the last pivot is an exact zero.
@@ -133,8 +131,7 @@ fn names_the_first_block_that_depends_on_those_before_it() {
         }
         for level in Level::available() {
             let mut chain = Chain::new(&pattern, level).unwrap();
-            let block = blocks - 1;
-            assert_eq!(chain.factorize(&a), Err(SolveError::Singular { block }));
+            assert!(!chain.factorize(&a));
         }
     }
 }
@@ -147,10 +144,6 @@ fn an_infinite_pivot_is_no_pivot() {
         .copy_from_slice(&[1e-200, 1e200, 1.0, 0.0, 1.0]);
     for level in Level::available() {
         let mut chain = Chain::new(&pattern, level).unwrap();
-        let (what, block) = ("factor", 1);
-        assert_eq!(
-            chain.factorize(&a),
-            Err(SolveError::NonFinite { what, block })
-        );
+        assert!(!chain.factorize(&a), "{level}");
     }
 }
