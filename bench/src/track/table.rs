@@ -3,7 +3,11 @@
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
 use crate::table::{error, nanoseconds, table};
+use comfy_table::{CellAlignment, ContentArrangement};
 use std::fmt::Write;
+
+/// Most characters of a line of the notes.
+const WIDTH: u16 = 118;
 
 /// What the columns are.
 pub const LEGEND: &str = "\
@@ -54,8 +58,17 @@ pub fn text(rows: &[Row]) -> String {
         ]);
     }
     let mut out = crate::table::text(&t);
-    for (i, note) in notes.iter().enumerate() {
-        let _ = writeln!(out, "({}) {note}", i + 1);
+    if !notes.is_empty() {
+        let mut list = table(&[]);
+        list.set_content_arrangement(ContentArrangement::Dynamic)
+            .set_width(WIDTH);
+        for (i, note) in notes.iter().enumerate() {
+            list.add_row([format!("({})", i + 1), (*note).to_owned()]);
+        }
+        for column in list.column_iter_mut() {
+            column.set_cell_alignment(CellAlignment::Left);
+        }
+        out.push_str(&crate::table::text(&list));
     }
     out + &summary(rows)
 }
@@ -135,7 +148,12 @@ mod tests {
         };
         let rows = [
             row(Measure::Instructions, 900.0, Verdict::Better, ""),
-            row(Measure::LoadError, f64::NAN, Verdict::Fail, "not a number"),
+            row(
+                Measure::LoadError,
+                f64::NAN,
+                Verdict::Fail,
+                &"not a number ".repeat(20),
+            ),
             row(Measure::Ratio2, 12.0, Verdict::Shown, ""),
             row(Measure::Min2, 1234.0, Verdict::Shown, ""),
         ];
@@ -143,7 +161,7 @@ mod tests {
         assert_eq!(text.matches("gauss-seidel:groups").count(), 1);
         assert!(text.contains("0.900") && text.contains("better"), "{text}");
         assert!(
-            text.contains("FAIL (1)") && text.contains("(1) not a number"),
+            text.contains("FAIL (1)") && text.contains("(1)  not a number"),
             "{text}"
         );
         assert!(
