@@ -123,25 +123,31 @@ fn untimed(
             Err(missing) => return figure(case, measure, Err(missing.clone())),
         };
         if measure == Measure::Instructions {
-            let value = match counter {
-                None => Err(Missing::NotMeasured(
-                    "instructions were not counted: `--icount-binary` says with what".to_owned(),
-                )),
-                Some(counter) => counter.per_step(case).map_err(|e| match e {
-                    CountError::UnknownInstruction { .. } => Missing::NotMeasured(e.to_string()),
-                    e => Missing::Failed(e.to_string()),
-                }),
-            };
-            return Figure {
-                condition: counter.map_or("", Counter::toolchain).to_owned(),
-                ..figure(case, measure, value)
-            };
+            return instructions(case, counter);
         }
         let judged = judged.as_ref().map_err(Clone::clone);
         let value = judged.and_then(|judged| judged.figure(case, choice, measure));
         figure(case, measure, value)
     };
     measures.map(one).collect()
+}
+
+fn instructions(case: &Case, counter: Option<&Counter>) -> Figure {
+    let measure = Measure::Instructions;
+    let Some(counter) = counter else {
+        let why = "instructions were not counted: `--icount-binary` says with what".to_owned();
+        return figure(case, measure, Err(Missing::NotMeasured(why)));
+    };
+    match counter.per_step(case) {
+        Ok((count, toolchain)) => Figure {
+            condition: toolchain.to_owned(),
+            ..figure(case, measure, Ok(count))
+        },
+        Err(e @ CountError::UnknownInstruction { .. }) => {
+            figure(case, measure, Err(Missing::NotMeasured(e.to_string())))
+        }
+        Err(e) => figure(case, measure, Err(Missing::Failed(e.to_string()))),
+    }
 }
 
 fn timed(
