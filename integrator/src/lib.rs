@@ -19,6 +19,29 @@
 //! [`Guard`] redoes steps whose linearisation did not hold. The default, [`Scheme::THIRD_DIFFERENCE`] with all of it, is
 //! of second order and carries loads of 10⁶ segments' masses at 60 steps a second; [`StepOptions::paper`] is the paper's.
 //!
+//! # A step in passes
+//! Each pass goes once through contiguous arrays; what is done for joints and bodies is done for four at a time, in
+//! vectors (crate `taut-lanes`):
+//!
+//! | phase | pass | reads | writes |
+//! |---|---|---|---|
+//! | linearise | rates | v, levers and gradients | J v |
+//! | | regularise | φ, ε, τ, rates now and before | Σ, c − J v |
+//! | | stiffness | λ, levers | K |
+//! | | inertia | orientations, K, forces | M̃, M̃⁻¹, Δt f |
+//! | assemble | free motion | M̃⁻¹, Δt f, J | right-hand side |
+//! | | blocks | levers, gradients, M̃⁻¹, Σ | S: diagonal blocks, then couplings |
+//! | factorise, solve | the backend's | S, right-hand side | μ |
+//! | refine | residual | μ, J, M̃⁻¹ | Δv, residual; one more solve |
+//! | update | impulses | μ, J, M̃⁻¹ | Δv |
+//! | | motion | v, Δv | velocities, positions, orientations |
+//! | | joints | positions, orientations | φ, levers, gradients |
+//! | | guard | φ, prediction | disagreement |
+//!
+//! Rows (μ, φ, Σ …) stand one after the other as in the scene. What bodies have six of (v, Δv, impulses, M̃, K) stands
+//! number by number (module `six`), so that neighbours fill a vector; joints stand four abreast
+//! ([`taut_model::abreast`]). Constraints that are no joints, and bodies without an axis of symmetry, go one by one.
+//!
 //! Sources besides the paper \[SL]: Lacoursière, *Ghosts and Machines* (2007) for SPOOK; Tournier, Nesme, Gilles, Faure,
 //! *Stable Constrained Dynamics* (2015) \[T] and Andrews, Teichmann, Kry, *Geometric Stiffness for Real-time Constrained
 //! Multibody Dynamics* (2017) \[A] for K, in another form than here (see `geometric`).

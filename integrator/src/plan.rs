@@ -27,7 +27,7 @@ pub(crate) struct Plan {
     /// Block row of each constraint.
     constraint: Vec<usize>,
     /// Whether the system's rows are the scene's in their own order: a cable's Schur form.
-    in_scene_order: bool,
+    pub(crate) in_scene_order: bool,
     maps: Maps,
 }
 

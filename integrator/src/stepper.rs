@@ -366,10 +366,15 @@ impl Stepper {
         }
         match self.options.form {
             Form::Schur => {
-                let [residual, _] = &mut self.in_rows;
-                self.pieces.free_residual(residual);
+                if self.plan.in_scene_order {
+                    self.pieces.free_residual(&mut self.rhs);
+                } else {
+                    let [residual, _] = &mut self.in_rows;
+                    self.pieces.free_residual(residual);
+                    let rows = &self.pieces.rows;
+                    self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
+                }
                 let rows = &self.pieces.rows;
-                self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
                 self.plan.gather(rows, None, &self.mu, 1.0, &mut self.x);
             }
             Form::Kkt => {
@@ -407,6 +412,9 @@ impl Stepper {
         let report = match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
+                    if plan.in_scene_order {
+                        return pieces.residual(x, r);
+                    }
                     plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
                     pieces.residual(mu, residual);
                     plan.gather(&pieces.rows, None, residual, 1.0, r);

@@ -393,7 +393,7 @@ impl Kernel for Evaluation<'_> {
         } = self.joints;
         let (joints, _) = joints.as_chunks::<ABREAST>();
         for (p, ((pack, frames), joints)) in packs.iter_mut().zip(frames).zip(joints).enumerate() {
-            let found = evaluate::<I::X4>(joints, frames, self.bodies);
+            let found = evaluate::<I::X4>(joints, frames, self.bodies, pack);
             for (lane, joint) in joints.iter().enumerate() {
                 let phi = &mut self.phi[joint.row..joint.row + joint.rows];
                 if let Some(phi) = phi.first_chunk_mut::<6>() {
@@ -409,14 +409,12 @@ impl Kernel for Evaluation<'_> {
                     self.rest.push(ABREAST * p + lane);
                 }
             }
-            *pack = found.pack;
         }
     }
 }
 
 /// Four joints, as evaluated.
 struct Found {
-    pack: Pack,
     phi: [Four; 6],
     /// Which lanes hold what they should.
     good: [bool; ABREAST],
@@ -470,18 +468,20 @@ impl<V: Lanes> Bend<V> {
 /// Gaps, bends and twists of four joints: the formulas of [`crate::Cosserat`], in another arrangement where that saves
 /// divisions: with t = sin²(θ/2) = sin²θ/(2 (1 + cos θ)), θ/sin θ = (arcsin √t/√t)/√(1 − t).
 #[inline(always)]
-fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodies) -> Found {
+fn evaluate<V: Lanes>(
+    joints: &[Joint; ABREAST],
+    frames: &Frames,
+    bodies: &Bodies,
+    pack: &mut Pack,
+) -> Found {
     let (centre_a, a) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[0]));
     let (centre_b, b) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[1]));
     let (a, b) = (rotation(&a), rotation(&b));
     let arm_a = combine(&a, &load(&frames.points[0]));
     let arm_b = combine(&b, &load(&frames.points[1]));
     let gap = add(&sub(&centre_a, &centre_b), &sub(&arm_a, &arm_b));
+    pack.arms = [save(&arm_a), save(&arm_b)];
     let mut found = Found {
-        pack: Pack {
-            arms: [save(&arm_a), save(&arm_b)],
-            gradients: [[[0.0; ABREAST]; 3]; 3],
-        },
         phi: [[0.0; ABREAST]; 6],
         good: [true; ABREAST],
     };
@@ -517,7 +517,7 @@ fn evaluate<V: Lanes>(joints: &[Joint; ABREAST], frames: &Frames, bodies: &Bodie
         let mut row = 0;
         let mut put = |angle: f64, gradient: &[Four; 3]| {
             found.phi[3 + row][lane] = angle;
-            for (to, from) in found.pack.gradients[row].iter_mut().zip(gradient) {
+            for (to, from) in pack.gradients[row].iter_mut().zip(gradient) {
                 to[lane] = from[lane];
             }
             row += 1;

@@ -84,7 +84,7 @@
 //! - A prescribed motion enters as ∂φ/∂t, absent in \[SL (11)] ([`Linearized::update`]).
 
 pub mod abreast;
-mod body;
+pub mod body;
 mod check;
 pub mod constraint;
 mod error;

@@ -107,9 +107,14 @@ impl Phases {
 
     /// Checks what `factorize` is given; until [`factorized`](Self::factorized) no solve is allowed.
     pub(crate) fn begin_factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        self.factorized = false;
-        self.check_pattern(a, "factorize")?;
+        self.begin_unchecked(a)?;
         a.check_finite()
+    }
+
+    /// The same for a factorisation that finds out by itself where numbers are not finite.
+    pub(crate) fn begin_unchecked(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        self.factorized = false;
+        self.check_pattern(a, "factorize")
     }
 
     /// `factorize` succeeded.

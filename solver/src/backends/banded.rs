@@ -72,7 +72,8 @@ impl LinearSolver for Banded {
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        self.phases.begin_factorize(a)?;
+        self.phases.begin_unchecked(a)?;
+        // What is not finite leaves a pivot that is not.
         let done = match &mut self.fast {
             Some(fast) if has_positive_diagonal(a) => fast.factorize(a),
             _ => false,
@@ -80,6 +81,7 @@ impl LinearSolver for Banded {
         self.ordered = !done;
         if self.ordered {
             // It accepts more, and says what it does not.
+            a.check_finite()?;
             let in_order = match &mut self.in_order {
                 Some(in_order) => in_order,
                 none => none.insert(BlockLdlt::new(a.pattern(), a.pattern())?),
