@@ -23,6 +23,7 @@
 
 pub(crate) mod batch;
 mod block;
+#[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod bordered;
 mod places;
 mod twisted;
