@@ -1,6 +1,7 @@
 //! What machine the figures were measured on.
 
 use serde::Serialize;
+use taut_lanes::Level;
 
 /// The compiler that this was built with.
 pub const RUSTC: &str = env!("TAUT_RUSTC");
@@ -19,6 +20,8 @@ pub struct Machine {
     pub target: String,
     /// `release` or `debug`: debug figures are not worth comparing.
     pub profile: &'static str,
+    /// The instructions that vectors are made of, see [`taut_lanes::Level`].
+    pub simd: String,
 }
 
 impl Machine {
@@ -40,6 +43,7 @@ impl Machine {
             } else {
                 "release"
             },
+            simd: Level::best().to_string(),
         }
     }
 }
@@ -48,8 +52,8 @@ impl std::fmt::Display for Machine {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(
             f,
-            "{}, {} threads, {}, {} build",
-            self.cpu, self.threads, self.target, self.profile
+            "{}, {} threads, {}, {} build, {}",
+            self.cpu, self.threads, self.target, self.profile, self.simd
         )
     }
 }

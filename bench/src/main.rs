@@ -248,6 +248,10 @@ fn main() -> ExitCode {
         }
         Err(help) => help.exit(),
     };
+    if let Err(e) = taut_lanes::Level::wanted() {
+        eprintln!("taut: TAUT_SIMD: {e}");
+        return ExitCode::from(2);
+    }
     let done = match cli.command {
         None => bench(&cli.bench),
         Some(Command::Bench(args)) => bench(&args),

@@ -101,6 +101,7 @@ impl<V: Lanes> Side<V> {
     /// Joint and side of each lane.
     #[inline(always)]
     fn of_joints(packs: &[Pack], sides: [(usize, usize); ABREAST]) -> Self {
+        // A side is 0 or 1, which the bounds check cannot know.
         let at = sides.map(|(k, side)| (&packs[k / ABREAST], k % ABREAST, side & 1));
         let zero = [V::splat(0.0); 3];
         let (mut arm, mut gradients) = (zero, [zero; 3]);

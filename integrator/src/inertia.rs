@@ -311,7 +311,7 @@ impl Kernel for VelocityChange<'_> {
         let (angular, inverse) = (inertia.angular.view(), inertia.inverse_angular.view());
         let (impulse, mut dv) = (impulse.view(), dv.view_mut());
         for first in (0..room).step_by(ABREAST) {
-            let pack = Group::from(first);
+            let pack = Group::starting_at(first);
             let mass = pack.load::<I::X4>(mass);
             let inverse_mass = pack.load::<I::X4>(inverse_mass);
             let angular = angular.load::<I::X4>(&pack);

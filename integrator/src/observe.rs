@@ -8,7 +8,7 @@ use crate::stepper::Stepper;
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
 use nalgebra::Vector3;
 use taut_model::{Linearized, Scene};
-use taut_solver::SymBlockMatrix;
+use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -94,31 +94,39 @@ impl Stepper {
     fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
         let order = &self.elimination.constraints;
         let plan = Plan::new(form, &self.scene, &self.pieces.rows, order);
-        let mut plan = plan.map_err(|source| StepError::Solve {
-            source,
-            culprit: None,
-            time: self.time,
-        })?;
+        Ok(self.fill_system(form, &mut plan.map_err(|e| self.at_state(e))?))
+    }
+
+    /// The matrix and the right-hand side of a plan of the form, from the pieces as they are.
+    fn fill_system(&mut self, form: Form, plan: &mut Plan) -> (SymBlockMatrix, Vec<f64>) {
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
+        let mut b = vec![0.0; a.dim()];
         let Pieces {
             rows,
             inertia,
             regularization,
             rate,
             ..
-        } = &mut self.pieces;
+        } = &self.pieces;
         plan.fill(rows, inertia, regularization, &mut a);
-        let mut b = vec![0.0; a.dim()];
         match form {
             Form::Schur => {
-                let [zero, residual] = &mut self.in_rows;
-                zero.fill(0.0);
-                self.pieces.residual(zero, residual);
+                let [residual, _] = &mut self.in_rows;
+                self.pieces.free_residual(residual);
                 plan.gather(&self.pieces.rows, None, residual, 1.0, &mut b);
             }
             Form::Kkt => plan.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b),
         }
-        Ok((a, b))
+        (a, b)
+    }
+
+    /// A solver's error at the present time, whatever its block.
+    fn at_state(&self, source: SolveError) -> StepError {
+        StepError::Solve {
+            source,
+            culprit: None,
+            time: self.time,
+        }
     }
 
     /// The constraints' linearisation at the present state; ∂φ/∂t is that of the last step or solve.
@@ -198,28 +206,20 @@ impl Stepper {
 
     /// μ of the KKT system of the pieces as they are, in extended precision.
     fn solve_extended(&mut self) -> Result<Vec<f64>, StepError> {
-        let Pieces {
-            rows,
-            inertia,
-            regularization,
-            rate,
-            ..
-        } = &mut self.pieces;
-        let at_state = |source| StepError::Solve {
-            source,
-            culprit: None,
-            time: self.time,
-        };
         // What the backend factorises is no matter here: all is factorised.
         let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
-        let order = elimination::order_of(auto, &self.scene, rows, all).map_err(at_state)?;
-        let mut plan =
-            Plan::new(Form::Kkt, &self.scene, rows, &order.constraints).map_err(at_state)?;
-        let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
-        plan.fill(rows, inertia, regularization, &mut a);
-        let mut b = vec![0.0; a.dim()];
-        plan.gather(rows, Some(&inertia.impulse), rate, 1.0, &mut b);
-        let x = taut_solver::reference_solution(&a, &b).map_err(at_state)?;
+        let order = elimination::order_of(auto, &self.scene, &self.pieces.rows, all)
+            .map_err(|e| self.at_state(e))?;
+        let mut plan = Plan::new(
+            Form::Kkt,
+            &self.scene,
+            &self.pieces.rows,
+            &order.constraints,
+        )
+        .map_err(|e| self.at_state(e))?;
+        let (a, b) = self.fill_system(Form::Kkt, &mut plan);
+        let x = taut_solver::reference_solution(&a, &b).map_err(|e| self.at_state(e))?;
+        let rows = &self.pieces.rows;
         let mut mu = vec![0.0; rows.rows()];
         plan.scatter_multipliers(rows, &x, -1.0, &mut mu);
         Ok(mu)

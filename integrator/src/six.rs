@@ -43,7 +43,7 @@ impl Group {
 
     /// The bodies from a multiple of four on.
     #[inline(always)]
-    pub(crate) fn from(first: usize) -> Self {
+    pub(crate) fn starting_at(first: usize) -> Self {
         Self::new(from_fn(|l| first + l), true)
     }
 }

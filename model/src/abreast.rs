@@ -113,7 +113,7 @@ pub struct Abreast {
     packs: Vec<Pack>,
     places: Vec<Places>,
     frames: Vec<Frames>,
-    /// Joints with a side that is held by the world.
+    /// Joints, and copies of the last one, with a side that is held by the world.
     held: Vec<usize>,
     /// Joint and side of each slot.
     of_slot: Vec<Option<(usize, usize)>>,
@@ -209,8 +209,8 @@ impl Abreast {
         }
     }
 
-    /// Moves the references of the twist rows to `phi`, the violations of the present state, here and in the scene;
-    /// whether that was all there was to do for the joint.
+    /// Moves the unwrapping references of the joints to their angles at the present state, of which `phi` are the
+    /// violations, at time `t`: here and in the scene.
     pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64], t: f64) {
         for (k, joint) in self.joints[..self.count].iter().enumerate() {
             let c = &mut scene.constraints[joint.constraint];
@@ -298,7 +298,8 @@ impl Abreast {
 
     /// The constraints of the joints with a side that is held by the world.
     pub(crate) fn held(&self) -> impl Iterator<Item = usize> {
-        self.held.iter().map(|&k| self.joints[k].constraint)
+        let own = self.held.iter().take_while(|k| **k < self.count);
+        own.map(|&k| self.joints[k].constraint)
     }
 
     /// Joint and side of a slot, `None` where it is none of a joint's.
@@ -396,6 +397,7 @@ impl Kernel for Evaluation<'_> {
             let found = evaluate::<I::X4>(joints, frames, self.bodies, pack);
             for (lane, joint) in joints.iter().enumerate() {
                 let phi = &mut self.phi[joint.row..joint.row + joint.rows];
+                // Six is what most have, and a loop of constant length.
                 if let Some(phi) = phi.first_chunk_mut::<6>() {
                     for (to, from) in phi.iter_mut().zip(&found.phi) {
                         *to = from[lane];

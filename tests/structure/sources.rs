@@ -83,7 +83,10 @@ const MAY_KNOW: [(&str, &[&str]); 7] = [
     ("solver", &["taut-lanes", "taut-umfpack"]),
     ("model", &["taut-lanes"]),
     ("integrator", &["taut-lanes", "taut-model", "taut-solver"]),
-    ("bench", &["taut-integrator", "taut-model", "taut-solver"]),
+    (
+        "bench",
+        &["taut-integrator", "taut-lanes", "taut-model", "taut-solver"],
+    ),
     (
         "tests",
         &["taut-bench", "taut-integrator", "taut-model", "taut-solver"],

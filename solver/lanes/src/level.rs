@@ -49,15 +49,23 @@ impl Level {
         1 << self.0
     }
 
-    /// The highest level that there is; the environment variable `TAUT_SIMD` with a level's name asks for another one,
-    /// for measurements. Read once.
+    /// The level that the environment variable `TAUT_SIMD` asks for, by its name; `None` where it is not set.
+    ///
+    /// # Errors
+    /// [`ParseLevelError`] where there is no such level, or not on this processor.
+    pub fn wanted() -> Result<Option<Self>, ParseLevelError> {
+        let name = std::env::var_os("TAUT_SIMD");
+        name.map(|name| name.to_string_lossy().parse()).transpose()
+    }
+
+    /// The [`wanted`](Self::wanted) level, for measurements; the highest that there is where none is asked for, or one
+    /// that cannot be had: a program that lets its users ask reports that error. Read once.
     #[must_use]
     pub fn best() -> Self {
         static BEST: OnceLock<Level> = OnceLock::new();
         *BEST.get_or_init(|| {
-            let wanted = std::env::var("TAUT_SIMD").ok();
-            let wanted = wanted.and_then(|name| name.parse().ok());
-            wanted.unwrap_or_else(|| Self::available().pop().unwrap_or(Self::PORTABLE))
+            let highest = || Self::available().pop().unwrap_or(Self::PORTABLE);
+            Self::wanted().ok().flatten().unwrap_or_else(highest)
         })
     }
 }

@@ -97,24 +97,6 @@ pub trait Lanes:
         }
     }
 
-    /// Adds each lane of the components to the numbers from its place on, for the first `count` lanes, one after the
-    /// other where places are the same.
-    ///
-    /// # Panics
-    /// Where a place is beyond `to`.
-    #[inline(always)]
-    fn scatter_add<const L: usize>(from: &[Self; 6], to: &mut [f64], at: [usize; L], count: usize) {
-        let mut lanes = [[0.0; L]; 6];
-        for (from, lanes) in from.iter().zip(&mut lanes) {
-            from.store(lanes);
-        }
-        for l in 0..count {
-            for (to, lanes) in to[at[l]..at[l] + 6].iter_mut().zip(&lanes) {
-                *to += lanes[l];
-            }
-        }
-    }
-
     /// self · a + b.
     #[must_use]
     fn mul_add(self, a: Self, b: Self) -> Self;
@@ -339,12 +321,6 @@ mod tests {
             // Where places overlap the last one stays.
             I::X4::scatter(&[first, second, first], &mut to, [0, 6, 4, 6]);
             assert_eq!(to, [1.0, 2.0, 1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 7.0]);
-            let mut sums = [0.0; 8];
-            let six = [first, second, first, second, first, second];
-            I::X4::scatter_add(&six, &mut sums, [0, 2, 0, 1], 3);
-            assert_eq!(sums, [6.0, 8.0, 9.0, 12.0, 9.0, 12.0, 3.0, 4.0]);
-            I::X4::scatter_add(&six, &mut sums, [0, 2, 0, 2], 4);
-            assert_eq!(sums[..3], [12.0, 16.0, 25.0]);
         }
     }
 

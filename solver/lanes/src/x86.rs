@@ -311,31 +311,6 @@ vector!(
                 }
             }
         }
-
-        #[inline(always)]
-        fn scatter_add<const L: usize>(
-            from: &[Self; 6],
-            to: &mut [f64],
-            at: [usize; L],
-            count: usize,
-        ) {
-            assert!(L >= 4);
-            let pairs = [
-                split(from[0].0, from[1].0),
-                split(from[2].0, from[3].0),
-                split(from[4].0, from[5].0),
-            ];
-            if count >= 4 {
-                add_lane(&pairs, 0, to, at[0]);
-                add_lane(&pairs, 1, to, at[1]);
-                add_lane(&pairs, 2, to, at[2]);
-                add_lane(&pairs, 3, to, at[3]);
-            } else {
-                for (l, at) in at.into_iter().enumerate().take(count) {
-                    add_lane(&pairs, l, to, at);
-                }
-            }
-        }
     }
 );
 vector!(
@@ -361,18 +336,5 @@ fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
             _mm256_extractf128_pd::<1>(even),
             _mm256_extractf128_pd::<1>(odd),
         ]
-    }
-}
-
-/// Adds the pairs of lane `l` to the numbers from `at` on.
-#[inline(always)]
-fn add_lane(pairs: &[[__m128d; 4]; 3], l: usize, to: &mut [f64], at: usize) {
-    let (to, _) = to[at..at + 6].as_chunks_mut::<2>();
-    for (to, pairs) in to.iter_mut().zip(pairs) {
-        // SAFETY: called where vectors of four lanes are, see `vector`; there are the two doubles, unaligned.
-        unsafe {
-            let sum = _mm_add_pd(_mm_loadu_pd(to.as_ptr()), pairs[l]);
-            _mm_storeu_pd(to.as_mut_ptr(), sum);
-        }
     }
 }

@@ -19,8 +19,8 @@ use taut_lanes::Level;
 #[derive(Debug, Default)]
 pub(crate) struct Banded {
     phases: Phases,
+    /// Where the pattern has a faster way.
     fast: Option<Fast>,
-    /// Made when it is needed: at once where there is no faster way.
     in_order: Option<BlockLdlt<f64>>,
     /// Whether the last factorisation is `in_order`.
     ordered: bool,
@@ -66,7 +66,7 @@ impl LinearSolver for Banded {
         let level = Level::best();
         let chain = Chain::new(pattern, level).map(Fast::Chain);
         self.fast = chain.or_else(|| Bordered::new(pattern, level).map(Fast::Bordered));
-        self.in_order = self.fast.is_none().then_some(in_order);
+        self.in_order = Some(in_order);
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport { factor_entries })
     }
@@ -79,13 +79,11 @@ impl LinearSolver for Banded {
             _ => false,
         };
         self.ordered = !done;
-        if self.ordered {
+        if let Some(in_order) = &mut self.in_order
+            && self.ordered
+        {
             // It accepts more, and says what it does not.
             a.check_finite()?;
-            let in_order = match &mut self.in_order {
-                Some(in_order) => in_order,
-                none => none.insert(BlockLdlt::new(a.pattern(), a.pattern())?),
-            };
             in_order.factorize(a, Pivots::Nonzero)?;
         }
         self.phases.factorized();
