@@ -7,7 +7,7 @@
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
-use crate::kernels::{by_sizes, subtract_product};
+use crate::kernels::{OneByOne, by_sizes, subtract_product};
 use crate::matrix::check_finite;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, GaussSeidelOptions, LinearSolver, Partition,
@@ -145,7 +145,9 @@ impl Plan {
                     let (m, n) = (p.size(i), p.size(entry.column));
                     let x = &x[p.rows(entry.column)];
                     let block = &self.values[entry.at..entry.at + m * n];
-                    by_sizes!(m, n, |m, n| subtract_product(m, n, block, x, r));
+                    by_sizes!(m, n, |m, n| subtract_product::<OneByOne, _, _, _>(
+                        m, n, block, x, r
+                    ));
                 }
                 sum += r.iter().map(|r| r * r).sum::<f64>();
             }
