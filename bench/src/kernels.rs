@@ -1,19 +1,19 @@
-//! What one linear solve costs, ours beside others' in the same run: every solver factorises and solves the same matrices,
-//! in turns.
+//! What one linear solve costs, ours beside others' in the same run: every solver factorises and solves the same
+//! matrices, in turns.
 //!
-//! A case is the system of one step of the hoist, hanging at an angle, with joints of 3, 5 or 6 rows between its segments;
-//! its ends are ball joints. A pass is what each step repeats: factorisation and solve of the assembled system, by a
-//! solver that has analysed the pattern before. The rivals take turns of about [`VISIT`] each, so that what slows the
-//! machine for a while slows all, and a slow one waits until the others have had as much time. A turn begins with a pass
-//! that is not timed, and is cut into samples long enough for the clock. Least times are compared; medians stand beside
-//! them.
+//! A case is the system of one step of the hoist, hanging at an angle, with joints of 3, 5 or 6 rows between its
+//! segments; its ends are ball joints. A pass is what each step repeats: factorisation and solve of the assembled system,
+//! by a solver that has analysed the pattern before. The rivals take turns of about [`VISIT`] each, so that what slows
+//! the machine for a while slows all, and a slow one waits until the others have had as much time. A turn begins with
+//! passes that are not timed, and is cut into samples long enough for the clock. Least times are compared; medians stand
+//! beside them.
 //!
-//! What a rival needs besides is its own: a solver of this workspace's seam takes the matrix as it is assembled (for a
-//! library: copied into the library's format, which is timed), LAPACK takes it as a band that was filled before, which
-//! is not. A solve with refinement is that of the step itself, residual from the pieces included, by the step's own clock.
+//! A solver of this workspace takes the matrix as it is assembled; where it is a library's, the copy into the library's
+//! format is timed. LAPACK takes it as a band, the filling of which is not timed. A solve with refinement is that of the
+//! step itself, residual from the pieces included, by the step's own clock.
 //!
-//! Forward errors are those of the multipliers against the KKT system in extended precision, backward errors those of the
-//! system that was solved.
+//! Forward errors are those of the multipliers against the KKT system in extended precision, backward errors those of
+//! the system that was solved.
 
 mod case;
 #[cfg(feature = "lapack")]
@@ -22,7 +22,7 @@ mod rival;
 mod target;
 mod timing;
 
-pub use case::{Case, Joint};
+pub use case::{Case, Joint, System};
 pub use rival::{BATCH, Rival, Triangle};
 pub use target::{Target, targets};
 

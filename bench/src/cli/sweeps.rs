@@ -268,8 +268,8 @@ const KERNELS_LEGEND: &str = "\
 ns/joint: factorisation and solve of the assembled system, least of the samples; median: of the samples; × banded: over
 banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
 multipliers against the KKT system in extended precision. All take turns on the same matrices. +refine: with one
-refinement from the pieces, by the step's clock; batch: 8 cables side by side; lapack: dpbtrf and dpbtrs, the band filled
-before";
+refinement from the pieces, by the step's clock; batch: 8 cables side by side; lapack: dpbtrf and dpbtrs, without the
+filling of the band";
 
 fn kernels(args: &BenchArgs) -> Result<(), Failure> {
     let mut config = if args.quick {
@@ -293,7 +293,7 @@ fn kernels(args: &BenchArgs) -> Result<(), Failure> {
     let results = kernels::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread where a solver does not say more\n{KERNELS_LEGEND}\n{}",
+        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread unless a solver says more\n{KERNELS_LEGEND}\n{}",
         Machine::current(),
         table::kernels(&results)
     );

@@ -1,7 +1,7 @@
 //! Passes in turns, and what they leave: times and errors.
 
 use super::VISIT;
-use super::case::{Case, failed, multipliers};
+use super::case::{Case, System, failed, multipliers};
 #[cfg(feature = "lapack")]
 use super::lapack::Band;
 use super::rival::{BATCH, Rival};
@@ -37,7 +37,7 @@ enum Work<'a> {
     },
     Batch {
         solver: BatchBanded,
-        systems: Vec<(SymBlockMatrix, Vec<f64>)>,
+        systems: Vec<System>,
         a: BatchMatrix,
         b: Vec<f64>,
         x: Vec<f64>,
