@@ -11,8 +11,9 @@ use taut_solver::{Backend, SolveError};
 pub const BATCH: usize = 8;
 
 /// What is solved side by side with the others when none is named: a further solver is a further line.
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 14] = [
     "banded",
+    "banded:threads=2",
     "banded+refine",
     "batch",
     "faer:llt",

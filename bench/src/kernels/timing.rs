@@ -229,7 +229,7 @@ pub(super) struct Contestant<'a> {
     ready: Result<(Work<'a>, Errors), StepError>,
     /// Passes of a sample.
     passes: usize,
-    /// Whether a turn is one pass.
+    /// Whether a pass outlasts ten turns: then caches are no matter.
     slow: bool,
     spent: Duration,
     /// Time of a pass in each sample \[ns].
@@ -245,7 +245,7 @@ impl<'a> Contestant<'a> {
             work.run(1)?;
             let errors = work.errors(case)?;
             let time = work.run(1)?;
-            slow = time > VISIT;
+            slow = time > VISIT * 10;
             passes = (SAMPLE.as_nanos() / time.as_nanos().max(1)) as usize;
             Ok((work, errors))
         });
