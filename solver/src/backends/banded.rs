@@ -27,6 +27,8 @@ pub(crate) struct Banded {
     /// Where two threads have a still faster one.
     split: Option<Split>,
     in_order: Option<BlockLdlt<f64>>,
+    /// Places of the diagonal entries.
+    diagonal: Vec<usize>,
     last: Way,
 }
 
@@ -54,8 +56,13 @@ impl Banded {
         })
     }
 
-    /// The fastest way for a matrix with a positive diagonal that accepts its pivots.
+    /// The fastest way that accepts the pivots. A matrix with a diagonal entry that is not positive is not positive
+    /// definite, and its factor exists in the order of the pattern at best ([M Jᵀ; J 0] has one with M first).
     fn try_fast(&mut self, a: &SymBlockMatrix) -> Option<Way> {
+        let values = a.values();
+        if !self.diagonal.iter().all(|&k| values[k] > 0.0) {
+            return None;
+        }
         if let Some(split) = &mut self.split
             && split.is_ready()
         {
@@ -84,14 +91,10 @@ impl Fast {
     }
 }
 
-/// Whether all diagonal entries are positive: else the matrix is not positive definite, and its factor exists in the
-/// order of the pattern at best ([M Jᵀ; J 0] has one with M first).
-fn has_positive_diagonal(a: &SymBlockMatrix) -> bool {
-    let p = a.pattern();
-    (0..p.blocks()).all(|j| {
-        let (n, block) = (p.size(j), a.block(p.column(j).start));
-        block.iter().step_by(n + 1).all(|d| *d > 0.0)
-    })
+/// Where the diagonal entries of the matrices of a pattern are among their values.
+fn diagonal_entries(p: &BlockPattern) -> Vec<usize> {
+    let of_block = |j: usize| p.values(p.column(j).start).step_by(p.size(j) + 1);
+    (0..p.blocks()).flat_map(of_block).collect()
 }
 
 impl LinearSolver for Banded {
@@ -108,6 +111,7 @@ impl LinearSolver for Banded {
         let two = self.options.threads > 1;
         self.split = two.then(|| Split::new(pattern, level)).flatten();
         self.in_order = Some(in_order);
+        self.diagonal = diagonal_entries(pattern);
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport { factor_entries })
     }
@@ -115,8 +119,7 @@ impl LinearSolver for Banded {
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
         self.phases.begin_unchecked(a)?;
         // What is not finite leaves a pivot that is not.
-        let fast = has_positive_diagonal(a).then(|| self.try_fast(a)).flatten();
-        self.last = fast.unwrap_or(Way::InOrder);
+        self.last = self.try_fast(a).unwrap_or(Way::InOrder);
         if let (Way::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
             // It accepts more, and says what it does not.
             a.check_finite()?;
