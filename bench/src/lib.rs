@@ -5,6 +5,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `ladder` | the main job: backends × mass ratios × iterations |
+//! | `kernels` | what one linear solve costs, ours beside others' on the same matrices |
 //! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
 //! | `scenes` | branches and loops: every solver on the networks, cost against size |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
@@ -35,6 +36,7 @@ pub mod choice;
 pub mod energy;
 pub mod hard;
 pub mod inputs;
+pub mod kernels;
 pub mod ladder;
 pub mod linear;
 pub mod machine;

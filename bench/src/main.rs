@@ -40,7 +40,7 @@ struct Cli {
 enum Command {
     /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
     #[command(
-        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24\n  taut bench --matrix bcsstk14.mtx.gz,sherman1.mtx"
+        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24\n  taut bench --sweep kernels --backends banded,faer:llt\n  taut bench --matrix bcsstk14.mtx.gz,sherman1.mtx"
     )]
     Bench(BenchArgs),
     /// The cable hanging at rest: elongation of every direct solver, iterations that the others need

@@ -1,10 +1,12 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
 mod check;
+mod kernels;
 mod linear;
 mod matrix;
 
 pub use check::checks;
+pub use kernels::kernels;
 pub use linear::linear;
 pub use matrix::{compared, solved, suite};
 

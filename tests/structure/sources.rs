@@ -204,6 +204,7 @@ fn features_are_passed_on_by_name() {
 fn unsafe_code_stands_in_the_ffi_the_intrinsics_and_the_allocator_only() {
     let allowed = [
         "bench/src/allocations.rs",
+        "bench/src/kernels/lapack.rs",
         "solver/lanes/src/x86.rs",
         "solver/lanes/src/x86/halves.rs",
         "solver/umfpack/src/ffi.rs",

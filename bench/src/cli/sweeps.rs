@@ -3,7 +3,7 @@
 use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
-use taut_bench::{accuracy, energy, linear, shocks, stability, table};
+use taut_bench::{accuracy, energy, kernels, linear, shocks, stability, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,6 +18,8 @@ pub(crate) enum Sweep {
     Energy,
     /// Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²
     Linear,
+    /// Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run
+    Kernels,
 }
 
 impl Sweep {
@@ -29,6 +31,7 @@ impl Sweep {
             Self::Stability => "stability",
             Self::Energy => "energy",
             Self::Linear => "linear",
+            Self::Kernels => "kernels",
         }
     }
 
@@ -45,7 +48,7 @@ impl Sweep {
             ],
             Self::Shocks => &["--ratios", "--time"],
             Self::Stability | Self::Energy => &[],
-            Self::Linear => &["--segments", "--ratios", "--backends"],
+            Self::Linear | Self::Kernels => &["--segments", "--ratios", "--backends"],
         }
     }
 }
@@ -59,6 +62,7 @@ pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
         Sweep::Stability => stability(args),
         Sweep::Energy => energy(args),
         Sweep::Linear => linear(args),
+        Sweep::Kernels => kernels(args),
     }
 }
 
@@ -257,4 +261,41 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
         table::linear(&records, &config.omissions())
     );
     deliver(args.json.as_deref(), Sweep::Linear.name(), &text, &records)
+}
+
+/// What the columns of the sweep's tables are.
+const KERNELS_LEGEND: &str = "\
+ns/joint: factorisation and solve of the assembled system, least of the samples; median: of the samples; × banded: over
+banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
+multipliers against the KKT system in extended precision. All take turns on the same matrices. +refine: with one
+refinement from the pieces, by the step's clock; batch: 8 cables side by side; lapack: dpbtrf and dpbtrs, without the
+filling of the band";
+
+fn kernels(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        kernels::Config::quick()
+    } else {
+        kernels::Config::default()
+    };
+    config.segments = sorted(&args.segments, config.segments);
+    take_ratios(&args.ratios, &mut config.ratios)?;
+    if !args.backends.is_empty() {
+        config.rivals.clear();
+        for name in &args.backends {
+            let rival: kernels::Rival = name.parse().map_err(Failure::Input)?;
+            rival.check()?;
+            if !config.rivals.contains(&rival) {
+                config.rivals.push(rival);
+            }
+        }
+    }
+    let bar = progress(0).with_message(Sweep::Kernels.name());
+    let results = kernels::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread unless a solver says more\n{KERNELS_LEGEND}\n{}",
+        Machine::current(),
+        table::kernels(&results)
+    );
+    deliver(args.json.as_deref(), Sweep::Kernels.name(), &text, &results)
 }

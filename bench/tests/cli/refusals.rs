@@ -185,4 +185,27 @@ fn sweeps_refuse_what_has_no_effect_on_them() {
         "bench --sweep linear --backends superlu",
         &["superlu", "banded"],
     );
+    refused(
+        &at,
+        "bench --sweep kernels --segments 0",
+        &["segments is 0"],
+    );
+    refused(
+        &at,
+        "bench --sweep kernels --backends banded,superlu",
+        &["superlu", "banded", "batch", "lapack:lower"],
+    );
+    refused(
+        &at,
+        "bench --sweep kernels --backends dense/kkt+refine",
+        &["+refine", "/kkt"],
+    );
+    refused(&at, "bench --sweep kernels --time 1", &["--time"]);
+    if !cfg!(feature = "lapack") {
+        refused(
+            &at,
+            "bench --sweep kernels --backends lapack:lower",
+            &["lapack", "not compiled in", "--features lapack"],
+        );
+    }
 }

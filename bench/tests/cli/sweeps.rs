@@ -124,6 +124,73 @@ fn the_linear_sweep_reads_what_narrows_it() {
 }
 
 #[test]
+fn the_kernels_sweep_writes_rows_and_targets() {
+    let at = folder("kernels");
+    let results = json(
+        &at,
+        "bench --sweep kernels --quick --segments 24,8 --json -",
+    );
+    let records = results["records"].as_array().expect("a list of records");
+    for record in records {
+        for field in [
+            "ns_per_joint",
+            "ns_per_joint_median",
+            "backward_error_componentwise",
+            "forward_error",
+        ] {
+            let sound = |x: f64| x.is_finite() && x >= 0.0;
+            assert!(
+                record[field].as_f64().is_some_and(sound),
+                "{field}: {record}"
+            );
+        }
+        assert_eq!(record["error"], Value::Null, "{record}");
+        assert_eq!(
+            record["ratio"].is_number(),
+            cfg!(feature = "banded"),
+            "{record}"
+        );
+        if record["options"] == "banded" {
+            assert!(record["backward_error_componentwise"].as_f64() <= Some(1e-15));
+        }
+    }
+    let compiled = taut_bench::kernels::Rival::all()
+        .into_iter()
+        .filter(|r| r.check().is_ok());
+    for rival in compiled {
+        let name = rival.to_string();
+        // Two cables, three kinds of joints.
+        let rows = records.iter().filter(|r| r["options"] == *name).count();
+        assert_eq!(rows, 6, "{name}");
+    }
+    let targets = results["targets"].as_array().expect("a list of targets");
+    for target in targets {
+        assert_eq!(target["worst"].is_null(), target["reached"].is_null());
+        assert!(target["bar"].is_number(), "{target}");
+    }
+}
+
+#[test]
+fn the_kernels_sweep_reads_what_narrows_it() {
+    let at = folder("kernels_narrow");
+    let stdout = good(
+        &at,
+        "bench --sweep kernels --quick --segments 3 --ratios 10,1e5 --backends dense,batch,dense+refine,batch",
+    );
+    for words in [
+        "3 segments, 4 joints of 5 rows, mass ratio 1e5",
+        "dense:double+refine",
+        "not measured",
+    ] {
+        assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
+    }
+    let rows = fs::read_to_string(at.join("target/taut/kernels.json")).expect("the copy");
+    let rows: Value = serde_json::from_str(&rows).expect("JSON");
+    // Three solvers, two ratios, three kinds of joints.
+    assert_eq!(rows["records"].as_array().map(Vec::len), Some(18));
+}
+
+#[test]
 fn the_accuracy_sweep_compares_every_scheme_with_the_reference() {
     let at = folder("accuracy");
     let line = "bench --sweep accuracy --segments 4 --ratios 100 --dt 1/60,1/120,1/240 --time 1 \

@@ -1,5 +1,8 @@
 //! The hoist, hanging at an angle, throughput in joints: `solvers/<backend>/N` is factorisation and solve of its
-//! assembled system, `step/hoist/<backend>/N` the whole step from one state.
+//! assembled system, `step/hoist/<backend>/N` the whole step from one state. Parts of it alone: `kernels`, `assembly`.
+
+mod assembly;
+mod kernels;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
@@ -74,5 +77,5 @@ fn step(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, solvers, step);
+criterion_group!(benches, kernels::kernels, assembly::assembly, solvers, step);
 criterion_main!(benches);

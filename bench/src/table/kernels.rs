@@ -1,0 +1,163 @@
+//! What one solve costs, a table for each case, and the targets.
+
+use super::{error, ratio, table, text};
+use crate::kernels::{Record, Results, Target};
+use comfy_table::CellAlignment;
+use std::fmt::Write;
+
+/// A table for each case, then what the targets come to, then what was left out.
+#[must_use]
+pub fn kernels(results: &Results) -> String {
+    let mut out = String::new();
+    let cases = results.records.chunk_by(|a, b| {
+        (a.segments, a.joint_rows) == (b.segments, b.joint_rows) && a.mass_ratio == b.mass_ratio
+    });
+    for case in cases {
+        let r = &case[0];
+        let _ = writeln!(
+            out,
+            "\n{} segments, {} joints of {} rows, mass ratio {}",
+            r.segments,
+            r.joints,
+            r.joint_rows,
+            ratio(r.mass_ratio)
+        );
+        out.push_str(&rows(case));
+    }
+    if results.targets.iter().any(|t| t.reached.is_some()) {
+        let _ = writeln!(
+            out,
+            "\nTargets, for joints of 5 rows where nothing else is said; the worst case decides, by least times"
+        );
+        out.push_str(&targets(&results.targets));
+    }
+    out.push_str(&super::omissions(&results.omissions));
+    out
+}
+
+/// Nanoseconds or a ratio in three digits.
+fn digits(x: f64) -> String {
+    match x {
+        x if x.is_nan() => "-".to_owned(),
+        x if x < 10.0 => format!("{x:.2}"),
+        x if x < 100.0 => format!("{x:.1}"),
+        x => format!("{x:.0}"),
+    }
+}
+
+fn rows(case: &[Record]) -> String {
+    let mut t = table(&[
+        "solver",
+        "ns/joint",
+        "median",
+        "× banded",
+        "median",
+        "samples",
+        "normwise",
+        "compon.",
+        "error",
+    ]);
+    for r in case {
+        let number = |x: f64| error(r.error.is_none().then_some(x));
+        let times = |x: Option<f64>| x.map_or_else(|| "-".to_owned(), digits);
+        let least = match r.error {
+            Some(_) => "failed".to_owned(),
+            None => digits(r.ns_per_joint),
+        };
+        t.add_row([
+            r.solver.clone(),
+            least,
+            digits(r.ns_per_joint_median),
+            times(r.ratio),
+            times(r.ratio_median),
+            r.samples.to_string(),
+            number(r.backward_error),
+            number(r.backward_error_componentwise),
+            number(r.forward_error),
+        ]);
+    }
+    let mut out = text(&t);
+    for (r, reason) in case.iter().filter_map(|r| Some((r, r.error.as_ref()?))) {
+        let _ = writeln!(out, "  {}: {reason}", r.solver);
+    }
+    out
+}
+
+fn targets(targets: &[Target]) -> String {
+    let mut t = table(&[
+        "target", "bar", "worst", "at N", "median", "best", "verdict",
+    ]);
+    for column in t.column_iter_mut().skip(6) {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    for target in targets {
+        let figure = |x: Option<f64>| match (x, target.unit) {
+            (None, _) => "-".to_owned(),
+            (Some(x), "") => format!("{x:.1e}"),
+            (Some(x), unit) => format!("{} {unit}", digits(x)),
+        };
+        let (sign, bar) = (if target.at_most { "≤" } else { "≥" }, target.bar);
+        let bar = match target.unit {
+            "" => format!("{sign} {bar:.0e}"),
+            unit => format!("{sign} {bar} {unit}"),
+        };
+        let segments = target.segments.map_or_else(String::new, |n| n.to_string());
+        t.add_row([
+            target.what.clone(),
+            bar,
+            figure(target.worst),
+            segments,
+            figure(target.worst_median),
+            figure(target.best),
+            match target.reached {
+                Some(true) => "reached",
+                Some(false) => "not reached",
+                None => "not measured",
+            }
+            .to_owned(),
+        ]);
+    }
+    text(&t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::{Config, run};
+    use indicatif::ProgressBar;
+    use std::time::Duration;
+
+    #[test]
+    fn the_tables_fit_into_120_columns() {
+        let config = Config {
+            segments: vec![5],
+            share: Duration::from_micros(100),
+            ..Config::default()
+        };
+        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let shown = kernels(&results);
+        let width = shown.lines().map(|l| l.chars().count()).max();
+        assert!(width <= Some(120), "{width:?}\n{shown}");
+        assert!(shown.contains("5 segments, 6 joints of 3 rows, mass ratio 1000"));
+        let verdicts = shown.matches("reached").count() + shown.matches("not measured").count();
+        assert_eq!(verdicts, results.targets.len(), "{shown}");
+    }
+
+    #[test]
+    fn a_failure_is_told_with_its_reason() {
+        let rivals = vec!["dense".parse().unwrap()];
+        let config = Config {
+            segments: vec![3],
+            rivals,
+            share: Duration::ZERO,
+            ..Config::default()
+        };
+        let mut results = run(&config, &ProgressBar::hidden()).unwrap();
+        results.records[0].error = Some("too hot".to_owned());
+        let shown = kernels(&results);
+        assert!(
+            shown.contains("failed") && shown.contains("dense:double: too hot"),
+            "{shown}"
+        );
+    }
+}
