@@ -1,10 +1,12 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
 mod check;
+mod iterative;
 mod linear;
 mod matrix;
 
 pub use check::checks;
+pub use iterative::iterative;
 pub use linear::linear;
 pub use matrix::{compared, solved, suite};
 

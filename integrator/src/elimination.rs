@@ -10,8 +10,7 @@ use std::fmt;
 use std::str::FromStr;
 use taut_model::{Linearized, Scene, SceneError, Slot, Topology};
 use taut_solver::{
-    Backend, BlockPattern, EliminationCost, SolveError,
-    elimination_cost, minimum_degree,
+    Backend, BlockPattern, EliminationCost, SolveError, elimination_cost, minimum_degree,
 };
 
 /// The order in which the constraints stand in the linear system, which is that of elimination in the backends that do

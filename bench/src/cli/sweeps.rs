@@ -3,7 +3,7 @@
 use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
-use taut_bench::{accuracy, energy, linear, shocks, stability, table};
+use taut_bench::{accuracy, energy, iterative, linear, shocks, stability, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,6 +18,8 @@ pub(crate) enum Sweep {
     Energy,
     /// Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²
     Linear,
+    /// Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver
+    Iterative,
 }
 
 impl Sweep {
@@ -29,6 +31,7 @@ impl Sweep {
             Self::Stability => "stability",
             Self::Energy => "energy",
             Self::Linear => "linear",
+            Self::Iterative => "iterative",
         }
     }
 
@@ -46,6 +49,7 @@ impl Sweep {
             Self::Shocks => &["--ratios", "--time"],
             Self::Stability | Self::Energy => &[],
             Self::Linear => &["--segments", "--ratios", "--backends"],
+            Self::Iterative => &["--segments", "--ratios", "--backends", "--iterations"],
         }
     }
 }
@@ -59,6 +63,7 @@ pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
         Sweep::Stability => stability(args),
         Sweep::Energy => energy(args),
         Sweep::Linear => linear(args),
+        Sweep::Iterative => iterative(args),
     }
 }
 
@@ -257,4 +262,69 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
         table::linear(&records, &config.omissions())
     );
     deliver(args.json.as_deref(), Sweep::Linear.name(), &text, &records)
+}
+
+/// What the cells of the sweep's tables are.
+const ITERATIVE_LEGEND: &str = "\
+Each cell: fewest iterations that reach the error of the multipliers against extended precision (∞-norm): µs from the
+pieces to the multipliers (assembly, factorisation, solve), × the direct solver's time over it: above 1 it wins. First
+row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not reached";
+
+fn iterative(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        iterative::Config::quick()
+    } else {
+        iterative::Config::default()
+    };
+    if !args.segments.is_empty() || !args.ratios.is_empty() {
+        // Both are the hoist's.
+        config.networks.clear();
+    }
+    config.segments = sorted(&args.segments, config.segments);
+    take_ratios(&args.ratios, &mut config.ratios)?;
+    if !args.backends.is_empty() {
+        config.choices.clear();
+        for choice in choices(&args.backends)? {
+            if !config.choices.contains(&choice) {
+                config.choices.push(choice);
+            }
+        }
+    }
+    if let Some(direct) = config.choices.iter().find(|c| !c.backend.is_iterative()) {
+        return Err(Failure::Input(format!(
+            "`--backends {direct}`: `--sweep iterative` takes iterative solvers, gauss-seidel and cg"
+        )));
+    }
+    if let Some(name) = args.backends.iter().find(|b| b.contains('=')) {
+        return Err(Failure::Input(format!(
+            "`{name}`: iterations are what the sweep looks for, without a tolerance; use `--iterations`"
+        )));
+    }
+    config.limit = match args.iterations[..] {
+        [] => config.limit,
+        [limit] if limit > 0 => limit,
+        _ => {
+            return Err(Failure::Input(
+                "`--iterations`: `--sweep iterative` takes one limit, at least 1".to_owned(),
+            ));
+        }
+    };
+    let bar = progress(0).with_message(Sweep::Iterative.name());
+    let results = iterative::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n{ITERATIVE_LEGEND}\n{}",
+        Machine::current(),
+        iterative::ANGLE,
+        iterative::WARM_UP,
+        1.0 / config.dt,
+        config.limit,
+        table::iterative(&results, config.limit)
+    );
+    deliver(
+        args.json.as_deref(),
+        Sweep::Iterative.name(),
+        &text,
+        &results.records,
+    )
 }
