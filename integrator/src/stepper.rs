@@ -30,7 +30,7 @@ pub struct Stepper {
     pub(crate) x: Vec<f64>,
     scratch: RefineScratch,
     /// Where the backend does without S.
-    matrix_free: Option<MatrixFree>,
+    pub(crate) matrix_free: Option<MatrixFree>,
     /// Multipliers and a residual in the order of the scene's rows.
     pub(crate) in_rows: [Vec<f64>; 2],
     /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.

@@ -62,6 +62,7 @@ fn cell(r: &Record) -> String {
     };
     match (&r.failure, r.iterations, r.ns) {
         (Some(_), ..) => "failed".to_owned(),
+        (None, Some(0), _) => "guess".to_owned(),
         (None, Some(k), Some(ns)) => format!("{k}: {}{}", micro(ns), gain(r.gain())),
         _ => format!("no ({:.0e})", r.error),
     }
@@ -129,7 +130,10 @@ fn unreached(records: &[Record]) -> String {
                     (r.backend.as_str(), r.start, r.target) == (backend, Some(start), target)
                 };
                 let all = iterative().filter(own).count();
-                let short = iterative().filter(own).filter(|r| r.ns.is_none()).count();
+                let short = iterative()
+                    .filter(own)
+                    .filter(|r| r.iterations.is_none())
+                    .count();
                 row.push(format!("{short} of {all}"));
             }
         }
