@@ -3,8 +3,10 @@
 //! They are stored number by number, so that neighbouring bodies' numbers make a vector as they stand. After the last
 //! body comes the world, and what fills up the last vector.
 
+use nalgebra::Vector3;
 use std::array::from_fn;
-use taut_lanes::Lanes;
+use taut_lanes::vector::gather;
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::ABREAST;
 
 /// Six numbers a body.
@@ -88,6 +90,11 @@ impl Six {
         }
     }
 
+    /// The first and the last three numbers of all bodies.
+    pub(crate) fn load(&mut self, first: &[Vector3<f64>], last: &[Vector3<f64>]) {
+        dispatch(Level::best(), Load(self, first, last));
+    }
+
     pub(crate) fn clear(&mut self) {
         self.values.fill(0.0);
     }
@@ -123,6 +130,30 @@ impl Six {
         let (d, rest) = rest.split_at_mut(self.room);
         let (e, rest) = rest.split_at_mut(self.room);
         ViewMut([a, b, c, d, e, &mut rest[..self.room]])
+    }
+}
+
+struct Load<'a>(&'a mut Six, &'a [Vector3<f64>], &'a [Vector3<f64>]);
+
+impl Kernel for Load<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self(six, first, last) = self;
+        let ((firsts, _), (lasts, _)) = (first.as_chunks(), last.as_chunks());
+        let together = firsts.len() * ABREAST;
+        let mut to = six.view_mut();
+        for (k, (first, last)) in firsts.iter().zip(lasts).enumerate() {
+            let first: &[Vector3<f64>; ABREAST] = first;
+            let last: &[Vector3<f64>; ABREAST] = last;
+            let [a, b, c] = gather::<I::X4, ABREAST, 3>(first.each_ref().map(AsRef::as_ref));
+            let [d, e, f] = gather::<I::X4, ABREAST, 3>(last.each_ref().map(AsRef::as_ref));
+            to.store(&Group::starting_at(ABREAST * k), &[a, b, c, d, e, f]);
+        }
+        for (i, (a, b)) in first.iter().zip(last).enumerate().skip(together) {
+            six.set(i, [a.x, a.y, a.z, b.x, b.y, b.z]);
+        }
     }
 }
 

@@ -8,8 +8,8 @@
 //! One code serves doubles and [`crate::DoubleDouble`] (the reference), and any block size.
 
 use crate::kernels::{
-    Bound, Scalar, by_size, by_sizes, panel_solve, subtract, subtract_product, subtract_transposed,
-    unit_lower_solve, unit_upper_solve, update, update_diagonal,
+    BlockWork, Bound, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
+    subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
@@ -114,14 +114,12 @@ impl<T: Scalar> BlockLdlt<T> {
                 *scale = diagonal[r * (n + 1)].to_f64().abs();
             }
         }
-        for k in 0..self.factor.blocks() {
-            self.eliminate(k, pivots)?;
-        }
-        Ok(())
+        T::run(EliminateAll(self, pivots))
     }
 
     /// Eliminates block column `k`: factor of its diagonal block, its part of L, update of the columns after it.
-    fn eliminate(&mut self, k: usize, pivots: Pivots) -> Result<(), SolveError> {
+    #[inline(always)]
+    fn eliminate<S: Strips<T>>(&mut self, k: usize, pivots: Pivots) -> Result<(), SolveError> {
         let p = &self.factor;
         let (n, rows, column) = (p.size(k), p.rows(k), p.column(k));
         let diagonal = p.values(column.start);
@@ -129,7 +127,10 @@ impl<T: Scalar> BlockLdlt<T> {
         let (diagonal, scale) = (&mut head[diagonal], &mut self.scale[rows.clone()]);
         let inverse = &mut self.inverse_pivots[rows];
         let failed = |e: PivotError| e.at(k);
-        by_size!(n, |n| factor_diagonal(n, diagonal, inverse, scale, pivots)).map_err(failed)?;
+        by_size!(n, |n| factor_diagonal::<S, _, _>(
+            n, diagonal, inverse, scale, pivots
+        ))
+        .map_err(failed)?;
 
         let base = p.values(column.start).end;
         for b in column.start + 1..column.end {
@@ -137,7 +138,7 @@ impl<T: Scalar> BlockLdlt<T> {
             let range = p.values(b).start - base..p.values(b).end - base;
             let panel = &mut self.panel[range.clone()];
             let block = &mut later[range];
-            by_sizes!(m, n, |m, n| panel_solve(
+            by_sizes!(m, n, |m, n| panel_solve::<S, _, _, _>(
                 m, n, diagonal, inverse, block, panel
             ));
         }
@@ -159,13 +160,17 @@ impl<T: Scalar> BlockLdlt<T> {
                 let block = &mut later[range.start - later_base..range.end - later_base];
                 if i == j {
                     let scale = &mut self.scale[p.rows(i)];
-                    by_sizes!(nj, n, |m, k| update_diagonal(m, k, block, x_i, l_j, scale));
+                    by_sizes!(nj, n, |m, k| update_diagonal::<S, _, _, _>(
+                        m, k, block, x_i, l_j, scale
+                    ));
                 } else {
                     let mi = p.size(i);
                     if mi == nj {
-                        by_sizes!(nj, n, |m, k| update(m, m, k, block, x_i, l_j));
+                        by_sizes!(nj, n, |m, k| update::<S, _, _, _, _>(
+                            m, m, k, block, x_i, l_j
+                        ));
                     } else {
-                        update(mi, nj, n, block, x_i, l_j);
+                        update::<S, _, _, _, _>(mi, nj, n, block, x_i, l_j);
                     }
                 }
             }
@@ -184,6 +189,14 @@ impl<T: Scalar> BlockLdlt<T> {
     where
         I: DoubleEndedIterator<Item = usize> + Clone,
     {
+        T::run(Substitute(self, blocks, x));
+    }
+
+    #[inline(always)]
+    fn substitute<S: Strips<T>, I>(&self, blocks: I, x: &mut [T])
+    where
+        I: DoubleEndedIterator<Item = usize> + Clone,
+    {
         let p = &self.factor;
         for k in blocks.clone() {
             let n = p.size(k);
@@ -198,7 +211,7 @@ impl<T: Scalar> BlockLdlt<T> {
             for b in column.start + 1..column.end {
                 let rows = p.rows(p.row(b));
                 let x_i = &mut tail[rows.start - p.rows(k).end..rows.end - p.rows(k).end];
-                by_sizes!(rows.len(), n, |m, n| subtract_product(
+                by_sizes!(rows.len(), n, |m, n| subtract_product::<S, _, _, _>(
                     m,
                     n,
                     &self.values[p.values(b)],
@@ -232,6 +245,36 @@ impl<T: Scalar> BlockLdlt<T> {
                 x_k
             ));
         }
+    }
+}
+
+/// The elimination of all block columns.
+struct EliminateAll<'a, T>(&'a mut BlockLdlt<T>, Pivots);
+
+impl<T: Scalar> BlockWork<T> for EliminateAll<'_, T> {
+    type Output = Result<(), SolveError>;
+
+    #[inline(always)]
+    fn run<S: Strips<T>>(self) -> Result<(), SolveError> {
+        let Self(factor, pivots) = self;
+        for k in 0..factor.factor.blocks() {
+            factor.eliminate::<S>(k, pivots)?;
+        }
+        Ok(())
+    }
+}
+
+/// The solve for the rows of some block rows.
+struct Substitute<'a, T, I>(&'a BlockLdlt<T>, I, &'a mut [T]);
+
+impl<T: Scalar, I: DoubleEndedIterator<Item = usize> + Clone> BlockWork<T>
+    for Substitute<'_, T, I>
+{
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Strips<T>>(self) {
+        self.0.substitute::<S, I>(self.1, self.2);
     }
 }
 
@@ -287,7 +330,7 @@ impl PivotError {
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of
 /// what each diagonal entry was made from, so that cancellation to noise is seen.
 #[inline(always)]
-pub(crate) fn factor_diagonal<T: Scalar, N: Bound>(
+pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
     n: N,
     a: &mut [T],
     inverse: &mut [T],
@@ -301,7 +344,7 @@ pub(crate) fn factor_diagonal<T: Scalar, N: Bound>(
         // the diagonal are computed along and never read.
         let (done, rest) = a.split_at_mut(n * c);
         let column = &mut rest[..n];
-        subtract(n, c, done, |s| done[s + n * s] * done[c + n * s], column);
+        S::subtract(n, c, done, |s| done[s + n * s] * done[c + n * s], column);
         let d = column[c];
         let size = d.to_f64();
         if !size.is_finite() {

@@ -1,11 +1,14 @@
 //! Products and solves with small dense blocks, column-major.
 //!
 //! Each kernel is written once, over loop bounds that are constants for the sizes that joints and bodies have and
-//! run-time numbers for all others. A column is kept in a local array while it is worked on, a strip of at most
-//! [`STRIP`] rows at a time, so that the compiler holds it in registers: 1.5 to 3 times faster than in place.
+//! run-time numbers for all others. A column is kept in registers while it is worked on, a strip of at most [`STRIP`]
+//! rows at a time: 1.5 to 3 times faster than in place. What holds a strip are the [`Strips`]: a local array of any
+//! number ([`OneByOne`]), or for doubles one or two vectors ([`InVectors`]).
 
 use crate::DoubleDouble;
+use std::marker::PhantomData;
 use std::ops::{Add, Mul, Neg, Sub};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// What the factorisation needs of a number.
 pub(crate) trait Scalar:
@@ -21,6 +24,111 @@ pub(crate) trait Scalar:
     fn to_f64(self) -> f64;
     /// Unit roundoff: a pivot below a few of these, relative to what was subtracted from it, is noise.
     const ROUNDOFF: f64;
+    /// Runs work on blocks with the fastest strips that there are.
+    fn run<W: BlockWork<Self>>(work: W) -> W::Output;
+}
+
+/// Work on blocks that is written once for all kinds of strips.
+pub(crate) trait BlockWork<T: Scalar> {
+    type Output;
+
+    /// The work. It, and what it calls with strips, must be `#[inline(always)]`.
+    fn run<S: Strips<T>>(self) -> Self::Output;
+}
+
+/// A piece of a column that is kept in registers.
+pub(crate) trait Strips<T> {
+    /// y −= A x for an m×n block and entries x(c).
+    fn subtract(m: usize, n: usize, a: &[T], x: impl Fn(usize) -> T, y: &mut [T]);
+}
+
+/// Numbers of any kind, one by one.
+pub(crate) struct OneByOne;
+
+impl<T: Scalar> Strips<T> for OneByOne {
+    #[inline(always)]
+    fn subtract(m: usize, n: usize, a: &[T], x: impl Fn(usize) -> T, y: &mut [T]) {
+        if m <= STRIP {
+            return subtract_strip(0, m, m, n, a, &x, y);
+        }
+        for first in (0..m).step_by(STRIP) {
+            subtract_strip(first, STRIP.min(m - first), m, n, a, &x, y);
+        }
+    }
+}
+
+/// Doubles, several in a vector.
+pub(crate) struct InVectors<I>(PhantomData<I>);
+
+impl<I: Isa> Strips<f64> for InVectors<I> {
+    #[inline(always)]
+    fn subtract(m: usize, n: usize, a: &[f64], x: impl Fn(usize) -> f64, y: &mut [f64]) {
+        let mut first = 0;
+        while m - first >= 6 {
+            subtract_rows::<I::X4, I::X2>(first, m, n, a, &x, y);
+            first += 6;
+        }
+        match m - first {
+            0 => {}
+            1 => subtract_vector::<I::X1>(first, m, n, a, &x, y),
+            2 => subtract_vector::<I::X2>(first, m, n, a, &x, y),
+            3 => subtract_rows::<I::X2, I::X1>(first, m, n, a, &x, y),
+            4 => subtract_vector::<I::X4>(first, m, n, a, &x, y),
+            _ => subtract_rows::<I::X4, I::X1>(first, m, n, a, &x, y),
+        }
+    }
+}
+
+/// The rows from `first` on, as many as two vectors hold.
+#[inline(always)]
+fn subtract_rows<V: Lanes, W: Lanes>(
+    first: usize,
+    m: usize,
+    n: usize,
+    a: &[f64],
+    x: &impl Fn(usize) -> f64,
+    y: &mut [f64],
+) {
+    let rows = V::LANES + W::LANES;
+    let (a, y) = (&a[..m * n], &mut y[first..first + rows]);
+    let (mut upper, mut lower) = (V::load(y), W::load(&y[V::LANES..]));
+    for c in 0..n {
+        let (x, column) = (x(c), &a[first + m * c..first + m * c + rows]);
+        upper = V::load(column).neg_mul_add(V::splat(x), upper);
+        lower = W::load(&column[V::LANES..]).neg_mul_add(W::splat(x), lower);
+    }
+    upper.store(y);
+    lower.store(&mut y[V::LANES..]);
+}
+
+/// The rows from `first` on, as many as one vector holds.
+#[inline(always)]
+fn subtract_vector<V: Lanes>(
+    first: usize,
+    m: usize,
+    n: usize,
+    a: &[f64],
+    x: &impl Fn(usize) -> f64,
+    y: &mut [f64],
+) {
+    let (a, y) = (&a[..m * n], &mut y[first..first + V::LANES]);
+    let mut sum = V::load(y);
+    for c in 0..n {
+        sum = V::load(&a[first + m * c..]).neg_mul_add(V::splat(x(c)), sum);
+    }
+    sum.store(y);
+}
+
+/// Work on blocks of doubles as what has instructions of its own.
+struct Dispatched<W>(W);
+
+impl<W: BlockWork<f64>> Kernel for Dispatched<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> W::Output {
+        self.0.run::<InVectors<I>>()
+    }
 }
 
 impl Scalar for f64 {
@@ -28,6 +136,9 @@ impl Scalar for f64 {
         self
     }
     const ROUNDOFF: f64 = f64::EPSILON / 2.0;
+    fn run<W: BlockWork<Self>>(work: W) -> W::Output {
+        dispatch(Level::best(), Dispatched(work))
+    }
 }
 
 impl Scalar for DoubleDouble {
@@ -35,6 +146,9 @@ impl Scalar for DoubleDouble {
         self.to_f64()
     }
     const ROUNDOFF: f64 = f64::EPSILON * f64::EPSILON;
+    fn run<W: BlockWork<Self>>(work: W) -> W::Output {
+        work.run::<OneByOne>()
+    }
 }
 
 /// Runs the expression with a constant bound for the sizes that joints and bodies have.
@@ -105,24 +219,7 @@ impl Bound for usize {
 /// Most rows that are worked on at a time.
 const STRIP: usize = 6;
 
-/// y −= A x for an m×n block and entries x(c), with y in registers.
-#[inline(always)]
-pub(crate) fn subtract<T: Scalar>(
-    m: usize,
-    n: usize,
-    a: &[T],
-    x: impl Fn(usize) -> T,
-    y: &mut [T],
-) {
-    if m <= STRIP {
-        return subtract_strip(0, m, m, n, a, &x, y);
-    }
-    for first in (0..m).step_by(STRIP) {
-        subtract_strip(first, STRIP.min(m - first), m, n, a, &x, y);
-    }
-}
-
-/// The same for `rows` rows from `first` on.
+/// y −= A x for `rows` rows of an m×n block from `first` on.
 #[inline(always)]
 fn subtract_strip<T: Scalar>(
     first: usize,
@@ -147,7 +244,7 @@ fn subtract_strip<T: Scalar>(
 
 /// Solves X Lᵀ = A for the m×n block A (unit lower L): `x` receives X = L_ik D, `a` becomes L_ik.
 #[inline(always)]
-pub(crate) fn panel_solve<T: Scalar, M: Bound, N: Bound>(
+pub(crate) fn panel_solve<S: Strips<T>, T: Scalar, M: Bound, N: Bound>(
     m: M,
     n: N,
     l: &[T],
@@ -162,7 +259,7 @@ pub(crate) fn panel_solve<T: Scalar, M: Bound, N: Bound>(
         let (done, rest) = x.split_at_mut(m * c);
         let (column, a) = (&mut rest[..m], &mut a[m * c..m * (c + 1)]);
         column.copy_from_slice(a);
-        subtract(m, c, done, |s| l[c + n * s], column);
+        S::subtract(m, c, done, |s| l[c + n * s], column);
         for (a, x) in a.iter_mut().zip(column) {
             *a = *x * inverse[c];
         }
@@ -171,7 +268,7 @@ pub(crate) fn panel_solve<T: Scalar, M: Bound, N: Bound>(
 
 /// A −= X Lᵀ for an m×n block A, X m×k, L n×k.
 #[inline(always)]
-pub(crate) fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(
+pub(crate) fn update<S: Strips<T>, T: Scalar, M: Bound, N: Bound, K: Bound>(
     m: M,
     n: N,
     k: K,
@@ -182,13 +279,13 @@ pub(crate) fn update<T: Scalar, M: Bound, N: Bound, K: Bound>(
     let (m, n, k) = (m.get(), n.get(), k.get());
     let (a, l) = (&mut a[..m * n], &l[..n * k]);
     for c in 0..n {
-        subtract(m, k, x, |s| l[c + n * s], &mut a[m * c..m * (c + 1)]);
+        S::subtract(m, k, x, |s| l[c + n * s], &mut a[m * c..m * (c + 1)]);
     }
 }
 
 /// The same for a diagonal block, with the magnitude of what is subtracted from its diagonal.
 #[inline(always)]
-pub(crate) fn update_diagonal<T: Scalar, N: Bound, K: Bound>(
+pub(crate) fn update_diagonal<S: Strips<T>, T: Scalar, N: Bound, K: Bound>(
     n: N,
     k: K,
     a: &mut [T],
@@ -201,7 +298,7 @@ pub(crate) fn update_diagonal<T: Scalar, N: Bound, K: Bound>(
     for c in 0..n {
         let column = &mut a[n * c..n * (c + 1)];
         let before = column[c];
-        subtract(n, k, x, |s| l[c + n * s], column);
+        S::subtract(n, k, x, |s| l[c + n * s], column);
         scale[c] = scale[c].max((before - column[c]).to_f64().abs());
     }
 }
@@ -232,7 +329,7 @@ pub(crate) fn unit_upper_solve<T: Scalar, N: Bound>(n: N, l: &[T], x: &mut [T]) 
 
 /// y −= A x for an m×n block.
 #[inline(always)]
-pub(crate) fn subtract_product<T: Scalar, M: Bound, N: Bound>(
+pub(crate) fn subtract_product<S: Strips<T>, T: Scalar, M: Bound, N: Bound>(
     m: M,
     n: N,
     a: &[T],
@@ -241,7 +338,7 @@ pub(crate) fn subtract_product<T: Scalar, M: Bound, N: Bound>(
 ) {
     let (m, n) = (m.get(), n.get());
     let x = &x[..n];
-    subtract(m, n, a, |c| x[c], y);
+    S::subtract(m, n, a, |c| x[c], y);
 }
 
 /// y −= Aᵀ x for an m×n block.

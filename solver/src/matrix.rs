@@ -1,7 +1,7 @@
 //! Symmetric block-sparse matrices: a shared pattern and its values.
 
 use crate::kernels::{
-    by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
+    OneByOne, by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
 };
 use crate::{BlockPattern, SolveError};
 use std::sync::Arc;
@@ -115,7 +115,7 @@ impl SymBlockMatrix {
                 let (block, rows) = (self.block(k), p.rows(p.row(k)));
                 let x_i = &x[rows.clone()];
                 by_sizes!(rows.len(), n, |m, n| {
-                    subtract_product(m, n, block, x_j, &mut r[rows.clone()]);
+                    subtract_product::<OneByOne, _, _, _>(m, n, block, x_j, &mut r[rows.clone()]);
                     subtract_transposed(m, n, block, x_i, &mut r[columns.clone()]);
                 });
             }

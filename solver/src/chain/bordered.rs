@@ -11,7 +11,7 @@
 
 use super::Chain;
 use crate::block_ldlt::{Pivots, factor_diagonal};
-use crate::kernels::{unit_lower_solve, unit_upper_solve};
+use crate::kernels::{OneByOne, unit_lower_solve, unit_upper_solve};
 use crate::{BlockPattern, SymBlockMatrix};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
@@ -101,7 +101,7 @@ impl Bordered {
             }
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
-        factor_diagonal(rows, s, inverse, &self.scale, Pivots::Nonzero).is_ok()
+        factor_diagonal::<OneByOne, _, _>(rows, s, inverse, &self.scale, Pivots::Nonzero).is_ok()
     }
 
     /// Solves A x = b, both of length `dim`. Allocates nothing.

@@ -4,7 +4,7 @@
 //! worked on number by number. What a row waits for is the block changed last: its product comes last, and every second
 //! column is summed apart, so that the chain of additions is short.
 
-use crate::kernels::{Bound, by_size, by_sizes, subtract_product};
+use crate::kernels::{Bound, OneByOne, by_size, by_sizes, subtract_product};
 use crate::{BlockPattern, SymBlockMatrix};
 use std::ops::Range;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
@@ -161,7 +161,8 @@ impl Rows {
         for entry in &self.entries[self.start[i]..self.start[i + 1]] {
             let n = entry.columns;
             let block = &self.values[entry.at..entry.at + m * n];
-            subtract_product(m, n, block, &x[entry.first..entry.first + n], r);
+            let x = &x[entry.first..entry.first + n];
+            subtract_product::<OneByOne, _, _, _>(m, n, block, x, r);
         }
     }
 }
