@@ -492,7 +492,9 @@ fn measure_algebra(
             continue;
         };
         iterations += report.iterations;
-        let (a, b, x) = stepper.system();
+        // Of all of S, which a matrix-free solver does not hold.
+        let (a, b) = stepper.assembled(choice.form)?;
+        let (a, b, (_, _, x)) = (&a, &b[..], stepper.system());
         let solve_error = |source| StepError::Solve {
             source,
             culprit: None,

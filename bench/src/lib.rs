@@ -7,6 +7,7 @@
 //! | `ladder` | the main job: backends × mass ratios × iterations |
 //! | `kernels` | what one linear solve costs, ours beside others' on the same matrices |
 //! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
+//! | `iterative` | time to a given error of the iterative solvers, against the direct one |
 //! | `scenes` | branches and loops: every solver on the networks, cost against size |
 //! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
 //! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
@@ -36,6 +37,7 @@ pub mod choice;
 pub mod energy;
 pub mod hard;
 pub mod inputs;
+pub mod iterative;
 pub mod kernels;
 pub mod ladder;
 pub mod linear;

@@ -1,11 +1,13 @@
 //! Tables for people: aligned text, numbers short enough to read.
 
 mod check;
+mod iterative;
 mod kernels;
 mod linear;
 mod matrix;
 
 pub use check::checks;
+pub use iterative::iterative;
 pub use kernels::kernels;
 pub use linear::linear;
 pub use matrix::{compared, solved, suite};

@@ -10,8 +10,7 @@ use std::fmt;
 use std::str::FromStr;
 use taut_model::{Linearized, Scene, SceneError, Slot, Topology};
 use taut_solver::{
-    Backend, BlockPattern, EliminationCost, Partition, Preconditioner, SolveError,
-    elimination_cost, minimum_degree,
+    Backend, BlockPattern, EliminationCost, SolveError, elimination_cost, minimum_degree,
 };
 
 /// The order in which the constraints stand in the linear system, which is that of elimination in the backends that do
@@ -151,16 +150,8 @@ fn factorized(
     rows: &Linearized,
     backend: &Backend,
 ) -> Result<BlockPattern, SolveError> {
-    // Whether it factorises groups, and whether single blocks alone; else all of S.
-    let (groups, single) = match backend {
-        Backend::GaussSeidel(o) => (o.partition == Partition::Groups, true),
-        Backend::ConjugateGradient(o) => (o.preconditioner == Preconditioner::Group, true),
-        _ => (false, false),
-    };
-    let coupled = |a: usize, b: usize| match groups {
-        true => scene.groups[a] == scene.groups[b],
-        false => !single,
-    };
+    let grouped = |c: usize| (c, scene.groups[c]);
+    let coupled = |a: usize, b: usize| backend.factorizes(grouped(a), grouped(b));
     let mut at_body = vec![Vec::new(); scene.bodies.len()];
     let dynamic = |slot: &&Slot| scene.bodies.is_dynamic(slot.body);
     for slot in rows.slots.iter().filter(dynamic) {

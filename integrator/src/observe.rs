@@ -68,7 +68,8 @@ impl Stepper {
     }
 
     /// The linear system of the last solve: matrix, right-hand side, solution as the backend and the refinement left
-    /// it. Its blocks stand in the order of [`elimination`](Self::elimination).
+    /// it. Its blocks stand in the order of [`elimination`](Self::elimination). Of a matrix-free backend the matrix holds
+    /// what its preconditioner factorises alone; [`assembled`](Self::assembled) gives all of it.
     #[must_use]
     pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
         (&self.matrix, &self.rhs, &self.x)
@@ -93,7 +94,7 @@ impl Stepper {
 
     fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
         let order = &self.elimination.constraints;
-        let plan = Plan::new(form, &self.scene, &self.pieces.rows, order);
+        let plan = Plan::new(form, &self.scene, &self.pieces.rows, order, |_, _| true);
         Ok(self.fill_system(form, &mut plan.map_err(|e| self.at_state(e))?))
     }
 
@@ -215,6 +216,7 @@ impl Stepper {
             &self.scene,
             &self.pieces.rows,
             &order.constraints,
+            |_, _| true,
         )
         .map_err(|e| self.at_state(e))?;
         let (a, b) = self.fill_system(Form::Kkt, &mut plan);

@@ -4,6 +4,7 @@
 use crate::bounded::{Bounded, Verdict};
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
+use crate::matrix_free::{self, MatrixFree};
 use crate::pieces::Pieces;
 use crate::plan::{BlockOf, Plan};
 use crate::products::times_jacobian;
@@ -13,7 +14,7 @@ use crate::{
 };
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
-use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
+use taut_solver::{LinearSolver, RefineScratch, SolveError, SolveReport, SymBlockMatrix};
 
 /// A scene in motion: its state, its linear system and the solver.
 pub struct Stepper {
@@ -28,6 +29,8 @@ pub struct Stepper {
     pub(crate) rhs: Vec<f64>,
     pub(crate) x: Vec<f64>,
     scratch: RefineScratch,
+    /// Where the backend does without S.
+    pub(crate) matrix_free: Option<MatrixFree>,
     /// Multipliers and a residual in the order of the scene's rows.
     pub(crate) in_rows: [Vec<f64>; 2],
     /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
@@ -78,7 +81,8 @@ impl Stepper {
             elimination::order_of(options.elimination, &scene, &pieces.rows, &options.backend)
                 .map_err(at_start)?;
         let order = &elimination.constraints;
-        let plan = Plan::new(options.form, &scene, &pieces.rows, order).map_err(at_start)?;
+        let kept = matrix_free::kept(&options.backend, &scene);
+        let plan = Plan::new(options.form, &scene, &pieces.rows, order, kept).map_err(at_start)?;
         let mut solver = options.backend.create().map_err(at_start)?;
         solver.analyze(&plan.pattern).map_err(at_start)?;
         pieces.rows.update(&scene, 0.0);
@@ -95,6 +99,7 @@ impl Stepper {
             rhs: vec![0.0; dim],
             x: vec![0.0; dim],
             scratch: RefineScratch::new(dim),
+            matrix_free: MatrixFree::new(&options.backend, &pieces),
             in_rows: [vec![0.0; rows], vec![0.0; rows]],
             history,
             mu: vec![0.0; rows],
@@ -360,16 +365,29 @@ impl Stepper {
             .factorize(&self.matrix)
             .map_err(|e| self.culprit(e))?;
         clock.end(Phase::Factorize);
-        let report = self
-            .solver
-            .solve(&self.matrix, &self.rhs, &mut self.x)
-            .map_err(|e| self.culprit(e))?;
+        let report = self.solve_factorized().map_err(|e| self.culprit(e))?;
         clock.end(Phase::Solve);
         let refined = self.refine().map_err(|e| self.culprit(e))?;
         clock.end(Phase::Refine);
         work.add(report, refined);
         self.take_multipliers();
         Ok(())
+    }
+
+    fn solve_factorized(&mut self) -> Result<SolveReport, SolveError> {
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            pieces,
+            plan,
+            ..
+        } = self;
+        match &mut self.matrix_free {
+            None => solver.solve(matrix, rhs, x),
+            Some(free) => free.solve(&mut **solver, (plan, pieces), matrix, rhs, x),
+        }
     }
 
     /// `mu` from the solution `x`.
@@ -437,10 +455,14 @@ impl Stepper {
             scratch,
             pieces,
             plan,
+            matrix_free,
             in_rows: [mu, residual],
             ..
         } = self;
         let sweeps = self.options.refinements;
+        if let Some(free) = matrix_free {
+            return free.refine(&mut **solver, (plan, pieces), matrix, x, sweeps);
+        }
         let report = match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {

@@ -76,7 +76,7 @@ impl Chain {
     }
 
     /// The same for some block rows and columns of these matrices, ascending.
-    fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
+    pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
         Some(Self::on(Places::new(pattern, blocks)?, level))
     }
 
@@ -103,6 +103,16 @@ impl Chain {
                 factor: &mut self.factor,
             }
         )
+    }
+
+    /// Whether all pivots of the last factorisation are positive: the matrix is positive definite.
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    pub(crate) fn is_positive(&self) -> bool {
+        let (size, triangle) = (self.places.size, block::triangle(self.places.size));
+        let steps = self.factor.chunks(2 * block::per_step(size));
+        // The reciprocal pivots are the last of each triangle.
+        let mut pivots = steps.flat_map(|step| &step[2 * (triangle - size)..2 * triangle]);
+        pivots.all(|inverse| *inverse > 0.0)
     }
 
     /// The same where the first blocks of both ends are factorised already, see [`end::End::last`].
@@ -133,7 +143,7 @@ impl Chain {
         self.half = half;
     }
 
-    /// Solves A x = b, both of length `dim`. Allocates nothing.
+    /// Solves A x = b, of which the rows of the chain are read and written. Allocates nothing.
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
         let mut half = std::mem::take(&mut self.half);
         self.forward(b, &mut [], &mut half);

@@ -29,6 +29,8 @@
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
+//! | `slices` | matrices and vectors four block rows abreast, for products |
+//! | `groups` | exact solves inside groups of blocks |
 //! | `worker` | a second thread |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
@@ -49,12 +51,16 @@ mod chain;
 mod double_double;
 mod error;
 mod general;
+#[allow(dead_code)] // where no backend that uses it is compiled in
+mod groups;
 mod kernels;
 mod matrix;
 mod ordering;
 mod pattern;
 mod reference;
 mod refine;
+#[allow(dead_code)] // where no backend that uses it is compiled in
+mod slices;
 #[allow(dead_code)] // where no backend has threads
 mod worker;
 
@@ -109,7 +115,28 @@ pub trait LinearSolver: Send {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError>;
+
+    /// The same for an A that is not formed: products with it are `product`'s, and of `a` only those blocks are read
+    /// that [`factorize`](Self::factorize) factorised ([`Backend::is_matrix_free`]).
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve); [`SolveError::NeedsMatrix`] from all but matrix-free backends.
+    fn solve_with(
+        &mut self,
+        product: &mut Product<'_>,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        let _ = (product, a, b, x);
+        Err(SolveError::NeedsMatrix {
+            backend: self.name(),
+        })
+    }
 }
+
+/// `product(x, y)` writes y = A x, both of length `dim`.
+pub type Product<'a> = dyn FnMut(&[f64], &mut [f64]) + 'a;
 
 /// What an analysis found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -3,7 +3,7 @@
 use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
-use taut_bench::{accuracy, energy, kernels, linear, shocks, stability, table};
+use taut_bench::{accuracy, energy, iterative, kernels, linear, shocks, stability, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -20,6 +20,8 @@ pub(crate) enum Sweep {
     Linear,
     /// Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run
     Kernels,
+    /// Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver
+    Iterative,
 }
 
 impl Sweep {
@@ -32,6 +34,7 @@ impl Sweep {
             Self::Energy => "energy",
             Self::Linear => "linear",
             Self::Kernels => "kernels",
+            Self::Iterative => "iterative",
         }
     }
 
@@ -49,6 +52,7 @@ impl Sweep {
             Self::Shocks => &["--ratios", "--time"],
             Self::Stability | Self::Energy => &[],
             Self::Linear | Self::Kernels => &["--segments", "--ratios", "--backends"],
+            Self::Iterative => &["--segments", "--ratios", "--backends", "--iterations"],
         }
     }
 }
@@ -63,6 +67,7 @@ pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
         Sweep::Energy => energy(args),
         Sweep::Linear => linear(args),
         Sweep::Kernels => kernels(args),
+        Sweep::Iterative => iterative(args),
     }
 }
 
@@ -298,4 +303,70 @@ fn kernels(args: &BenchArgs) -> Result<(), Failure> {
         table::kernels(&results)
     );
     deliver(args.json.as_deref(), Sweep::Kernels.name(), &text, &results)
+}
+
+/// What the cells of the sweep's tables are.
+const ITERATIVE_LEGEND: &str = "\
+Each cell: fewest iterations that reach the error of the multipliers against extended precision (∞-norm): µs from the
+pieces to the multipliers (assembly, factorisation, solve), × the direct solver's time over it: above 1 it wins. First
+row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not reached;
+guess: the step before is as near as that";
+
+fn iterative(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        iterative::Config::quick()
+    } else {
+        iterative::Config::default()
+    };
+    if !args.segments.is_empty() || !args.ratios.is_empty() {
+        // Both are the hoist's.
+        config.networks.clear();
+    }
+    config.segments = sorted(&args.segments, config.segments);
+    take_ratios(&args.ratios, &mut config.ratios)?;
+    if !args.backends.is_empty() {
+        config.choices.clear();
+        for choice in choices(&args.backends)? {
+            if !config.choices.contains(&choice) {
+                config.choices.push(choice);
+            }
+        }
+    }
+    if let Some(direct) = config.choices.iter().find(|c| !c.backend.is_iterative()) {
+        return Err(Failure::Input(format!(
+            "`--backends {direct}`: `--sweep iterative` takes iterative solvers, gauss-seidel and cg"
+        )));
+    }
+    if let Some(name) = args.backends.iter().find(|b| b.contains('=')) {
+        return Err(Failure::Input(format!(
+            "`{name}`: iterations are what the sweep looks for, without a tolerance; use `--iterations`"
+        )));
+    }
+    config.limit = match args.iterations[..] {
+        [] => config.limit,
+        [limit] if limit > 0 => limit,
+        _ => {
+            return Err(Failure::Input(
+                "`--iterations`: `--sweep iterative` takes one limit, at least 1".to_owned(),
+            ));
+        }
+    };
+    let bar = progress(0).with_message(Sweep::Iterative.name());
+    let results = iterative::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n{ITERATIVE_LEGEND}\n{}",
+        Machine::current(),
+        iterative::ANGLE,
+        iterative::WARM_UP,
+        1.0 / config.dt,
+        config.limit,
+        table::iterative(&results, config.limit)
+    );
+    deliver(
+        args.json.as_deref(),
+        Sweep::Iterative.name(),
+        &text,
+        &results.records,
+    )
 }

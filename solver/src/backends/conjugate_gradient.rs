@@ -3,13 +3,19 @@
 //!
 //! On cables it is useless before it converges and then sudden: after about as many iterations as there are distinct
 //! eigenvalues, whatever the mass ratio.
+//!
+//! An iteration is four passes: the product A p with p·A p; x, r and r·r; the preconditioner with r·z; p. Systems of small
+//! blocks are laid out for them four block rows abreast (`slices`), all vectors too, and the diagonal blocks are
+//! inverted. Where the matrix is not formed the products come from outside, in the order of the pattern.
 
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::groups::Groups;
 use crate::matrix::check_finite;
+use crate::slices::{Slices, dot, step, turn};
 use crate::{AnalyzeReport, BlockPattern, CgOptions, FactorReport, LinearSolver, Preconditioner};
-use crate::{SolveError, SolveReport, Status, SymBlockMatrix};
+use crate::{Product, SolveError, SolveReport, Status, SymBlockMatrix};
 use std::sync::Arc;
 
 /// Claimed convergence is checked against the true residual this often; the recurrence drifts from it.
@@ -19,36 +25,147 @@ const RESTARTS: usize = 8;
 pub(crate) struct ConjugateGradient {
     options: CgOptions,
     phases: Phases,
-    preconditioner: Option<BlockLdlt<f64>>,
-    /// Residual r, preconditioned residual z, direction p, product −A p, zeros; each of length `dim`.
+    plan: Option<Plan>,
+    vectors: Vectors,
+}
+
+/// What the analysis of a pattern leaves.
+struct Plan {
+    /// Where the blocks are small enough.
+    slices: Option<Slices>,
+    inside: Inside,
+    /// Two vectors in the order of the pattern.
+    rows: [Vec<f64>; 2],
+}
+
+/// The preconditioner.
+enum Inside {
+    Identity,
+    /// The diagonal blocks.
+    Diagonal {
+        factor: BlockLdlt<f64>,
+        /// Whether the slices hold their inverses instead.
+        inverted: bool,
+    },
+    Groups(Groups),
+}
+
+/// Solution, right-hand side, residual r, preconditioned residual z, direction p, product A p.
+#[derive(Default)]
+struct Vectors {
+    x: Vec<f64>,
+    b: Vec<f64>,
     r: Vec<f64>,
     z: Vec<f64>,
     p: Vec<f64>,
     ap: Vec<f64>,
-    zeros: Vec<f64>,
+}
+
+/// What computes A x.
+enum Source<'a, 'b> {
+    Matrix(&'a SymBlockMatrix),
+    Product(&'a mut Product<'b>),
 }
 
 impl ConjugateGradient {
     pub(crate) fn new(options: CgOptions) -> Result<Self, SolveError> {
         check_iteration(options.iterations, options.tolerance)?;
-        let empty = Vec::new;
         Ok(Self {
             options,
             phases: Phases::default(),
-            preconditioner: None,
-            r: empty(),
-            z: empty(),
-            p: empty(),
-            ap: empty(),
-            zeros: empty(),
+            plan: None,
+            vectors: Vectors::default(),
+        })
+    }
+}
+
+impl Plan {
+    fn new(pattern: &BlockPattern, options: &CgOptions) -> Result<Self, SolveError> {
+        let inside = match options.preconditioner {
+            Preconditioner::None => Inside::Identity,
+            Preconditioner::BlockJacobi => Inside::Diagonal {
+                factor: BlockLdlt::new(pattern, &pattern.restricted(|i, j| i == j)?)?,
+                inverted: false,
+            },
+            Preconditioner::Group => {
+                let groups = pattern.groups();
+                Inside::Groups(Groups::new(pattern, |i| groups[i] as usize)?)
+            }
+        };
+        Ok(Self {
+            slices: Slices::new(pattern, |_, _| true),
+            inside,
+            rows: [(); 2].map(|()| vec![0.0; pattern.dim()]),
         })
     }
 
-    /// z = preconditioner⁻¹ r.
-    fn precondition(&mut self) {
-        self.z.copy_from_slice(&self.r);
-        if let Some(m) = &self.preconditioner {
-            m.solve(&mut self.z);
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
+        if let Some(slices) = &mut self.slices {
+            slices.fill(a);
+        }
+        match &mut self.inside {
+            Inside::Identity => Ok(()),
+            Inside::Diagonal { factor, inverted } => {
+                *inverted = self.slices.as_mut().is_some_and(Slices::invert_diagonal);
+                if *inverted {
+                    return Ok(());
+                }
+                factor.factorize(a, Pivots::Positive)
+            }
+            Inside::Groups(groups) => groups.factorize(a),
+        }
+    }
+
+    /// y = A x; returns x·y.
+    fn product(&mut self, source: &mut Source<'_, '_>, x: &[f64], y: &mut [f64]) -> f64 {
+        let [from, to] = &mut self.rows;
+        match (source, &self.slices) {
+            (Source::Matrix(_), Some(slices)) => return slices.product(x, y),
+            (Source::Matrix(a), None) => {
+                from.fill(0.0);
+                a.subtract_product(from, x, y);
+                y.iter_mut().for_each(|y| *y = -*y);
+            }
+            (Source::Product(product), Some(slices)) => {
+                slices.save(x, from);
+                product(from, to);
+                slices.load(to, y);
+            }
+            (Source::Product(product), None) => product(x, y),
+        }
+        dot(x, y)
+    }
+
+    /// z = preconditioner⁻¹ r; returns r·z. Not for the identity.
+    fn precondition(&mut self, r: &[f64], z: &mut [f64]) -> f64 {
+        let [from, to] = &mut self.rows;
+        match (&mut self.inside, &self.slices) {
+            (Inside::Diagonal { inverted: true, .. }, Some(slices)) => {
+                return slices.precondition(r, z);
+            }
+            (inside, Some(slices)) => {
+                slices.save(r, from);
+                inside.solve(from, to);
+                slices.load(to, z);
+            }
+            (inside, None) => inside.solve(r, z),
+        }
+        dot(r, z)
+    }
+
+    /// Into the layout that the iteration works in.
+    fn load(&self, from: &[f64], to: &mut [f64]) {
+        match &self.slices {
+            Some(slices) => slices.load(from, to),
+            None => to.copy_from_slice(from),
+        }
+    }
+
+    /// And out of it.
+    fn save(&self, from: &[f64], to: &mut [f64]) {
+        match &self.slices {
+            Some(slices) => slices.save(from, to),
+            None => to.copy_from_slice(from),
         }
     }
 
@@ -56,60 +173,68 @@ impl ConjugateGradient {
     /// `limit` iterations are made.
     fn iterate(
         &mut self,
-        a: &SymBlockMatrix,
-        x: &mut [f64],
+        pattern: &BlockPattern,
+        source: &mut Source<'_, '_>,
+        v: &mut Vectors,
         target: f64,
         limit: usize,
     ) -> Result<usize, SolveError> {
-        self.precondition();
-        self.p.copy_from_slice(&self.z);
-        let mut rz = dot(&self.r, &self.z);
-        let mut norm = dot(&self.r, &self.r).sqrt();
+        let identity = matches!(self.inside, Inside::Identity);
+        let mut square = dot(&v.r, &v.r);
+        let mut rz = if identity {
+            square
+        } else {
+            self.precondition(&v.r, &mut v.z)
+        };
+        let z = if identity { &v.r } else { &v.z };
+        v.p.copy_from_slice(z);
         let mut iterations = 0;
-        while norm > target && iterations < limit && rz > 0.0 {
-            a.subtract_product(&self.zeros, &self.p, &mut self.ap);
-            let curvature = -dot(&self.p, &self.ap);
+        while square.sqrt() > target && iterations < limit && rz > 0.0 {
+            let curvature = self.product(source, &v.p, &mut v.ap);
             if curvature <= 0.0 {
                 return Err(SolveError::NotPositiveDefinite {
-                    block: self.largest_block(a.pattern()),
+                    block: self.largest_block(pattern, &v.p),
                 });
             }
-            let step = rz / curvature;
-            add_scaled(x, step, &self.p);
-            add_scaled(&mut self.r, step, &self.ap);
+            square = step(rz / curvature, [&v.p, &v.ap], [&mut v.x, &mut v.r]);
             iterations += 1;
-            self.precondition();
-            let rz_next = dot(&self.r, &self.z);
-            let turn = rz_next / rz;
-            rz = rz_next;
-            for (p, z) in self.p.iter_mut().zip(&self.z) {
-                *p = z + turn * *p;
-            }
-            norm = dot(&self.r, &self.r).sqrt();
-            if !norm.is_finite() {
+            if !(square.is_finite() && square.sqrt() > target) {
                 break;
             }
+            let next = if identity {
+                square
+            } else {
+                self.precondition(&v.r, &mut v.z)
+            };
+            let z = if identity { &v.r } else { &v.z };
+            turn(next / rz, z, &mut v.p);
+            rz = next;
         }
         Ok(iterations)
     }
 
     /// Block with the largest component of the direction: where a negative curvature was met.
-    fn largest_block(&self, pattern: &BlockPattern) -> usize {
-        let largest =
-            (0..self.p.len()).max_by(|&i, &j| self.p[i].abs().total_cmp(&self.p[j].abs()));
+    fn largest_block(&mut self, pattern: &BlockPattern, p: &[f64]) -> usize {
+        let mut rows = std::mem::take(&mut self.rows[0]);
+        self.save(p, &mut rows);
+        let largest = (0..rows.len()).max_by(|&i, &j| rows[i].abs().total_cmp(&rows[j].abs()));
+        self.rows[0] = rows;
         pattern.block_of_row(largest.unwrap_or(0))
     }
 }
 
-/// y += s x.
-fn add_scaled(y: &mut [f64], s: f64, x: &[f64]) {
-    for (y, x) in y.iter_mut().zip(x) {
-        *y += s * x;
+impl Inside {
+    /// x from b, in the order of the pattern.
+    fn solve(&mut self, b: &[f64], x: &mut [f64]) {
+        match self {
+            Self::Groups(groups) => groups.solve(b, x),
+            Self::Diagonal { factor, .. } => {
+                x.copy_from_slice(b);
+                factor.solve(x);
+            }
+            Self::Identity => x.copy_from_slice(b),
+        }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl LinearSolver for ConjugateGradient {
@@ -118,34 +243,31 @@ impl LinearSolver for ConjugateGradient {
     }
 
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
-        let groups = pattern.groups();
-        let kept = match self.options.preconditioner {
-            Preconditioner::None => None,
-            Preconditioner::BlockJacobi => Some(pattern.restricted(|i, j| i == j)?),
-            Preconditioner::Group => Some(pattern.restricted(|i, j| groups[i] == groups[j])?),
+        let plan = Plan::new(pattern, &self.options)?;
+        let factor_entries = match &plan.inside {
+            Inside::Identity => None,
+            Inside::Diagonal { factor, .. } => Some(factor.factor_values()),
+            Inside::Groups(groups) => Some(groups.factor_values()),
         };
-        self.preconditioner = kept
-            .map(|kept| BlockLdlt::new(pattern, &kept))
-            .transpose()?;
-        for v in [
-            &mut self.r,
-            &mut self.z,
-            &mut self.p,
-            &mut self.ap,
-            &mut self.zeros,
-        ] {
-            *v = vec![0.0; pattern.dim()];
-        }
+        let len = plan.slices.as_ref().map_or(pattern.dim(), Slices::len);
+        let zeros = || vec![0.0; len];
+        self.vectors = Vectors {
+            x: zeros(),
+            b: zeros(),
+            r: zeros(),
+            z: zeros(),
+            p: zeros(),
+            ap: zeros(),
+        };
+        self.plan = Some(plan);
         self.phases.analyzed(pattern);
-        Ok(AnalyzeReport {
-            factor_entries: self.preconditioner.as_ref().map(BlockLdlt::factor_values),
-        })
+        Ok(AnalyzeReport { factor_entries })
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
         self.phases.begin_factorize(a)?;
-        if let Some(m) = &mut self.preconditioner {
-            m.factorize(a, Pivots::Positive)?;
+        if let Some(plan) = &mut self.plan {
+            plan.factorize(a)?;
         }
         self.phases.factorized();
         Ok(FactorReport::default())
@@ -157,7 +279,40 @@ impl LinearSolver for ConjugateGradient {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
+        if self.options.matrix_free {
+            return Err(SolveError::NeedsProduct {
+                backend: self.name(),
+            });
+        }
+        self.run(a, Source::Matrix(a), b, x)
+    }
+
+    fn solve_with(
+        &mut self,
+        product: &mut Product<'_>,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.run(a, Source::Product(product), b, x)
+    }
+}
+
+impl ConjugateGradient {
+    fn run(
+        &mut self,
+        a: &SymBlockMatrix,
+        mut source: Source<'_, '_>,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
+        let Some(plan) = &mut self.plan else {
+            return Err(SolveError::OutOfOrder {
+                called: "solve",
+                needs: "analyze",
+            });
+        };
         let scale = dot(b, b).sqrt();
         if !scale.is_finite() {
             // The squares overflow, and with them every test of convergence.
@@ -172,22 +327,26 @@ impl LinearSolver for ConjugateGradient {
             return Ok(SolveReport::ZERO);
         }
         check_finite(a.pattern(), "guess", x)?;
+        let limit = self.options.iterations;
         let target = self.options.tolerance * scale;
         let mut report = SolveReport {
             status: Status::IterationLimit,
             iterations: 0,
             residual: f64::INFINITY,
         };
+        let v = &mut self.vectors;
+        plan.load(b, &mut v.b);
+        plan.load(x, &mut v.x);
         let mut previous = f64::INFINITY;
         for _ in 0..RESTARTS {
-            a.subtract_product(b, x, &mut self.r);
-            let norm = dot(&self.r, &self.r).sqrt();
+            plan.product(&mut source, &v.x, &mut v.ap);
+            let norm = residual(v);
             report.residual = if norm == 0.0 { 0.0 } else { norm / scale };
             if norm <= target {
                 report.status = Status::Converged;
                 break;
             }
-            if report.iterations == self.options.iterations {
+            if report.iterations == limit {
                 report.status = Status::IterationLimit;
                 break;
             }
@@ -197,11 +356,19 @@ impl LinearSolver for ConjugateGradient {
                 break;
             }
             previous = norm;
-            let made = self.iterate(a, x, target, self.options.iterations - report.iterations)?;
-            report.iterations += made;
+            let left = limit - report.iterations;
+            report.iterations += plan.iterate(a.pattern(), &mut source, v, target, left)?;
             report.status = Status::Stalled;
         }
+        plan.save(&v.x, x);
         check_solution(a, x)?;
         Ok(report)
     }
+}
+
+/// r = b − A x; its norm.
+fn residual(v: &mut Vectors) -> f64 {
+    v.r.copy_from_slice(&v.ap);
+    turn(-1.0, &v.b, &mut v.r);
+    dot(&v.r, &v.r).sqrt()
 }
