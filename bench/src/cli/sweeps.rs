@@ -3,7 +3,7 @@
 use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
-use taut_bench::{accuracy, energy, linear, shocks, stability, table};
+use taut_bench::{accuracy, energy, engines, linear, shocks, stability, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -18,6 +18,8 @@ pub(crate) enum Sweep {
     Energy,
     /// Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²
     Linear,
+    /// Whole engines: what a frame costs, how wrong the motion is; with the feature `rapier` Rapier's too
+    Engines,
 }
 
 impl Sweep {
@@ -29,6 +31,7 @@ impl Sweep {
             Self::Stability => "stability",
             Self::Energy => "energy",
             Self::Linear => "linear",
+            Self::Engines => "engines",
         }
     }
 
@@ -46,6 +49,7 @@ impl Sweep {
             Self::Shocks => &["--ratios", "--time"],
             Self::Stability | Self::Energy => &[],
             Self::Linear => &["--segments", "--ratios", "--backends"],
+            Self::Engines => &["--segments", "--ratios", "--time"],
         }
     }
 }
@@ -59,6 +63,7 @@ pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
         Sweep::Stability => stability(args),
         Sweep::Energy => energy(args),
         Sweep::Linear => linear(args),
+        Sweep::Engines => engines(args),
     }
 }
 
@@ -217,6 +222,32 @@ fn energy(args: &BenchArgs) -> Result<(), Failure> {
         energy::text_tables(&results, &config)
     );
     deliver(args.json.as_deref(), Sweep::Energy.name(), &text, &results)
+}
+
+fn engines(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        engines::Config::quick()
+    } else {
+        engines::Config::default()
+    };
+    config.segments = sorted(&args.segments, config.segments);
+    take_ratios(&args.ratios, &mut config.ratios)?;
+    config.time = args.time.unwrap_or(config.time);
+    if steps(config.time, engines::motion::FRAME)? == 0 {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s: it must be at least one frame of 1/60 s",
+            config.time
+        )));
+    }
+    let bar = progress(0);
+    let records = engines::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\n{}",
+        Machine::current(),
+        engines::tables(&records, &config)
+    );
+    deliver(args.json.as_deref(), Sweep::Engines.name(), &text, &records)
 }
 
 /// What the columns of the sweep's tables are.
