@@ -126,8 +126,11 @@ impl Kernel for Advance<'_> {
         );
         for _ in 0..self.substeps {
             for i in (0..padded).step_by(WIDTH) {
-                let between = |x: &[f64]| I::X4::load(&x[i + 1..]) - I::X4::load(&x[i..]);
-                let (dx, dy, dz) = (between(x), between(y), between(z));
+                let (dx, dy, dz) = (
+                    difference::<I::X4>(&x[i..]),
+                    difference::<I::X4>(&y[i..]),
+                    difference::<I::X4>(&z[i..]),
+                );
                 let distance = dx.mul_add(dx, dy.mul_add(dy, dz * dz)).sqrt();
                 let force = I::X4::load(&stiffness[i..]) * (one - length / distance);
                 (force * dx).store(&mut fx[i + 1..]);
@@ -136,19 +139,41 @@ impl Kernel for Advance<'_> {
             }
             for i in (0..padded).step_by(WIDTH) {
                 let kick = dt * I::X4::load(&inverse_mass[i..]);
-                let mut drift = |f: &[f64], v: &mut [f64], x: &mut [f64], falling: I::X4| {
-                    let sum = I::X4::load(&f[i + 1..]) - I::X4::load(&f[i..]);
-                    let v_next = kick.mul_add(sum, I::X4::load(&v[i..]) + falling);
-                    v_next.store(&mut v[i..]);
-                    dt.mul_add(v_next, I::X4::load(&x[i..])).store(&mut x[i..]);
-                };
-                let still = I::X4::splat(0.0);
-                drift(fx, u, x, still);
-                drift(fy, v, y, still);
-                drift(fz, w, z, dt * I::X4::load(&gravity[i..]));
+                let fallen = dt * I::X4::load(&gravity[i..]);
+                drift(
+                    kick,
+                    dt,
+                    &fx[i..],
+                    I::X4::splat(0.0),
+                    &mut u[i..],
+                    &mut x[i..],
+                );
+                drift(
+                    kick,
+                    dt,
+                    &fy[i..],
+                    I::X4::splat(0.0),
+                    &mut v[i..],
+                    &mut y[i..],
+                );
+                drift(kick, dt, &fz[i..], fallen, &mut w[i..], &mut z[i..]);
             }
         }
     }
+}
+
+/// Each number's successor less itself.
+#[inline(always)] // without it the instructions are not those of the level, which goes for closures too
+fn difference<V: Lanes>(x: &[f64]) -> V {
+    V::load(&x[1..]) - V::load(x)
+}
+
+/// One coordinate of a vector's worth of points: the velocities by forces and `fallen`, then the positions.
+#[inline(always)] // likewise
+fn drift<V: Lanes>(kick: V, dt: V, force: &[f64], fallen: V, v: &mut [f64], x: &mut [f64]) {
+    let next = kick.mul_add(difference(force), V::load(v) + fallen);
+    next.store(v);
+    dt.mul_add(next, V::load(x)).store(x);
 }
 
 #[cfg(test)]

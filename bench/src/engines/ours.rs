@@ -21,16 +21,12 @@ pub(super) fn engine() -> Engine {
     };
     let full = JointKind::Cosserat;
     let settings = vec![
-        setting("default, one step", full, default.clone()),
-        setting("no guard, no refinement", full, plain.clone()),
+        setting("default, 1 step", full, default.clone()),
+        setting("no guard, unrefined", full, plain.clone()),
         setting("2 sub-steps", full, substeps(2)),
         setting("4 sub-steps", full, substeps(4)),
         setting("ball joints", JointKind::Spherical, default),
-        setting(
-            "ball joints, no guard, no refinement",
-            JointKind::Spherical,
-            plain,
-        ),
+        setting("both", JointKind::Spherical, plain),
     ];
     Engine {
         name: "taut",

@@ -3,10 +3,10 @@
 //! | engine | cable | stretch |
 //! |---|---|---|
 //! | soft rope | a soft body of point masses and edges, swept Gauss–Seidel | softness of the edges |
-//! | soft rope, FEM | the same, one implicit solve over the body a sub-step | likewise |
+//! | soft rope FEM | the same, one implicit solve over the body a sub-step | likewise |
 //! | impulse joints | rigid rods and ball joints, swept Gauss–Seidel | softness of the joints |
-//! | multibody, rigid | rods in reduced coordinates, ball joints | none: nothing to set |
-//! | multibody, elastic | the same, each joint free along the cable | a spring there |
+//! | multibody | rods in reduced coordinates, ball joints | none: the rods are as long as they are |
+//! | multibody springs | the same, each joint free along the cable | a spring there |
 //!
 //! A softness is a frequency: ω² = k Σ 1/m over the two masses, along the cable. It has no damping of its own. Rapier's
 //! `num_solver_iterations` are sub-steps, each with `num_internal_pgs_iterations` sweeps. There are no colliders, so
@@ -16,11 +16,11 @@ use super::motion::{FRAME, Motion};
 use super::{Engine, Frame, Setting, doubling};
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::{
-    GenericJointBuilder, IntegrationParameters, JointAxesMask, MultibodyJointHandle,
-    RigidBodyBuilder, RigidBodyHandle, SoftBodyBuilder, SoftBodyMaterial, SoftBodyParticleSettings,
-    SoftBodySolver, SphericalJointBuilder, SpringCoefficients,
+    GenericJointBuilder, IntegrationParameters, JointAxesMask, MassProperties,
+    MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle, SoftBodyBuilder, SoftBodyMaterial,
+    SoftBodyParticleSettings, SoftBodySolver, SphericalJointBuilder, SpringCoefficients,
 };
-use rapier3d_f64::geometry::MassProperties;
+
 use rapier3d_f64::math::{Pose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 use std::f64::consts::TAU;
@@ -69,12 +69,12 @@ pub(super) fn engines() -> Vec<Engine> {
             |m, e| soft_rope(m, e, SoftBodySolver::Constraints),
             &[0],
         ),
-        direct("rapier soft rope, FEM", |m, e| {
+        direct("rapier soft rope FEM", |m, e| {
             soft_rope(m, e, SoftBodySolver::Fem)
         }),
         swept("rapier impulse joints", impulse_joints, &[0, 1]),
-        direct("rapier multibody, rigid", |m, e| multibody(m, e, false)),
-        direct("rapier multibody, elastic", |m, e| multibody(m, e, true)),
+        direct("rapier multibody", |m, e| multibody(m, e, false)),
+        direct("rapier multibody springs", |m, e| multibody(m, e, true)),
     ]
 }
 
@@ -85,7 +85,7 @@ fn ladder(start: Start, sweeps: usize, relaxing: usize) -> Vec<Setting> {
             sweeps,
             relaxing,
         };
-        let mut text = format!("{substeps} sub-steps");
+        let mut text = super::substeps(substeps);
         if sweeps > 1 {
             text += &format!(" × {sweeps}");
         }
@@ -275,6 +275,8 @@ fn multibody(motion: &Motion, effort: Effort, elastic: bool) -> Result<Frame, St
         ..
     } = &mut world;
     if let Some((body, _)) = last.and_then(|handle| multibody_joints.get_mut(handle)) {
+        // Damping that Rapier gives to joints by itself.
+        body.damping_mut().fill(0.0);
         body.forward_kinematics(rigid, true);
         body.update_rigid_bodies(rigid, true);
     }
@@ -287,4 +289,52 @@ fn find(
     handle: Option<MultibodyJointHandle>,
 ) -> Option<(&mut rapier3d_f64::dynamics::Multibody, usize)> {
     world.multibody_joints.get_mut(handle?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_model::HoistParams;
+
+    /// With sub-steps enough each of the elastic cables rests as long as the analytic elongation says, the rigid one as
+    /// long as without a load: the softnesses are those of the cable.
+    #[test]
+    fn cables_rest_at_the_analytic_elongation() {
+        let params = HoistParams {
+            segments: 3,
+            mass_ratio: 1e4,
+            ..HoistParams::default()
+        };
+        let motion = Motion { params, angle: 0.0 };
+        let exact = motion.params.exact_elongation();
+        let effort = Effort {
+            substeps: 64,
+            sweeps: 64,
+            relaxing: 0,
+        };
+        let starts: [(&str, Start, f64); 5] = [
+            (
+                "soft",
+                |m, e| soft_rope(m, e, SoftBodySolver::Constraints),
+                exact,
+            ),
+            ("fem", |m, e| soft_rope(m, e, SoftBodySolver::Fem), exact),
+            ("impulse", impulse_joints, exact),
+            ("rigid", |m, e| multibody(m, e, false), 0.0),
+            ("springs", |m, e| multibody(m, e, true), exact),
+        ];
+        for (name, start, expected) in starts {
+            let mut frame = start(&motion, effort).expect("sound");
+            let mut load = Vector3::zeros();
+            for _ in 0..30 {
+                load = frame().expect("a frame");
+            }
+            let elongation = -load.z - motion.params.length;
+            println!("{name}: {elongation} of {expected}");
+            assert!(
+                (elongation - expected).abs() < 0.01 * exact,
+                "{name}: {elongation} of {expected}"
+            );
+        }
+    }
 }

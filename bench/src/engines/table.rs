@@ -2,6 +2,7 @@
 
 use super::{Config, Record};
 use crate::table::{nanoseconds, ratio, table, text};
+use comfy_table::CellAlignment;
 use std::fmt::Write;
 
 /// A table for each cable, after what was run. At most 120 columns.
@@ -37,18 +38,13 @@ pub fn tables(records: &[Record], config: &Config) -> String {
 
 fn rows(cable: &[Record], bar: f64) -> String {
     let mut t = table(&[
-        "engine", "setting", "elong. %", "load %", "min", "median", "ns/joint", "× ours", "remark",
+        "engine", "setting", "elong. %", "load %", "min", "median", "ns/joint", "× ours",
     ]);
     if let Some(column) = t.column_mut(1) {
-        column.set_cell_alignment(comfy_table::CellAlignment::Left);
+        column.set_cell_alignment(CellAlignment::Left);
     }
+    let mut remarks = String::new();
     for r in cable {
-        let remark = match &r.outcome.failure {
-            _ if r.within => String::new(),
-            Some(reason) => reason.clone(),
-            None if r.searched => format!("{bar} % not reached: best of {}", r.tried),
-            None => format!("beyond {bar} %"),
-        };
         t.add_row([
             r.engine.clone(),
             r.setting.clone(),
@@ -56,12 +52,41 @@ fn rows(cable: &[Record], bar: f64) -> String {
             percent(r.outcome.load_error),
             nanoseconds(r.outcome.frame_ns_min),
             nanoseconds(r.outcome.frame_ns),
-            format!("{:.0}", r.ns_per_joint),
-            format!("{:.2}", r.over_ours),
-            remark,
+            timed(r.ns_per_joint, 0),
+            timed(r.over_ours, 2),
         ]);
+        if !r.within {
+            let _ = writeln!(remarks, "{}: {}", r.engine, remark(r, bar));
+        }
     }
-    text(&t)
+    text(&t) + &remarks
+}
+
+/// What is said of a row that is not within the bar (in %).
+fn remark(r: &Record, bar: f64) -> String {
+    let best = r.outcome.error();
+    match (&r.outcome.failure, r.searched) {
+        (None, true) => format!(
+            "{bar} % not reached in {} settings; best {:.2} %",
+            r.tried,
+            100.0 * best
+        ),
+        (None, false) => format!("`{}` is beyond {bar} %", r.setting),
+        (Some(reason), true) => format!(
+            "{bar} % not reached in {} settings; the first: {reason}",
+            r.tried
+        ),
+        (Some(reason), false) => format!("`{}`: {reason}", r.setting),
+    }
+}
+
+/// A figure of time, where there is one.
+fn timed(value: f64, digits: usize) -> String {
+    if value.is_nan() {
+        "-".to_owned()
+    } else {
+        format!("{value:.digits$}")
+    }
 }
 
 /// Per cent, two digits.
