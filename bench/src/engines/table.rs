@@ -8,7 +8,7 @@ use std::fmt::Write;
 /// A table for each cable, after what was run. At most 120 columns.
 #[must_use]
 pub fn tables(records: &[Record], config: &Config) -> String {
-    let bar = 100.0 * config.bar;
+    let bar = percent(Some(config.bar));
     let mut out = format!(
         "hoist: L = 10 m, segments of 1 kg, YA = 2·10⁷ N; one frame of 1/60 s on one thread. Swing: straight at {} rad,\n\
          released from rest, {} s. elong.: of the resting cable, against the analytic one; load: largest distance of the\n\
@@ -28,7 +28,7 @@ pub fn tables(records: &[Record], config: &Config) -> String {
             ratio(r.mass_ratio),
             100.0 * r.reference_error
         );
-        out.push_str(&rows(cable, bar));
+        out.push_str(&rows(cable, &bar));
     }
     if cfg!(not(feature = "rapier")) {
         out.push_str("\nLeft out\n  rapier: not compiled in: build with `--features rapier`\n");
@@ -36,7 +36,7 @@ pub fn tables(records: &[Record], config: &Config) -> String {
     out
 }
 
-fn rows(cable: &[Record], bar: f64) -> String {
+fn rows(cable: &[Record], bar: &str) -> String {
     let mut t = table(&[
         "engine", "setting", "elong. %", "load %", "min", "median", "ns/joint", "× ours",
     ]);
@@ -62,15 +62,11 @@ fn rows(cable: &[Record], bar: f64) -> String {
     text(&t) + &remarks
 }
 
-/// What is said of a row that is not within the bar (in %).
-fn remark(r: &Record, bar: f64) -> String {
-    let best = r.outcome.error();
+/// What is said of a row that is not within the bar, given in %.
+fn remark(r: &Record, bar: &str) -> String {
+    let best = percent(Some(r.outcome.error()));
     match (&r.outcome.failure, r.searched) {
-        (None, true) => format!(
-            "{bar} % not reached in {} settings; best {:.2} %",
-            r.tried,
-            100.0 * best
-        ),
+        (None, true) => format!("{bar} % not reached in {} settings; best {best} %", r.tried),
         (None, false) => format!("`{}` is beyond {bar} %", r.setting),
         (Some(reason), true) => format!(
             "{bar} % not reached in {} settings; the first: {reason}",
@@ -95,6 +91,7 @@ fn percent(error: Option<f64>) -> String {
         None => "-".to_owned(),
         Some(e) if e < 1e-3 => format!("{e:.0e}"),
         Some(e) if e < 0.1 => format!("{e:.3}"),
-        Some(e) => format!("{e:.2}"),
+        Some(e) if e < 1.0 => format!("{e:.2}"),
+        Some(e) => format!("{}", (100.0 * e).round() / 100.0),
     }
 }
