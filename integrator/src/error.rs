@@ -43,6 +43,13 @@ pub enum StepError {
         /// Why not, and what to do.
         reason: &'static str,
     },
+    /// A scene cannot step together with others.
+    NotOneShape {
+        /// Its number among them.
+        cable: usize,
+        /// Why not, and what to do.
+        reason: &'static str,
+    },
     /// Which rows are at their bounds could not be decided.
     Undecided {
         /// Time at the beginning of the step \[s].
@@ -94,6 +101,7 @@ impl fmt::Display for StepError {
                 source.fmt(f)
             }
             Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
+            Self::NotOneShape { cable, reason } => write!(f, "scene {cable} {reason}"),
             Self::Undecided { time } => write!(
                 f,
                 "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"

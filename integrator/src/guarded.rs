@@ -39,32 +39,61 @@ impl Stepper {
         clock: &mut PhaseClock,
         work: &mut Work,
     ) -> Result<(), StepError> {
+        self.begin_guarded();
+        if self.holding > 0 {
+            self.holding -= 1;
+            return self.redo(guard, clock, work);
+        }
+        let solved = self.solve_scheme(self.options.stiffness, clock, work);
+        self.end_guarded(guard, solved, clock, work)
+    }
+
+    /// Remembers what a guarded sub-step may come back to.
+    pub(crate) fn begin_guarded(&mut self) {
         self.step_start.save(
             &self.scene.bodies,
             self.time,
             (&self.mu, self.mu_dt),
             &self.tension,
         );
-        if self.holding > 0 {
-            self.holding -= 1;
-        } else {
-            match self.linear_step(clock, work) {
-                Ok(disagreement) => {
-                    work.see(disagreement);
-                    if disagreement <= guard.tolerance {
-                        self.accept();
-                        clock.end(Phase::Update);
-                        return Ok(());
-                    }
+    }
+
+    /// What comes after the solve of a guarded sub-step: its motion, and another one where its linearisation does not
+    /// hold.
+    pub(crate) fn end_guarded(
+        &mut self,
+        guard: Guard,
+        solved: Result<(), StepError>,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        match solved.and_then(|()| self.advance_unwound()) {
+            Ok(()) => {
+                let disagreement = self.pieces.disagreement();
+                work.see(disagreement);
+                if disagreement <= guard.tolerance {
+                    self.accept();
+                    clock.end(Phase::Update);
+                    return Ok(());
                 }
-                Err(StepError::NonFinite { .. }) => work.see(f64::INFINITY),
-                Err(other) => return Err(other),
             }
-            self.return_to_start();
-            self.holding = guard.hold;
-            work.redone = true;
-            clock.end(Phase::Update);
+            Err(StepError::NonFinite { .. }) => work.see(f64::INFINITY),
+            Err(other) => return Err(other),
         }
+        self.return_to_start();
+        self.holding = guard.hold;
+        work.redone = true;
+        clock.end(Phase::Update);
+        self.redo(guard, clock, work)
+    }
+
+    /// The sub-step by implicit ones.
+    fn redo(
+        &mut self,
+        guard: Guard,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
         let result = self.implicit_step(guard, clock, work);
         if let Err(StepError::Solve { .. }) = result {
             self.return_to_start();
@@ -84,13 +113,6 @@ impl Stepper {
         let start = std::mem::take(&mut self.step_start);
         self.go_back(&start);
         self.step_start = start;
-    }
-
-    /// The scheme's step, and how far the gaps are from their prediction.
-    fn linear_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<f64, StepError> {
-        self.solve_scheme(self.options.stiffness, clock, work)?;
-        self.advance_unwound()?;
-        Ok(self.pieces.disagreement())
     }
 
     /// Implicit sub-steps over one step's time, halved where Newton's method does not converge.

@@ -63,6 +63,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first |
+//! | `batch` | cables of equal shape, which step together |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
@@ -84,6 +85,7 @@
 
 mod access;
 mod assembly;
+mod batch;
 mod bounded;
 mod elimination;
 mod equilibrium;
@@ -105,6 +107,7 @@ mod report;
 mod six;
 mod stepper;
 
+pub use batch::BatchStepper;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;

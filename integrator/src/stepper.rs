@@ -134,26 +134,43 @@ impl Stepper {
     }
 
     fn whole_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
-        if self.started {
-            self.find_tension(clock, work)?;
-        } else {
-            self.start(clock, work)?;
-        }
+        self.begin_step(clock, work)?;
         for _ in 0..self.options.substeps {
-            match self.options.guard {
-                None => self.plain_step(clock, work)?,
-                Some(guard) => self.guarded_step(guard, clock, work)?,
-            }
+            self.take_substep(clock, work)?;
         }
         Ok(())
     }
 
+    /// What comes before a step's sub-steps.
+    pub(crate) fn begin_step(
+        &mut self,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        if self.started {
+            self.find_tension(clock, work)
+        } else {
+            self.start(clock, work)
+        }
+    }
+
+    pub(crate) fn take_substep(
+        &mut self,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        match self.options.guard {
+            None => self.plain_step(clock, work),
+            Some(guard) => self.guarded_step(guard, clock, work),
+        }
+    }
+
     /// What led to a failure may be of any size: the next solve finds its tension anew.
-    fn drop_tension_unless(&mut self, good: bool) {
+    pub(crate) fn drop_tension_unless(&mut self, good: bool) {
         self.tension_known &= good;
     }
 
-    fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
+    pub(crate) fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
         work.report(self.time, self.options.refinements, clock.times())
     }
 
@@ -163,6 +180,11 @@ impl Stepper {
         work: &mut Work,
     ) -> Result<(), StepError> {
         self.solve_scheme(self.options.stiffness, clock, work)?;
+        self.end_plain(clock)
+    }
+
+    /// What comes after the solve of a sub-step without guard.
+    pub(crate) fn end_plain(&mut self, clock: &mut PhaseClock) -> Result<(), StepError> {
         self.advance()?;
         clock.end(Phase::Update);
         Ok(())
@@ -310,6 +332,12 @@ impl Stepper {
                 break;
             }
         }
+        self.solved_for(dt);
+        Ok(())
+    }
+
+    /// `mu` is the solution of the present state's system for a step `dt` long.
+    pub(crate) fn solved_for(&mut self, dt: f64) {
         self.mu_dt = dt;
         let frequency = 1.0 / dt;
         for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
@@ -317,7 +345,6 @@ impl Stepper {
         }
         self.tension_known = true;
         self.solved = true;
-        Ok(())
     }
 
     /// One linear system: μ of all rows as if none had bounds.
@@ -341,14 +368,19 @@ impl Stepper {
         let refined = self.refine().map_err(|e| self.culprit(e))?;
         clock.end(Phase::Refine);
         work.add(report, refined);
-        let sign = self.multiplier_sign();
-        self.plan
-            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+        self.take_multipliers();
         Ok(())
     }
 
+    /// `mu` from the solution `x`.
+    pub(crate) fn take_multipliers(&mut self) {
+        let sign = self.multiplier_sign();
+        self.plan
+            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+    }
+
     /// The matrix, the right-hand side, and the guess in `x`.
-    fn assemble(&mut self, dt: f64) {
+    pub(crate) fn assemble(&mut self, dt: f64) {
         let Pieces {
             rows,
             inertia,
@@ -412,12 +444,7 @@ impl Stepper {
         let report = match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
-                    if plan.in_scene_order {
-                        return pieces.residual(x, r);
-                    }
-                    plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
-                    pieces.residual(mu, residual);
-                    plan.gather(&pieces.rows, None, residual, 1.0, r);
+                    schur_residual(plan, pieces, x, [mu, residual], r);
                 })
             }
             Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
@@ -425,6 +452,12 @@ impl Stepper {
             }),
         };
         Ok(report?.map_or(0, |r| r.iterations))
+    }
+
+    /// The residual of the Schur form at `x` from the pieces.
+    pub(crate) fn schur_residual(&mut self, r: &mut [f64]) {
+        let [mu, residual] = &mut self.in_rows;
+        schur_residual(&self.plan, &mut self.pieces, &self.x, [mu, residual], r);
     }
 
     /// The second half of a sub-step: velocities from the impulses of the last [`solve`](Self::solve), then positions.
@@ -524,6 +557,22 @@ impl Stepper {
             time: self.time,
         }
     }
+}
+
+/// The residual of the Schur form at `x` from the pieces, into `r`; `mu` and `residual` are one number a row.
+fn schur_residual(
+    plan: &Plan,
+    pieces: &mut Pieces,
+    x: &[f64],
+    [mu, residual]: [&mut [f64]; 2],
+    r: &mut [f64],
+) {
+    if plan.in_scene_order {
+        return pieces.residual(x, r);
+    }
+    plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
+    pieces.residual(mu, residual);
+    plan.gather(&pieces.rows, None, residual, 1.0, r);
 }
 
 #[cfg(test)]

@@ -5,6 +5,25 @@ use crate::{LinearSolver, SolveError};
 use std::fmt;
 use std::str::FromStr;
 
+/// Options of the banded solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BandedOptions {
+    /// Threads, 1 or 2. With two, long chains are eliminated by both where that is faster: a few hundred blocks and
+    /// more, while steps follow each other. The second thread asks for work for a millisecond before it sleeps.
+    pub threads: usize,
+}
+
+impl BandedOptions {
+    /// One thread.
+    pub const DEFAULT: Self = Self { threads: 1 };
+}
+
+impl Default for BandedOptions {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
+}
+
 /// What block Gauss–Seidel solves exactly at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -146,7 +165,7 @@ pub struct DenseOptions {
 #[non_exhaustive]
 pub enum Backend {
     /// Block LDLᵀ in the order of the pattern.
-    Banded,
+    Banded(BandedOptions),
     /// Block Gauss–Seidel.
     GaussSeidel(GaussSeidelOptions),
     /// Preconditioned conjugate gradient.
@@ -162,11 +181,14 @@ pub enum Backend {
 }
 
 impl Backend {
+    /// The banded solver with its default options.
+    pub const BANDED: Self = Self::Banded(BandedOptions::DEFAULT);
+
     /// All backends with their default options, in order of preference.
     #[must_use]
     pub fn all() -> [Self; 7] {
         [
-            Self::Banded,
+            Self::BANDED,
             Self::Faer(FaerOptions::default()),
             Self::NalgebraSparse,
             Self::Umfpack(UmfpackOptions::default()),
@@ -193,7 +215,7 @@ impl Backend {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Banded => "banded",
+            Self::Banded(_) => "banded",
             Self::GaussSeidel(_) => "gauss-seidel",
             Self::ConjugateGradient(_) => "cg",
             Self::Umfpack(_) => "umfpack",
@@ -227,7 +249,7 @@ impl Backend {
     #[must_use]
     pub fn accepts_indefinite(&self) -> bool {
         match self {
-            Self::Banded | Self::Umfpack(_) | Self::Dense(_) => true,
+            Self::Banded(_) | Self::Umfpack(_) | Self::Dense(_) => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Llt,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::NalgebraSparse => false,
         }
@@ -272,7 +294,7 @@ impl Backend {
     pub fn create(&self) -> Result<Box<dyn LinearSolver>, SolveError> {
         match self {
             #[cfg(feature = "banded")]
-            Self::Banded => Ok(Box::new(backends::banded::Banded::default())),
+            Self::Banded(o) => Ok(Box::new(backends::banded::Banded::new(*o)?)),
             #[cfg(feature = "gauss-seidel")]
             Self::GaussSeidel(o) => Ok(Box::new(backends::gauss_seidel::GaussSeidel::new(*o)?)),
             #[cfg(feature = "cg")]
@@ -301,7 +323,9 @@ impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;
         match self {
-            Self::Banded | Self::NalgebraSparse => Ok(()),
+            Self::NalgebraSparse => Ok(()),
+            Self::Banded(o) if *o == BandedOptions::DEFAULT => Ok(()),
+            Self::Banded(o) => write!(f, ":threads={}", o.threads),
             Self::GaussSeidel(o) => {
                 let partition = match o.partition {
                     Partition::Joints => "joints",
@@ -418,6 +442,7 @@ impl Backend {
     fn set(&mut self, option: &str) -> bool {
         let (key, value) = option.split_once('=').unwrap_or((option, ""));
         match (self, key) {
+            (Self::Banded(o), "threads") => return assign(&mut o.threads, value),
             (Self::GaussSeidel(o), "joints") => o.partition = Partition::Joints,
             (Self::GaussSeidel(o), "groups") => o.partition = Partition::Groups,
             (Self::GaussSeidel(o), "guess") => o.start = Start::Guess,
@@ -444,7 +469,8 @@ impl Backend {
 
     fn known_options(&self) -> &'static str {
         match self {
-            Self::Banded | Self::NalgebraSparse => "none",
+            Self::Banded(_) => "threads=1, threads=2",
+            Self::NalgebraSparse => "none",
             Self::GaussSeidel(_) => "joints, groups, guess, trial, iterations=N, tolerance=T",
             Self::ConjugateGradient(_) => "none, jacobi, group, iterations=N, tolerance=T",
             Self::Umfpack(_) => "refinement=N",
@@ -484,6 +510,7 @@ mod tests {
     fn text_form_round_trips() {
         let texts = [
             "banded",
+            "banded:threads=2",
             "gauss-seidel:groups:trial:iterations=7:tolerance=1e-3",
             "cg:none:iterations=3:tolerance=0e0",
             "cg:jacobi",

@@ -12,7 +12,8 @@ use crate::matrix::check_finite;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use std::fmt;
 use std::sync::Arc;
-use taut_lanes::Level;
+use taut_lanes::vector::gather;
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// Cables whose numbers stand together.
 pub(crate) const LANES: usize = 8;
@@ -89,6 +90,56 @@ impl BatchMatrix {
         Ok(())
     }
 
+    /// Copies the matrices of four cables in, of number `first` on, a multiple of four; several times faster than
+    /// [`set`](Self::set).
+    ///
+    /// # Errors
+    /// As for [`set`](Self::set), and [`SolveError::InvalidOption`] where `first` is no multiple of four.
+    pub fn set_four(&mut self, first: usize, a: [&SymBlockMatrix; 4]) -> Result<(), SolveError> {
+        self.expect_cable(first)?;
+        self.expect_cable(first + 3)?;
+        if !first.is_multiple_of(4) {
+            return Err(SolveError::InvalidOption {
+                option: "first",
+                allowed: "a multiple of four",
+            });
+        }
+        for a in a {
+            if !Arc::ptr_eq(a.pattern(), &self.pattern) && **a.pattern() != *self.pattern {
+                return Err(SolveError::PatternChanged);
+            }
+        }
+        let len = self.pattern.stored_values();
+        let (values, _) = self.values.as_chunks_mut::<LANES>();
+        let spread = Spread {
+            from: a.map(SymBlockMatrix::values),
+            to: &mut values[first / LANES * len..][..len],
+            lane: first % LANES,
+        };
+        dispatch(Level::best(), spread);
+        Ok(())
+    }
+
+    /// The identity as the matrix of one cable: a place for one that is not there.
+    ///
+    /// # Errors
+    /// [`SolveError::Dimension`] for a cable that is not there.
+    pub fn set_identity(&mut self, cable: usize) -> Result<(), SolveError> {
+        self.expect_cable(cable)?;
+        let p = self.pattern.clone();
+        let len = p.stored_values();
+        for v in 0..len {
+            self.values[batch_index(len, v, cable)] = 0.0;
+        }
+        for j in 0..p.blocks() {
+            let (n, diagonal) = (p.size(j), p.values(p.column(j).start));
+            for v in diagonal.step_by(n + 1) {
+                self.values[batch_index(len, v, cable)] = 1.0;
+            }
+        }
+        Ok(())
+    }
+
     /// Copies the matrix of one cable out, into a matrix of the same pattern. Allocates nothing.
     ///
     /// # Errors
@@ -114,6 +165,36 @@ impl BatchMatrix {
             expected: self.count,
             found: cable,
         })
+    }
+}
+
+/// Arrays of four cables side by side, into four lanes.
+struct Spread<'a> {
+    from: [&'a [f64]; 4],
+    to: &'a mut [[f64; LANES]],
+    lane: usize,
+}
+
+impl Kernel for Spread<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        const TOGETHER: usize = 4;
+        let Self { from, to, lane } = self;
+        let [a, b, c, d] = from.map(|v| v.as_chunks::<TOGETHER>());
+        let (groups, rest) = to.as_chunks_mut::<TOGETHER>();
+        let each = a.0.iter().zip(b.0).zip(c.0.iter().zip(d.0));
+        for (to, ((a, b), (c, d))) in groups.iter_mut().zip(each) {
+            let numbers: [I::X4; TOGETHER] = gather([a, b, c, d]);
+            for (to, number) in to.iter_mut().zip(numbers) {
+                number.store(&mut to[lane..]);
+            }
+        }
+        for (k, to) in rest.iter_mut().enumerate() {
+            (to[lane], to[lane + 1]) = (a.1[k], b.1[k]);
+            (to[lane + 2], to[lane + 3]) = (c.1[k], d.1[k]);
+        }
     }
 }
 

@@ -19,17 +19,22 @@
 //! blocks is even the second elimination begins with a block of padding alone.
 //!
 //! Files: `block` one step of the elimination for any vector, `twisted` the two eliminations, `places` where their blocks
-//! lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides.
+//! lie; `end` one of them alone and `split` both on two threads; `batch` chains side by side, of which each is eliminated
+//! from one end; `bordered` chains with a few rows besides.
 
 pub(crate) mod batch;
 mod block;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod bordered;
+mod end;
 mod places;
+#[allow(dead_code)] // where the backend is not compiled in
+pub(crate) mod split;
 mod twisted;
 
 use crate::{BlockPattern, SymBlockMatrix};
 use places::Places;
+use std::ops::Range;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward};
 
@@ -66,14 +71,18 @@ impl Chain {
 
     /// The same for some block rows and columns of these matrices, ascending.
     fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let places = Places::new(pattern, blocks)?;
+        Some(Self::on(Places::new(pattern, blocks)?, level))
+    }
+
+    /// For two eliminations. Allocates all that is needed.
+    fn on(places: Places, level: Level) -> Self {
         let (steps, size) = (places.steps(), places.size);
-        Some(Self {
+        Self {
             factor: vec![0.0; 2 * ((steps + 1) * block::triangle(size) + steps * size * size)],
             half: vec![0.0; 2 * (steps + 1) * size],
             places,
             level,
-        })
+        }
     }
 
     /// Factorises `a`, of the pattern of [`new`](Self::new); whether all pivots are more than noise. Allocates nothing.
@@ -83,10 +92,39 @@ impl Chain {
             self.level,
             Factorize {
                 places: &self.places,
+                first: None,
                 values: a.values(),
                 factor: &mut self.factor,
             }
         )
+    }
+
+    /// The same where the first blocks of both ends are factorised already, see [`end::End::last`].
+    fn join(&mut self, first: [&[f64]; 2], values: &[f64]) -> bool {
+        with_size!(
+            self.places.size,
+            self.level,
+            Factorize {
+                places: &self.places,
+                first: Some(first),
+                values: values,
+                factor: &mut self.factor,
+            }
+        )
+    }
+
+    /// The rows of the middle block.
+    fn middle_rows(&self) -> Range<usize> {
+        let middle = self.places.steps[self.places.steps()].ends[0];
+        middle.row..middle.row + middle.size
+    }
+
+    /// Solves for a right-hand side in `x`, of which only the rows of this chain's blocks are looked at and changed.
+    fn solve_in_place(&mut self, x: &mut [f64]) {
+        let mut half = std::mem::take(&mut self.half);
+        self.forward(x, &mut [], &mut half);
+        self.backward(&half, x);
+        self.half = half;
     }
 
     /// Solves A x = b, both of length `dim`. Allocates nothing.

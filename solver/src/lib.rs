@@ -29,6 +29,7 @@
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
+//! | `worker` | a second thread |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
@@ -54,13 +55,16 @@ mod ordering;
 mod pattern;
 mod reference;
 mod refine;
+#[allow(dead_code)] // where no backend has threads
+mod worker;
 
 pub use accuracy::{
     BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
 };
 pub use backend::{
-    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
-    ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
+    Backend, BandedOptions, CgOptions, DenseOptions, FaerFactorization, FaerOptions,
+    GaussSeidelOptions, ParseBackendError, Partition, Precision, Preconditioner, Start,
+    UmfpackOptions,
 };
 pub use batch::{BatchBanded, BatchError, BatchMatrix, batch_index, batch_len};
 pub use double_double::DoubleDouble;

@@ -147,3 +147,51 @@ fn an_infinite_pivot_is_no_pivot() {
         assert!(!chain.factorize(&a), "{level}");
     }
 }
+
+/// The same factor but for rounding, in whatever order the threads come.
+#[test]
+fn two_threads_solve_what_one_does() {
+    let mut split_chains = 0;
+    for pattern in patterns() {
+        for level in Level::available() {
+            let Some(mut split) = split::Split::of_any_length(&pattern, level) else {
+                continue;
+            };
+            split_chains += 1;
+            for (seed, alternate) in [(1, false), (2, true)] {
+                let a = matrix(&pattern, seed, alternate);
+                let b: Vec<_> = (0..a.dim()).map(|i| (i as f64).sin() + 0.1).collect();
+                let (mut x, mut expected) = (vec![f64::NAN; a.dim()], vec![f64::NAN; a.dim()]);
+                let mut chain = Chain::new(&pattern, level).unwrap();
+                assert!(chain.factorize(&a) && split.factorize(&a));
+                chain.solve(&b, &mut expected);
+                split.solve(&b, &mut x);
+                let e = backward_error(&a, &b, &x).unwrap();
+                assert!(e.componentwise <= 2e-15, "{level}: {e:?} for {pattern:?}");
+                assert!(
+                    forward_error(&x, &expected) <= 1e-13,
+                    "{level}: {pattern:?}"
+                );
+            }
+        }
+    }
+    assert!(split_chains > 100);
+}
+
+#[test]
+fn two_threads_refuse_what_one_does() {
+    let pattern = pattern(&[3; 9]);
+    for bad in 0..9 {
+        let mut a = matrix(&pattern, 7, false);
+        a.block_mut(pattern.column(bad).start).fill(0.0);
+        for k in pattern.column(bad).skip(1) {
+            a.block_mut(k).fill(0.0);
+        }
+        if let Some(k) = bad.checked_sub(1).and_then(|j| pattern.find(bad, j)) {
+            a.block_mut(k).fill(0.0);
+        }
+        let mut split = split::Split::of_any_length(&pattern, Level::best()).unwrap();
+        assert!(!split.factorize(&a), "block {bad}");
+        assert!(split.factorize(&matrix(&pattern, 7, false)));
+    }
+}

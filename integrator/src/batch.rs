@@ -1,0 +1,329 @@
+//! Many cables of equal shape: their linear systems are solved together, one in each lane of a vector.
+//!
+//! Scenes whose systems have the same blocks (the same cable with other loads, states, materials; a fleet; samples of
+//! something uncertain) take their steps side by side. All but the solve is what [`Stepper`] does, for each by itself; the
+//! matrices of as many as a register holds go to [`BatchBanded`] together, and so do the solves of the refinement. A
+//! cable that needs something else than one linear step goes alone for that step: its first one, one that its guard
+//! redoes, one with rows that have bounds, one whose system cannot be solved. No cable's result depends on another's but
+//! for rounding.
+
+use crate::report::{PhaseClock, Work};
+use crate::{Form, Phase, StepError, StepOptions, StepReport, Stepper};
+use taut_lanes::Level;
+use taut_model::Scene;
+use taut_solver::{BatchBanded, BatchMatrix, batch_index, batch_len};
+
+/// Cables of equal shape that step together.
+///
+/// ```
+/// use taut_integrator::{BatchStepper, StepOptions};
+/// use taut_model::HoistParams;
+///
+/// let loads = [10.0, 100.0, 1e3, 1e4];
+/// let scenes = loads.map(|mass_ratio| HoistParams { segments: 12, mass_ratio, ..HoistParams::default() }.build());
+/// let scenes = scenes.into_iter().collect::<Result<Vec<_>, _>>()?;
+/// let mut batch = BatchStepper::new(scenes, StepOptions::default())?;
+/// for _ in 0..60 {
+///     for report in batch.step() {
+///         assert!(report.is_ok());
+///     }
+/// }
+/// assert!((batch.cables()[3].time() - 1.0).abs() < 1e-12);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub struct BatchStepper {
+    cables: Vec<Stepper>,
+    reports: Vec<Result<StepReport, StepError>>,
+    together: Together,
+}
+
+/// What one cable's step has come to so far.
+#[derive(Debug)]
+struct Progress {
+    work: Work,
+    done: Result<(), StepError>,
+    /// Whether this sub-step's system waits for the solve of all.
+    waits: bool,
+}
+
+/// The solver of as many cables as go together, and its numbers.
+struct Together {
+    solver: BatchBanded,
+    matrix: BatchMatrix,
+    /// Right-hand sides or residuals, solutions or corrections.
+    b: Vec<f64>,
+    x: Vec<f64>,
+    /// A residual of one cable.
+    residual: Vec<f64>,
+    progress: Vec<Progress>,
+}
+
+impl BatchStepper {
+    /// Steppers for some scenes, at time 0, with the same options; the backend is that of cables that go alone. Allocates
+    /// everything that the steps need.
+    ///
+    /// # Errors
+    /// As for [`Stepper::new`]; [`StepError::NotOneShape`] where the form is not the Schur form, a scene's joints are no
+    /// chain in the order of their elimination, or not the first one's.
+    pub fn new(scenes: Vec<Scene>, options: StepOptions) -> Result<Self, StepError> {
+        let at_start = |source| StepError::Solve {
+            source,
+            culprit: None,
+            time: 0.0,
+        };
+        if options.form != Form::Schur {
+            let reason = "is to be solved in the KKT form: use the Schur form";
+            return Err(StepError::NotOneShape { cable: 0, reason });
+        }
+        let new = |scene| Stepper::new(scene, options.clone());
+        let cables = scenes.into_iter().map(new).collect::<Result<Vec<_>, _>>()?;
+        let Some(first) = cables.first() else {
+            let reason = "is missing: there is none at all";
+            return Err(StepError::NotOneShape { cable: 0, reason });
+        };
+        let pattern = first.plan.pattern.clone();
+        let other = |c: &Stepper| *c.plan.pattern != *pattern;
+        if let Some(cable) = cables.iter().position(other) {
+            let reason = "is not of the shape of the first one";
+            return Err(StepError::NotOneShape { cable, reason });
+        }
+        let width = Level::best().widest().clamp(4, 8);
+        let solver = BatchBanded::new(&pattern, width).map_err(|_| StepError::NotOneShape {
+            cable: 0,
+            reason: "is no chain of joints: use a stepper for each",
+        })?;
+        let mut matrix = BatchMatrix::zeros(pattern.clone(), width);
+        for place in 0..width {
+            matrix.set_identity(place).map_err(at_start)?;
+        }
+        let numbers = vec![0.0; batch_len(pattern.dim(), width)];
+        let progress = (0..width).map(|_| Progress::new()).collect();
+        let never = |c: &Stepper| c.report(Work::default(), &PhaseClock::start());
+        Ok(Self {
+            reports: cables.iter().map(|c| Ok(never(c))).collect(),
+            cables,
+            together: Together {
+                solver,
+                matrix,
+                b: numbers.clone(),
+                x: numbers,
+                residual: vec![0.0; pattern.dim()],
+                progress,
+            },
+        })
+    }
+
+    /// The cables, in the order of their scenes.
+    #[must_use]
+    pub fn cables(&self) -> &[Stepper] {
+        &self.cables
+    }
+
+    /// The same, to set states, loads, motors and controls.
+    pub fn cables_mut(&mut self) -> &mut [Stepper] {
+        &mut self.cables
+    }
+
+    /// Advances each cable by one time step, and says what became of it: what [`Stepper::step`] does, where times of
+    /// phases are means over the cables that went together. A cable that fails does not hold up the others. Allocates
+    /// nothing with the project's own backends where no cable fails.
+    pub fn step(&mut self) -> &[Result<StepReport, StepError>] {
+        let width = self.together.progress.len();
+        let reports = self.reports.chunks_mut(width);
+        for (cables, reports) in self.cables.chunks_mut(width).zip(reports) {
+            // Empty places cost as much as filled ones.
+            if 2 * cables.len() >= width {
+                self.together.step(cables, reports);
+            } else {
+                for (cable, report) in cables.iter_mut().zip(reports) {
+                    *report = cable.step();
+                }
+            }
+        }
+        &self.reports
+    }
+}
+
+impl Progress {
+    fn new() -> Self {
+        Self {
+            work: Work::default(),
+            done: Ok(()),
+            waits: false,
+        }
+    }
+}
+
+impl Together {
+    fn step(&mut self, cables: &mut [Stepper], reports: &mut [Result<StepReport, StepError>]) {
+        let mut clock = PhaseClock::start();
+        let substeps = cables.first().map_or(0, |c| c.options.substeps);
+        for (cable, p) in cables.iter_mut().zip(&mut self.progress) {
+            *p = Progress::new();
+            p.done = cable.begin_step(&mut clock, &mut p.work);
+        }
+        for _ in 0..substeps {
+            for (cable, p) in cables.iter_mut().zip(&mut self.progress) {
+                if p.done.is_ok() {
+                    p.begin(cable, &mut clock);
+                }
+            }
+            self.solve(cables, &mut clock);
+            for (cable, p) in cables.iter_mut().zip(&mut self.progress) {
+                if std::mem::take(&mut p.waits) {
+                    p.end(cable, &mut clock);
+                }
+            }
+        }
+        let phases = clock.times().share(cables.len());
+        let steps = cables.iter_mut().zip(&mut self.progress);
+        for ((cable, p), report) in steps.zip(reports) {
+            let Progress { work, done, .. } = std::mem::replace(p, Progress::new());
+            cable.drop_tension_unless(done.is_ok());
+            let refinements = cable.options.refinements;
+            *report = done.map(|()| work.report(cable.time, refinements, phases));
+        }
+    }
+
+    /// Solves the systems of the cables that wait. What cannot be solved no longer waits: it goes alone.
+    fn solve(&mut self, cables: &mut [Stepper], clock: &mut PhaseClock) {
+        for first in (0..cables.len()).step_by(4) {
+            let place = |k: usize| (first + k).min(cables.len() - 1);
+            let four = [0, 1, 2, 3].map(|k| &cables[place(k)].matrix);
+            // Those beyond the last one are copies of it; they were checked to be of one pattern.
+            self.matrix.set_four(first, four).ok();
+        }
+        for place in 0..self.progress.len() {
+            // What does not wait, or is a copy of a cable that does not, may be anything.
+            let cable = place.min(cables.len() - 1);
+            if !self.progress[cable].waits {
+                self.matrix.set_identity(place).ok();
+            }
+        }
+        clock.end(Phase::Assemble);
+        while self.progress.iter().any(|p| p.waits) {
+            let Err(failed) = self.try_solve(cables, clock) else {
+                return;
+            };
+            // A fault that is no cable's would be everybody's.
+            let last = cables.len() - 1;
+            let places = match failed {
+                Some(place) => place.min(last)..place.min(last) + 1,
+                None => 0..cables.len(),
+            };
+            for cable in places {
+                let p = &mut self.progress[cable];
+                if std::mem::take(&mut p.waits) {
+                    p.solve_alone(&mut cables[cable], clock);
+                }
+                self.matrix.set_identity(cable).ok();
+            }
+            if failed.is_some_and(|place| place >= last) {
+                for place in last..self.progress.len() {
+                    self.matrix.set_identity(place).ok();
+                }
+            }
+        }
+    }
+
+    /// Factorises, solves and refines; the place that fails.
+    fn try_solve(
+        &mut self,
+        cables: &mut [Stepper],
+        clock: &mut PhaseClock,
+    ) -> Result<(), Option<usize>> {
+        self.solver.factorize(&self.matrix).map_err(|e| e.cable)?;
+        clock.end(Phase::Factorize);
+        let sweeps = cables.first().map_or(0, |c| c.options.refinements);
+        for sweep in 0..=sweeps {
+            for (place, cable) in cables.iter_mut().enumerate() {
+                if !self.progress[place].waits {
+                    spread(&mut self.b, place, None);
+                } else if sweep == 0 {
+                    spread(&mut self.b, place, Some(&cable.rhs));
+                } else {
+                    cable.schur_residual(&mut self.residual);
+                    spread(&mut self.b, place, Some(&self.residual));
+                }
+            }
+            self.solver
+                .solve(&self.b, &mut self.x)
+                .map_err(|e| e.cable)?;
+            let waiting = self.progress.iter().zip(cables.iter_mut()).enumerate();
+            for (place, (_, cable)) in waiting.filter(|(_, (p, _))| p.waits) {
+                let dim = cable.x.len();
+                for (entry, to) in cable.x.iter_mut().enumerate() {
+                    let x = self.x[batch_index(dim, entry, place)];
+                    *to = if sweep == 0 { x } else { *to + x };
+                }
+            }
+            clock.end(if sweep == 0 {
+                Phase::Solve
+            } else {
+                Phase::Refine
+            });
+        }
+        Ok(())
+    }
+}
+
+/// A vector of the cable at one place among others; zero where there is none.
+fn spread(to: &mut [f64], place: usize, from: Option<&[f64]>) {
+    let lanes = to.chunks_exact_mut(batch_len(1, 1));
+    match from {
+        Some(from) => lanes.zip(from).for_each(|(to, from)| to[place] = *from),
+        None => lanes.for_each(|to| to[place] = 0.0),
+    }
+}
+
+impl Progress {
+    /// Prepares the next sub-step, or takes it where it is none for all together.
+    fn begin(&mut self, cable: &mut Stepper, clock: &mut PhaseClock) {
+        if cable.holding > 0 || !cable.bounded.is_empty() {
+            self.done = cable.take_substep(clock, &mut self.work);
+            return;
+        }
+        if cable.options.guard.is_some() {
+            cable.begin_guarded();
+        }
+        if let Err(e) = cable.prepare(cable.options.stiffness) {
+            self.finish(cable, Err(e), clock);
+            return;
+        }
+        clock.end(Phase::Linearize);
+        cable.assemble(cable.substep());
+        self.waits = true;
+        clock.end(Phase::Assemble);
+    }
+
+    /// The prepared system by the cable's own solver.
+    fn solve_alone(&mut self, cable: &mut Stepper, clock: &mut PhaseClock) {
+        let dt = cable.substep();
+        let solved = cable.solve_prepared(dt, clock, &mut self.work);
+        self.finish(cable, solved, clock);
+    }
+
+    /// What comes after the solve of all.
+    fn end(&mut self, cable: &mut Stepper, clock: &mut PhaseClock) {
+        self.work.add_direct();
+        cable.take_multipliers();
+        let dt = cable.substep();
+        cable.solved_for(dt);
+        self.finish(cable, Ok(()), clock);
+    }
+
+    fn finish(
+        &mut self,
+        cable: &mut Stepper,
+        solved: Result<(), StepError>,
+        clock: &mut PhaseClock,
+    ) {
+        self.done = match cable.options.guard {
+            None => solved.and_then(|()| cable.end_plain(clock)),
+            Some(guard) => cable.end_guarded(guard, solved, clock, &mut self.work),
+        };
+    }
+}
+
+#[cfg(all(test, feature = "banded"))]
+mod tests;
