@@ -291,6 +291,9 @@ mod tests {
         let records = run(&config, &ProgressBar::hidden()).expect("sound");
         assert!(records.iter().all(|r| !r.within));
         let text = tables(&records, &config);
-        assert!(text.contains("leapfrog: 1e-7 % not reached in"), "{text}");
+        assert!(
+            text.contains("leapfrog: 1e-7 % not reached; best of"),
+            "{text}"
+        );
     }
 }

@@ -97,6 +97,9 @@ impl Cable {
             }
         }
         for ((_, record), times) in rows.iter_mut().zip(times) {
+            if times.is_empty() {
+                continue;
+            }
             let timing = Timing::of(times.into_iter());
             record.outcome.frame_ns = timing.median;
             record.outcome.frame_ns_min = timing.min;

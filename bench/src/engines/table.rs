@@ -66,12 +66,14 @@ fn rows(cable: &[Record], bar: &str) -> String {
 fn remark(r: &Record, bar: &str) -> String {
     let best = percent(Some(r.outcome.error()));
     match (&r.outcome.failure, r.searched) {
-        (None, true) => format!("{bar} % not reached in {} settings; best {best} %", r.tried),
+        (None, true) => format!("{bar} % not reached; best of {}: {best} %", r.tried),
         (None, false) => format!("`{}` is beyond {bar} %", r.setting),
-        (Some(reason), true) => format!(
-            "{bar} % not reached in {} settings; the first: {reason}",
-            r.tried
-        ),
+        (Some(reason), true) => {
+            format!(
+                "{bar} % not reached, no run of {} to its end; the first: {reason}",
+                r.tried
+            )
+        }
         (Some(reason), false) => format!("`{}`: {reason}", r.setting),
     }
 }
