@@ -23,7 +23,7 @@ mod rapier;
 mod search;
 mod table;
 
-pub use search::{Outcome, Setting};
+pub use search::{Outcome, Setting, Start};
 pub use table::tables;
 
 use indicatif::ProgressBar;
@@ -150,11 +150,10 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
 
 /// All engines that are compiled in; ours come first, and the first of their settings is the default.
 fn engines() -> Vec<Engine> {
-    #[allow(unused_mut)] // without the feature
-    let mut engines = vec![ours::engine(), leapfrog_engine()];
+    let engines = [ours::engine(), leapfrog_engine()].into_iter();
     #[cfg(feature = "rapier")]
-    engines.extend(rapier::engines());
-    engines
+    let engines = engines.chain(rapier::engines());
+    engines.collect()
 }
 
 /// Sub-steps from `least` to `most`, doubling.

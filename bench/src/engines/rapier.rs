@@ -39,7 +39,7 @@ struct Effort {
 }
 
 /// Starts a cable of one kind.
-type Start = fn(&Motion, Effort) -> Result<Frame, StepError>;
+type Begin = fn(&Motion, Effort) -> Result<Frame, StepError>;
 
 /// Most sub-steps that are tried.
 const SUBSTEPS: usize = 1024;
@@ -47,12 +47,12 @@ const SUBSTEPS: usize = 1024;
 /// All five.
 pub(super) fn engines() -> Vec<Engine> {
     // Direct solves need no sweeps.
-    let direct = |name, start: Start| Engine {
+    let direct = |name, start: Begin| Engine {
         name,
         ladders: vec![ladder(start, 1, 0)],
         all: false,
     };
-    let swept = |name, start: Start, relaxing: &[usize]| {
+    let swept = |name, start: Begin, relaxing: &[usize]| {
         let mut ladders = Vec::new();
         for &relaxing in relaxing {
             ladders.extend([1, 4, 16, 64].map(|sweeps| ladder(start, sweeps, relaxing)));
@@ -78,7 +78,7 @@ pub(super) fn engines() -> Vec<Engine> {
     ]
 }
 
-fn ladder(start: Start, sweeps: usize, relaxing: usize) -> Vec<Setting> {
+fn ladder(start: Begin, sweeps: usize, relaxing: usize) -> Vec<Setting> {
     let setting = |substeps| {
         let effort = Effort {
             substeps,
@@ -312,7 +312,7 @@ mod tests {
             sweeps: 64,
             relaxing: 0,
         };
-        let starts: [(&str, Start, f64); 5] = [
+        let starts: [(&str, Begin, f64); 5] = [
             (
                 "soft",
                 |m, e| soft_rope(m, e, SoftBodySolver::Constraints),

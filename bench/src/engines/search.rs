@@ -15,8 +15,11 @@ pub struct Setting {
     /// Steps a frame, of whatever kind the engine makes.
     pub substeps: usize,
     /// Puts the engine at the start of a motion.
-    pub start: Box<dyn Fn(&Motion) -> Result<Frame, StepError>>,
+    pub start: Start,
 }
+
+/// How a motion is begun.
+pub type Start = Box<dyn Fn(&Motion) -> Result<Frame, StepError>>;
 
 /// What came of a setting.
 #[derive(Debug, Clone, PartialEq, Serialize)]
