@@ -14,6 +14,7 @@
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
+//! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
 //! | `reference` | finely stepped motions to compare with |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
@@ -35,6 +36,7 @@ pub mod cache;
 pub mod check;
 pub mod choice;
 pub mod energy;
+pub mod engines;
 pub mod hard;
 pub mod inputs;
 pub mod iterative;

@@ -200,6 +200,30 @@ fn features_are_passed_on_by_name() {
     assert!(!list(&solver["default"]).contains("umfpack"));
 }
 
+/// Rapier is a rival to measure, not a part: one optional dependency of the experiments, off by default, in one module.
+#[test]
+fn the_rival_engine_is_optional() {
+    let manifest: Table = toml::from_str(&read(&root().join("bench/Cargo.toml"))).expect("TOML");
+    let dependency = &manifest["dependencies"]["rapier3d-f64"];
+    assert_eq!(
+        dependency.get("optional").and_then(Value::as_bool),
+        Some(true)
+    );
+    let default = manifest["features"]["default"].as_array().expect("a list");
+    assert!(default.iter().all(|f| f.as_str() != Some("rapier")));
+    for (folder, _) in MAY_KNOW {
+        let folder = if folder == "tests" {
+            "tests/src"
+        } else {
+            folder
+        };
+        for (file, text) in rust_files(folder) {
+            let known = code(&text).any(|(_, line)| words(line).any(|w| w == "rapier3d_f64"));
+            assert_eq!(known, file == "bench/src/engines/rapier.rs", "{file}");
+        }
+    }
+}
+
 #[test]
 fn unsafe_code_stands_in_the_ffi_the_intrinsics_and_the_allocator_only() {
     let allowed = [

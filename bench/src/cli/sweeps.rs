@@ -3,7 +3,7 @@
 use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
-use taut_bench::{accuracy, energy, iterative, kernels, linear, shocks, stability, table};
+use taut_bench::{accuracy, energy, engines, iterative, kernels, linear, shocks, stability, table};
 
 /// The sweeps that there are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -22,6 +22,8 @@ pub(crate) enum Sweep {
     Kernels,
     /// Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver
     Iterative,
+    /// Whole engines: what a frame costs, how wrong the motion is; with the feature `rapier` Rapier's too
+    Engines,
 }
 
 impl Sweep {
@@ -35,6 +37,7 @@ impl Sweep {
             Self::Linear => "linear",
             Self::Kernels => "kernels",
             Self::Iterative => "iterative",
+            Self::Engines => "engines",
         }
     }
 
@@ -53,6 +56,7 @@ impl Sweep {
             Self::Stability | Self::Energy => &[],
             Self::Linear | Self::Kernels => &["--segments", "--ratios", "--backends"],
             Self::Iterative => &["--segments", "--ratios", "--backends", "--iterations"],
+            Self::Engines => &["--segments", "--ratios", "--time"],
         }
     }
 }
@@ -68,6 +72,7 @@ pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
         Sweep::Linear => linear(args),
         Sweep::Kernels => kernels(args),
         Sweep::Iterative => iterative(args),
+        Sweep::Engines => engines(args),
     }
 }
 
@@ -226,6 +231,32 @@ fn energy(args: &BenchArgs) -> Result<(), Failure> {
         energy::text_tables(&results, &config)
     );
     deliver(args.json.as_deref(), Sweep::Energy.name(), &text, &results)
+}
+
+fn engines(args: &BenchArgs) -> Result<(), Failure> {
+    let mut config = if args.quick {
+        engines::Config::quick()
+    } else {
+        engines::Config::default()
+    };
+    config.segments = sorted(&args.segments, config.segments);
+    take_ratios(&args.ratios, &mut config.ratios)?;
+    config.time = args.time.unwrap_or(config.time);
+    if steps(config.time, engines::motion::FRAME)? == 0 {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s: it must be at least one frame of 1/60 s",
+            config.time
+        )));
+    }
+    let bar = progress(0);
+    let records = engines::run(&config, &bar)?;
+    bar.finish_and_clear();
+    let text = format!(
+        "{}\n{}",
+        Machine::current(),
+        engines::tables(&records, &config)
+    );
+    deliver(args.json.as_deref(), Sweep::Engines.name(), &text, &records)
 }
 
 /// What the columns of the sweep's tables are.
