@@ -11,8 +11,8 @@ use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 /// Points of a vector.
 const WIDTH: usize = 4;
 
-/// The chain. Spring i joins points i and i + 1; its force is at i + 1, so that the sum at point i is that at i + 1 less
-/// that at i.
+/// The chain. Spring i joins points i and i + 1; its force is at i + 1, so that the sum at point i is that at i + 1
+/// less that at i.
 #[derive(Debug, Clone)]
 pub struct Leapfrog {
     /// Positions, a coordinate each \[m].
