@@ -35,7 +35,7 @@ fn batch(c: &mut Criterion) {
                 }
             });
         });
-        let mut batch = BatchStepper::new(scenes, options).expect("hoists are of one shape");
+        let mut batch = BatchStepper::new(scenes, &options).expect("hoists are of one shape");
         group.bench_function(BenchmarkId::new("batch", segments), |bencher| {
             bencher.iter(|| assert!(batch.step().iter().all(Result::is_ok)));
         });

@@ -22,7 +22,7 @@ use taut_solver::{BatchBanded, BatchMatrix, batch_index, batch_len};
 /// let loads = [10.0, 100.0, 1e3, 1e4];
 /// let scenes = loads.map(|mass_ratio| HoistParams { segments: 12, mass_ratio, ..HoistParams::default() }.build());
 /// let scenes = scenes.into_iter().collect::<Result<Vec<_>, _>>()?;
-/// let mut batch = BatchStepper::new(scenes, StepOptions::default())?;
+/// let mut batch = BatchStepper::new(scenes, &StepOptions::default())?;
 /// for _ in 0..60 {
 ///     for report in batch.step() {
 ///         assert!(report.is_ok());
@@ -65,7 +65,7 @@ impl BatchStepper {
     /// # Errors
     /// As for [`Stepper::new`]; [`StepError::NotOneShape`] where the form is not the Schur form, a scene's joints are no
     /// chain in the order of their elimination, or not the first one's.
-    pub fn new(scenes: Vec<Scene>, options: StepOptions) -> Result<Self, StepError> {
+    pub fn new(scenes: Vec<Scene>, options: &StepOptions) -> Result<Self, StepError> {
         let at_start = |source| StepError::Solve {
             source,
             culprit: None,

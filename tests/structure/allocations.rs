@@ -42,7 +42,7 @@ fn batches_allocate_nothing_after_the_first_step() {
         params.build().expect("the hoist builds")
     };
     let options = StepOptions::default();
-    let batch = taut_integrator::BatchStepper::new((0..9).map(scene).collect(), options);
+    let batch = taut_integrator::BatchStepper::new((0..9).map(scene).collect(), &options);
     let mut batch = batch.expect("hoists are of one shape");
     assert!(batch.step().iter().all(Result::is_ok));
     let steps = || {

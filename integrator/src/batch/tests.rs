@@ -47,7 +47,7 @@ fn each_cable_moves_as_it_does_alone() {
             };
             let scenes = scenes(count, segments);
             let mut ones = ones(&scenes, &options);
-            let mut batch = BatchStepper::new(scenes, options).unwrap();
+            let mut batch = BatchStepper::new(scenes, &options).unwrap();
             for step in 0..30 {
                 let reports = batch.step().to_vec();
                 for (i, one) in ones.iter_mut().enumerate() {
@@ -73,7 +73,7 @@ fn a_step_agrees_to_rounding() {
     let options = StepOptions::default();
     let scenes = scenes(8, 24);
     let mut ones = ones(&scenes, &options);
-    let mut batch = BatchStepper::new(scenes, options).unwrap();
+    let mut batch = BatchStepper::new(scenes, &options).unwrap();
     for step in 0..20 {
         batch.step();
         for (i, one) in ones.iter_mut().enumerate() {
@@ -109,7 +109,7 @@ fn a_cable_that_fails_does_not_hold_up_the_others() {
         };
         let scenes = scenes(8, 6);
         let mut ones = ones(&scenes, &options);
-        let mut batch = BatchStepper::new(scenes, options).unwrap();
+        let mut batch = BatchStepper::new(scenes, &options).unwrap();
         batch.step();
         let mut bad = batch.cables()[5].scene().bodies.clone();
         bad.velocity[3].x = 1e160;
@@ -145,7 +145,7 @@ fn a_cable_that_fails_does_not_hold_up_the_others() {
 #[test]
 fn what_is_no_batch_is_refused() {
     let refused =
-        |scenes: Vec<Scene>, options: StepOptions| match BatchStepper::new(scenes, options) {
+        |scenes: Vec<Scene>, options: StepOptions| match BatchStepper::new(scenes, &options) {
             Err(StepError::NotOneShape { cable, reason }) => (cable, reason),
             Err(other) => panic!("{other}"),
             Ok(_) => panic!("accepted"),
