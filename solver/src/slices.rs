@@ -19,6 +19,7 @@ mod vectors;
 use crate::{BlockPattern, SymBlockMatrix};
 use kernels::{Fill, Invert, Load, Product, Save};
 use taut_lanes::{Level, dispatch};
+#[allow(unused_imports)] // where no backend that uses it is compiled in
 pub(crate) use vectors::{dot, step, turn};
 
 /// Block rows of a slice.
