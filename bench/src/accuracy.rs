@@ -216,7 +216,7 @@ impl Config {
     pub fn quick() -> Self {
         Self {
             cases: cases(&[24], &[1e2, 1e6]),
-            choices: vec![Choice::schur(Backend::BANDED)],
+            choices: vec![Choice::schur(Backend::Banded)],
             choice_ratios: vec![1e4],
             iterations: vec![10],
             time: 2.0,

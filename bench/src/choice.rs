@@ -54,8 +54,8 @@ impl Choice {
             })
         };
         vec![
-            Self::schur(Backend::BANDED),
-            Self::kkt(Backend::BANDED),
+            Self::schur(Backend::Banded),
+            Self::kkt(Backend::Banded),
             Self::schur(faer(FaerFactorization::Llt)),
             Self::schur(faer(FaerFactorization::Ldlt)),
             Self::kkt(faer(FaerFactorization::Ldlt)),

@@ -362,8 +362,8 @@ fn segment_length(params: &HoistParams) -> f64 {
 /// The fastest direct solver that there is: where any direct one would do.
 fn direct(dt: f64) -> StepOptions {
     let dense = Backend::Dense(DenseOptions::default());
-    let backend = if Backend::BANDED.is_compiled() {
-        Backend::BANDED
+    let backend = if Backend::Banded.is_compiled() {
+        Backend::Banded
     } else {
         dense
     };

@@ -166,8 +166,8 @@ pub fn compute(
 ) -> Result<Reference, StepError> {
     let dt = frame / substeps as f64;
     // Any direct solver serves; the banded one is the fastest where it is compiled in.
-    let backend = if Backend::BANDED.is_compiled() {
-        Backend::BANDED
+    let backend = if Backend::Banded.is_compiled() {
+        Backend::Banded
     } else {
         StepOptions::default().backend
     };

@@ -298,7 +298,7 @@ fn tasks(config: &Config, cases: &[measure::Case], omissions: &mut Vec<Omission>
                 rung,
             }));
             // Loops by border rows against the order of minimum degree, where the order is the backend's to take.
-            if choice.backend == Backend::BANDED && case.network == Network::Ring {
+            if choice.backend == Backend::Banded && case.network == Network::Ring {
                 let orders = [
                     Elimination::Scene,
                     Elimination::Border,

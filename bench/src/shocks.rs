@@ -193,7 +193,7 @@ fn fine_run(
     }
     // Which direct solver it was does not matter; the rest does.
     let defining = StepOptions {
-        backend: Backend::BANDED,
+        backend: Backend::Banded,
         ..options.clone()
     };
     let scene = scene(shock, ratio, length)?;

@@ -185,10 +185,10 @@ mod tests {
     fn scenes_without_loops_keep_their_order() {
         for name in taut_model::named::NAMES {
             let scene = taut_model::named(name).unwrap();
-            let order = auto(&scene, &Backend::BANDED);
+            let order = auto(&scene, &Backend::Banded);
             if taut_model::Network::named(name).is_some() {
                 let rows = Linearized::new(&scene);
-                let own = order_of(Elimination::Scene, &scene, &rows, &Backend::BANDED).unwrap();
+                let own = order_of(Elimination::Scene, &scene, &rows, &Backend::Banded).unwrap();
                 let flops = |order: &EliminationOrder| order.cost.unwrap().flops;
                 assert!(flops(&order) <= flops(&own), "{name}");
                 continue;
@@ -209,7 +209,7 @@ mod tests {
             .iter()
             .map(|&c| scene.constraints[c].clone())
             .collect();
-        let banded = auto(&scene, &Backend::BANDED);
+        let banded = auto(&scene, &Backend::Banded);
         assert_eq!(banded.taken, Elimination::Border);
         assert!(banded.constraints.iter().map(|&k| listed[k]).eq(0..n));
         let named = |name: &str| name.parse::<Backend>().unwrap();

@@ -43,8 +43,8 @@ pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, Step
     // An iteration that stops early leaves the forces out of balance.
     let backend = match backend {
         iterative if iterative.is_iterative() => {
-            if Backend::BANDED.is_compiled() {
-                Backend::BANDED
+            if Backend::Banded.is_compiled() {
+                Backend::Banded
             } else {
                 Backend::Dense(taut_solver::DenseOptions::default())
             }

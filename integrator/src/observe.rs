@@ -208,7 +208,7 @@ impl Stepper {
     /// μ of the KKT system of the pieces as they are, in extended precision.
     fn solve_extended(&mut self) -> Result<Vec<f64>, StepError> {
         // What the backend factorises is no matter here: all is factorised.
-        let (auto, all) = (Elimination::Auto, &taut_solver::Backend::BANDED);
+        let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
         let order = elimination::order_of(auto, &self.scene, &self.pieces.rows, all)
             .map_err(|e| self.at_state(e))?;
         let mut plan = Plan::new(

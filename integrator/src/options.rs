@@ -377,7 +377,7 @@ impl Default for StepOptions {
     /// 1/60 s, the third-difference scheme with geometric stiffness and guard, the Schur complement, the first backend
     /// compiled in, one refinement.
     fn default() -> Self {
-        let backend = Backend::preferred().unwrap_or(Backend::BANDED);
+        let backend = Backend::preferred().unwrap_or(Backend::Banded);
         let scheme = Scheme::default();
         Self {
             dt: 1.0 / 60.0,

@@ -5,25 +5,6 @@ use crate::{LinearSolver, SolveError};
 use std::fmt;
 use std::str::FromStr;
 
-/// Options of the banded solver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BandedOptions {
-    /// Threads, 1 or 2. With two, long chains are eliminated by both where that is faster: a few hundred blocks and
-    /// more, while steps follow each other. The second thread asks for work for a millisecond before it sleeps.
-    pub threads: usize,
-}
-
-impl BandedOptions {
-    /// One thread.
-    pub const DEFAULT: Self = Self { threads: 1 };
-}
-
-impl Default for BandedOptions {
-    fn default() -> Self {
-        Self::DEFAULT
-    }
-}
-
 /// What block Gauss–Seidel solves exactly at a time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -169,7 +150,7 @@ pub struct DenseOptions {
 #[non_exhaustive]
 pub enum Backend {
     /// Block LDLᵀ in the order of the pattern.
-    Banded(BandedOptions),
+    Banded,
     /// Block Gauss–Seidel.
     GaussSeidel(GaussSeidelOptions),
     /// Preconditioned conjugate gradient.
@@ -185,14 +166,11 @@ pub enum Backend {
 }
 
 impl Backend {
-    /// The banded solver with its default options.
-    pub const BANDED: Self = Self::Banded(BandedOptions::DEFAULT);
-
     /// All backends with their default options, in order of preference.
     #[must_use]
     pub fn all() -> [Self; 7] {
         [
-            Self::BANDED,
+            Self::Banded,
             Self::Faer(FaerOptions::default()),
             Self::NalgebraSparse,
             Self::Umfpack(UmfpackOptions::default()),
@@ -219,7 +197,7 @@ impl Backend {
     #[must_use]
     pub fn name(&self) -> &'static str {
         match self {
-            Self::Banded(_) => "banded",
+            Self::Banded => "banded",
             Self::GaussSeidel(_) => "gauss-seidel",
             Self::ConjugateGradient(_) => "cg",
             Self::Umfpack(_) => "umfpack",
@@ -253,7 +231,7 @@ impl Backend {
     #[must_use]
     pub fn accepts_indefinite(&self) -> bool {
         match self {
-            Self::Banded(_) | Self::Umfpack(_) | Self::Dense(_) => true,
+            Self::Banded | Self::Umfpack(_) | Self::Dense(_) => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Llt,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::NalgebraSparse => false,
         }
@@ -318,7 +296,7 @@ impl Backend {
     pub fn create(&self) -> Result<Box<dyn LinearSolver>, SolveError> {
         match self {
             #[cfg(feature = "banded")]
-            Self::Banded(o) => Ok(Box::new(backends::banded::Banded::new(*o)?)),
+            Self::Banded => Ok(Box::new(backends::banded::Banded::default())),
             #[cfg(feature = "gauss-seidel")]
             Self::GaussSeidel(o) => Ok(Box::new(backends::gauss_seidel::GaussSeidel::new(*o)?)),
             #[cfg(feature = "cg")]
@@ -347,9 +325,7 @@ impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;
         match self {
-            Self::NalgebraSparse => Ok(()),
-            Self::Banded(o) if *o == BandedOptions::DEFAULT => Ok(()),
-            Self::Banded(o) => write!(f, ":threads={}", o.threads),
+            Self::Banded | Self::NalgebraSparse => Ok(()),
             Self::GaussSeidel(o) => {
                 let partition = match o.partition {
                     Partition::Joints => "joints",
@@ -467,7 +443,6 @@ impl Backend {
     fn set(&mut self, option: &str) -> bool {
         let (key, value) = option.split_once('=').unwrap_or((option, ""));
         match (self, key) {
-            (Self::Banded(o), "threads") => return assign(&mut o.threads, value),
             (Self::GaussSeidel(o), "joints") => o.partition = Partition::Joints,
             (Self::GaussSeidel(o), "groups") => o.partition = Partition::Groups,
             (Self::GaussSeidel(o), "guess") => o.start = Start::Guess,
@@ -496,8 +471,7 @@ impl Backend {
 
     fn known_options(&self) -> &'static str {
         match self {
-            Self::Banded(_) => "threads=1, threads=2",
-            Self::NalgebraSparse => "none",
+            Self::Banded | Self::NalgebraSparse => "none",
             Self::GaussSeidel(_) => "joints, groups, guess, trial, iterations=N, tolerance=T",
             Self::ConjugateGradient(_) => {
                 "none, jacobi, group, assembled, matrix-free, iterations=N, tolerance=T"
@@ -539,7 +513,6 @@ mod tests {
     fn text_form_round_trips() {
         let texts = [
             "banded",
-            "banded:threads=2",
             "gauss-seidel:groups:trial:iterations=7:tolerance=1e-3",
             "cg:none:iterations=3:tolerance=0e0",
             "cg:jacobi",

@@ -18,29 +18,29 @@
 //! rows) are padded with rows of the identity, missing couplings (several chains) with zeros, and where the number of
 //! blocks is even the second elimination begins with a block of padding alone.
 //!
-//! Left out, for they lose: pieces of one chain in the four lanes of a vector, since all but the first fill towards the
-//! block before them, 2.4 times the arithmetic, while four lanes cost 0.6 to 0.7 of two ends in two lanes for each block;
-//! and a factor in single precision. Refined from the pieces that S is made of, that gains three digits a sweep (hoist of
-//! 100 segments, mass ratios 1, 10³, 10⁵: 4 or 5 sweeps to the accuracy that this factor has after one), and a sweep
-//! costs two thirds of the whole factorisation in doubles.
+//! Left out, for they lost where they were measured (AVX2, blocks of 5 rows):
+//!
+//! - Two threads, an end each. One end alone takes 46 ns a block, for it waits for its divisions; both in the lanes of a
+//!   vector take 27 ns. What two threads could gain, 23 against 27, is less than what it takes to hand them their halves:
+//!   30 ns at 4000 blocks, 34 at 400.
+//! - Pieces of one chain in the four lanes of a vector. All but the first fill towards the block before them, 2.4 times the
+//!   arithmetic, while four lanes cost 0.6 to 0.7 of two ends in two lanes for each block.
+//! - A factor in single precision. Refined from the pieces that S is made of it gains three digits a sweep (hoist of 100
+//!   segments, mass ratios 1, 10³, 10⁵: 4 or 5 sweeps to the accuracy that this factor has after one), and a sweep costs
+//!   two thirds of the whole factorisation in doubles.
 //!
 //! Files: `block` one step of the elimination for any vector, `twisted` the two eliminations, `places` where their blocks
-//! lie; `end` one of them alone and `split` both on two threads; `batch` chains side by side, of which each is eliminated
-//! from one end; `bordered` chains with a few rows besides.
+//! lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides.
 
 pub(crate) mod batch;
 mod block;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod bordered;
-mod end;
 mod places;
-#[allow(dead_code)] // where the backend is not compiled in
-pub(crate) mod split;
 mod twisted;
 
 use crate::{BlockPattern, SymBlockMatrix};
 use places::Places;
-use std::ops::Range;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward};
 
@@ -77,18 +77,14 @@ impl Chain {
 
     /// The same for some block rows and columns of these matrices, ascending.
     pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
-        Some(Self::on(Places::new(pattern, blocks)?, level))
-    }
-
-    /// For two eliminations. Allocates all that is needed.
-    fn on(places: Places, level: Level) -> Self {
+        let places = Places::new(pattern, blocks)?;
         let (steps, size) = (places.steps(), places.size);
-        Self {
+        Some(Self {
             factor: vec![0.0; 2 * ((steps + 1) * block::triangle(size) + steps * size * size)],
             half: vec![0.0; 2 * (steps + 1) * size],
             places,
             level,
-        }
+        })
     }
 
     /// Factorises `a`, of the pattern of [`new`](Self::new); whether all pivots are more than noise. Allocates nothing.
@@ -98,7 +94,6 @@ impl Chain {
             self.level,
             Factorize {
                 places: &self.places,
-                first: None,
                 values: a.values(),
                 factor: &mut self.factor,
             }
@@ -113,34 +108,6 @@ impl Chain {
         // The reciprocal pivots are the last of each triangle.
         let mut pivots = steps.flat_map(|step| &step[2 * (triangle - size)..2 * triangle]);
         pivots.all(|inverse| *inverse > 0.0)
-    }
-
-    /// The same where the first blocks of both ends are factorised already, see [`end::End::last`].
-    fn join(&mut self, first: [&[f64]; 2], values: &[f64]) -> bool {
-        with_size!(
-            self.places.size,
-            self.level,
-            Factorize {
-                places: &self.places,
-                first: Some(first),
-                values: values,
-                factor: &mut self.factor,
-            }
-        )
-    }
-
-    /// The rows of the middle block.
-    fn middle_rows(&self) -> Range<usize> {
-        let middle = self.places.steps[self.places.steps()].ends[0];
-        middle.row..middle.row + middle.size
-    }
-
-    /// Solves for a right-hand side in `x`, of which only the rows of this chain's blocks are looked at and changed.
-    fn solve_in_place(&mut self, x: &mut [f64]) {
-        let mut half = std::mem::take(&mut self.half);
-        self.forward(x, &mut [], &mut half);
-        self.backward(&half, x);
-        self.half = half;
     }
 
     /// Solves A x = b, of which the rows of the chain are read and written. Allocates nothing.

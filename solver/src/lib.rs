@@ -31,7 +31,6 @@
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
 //! | `slices` | matrices and vectors four block rows abreast, for products |
 //! | `groups` | exact solves inside groups of blocks |
-//! | `worker` | a second thread |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
@@ -61,16 +60,13 @@ mod reference;
 mod refine;
 #[allow(dead_code)] // where no backend that uses it is compiled in
 mod slices;
-#[allow(dead_code)] // where no backend has threads
-mod worker;
 
 pub use accuracy::{
     BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
 };
 pub use backend::{
-    Backend, BandedOptions, CgOptions, DenseOptions, FaerFactorization, FaerOptions,
-    GaussSeidelOptions, ParseBackendError, Partition, Precision, Preconditioner, Start,
-    UmfpackOptions,
+    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
+    ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
 pub use batch::{BatchBanded, BatchError, BatchMatrix, batch_index, batch_len};
 pub use double_double::DoubleDouble;

@@ -17,7 +17,7 @@ pub(crate) fn kernels(c: &mut Criterion) {
         let case = Case::new(joint, segments, 1e3).expect("the hoist has a step");
         let (a, b) = case.schur();
         let joints = a.pattern().blocks() as u64;
-        if let Ok(mut solver) = Backend::BANDED.create() {
+        if let Ok(mut solver) = Backend::Banded.create() {
             solver.analyze(a.pattern()).expect("the pattern is sound");
             let mut x = vec![0.0; b.len()];
             group.throughput(Throughput::Elements(joints));

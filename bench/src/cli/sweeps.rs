@@ -329,7 +329,7 @@ fn kernels(args: &BenchArgs) -> Result<(), Failure> {
     let results = kernels::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread unless a solver says more\n{KERNELS_LEGEND}\n{}",
+        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread\n{KERNELS_LEGEND}\n{}",
         Machine::current(),
         table::kernels(&results)
     );

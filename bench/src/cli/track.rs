@@ -83,7 +83,7 @@ pub(crate) fn run(args: &TrackArgs) -> Result<(), Failure> {
         budget: if args.quick { QUICK_BUDGET } else { BUDGET },
     };
     // What all are measured from and against; another solver would take hours over the largest scenes.
-    Choice::schur(Backend::BANDED).check()?;
+    Choice::schur(Backend::Banded).check()?;
     let bar = progress(0);
     let figures = track::run(&config, &bar);
     bar.finish_and_clear();

@@ -200,7 +200,7 @@ fn gantry(ratio: f64) -> Result<Vec<Check>, ExperimentError> {
         seed: 0,
         ..GantryParams::default()
     };
-    let mut scene = static_equilibrium(params.build()?, &Backend::BANDED)?;
+    let mut scene = static_equilibrium(params.build()?, &Backend::Banded)?;
     scene.start_in_equilibrium = false;
     let (hook, load) = (2, scene.bodies.len() - 1);
     let depth = |body: usize| -scene.bodies.position[body].z;

@@ -112,7 +112,7 @@ fn tackle(parts: usize) -> Result<Vec<Check>, ExperimentError> {
     for choice in solvers() {
         let case = |text: &str| format!("{} {text}", choice.family());
         let scene = block(parts, RowLaw::new(compliance, 0.0));
-        let scene = static_equilibrium(scene, &Backend::BANDED)?;
+        let scene = static_equilibrium(scene, &Backend::Banded)?;
         // The solver's own step from there.
         let mut stepper = Stepper::new(scene, choice.options(DT))?;
         stepper.step()?;

@@ -11,9 +11,8 @@ use taut_solver::{Backend, SolveError};
 pub const BATCH: usize = 8;
 
 /// What is solved side by side with the others when none is named: a further solver is a further line.
-const NAMES: [&str; 14] = [
+const NAMES: [&str; 13] = [
     "banded",
-    "banded:threads=2",
     "banded+refine",
     "batch",
     "faer:llt",

@@ -4,9 +4,6 @@ use super::{Joint, Record};
 use serde::Serialize;
 use taut_lanes::Level;
 
-/// Segments from which a second thread is to be worth it.
-const THREADS_FROM: usize = 400;
-
 /// A bar and the worst figure of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Target {
@@ -81,7 +78,6 @@ pub fn targets(records: &[Record]) -> Vec<Target> {
     let faster = |what: &str, bar: f64, than: &dyn Fn(&Record) -> bool| {
         Target::new(what, "×", (false, bar), &faster_than(&five, than))
     };
-    let threads = |r: &Record| r.options.contains("threads=2") && r.segments >= THREADS_FROM;
     let wide = Level::best().widest() >= 4;
     let one = "one cable, a joint";
     let mut targets = match wide {
@@ -105,11 +101,6 @@ pub fn targets(records: &[Record]) -> Vec<Target> {
             r.options.starts_with("umfpack") && r.options.ends_with("/kkt")
         }),
         time("batch of 8, a joint", 8.0, &named("batch")),
-        time(
-            &format!("2 threads, from {THREADS_FROM} segments on, a joint"),
-            12.0,
-            &threads,
-        ),
         Target::new(
             "joints of 6 rows over those of 5",
             "×",
@@ -225,7 +216,6 @@ mod tests {
             row(24, five, "faer:ldlt", 440.0, 20.0),
             row(400, five, "banded", 18.0, 1.0),
             row(400, five, "faer:llt", 252.0, 14.0),
-            row(400, five, "banded:threads=2", 11.0, 0.6),
             row(400, Joint::Cosserat, "banded", 36.0, 1.0),
         ];
         let targets = targets(&rows);
@@ -238,7 +228,6 @@ mod tests {
         assert_eq!((faer.worst, faer.reached), (Some(10.0), Some(false)));
         let six = find(&targets, "6 rows");
         assert_eq!((six.worst, six.reached), (Some(2.0), Some(false)));
-        assert_eq!(find(&targets, "2 threads").reached, Some(true));
         assert_eq!(find(&targets, "backward").reached, Some(true));
         let absent = find(&targets, "dpbtrf");
         assert_eq!((absent.worst, absent.reached), (None, None));

@@ -47,7 +47,7 @@ impl Ordered {
 #[must_use]
 pub fn keeps_order(backend: &Backend) -> bool {
     match backend {
-        Backend::Banded(_) | Backend::NalgebraSparse => true,
+        Backend::Banded | Backend::NalgebraSparse => true,
         Backend::Faer(o) => o.factorization != FaerFactorization::Lu,
         _ => by_groups(backend),
     }

@@ -102,8 +102,8 @@ fn a_large_grid_is_solved_in_the_order_of_minimum_degree() {
     assert_eq!(ordered.name(), "minimum-degree");
     assert!(ordered.cost.entries < 400_000, "{:?}", ordered.cost);
     let config = Config {
-        backends: vec![if taut_solver::Backend::BANDED.is_compiled() {
-            taut_solver::Backend::BANDED
+        backends: vec![if taut_solver::Backend::Banded.is_compiled() {
+            taut_solver::Backend::Banded
         } else {
             return;
         }],

@@ -171,7 +171,7 @@ const SETTLINGS: usize = 20;
 /// # Errors
 /// As [`static_equilibrium`].
 pub fn settle(mut scene: Scene) -> Result<Scene, StepError> {
-    let backend = Backend::preferred().unwrap_or(Backend::BANDED);
+    let backend = Backend::preferred().unwrap_or(Backend::Banded);
     let mut rows = Linearized::new(&scene);
     let mut last: Vec<f64> = Vec::new();
     for _ in 0..SETTLINGS {

@@ -177,7 +177,7 @@ impl Solver {
                 tolerance: 1e-10,
                 ..CgOptions::default()
             }),
-            Self::Direct => Backend::BANDED,
+            Self::Direct => Backend::Banded,
         }
     }
 }

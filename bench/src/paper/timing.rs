@@ -108,7 +108,7 @@ pub struct Record {
 /// The solver of the paper's Algorithm 1 with so many sweeps, or the direct one for 0.
 fn options(sweeps: usize) -> StepOptions {
     let backend = match sweeps {
-        0 => Backend::BANDED,
+        0 => Backend::Banded,
         iterations => Backend::GaussSeidel(GaussSeidelOptions {
             partition: Partition::Groups,
             start: Start::Trial,

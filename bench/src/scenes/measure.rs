@@ -46,8 +46,8 @@ pub(super) fn at_rung(choice: &Choice, rung: usize) -> Choice {
 /// The solver that makes the common states and that the others are compared with.
 #[must_use]
 pub fn reference_choice() -> Choice {
-    Choice::schur(if Backend::BANDED.is_compiled() {
-        Backend::BANDED
+    Choice::schur(if Backend::Banded.is_compiled() {
+        Backend::Banded
     } else {
         Backend::Dense(DenseOptions::default())
     })

@@ -1,7 +1,6 @@
 //! Direct solver: block LDLᵀ without pivoting. Positive definite and quasi-definite matrices.
 //!
-//! A cable, or several, is a chain, eliminated from both ends (the mathematics is in `chain`), where it is long and two
-//! threads are allowed by one thread each; a few blocks that close
+//! A cable, or several, is a chain, eliminated from both ends (the mathematics is in `chain`); a few blocks that close
 //! loops or join branches become its border rows (`chain/bordered`). All other patterns, blocks of more than six rows,
 //! and matrices that are not positive definite, go the general way in the order of the pattern (`block_ldlt`).
 
@@ -9,10 +8,9 @@ use super::{Phases, check_solution};
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
-use crate::chain::split::Split;
 use crate::{
-    AnalyzeReport, BandedOptions, BlockPattern, FactorReport, LinearSolver, SolveError,
-    SolveReport, SymBlockMatrix,
+    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
+    SymBlockMatrix,
 };
 use std::sync::Arc;
 use taut_lanes::Level;
@@ -21,11 +19,8 @@ use taut_lanes::Level;
 #[derive(Debug, Default)]
 pub(crate) struct Banded {
     phases: Phases,
-    options: BandedOptions,
     /// Where the pattern has a faster way.
     fast: Option<Fast>,
-    /// Where two threads have a still faster one.
-    split: Option<Split>,
     in_order: Option<BlockLdlt<f64>>,
     /// Places of the diagonal entries.
     diagonal: Vec<usize>,
@@ -38,35 +33,15 @@ enum Way {
     #[default]
     InOrder,
     Fast,
-    Split,
 }
 
 impl Banded {
-    /// With checked options.
-    pub(crate) fn new(options: BandedOptions) -> Result<Self, SolveError> {
-        if !(1..=2).contains(&options.threads) {
-            return Err(SolveError::InvalidOption {
-                option: "threads",
-                allowed: "1 or 2",
-            });
-        }
-        Ok(Self {
-            options,
-            ..Self::default()
-        })
-    }
-
     /// The fastest way that accepts the pivots. A matrix with a diagonal entry that is not positive is not positive
     /// definite, and its factor exists in the order of the pattern at best ([M Jᵀ; J 0] has one with M first).
     fn try_fast(&mut self, a: &SymBlockMatrix) -> Option<Way> {
         let values = a.values();
         if !self.diagonal.iter().all(|&k| values[k] > 0.0) {
             return None;
-        }
-        if let Some(split) = &mut self.split
-            && split.is_ready()
-        {
-            return split.factorize(a).then_some(Way::Split);
         }
         self.fast.as_mut()?.factorize(a).then_some(Way::Fast)
     }
@@ -108,8 +83,6 @@ impl LinearSolver for Banded {
         let level = Level::best();
         let chain = Chain::new(pattern, level).map(Fast::Chain);
         self.fast = chain.or_else(|| Bordered::new(pattern, level).map(Fast::Bordered));
-        let two = self.options.threads > 1;
-        self.split = two.then(|| Split::new(pattern, level)).flatten();
         self.in_order = Some(in_order);
         self.diagonal = diagonal_entries(pattern);
         self.phases.analyzed(pattern);
@@ -136,8 +109,7 @@ impl LinearSolver for Banded {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
-        match (self.last, &mut self.fast, &mut self.split, &self.in_order) {
-            (Way::Split, _, Some(split), _) => split.solve(b, x),
+        match (self.last, &mut self.fast, &self.in_order) {
             (Way::Fast, Some(Fast::Chain(chain)), ..) => chain.solve(b, x),
             (Way::Fast, Some(Fast::Bordered(factor)), ..) => factor.solve(a, b, x),
             (.., Some(factor)) => {
@@ -200,38 +172,6 @@ mod tests {
             solver.factorize(a).expect("factorised");
             solver.solve(a, &b, &mut x).expect("solved");
             assert!(backward_error(a, &b, &x).expect("finite").componentwise < 1e-15);
-        }
-    }
-
-    #[test]
-    fn threads_are_one_or_two() {
-        for threads in [0, 3] {
-            let e = Banded::new(BandedOptions { threads }).expect_err("refused");
-            assert!(matches!(
-                e,
-                SolveError::InvalidOption {
-                    option: "threads",
-                    ..
-                }
-            ));
-        }
-        // Long enough for two; with pauses, so that the second thread sleeps in between.
-        let n = 600;
-        let couplings: Vec<_> = (1..n).map(|i| (i - 1, i)).collect();
-        let values: Vec<_> = (0..2 * n - 1).map(|i| [2.5, -1.0][i % 2]).collect();
-        let a = matrix(&vec![1; n], &couplings, &values);
-        let b: Vec<_> = (0..n).map(|i| (i as f64).cos()).collect();
-        let expected = solved(&a, &b).expect("solved");
-        let mut solver = Banded::new(BandedOptions { threads: 2 }).expect("two are allowed");
-        solver.analyze(a.pattern()).expect("analysed");
-        for round in 0..40 {
-            let mut x = vec![f64::NAN; n];
-            solver.factorize(&a).expect("factorised");
-            solver.solve(&a, &b, &mut x).expect("solved");
-            assert!(crate::forward_error(&x, &expected) < 1e-14, "round {round}");
-            if round % 10 == 9 {
-                std::thread::sleep(std::time::Duration::from_millis(3));
-            }
         }
     }
 

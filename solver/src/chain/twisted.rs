@@ -10,8 +10,6 @@ use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 /// Factorises; whether the pivots were accepted.
 pub(super) struct Factorize<'a, const B: usize> {
     pub(super) places: &'a Places,
-    /// The factors of the first block of each end, where they are there already.
-    pub(super) first: Option<[&'a [f64]; 2]>,
     pub(super) values: &'a [f64],
     pub(super) factor: &'a mut [f64],
 }
@@ -203,37 +201,26 @@ impl<const B: usize> Kernel for Factorize<'_, B> {
     fn run<I: Isa>(self) -> bool {
         let Self {
             places,
-            first,
             values,
             factor,
         } = self;
-        factorize::<I::X4, B>(places, first, values, factor).is_some()
+        factorize::<I::X4, B>(places, values, factor).is_some()
     }
 }
 
 #[inline(always)]
 fn factorize<Q: Quad<Half: Halves>, const B: usize>(
     places: &Places,
-    first: Option<[&[f64]; 2]>,
     values: &[f64],
     factor: &mut [f64],
 ) -> Option<()> {
     let (steps, count) = (&places.steps[..], places.steps());
     let mut padded = Padded::<B>::new();
     let mut largest = Q::Half::splat(0.0);
-    if let Some([up, down]) = first {
-        let pairs = factor
-            .as_chunks_mut::<2>()
-            .0
-            .iter_mut()
-            .zip(up.iter().zip(down));
-        pairs.for_each(|(to, (&up, &down))| *to = [up, down]);
-    } else {
-        for end in 0..2 {
-            padded.diagonal(values, end, steps[0].ends[end]);
-        }
-        block::first::<Q, B>(&padded.ends(), factor, &mut largest)?;
+    for end in 0..2 {
+        padded.diagonal(values, end, steps[0].ends[end]);
     }
+    block::first::<Q, B>(&padded.ends(), factor, &mut largest)?;
     for (t, step) in steps[..count].iter().enumerate() {
         let (next, middle) = (&steps[t + 1], t + 1 == count);
         let (here, after) = factor[2 * per_step(B) * t..].split_at_mut(2 * per_step(B));
