@@ -563,7 +563,9 @@ mod tests {
         for r in &results.records {
             assert_eq!(r.failure, None, "{r:?}");
             assert_eq!(r.iterations.is_some(), r.error <= r.target, "{r:?}");
-            assert_eq!(r.iterations.is_some(), r.ns.is_some(), "{r:?}");
+            // A guess that is near enough takes no time.
+            let timed = r.iterations.is_some_and(|k| k > 0 || r.start.is_none());
+            assert_eq!(timed, r.ns.is_some(), "{r:?}");
             assert!(
                 r.direct_ns.is_some(),
                 "the direct solver reaches all: {r:?}"
@@ -591,7 +593,7 @@ mod tests {
                 continue;
             };
             assert!(ladder.error(k).unwrap() <= 1e-4);
-            assert!(k == 1 || ladder.error(k - 1).unwrap() > 1e-4, "{choice}");
+            assert!(k <= 1 || ladder.error(k - 1).unwrap() > 1e-4, "{choice}");
         }
     }
 
