@@ -49,7 +49,7 @@ impl Stepper {
         })
     }
 
-    /// Puts the bodies into another state of the same scene, at a time; multipliers stay, the past is taken to be like
+    /// Puts the bodies into another state of the same scene, at a time; multipliers stay (they are zero after a step that failed), the past is taken to be like
     /// that state, velocities are taken as they are, and each twist row unwraps to the angle within half a turn of its
     /// last one. Allocates nothing.
     ///

@@ -9,6 +9,8 @@
 
 use crate::report::{PhaseClock, Work};
 use crate::{Form, Phase, StepError, StepOptions, StepReport, Stepper};
+use std::ops::Range;
+use std::sync::Arc;
 use taut_lanes::Level;
 use taut_model::Scene;
 use taut_solver::{BatchBanded, BatchMatrix, batch_index, batch_len};
@@ -35,6 +37,8 @@ pub struct BatchStepper {
     cables: Vec<Stepper>,
     reports: Vec<Result<StepReport, StepError>>,
     together: Together,
+    /// Whether vectors hold enough cables to be faster than the two ends of each.
+    pays: bool,
 }
 
 /// What one cable's step has come to so far.
@@ -75,8 +79,12 @@ impl BatchStepper {
             let reason = "is to be solved in the KKT form: use the Schur form";
             return Err(StepError::NotOneShape { cable: 0, reason });
         }
+        if options.backend.is_matrix_free() {
+            let reason = "is to be solved without its matrix: use another backend";
+            return Err(StepError::NotOneShape { cable: 0, reason });
+        }
         let new = |scene| Stepper::new(scene, options.clone());
-        let cables = scenes.into_iter().map(new).collect::<Result<Vec<_>, _>>()?;
+        let mut cables = scenes.into_iter().map(new).collect::<Result<Vec<_>, _>>()?;
         let Some(first) = cables.first() else {
             let reason = "is missing: there is none at all";
             return Err(StepError::NotOneShape { cable: 0, reason });
@@ -86,6 +94,9 @@ impl BatchStepper {
         if let Some(cable) = cables.iter().position(other) {
             let reason = "is not of the shape of the first one";
             return Err(StepError::NotOneShape { cable, reason });
+        }
+        for cable in &mut cables {
+            cable.plan.pattern = pattern.clone();
         }
         let width = Level::best().widest().clamp(4, 8);
         let solver = BatchBanded::new(&pattern, width).map_err(|_| StepError::NotOneShape {
@@ -102,6 +113,7 @@ impl BatchStepper {
         Ok(Self {
             reports: cables.iter().map(|c| Ok(never(c))).collect(),
             cables,
+            pays: Level::best().widest() >= 4,
             together: Together {
                 solver,
                 matrix,
@@ -131,8 +143,9 @@ impl BatchStepper {
         let width = self.together.progress.len();
         let reports = self.reports.chunks_mut(width);
         for (cables, reports) in self.cables.chunks_mut(width).zip(reports) {
-            // Empty places cost as much as filled ones.
-            if 2 * cables.len() >= width {
+            // Empty places cost as much as filled ones. A stepper that was put here later may be of another shape.
+            let own = |c: &Stepper| Arc::ptr_eq(&c.plan.pattern, self.together.matrix.pattern());
+            if self.pays && 2 * cables.len() >= width && cables.iter().all(own) {
                 self.together.step(cables, reports);
             } else {
                 for (cable, report) in cables.iter_mut().zip(reports) {
@@ -187,11 +200,15 @@ impl Together {
 
     /// Solves the systems of the cables that wait. What cannot be solved no longer waits: it goes alone.
     fn solve(&mut self, cables: &mut [Stepper], clock: &mut PhaseClock) {
+        let mut failed = false;
         for first in (0..cables.len()).step_by(4) {
+            // Those beyond the last one are copies of it.
             let place = |k: usize| (first + k).min(cables.len() - 1);
             let four = [0, 1, 2, 3].map(|k| &cables[place(k)].matrix);
-            // Those beyond the last one are copies of it; they were checked to be of one pattern.
-            self.matrix.set_four(first, four).ok();
+            failed |= self.matrix.set_four(first, four).is_err();
+        }
+        if failed {
+            self.go_alone(0..cables.len(), cables, clock);
         }
         for place in 0..self.progress.len() {
             // What does not wait, or is a copy of a cable that does not, may be anything.
@@ -205,23 +222,28 @@ impl Together {
             let Err(failed) = self.try_solve(cables, clock) else {
                 return;
             };
-            // A fault that is no cable's would be everybody's.
+            // A fault that is no waiting cable's is everybody's.
             let last = cables.len() - 1;
-            let places = match failed {
-                Some(place) => place.min(last)..place.min(last) + 1,
+            let failed = failed.map(|place| place.min(last));
+            let places = match failed.filter(|&cable| self.progress[cable].waits) {
+                Some(cable) => cable..cable + 1,
                 None => 0..cables.len(),
             };
-            for cable in places {
-                let p = &mut self.progress[cable];
-                if std::mem::take(&mut p.waits) {
-                    p.solve_alone(&mut cables[cable], clock);
-                }
-                self.matrix.set_identity(cable).ok();
+            self.go_alone(places, cables, clock);
+        }
+    }
+
+    /// Solves for some cables, as far as they wait, one by one; their places are filled with the identity.
+    fn go_alone(&mut self, which: Range<usize>, cables: &mut [Stepper], clock: &mut PhaseClock) {
+        let last = cables.len() - 1;
+        for place in 0..self.progress.len() {
+            if !which.contains(&place.min(last)) {
+                continue;
             }
-            if failed.is_some_and(|place| place >= last) {
-                for place in last..self.progress.len() {
-                    self.matrix.set_identity(place).ok();
-                }
+            self.matrix.set_identity(place).ok();
+            let p = &mut self.progress[place];
+            if std::mem::take(&mut p.waits) {
+                p.solve_alone(&mut cables[place], clock);
             }
         }
     }
@@ -236,14 +258,14 @@ impl Together {
         clock.end(Phase::Factorize);
         let sweeps = cables.first().map_or(0, |c| c.options.refinements);
         for sweep in 0..=sweeps {
-            for (place, cable) in cables.iter_mut().enumerate() {
-                if !self.progress[place].waits {
-                    spread(&mut self.b, place, None);
-                } else if sweep == 0 {
-                    spread(&mut self.b, place, Some(&cable.rhs));
-                } else {
-                    cable.schur_residual(&mut self.residual);
-                    spread(&mut self.b, place, Some(&self.residual));
+            for (place, p) in self.progress.iter().enumerate() {
+                match cables.get_mut(place).filter(|_| p.waits) {
+                    None => spread(&mut self.b, place, None),
+                    Some(cable) if sweep == 0 => spread(&mut self.b, place, Some(&cable.rhs)),
+                    Some(cable) => {
+                        cable.schur_residual(&mut self.residual);
+                        spread(&mut self.b, place, Some(&self.residual));
+                    }
                 }
             }
             self.solver

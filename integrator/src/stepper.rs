@@ -170,9 +170,12 @@ impl Stepper {
         }
     }
 
-    /// What led to a failure may be of any size: the next solve finds its tension anew.
+    /// What led to a failure may be of any size: the next solve finds its tension anew, and starts from zero.
     pub(crate) fn drop_tension_unless(&mut self, good: bool) {
-        self.tension_known &= good;
+        if !good {
+            self.tension_known = false;
+            self.mu.fill(0.0);
+        }
     }
 
     pub(crate) fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {

@@ -201,7 +201,7 @@ impl Kernel for Spread<'_> {
 /// Why a batch has no solutions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatchError {
-    /// The first cable that fails; `None` where the call itself is at fault.
+    /// The first cable that fails; `None` where the call itself is at fault, or no cable fails by itself.
     pub cable: Option<usize>,
     /// What is wrong with it.
     pub error: SolveError,
@@ -438,9 +438,8 @@ impl BatchBanded {
     }
 }
 
-/// What is wrong with the first of some cables that fails by itself; with the first of all where none does.
+/// What is wrong with the first of some cables that fails by itself; no cable is named where none does.
 fn blame(a: &BatchMatrix, cables: std::ops::Range<usize>) -> BatchError {
-    let first = cables.start;
     let mut one = SymBlockMatrix::zeros(a.pattern.clone());
     for cable in cables {
         let finite = a.get(cable, &mut one).and_then(|()| one.check_finite());
@@ -449,10 +448,8 @@ fn blame(a: &BatchMatrix, cables: std::ops::Range<usize>) -> BatchError {
             return BatchError { cable, error };
         }
     }
-    BatchError {
-        cable: Some(first),
-        error: SolveError::Singular { block: 0 },
-    }
+    // Numbers beyond what the vectors' elimination takes, though not beyond that of `banded`.
+    SolveError::Singular { block: 0 }.into()
 }
 
 /// The elimination of one matrix from its first block on.

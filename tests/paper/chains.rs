@@ -20,11 +20,13 @@ fn table_1_is_reproduced_on_both_sides_of_its_limits() {
     let records = table1::run(&config, &ProgressBar::hidden()).expect("sound");
     assert_eq!(records.len(), 2 * config.rows.len());
     for record in &records {
-        // Far inside the limit all is well; a little beyond it the run ends. Out of the plane rounding decides when: chains
-        // near their limit are chaotic, and some last there.
+        // Far inside the limit all is well; a little beyond it the run ends. Nearly rigid chains out of the plane are chaotic near
+        // their limit: rounding decides when they end.
         assert!(record.below < BAR, "{record:?}");
         let ends = record.above >= BAR && record.above_ends_s < 30.0;
-        assert!(ends || record.noise_m > 0.0, "{record:?}");
+        let chaotic =
+            record.model == "e" && record.links_compliance < 1e-15 && record.noise_m > 0.0;
+        assert!(ends || chaotic, "{record:?}");
     }
     let checks = table1::checks(&config, &records);
     let planar = checks.iter().filter(|c| !c.case.ends_with("in space"));

@@ -112,8 +112,10 @@ impl Judged {
                     ..choice.options(DT)
                 })?;
                 stepper.solve()?;
-                let (a, b, x) = stepper.system();
-                let errors = backward_error(a, b, x).map_err(|source| StepError::Solve {
+                // Without a matrix of its own a solver has one here.
+                let (a, b) = stepper.assembled(choice.form)?;
+                let (.., x) = stepper.system();
+                let errors = backward_error(&a, &b, x).map_err(|source| StepError::Solve {
                     source,
                     culprit: None,
                     time: stepper.time(),

@@ -142,6 +142,54 @@ fn a_cable_that_fails_does_not_hold_up_the_others() {
     }
 }
 
+/// States so fast that systems overflow, in all places, before a group of cables that is not full.
+#[test]
+fn cables_that_fail_together_do_not_hold_up_the_next() {
+    for guard in [None, Some(Guard::default())] {
+        let options = StepOptions {
+            guard,
+            ..StepOptions::default()
+        };
+        let width = Level::best().widest().clamp(4, 8);
+        let mut batch = BatchStepper::new(scenes(width + width / 2, 4), &options).unwrap();
+        batch.step();
+        for speed in [1e160, 1e308] {
+            for cable in &mut batch.cables_mut()[..width] {
+                let mut bad = cable.scene().bodies.clone();
+                bad.velocity[1].x = speed;
+                cable.set_state(&bad, 0.0).unwrap();
+            }
+            for _ in 0..20 {
+                assert!(batch.step()[width..].iter().all(Result::is_ok));
+            }
+        }
+    }
+}
+
+/// A stepper that is put among others later, of another shape or the same, moves as it does alone.
+#[test]
+fn a_stranger_goes_alone() {
+    let options = StepOptions::default();
+    let scenes = scenes(4, 6);
+    let mut ones = ones(&scenes, &options);
+    let mut batch = BatchStepper::new(scenes, &options).unwrap();
+    let stranger = |segments| {
+        let params = HoistParams {
+            segments,
+            ..HoistParams::default()
+        };
+        Stepper::new(params.build().unwrap(), options.clone()).unwrap()
+    };
+    (batch.cables_mut()[3], ones[3]) = (stranger(9), stranger(9));
+    for _ in 0..10 {
+        assert!(batch.step().iter().all(Result::is_ok));
+        for (one, cable) in ones.iter_mut().zip(batch.cables()) {
+            one.step().unwrap();
+            assert!(difference(&one.scene().bodies, &cable.scene().bodies) < 1e-11);
+        }
+    }
+}
+
 #[test]
 fn what_is_no_batch_is_refused() {
     let refused =
@@ -159,4 +207,9 @@ fn what_is_no_batch_is_refused() {
         ..StepOptions::default()
     };
     assert!(refused(scenes(2, 4), kkt).1.contains("Schur"));
+    let matrix_free = StepOptions {
+        backend: "cg:jacobi:matrix-free".parse().unwrap(),
+        ..StepOptions::default()
+    };
+    assert!(refused(scenes(2, 4), matrix_free).1.contains("matrix"));
 }

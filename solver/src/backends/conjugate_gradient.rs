@@ -27,6 +27,8 @@ pub(crate) struct ConjugateGradient {
     phases: Phases,
     plan: Option<Plan>,
     vectors: Vectors,
+    /// Whether the last solve failed.
+    unsound: bool,
 }
 
 /// What the analysis of a pattern leaves.
@@ -75,6 +77,7 @@ impl ConjugateGradient {
             phases: Phases::default(),
             plan: None,
             vectors: Vectors::default(),
+            unsound: false,
         })
     }
 }
@@ -198,7 +201,7 @@ impl Plan {
             }
             square = step(rz / curvature, [&v.p, &v.ap], [&mut v.x, &mut v.r]);
             iterations += 1;
-            if !(square.is_finite() && square.sqrt() > target) {
+            if !(square.is_finite() && square.sqrt() > target) || iterations == limit {
                 break;
             }
             let next = if identity {
@@ -322,7 +325,7 @@ impl ConjugateGradient {
                 block: a.pattern().block_of_row(largest.unwrap_or(0)),
             });
         }
-        if scale == 0.0 {
+        if b.iter().all(|b| *b == 0.0) {
             x.fill(0.0);
             return Ok(SolveReport::ZERO);
         }
@@ -335,13 +338,33 @@ impl ConjugateGradient {
             residual: f64::INFINITY,
         };
         let v = &mut self.vectors;
+        if std::mem::replace(&mut self.unsound, true) {
+            // What is not finite may have reached the padding, where no load writes.
+            for v in [&mut v.x, &mut v.b, &mut v.r, &mut v.z, &mut v.p, &mut v.ap] {
+                v.fill(0.0);
+            }
+        }
         plan.load(b, &mut v.b);
         plan.load(x, &mut v.x);
         let mut previous = f64::INFINITY;
-        for _ in 0..RESTARTS {
-            plan.product(&mut source, &v.x, &mut v.ap);
+        for restart in 0..RESTARTS {
+            if restart == 0 && x.iter().all(|x| *x == 0.0) {
+                v.ap.fill(0.0);
+            } else {
+                plan.product(&mut source, &v.x, &mut v.ap);
+            }
             let norm = residual(v);
+            if !norm.is_finite() {
+                let block = plan.largest_block(a.pattern(), &v.r);
+                let what = "norm of the residual";
+                return Err(SolveError::NonFinite { what, block });
+            }
             report.residual = if norm == 0.0 { 0.0 } else { norm / scale };
+            if scale == 0.0 {
+                // Numbers whose squares underflow: there is no telling.
+                report.status = Status::Stalled;
+                break;
+            }
             if norm <= target {
                 report.status = Status::Converged;
                 break;
@@ -362,6 +385,7 @@ impl ConjugateGradient {
         }
         plan.save(&v.x, x);
         check_solution(a, x)?;
+        self.unsound = false;
         Ok(report)
     }
 }
@@ -371,4 +395,69 @@ fn residual(v: &mut Vectors) -> f64 {
     v.r.copy_from_slice(&v.ap);
     turn(-1.0, &v.b, &mut v.r);
     dot(&v.r, &v.r).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Preconditioner, backward_error};
+
+    /// A chain of blocks of two rows, which are padded, with a strong diagonal.
+    fn chain(scale: f64) -> SymBlockMatrix {
+        let couplings: Vec<_> = (1..9).map(|i| (i - 1, i)).collect();
+        let pattern = Arc::new(BlockPattern::new(&[2; 9], &couplings).expect("a pattern"));
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        a.values_mut().fill(-0.5 * scale);
+        for j in 0..9 {
+            let diagonal = a.block_mut(pattern.column(j).start);
+            diagonal.copy_from_slice(&[4.0, 0.5, 0.5, 3.0].map(|v| v * scale));
+        }
+        a
+    }
+
+    /// Overflow in one solve leaves nothing behind.
+    #[test]
+    fn a_failed_solve_does_not_spoil_the_next() {
+        let (good, bad) = (chain(1.0), chain(1e200));
+        let b: Vec<_> = (0..good.dim()).map(|i| (i as f64).cos()).collect();
+        let preconditioners = [
+            Preconditioner::None,
+            Preconditioner::BlockJacobi,
+            Preconditioner::Group,
+        ];
+        for preconditioner in preconditioners {
+            let options = CgOptions {
+                preconditioner,
+                ..CgOptions::default()
+            };
+            let mut solver = ConjugateGradient::new(options).expect("sound options");
+            solver.analyze(good.pattern()).expect("analysed");
+            for _ in 0..2 {
+                solver.factorize(&bad).expect("finite");
+                let mut x = vec![1e150; good.dim()];
+                let failed = solver.solve(&bad, &b, &mut x);
+                assert!(
+                    matches!(failed, Err(SolveError::NonFinite { .. })),
+                    "{failed:?}"
+                );
+                solver.factorize(&good).expect("definite");
+                x.fill(0.0);
+                let report = solver.solve(&good, &b, &mut x).expect("solvable");
+                assert_eq!(report.status, Status::Converged, "{preconditioner:?}");
+                let error = backward_error(&good, &b, &x).expect("finite");
+                assert!(error.normwise < 1e-12, "{preconditioner:?}: {error:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_squared_is_not_claimed_to_converge() {
+        let a = chain(1.0);
+        let mut solver = ConjugateGradient::new(CgOptions::default()).expect("sound options");
+        solver.analyze(a.pattern()).expect("analysed");
+        solver.factorize(&a).expect("definite");
+        let mut x = vec![0.0; a.dim()];
+        let report = solver.solve(&a, &vec![1e-170; a.dim()], &mut x);
+        assert_eq!(report.expect("finite").status, Status::Stalled);
+    }
 }

@@ -163,9 +163,17 @@ impl LinearSolver for GaussSeidel {
             });
         };
         let norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
-        if norm == 0.0 {
+        if b.iter().all(|b| *b == 0.0) {
             x.fill(0.0);
             return Ok(SolveReport::ZERO);
+        }
+        if !norm.is_finite() {
+            // The squares overflow, and with them every test of convergence.
+            let largest = b.iter().position(|&x| x.abs() == crate::norm_inf(b));
+            return Err(SolveError::NonFinite {
+                what: "norm of the right-hand side",
+                block: a.pattern().block_of_row(largest.unwrap_or(0)),
+            });
         }
         if self.options.start == Start::Trial {
             plan.start(b, x);
