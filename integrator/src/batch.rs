@@ -236,14 +236,13 @@ impl Together {
     /// Solves for some cables, as far as they wait, one by one; their places are filled with the identity.
     fn go_alone(&mut self, which: Range<usize>, cables: &mut [Stepper], clock: &mut PhaseClock) {
         let last = cables.len() - 1;
-        for place in 0..self.progress.len() {
-            if !which.contains(&place.min(last)) {
-                continue;
-            }
-            self.matrix.set_identity(place).ok();
-            let p = &mut self.progress[place];
-            if std::mem::take(&mut p.waits) {
-                p.solve_alone(&mut cables[place], clock);
+        for (place, p) in self.progress.iter_mut().enumerate() {
+            let cable = place.min(last);
+            if which.contains(&cable) {
+                self.matrix.set_identity(place).ok();
+                if std::mem::take(&mut p.waits) {
+                    p.solve_alone(&mut cables[cable], clock);
+                }
             }
         }
     }

@@ -418,7 +418,7 @@ mod tests {
     /// Overflow in one solve leaves nothing behind.
     #[test]
     fn a_failed_solve_does_not_spoil_the_next() {
-        let (good, bad) = (chain(1.0), chain(1e200));
+        let good = chain(1.0);
         let b: Vec<_> = (0..good.dim()).map(|i| (i as f64).cos()).collect();
         let preconditioners = [
             Preconditioner::None,
@@ -432,14 +432,13 @@ mod tests {
             };
             let mut solver = ConjugateGradient::new(options).expect("sound options");
             solver.analyze(good.pattern()).expect("analysed");
-            for _ in 0..2 {
+            // Overflow in the first residual, and in products within the iteration.
+            for (scale, load, guess) in [(1e200, 1.0, 1e150), (1e200, 1e150, 0.0)] {
+                let (bad, mut x) = (chain(scale), vec![guess; good.dim()]);
+                let b_bad: Vec<_> = b.iter().map(|b| b * load).collect();
                 solver.factorize(&bad).expect("finite");
-                let mut x = vec![1e150; good.dim()];
-                let failed = solver.solve(&bad, &b, &mut x);
-                assert!(
-                    matches!(failed, Err(SolveError::NonFinite { .. })),
-                    "{failed:?}"
-                );
+                // How it ends is not the matter here.
+                solver.solve(&bad, &b_bad, &mut x).ok();
                 solver.factorize(&good).expect("definite");
                 x.fill(0.0);
                 let report = solver.solve(&good, &b, &mut x).expect("solvable");
