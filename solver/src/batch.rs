@@ -232,6 +232,8 @@ impl From<SolveError> for BatchError {
 /// matrices. Each cable's result agrees with that of `banded` to rounding (the elimination runs from one end only), and
 /// does not depend on its neighbours or on their number but for rounding.
 ///
+/// Where entries are below 1e-120 squares underflow and digits are lost: scale such matrices.
+///
 /// As many cables go together as a register holds doubles; fewer than four that are left over go one by one.
 ///
 /// ```

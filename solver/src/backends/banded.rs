@@ -36,11 +36,11 @@ enum Way {
 }
 
 impl Banded {
-    /// The fastest way that accepts the pivots. A matrix with a diagonal entry that is not positive is not positive
-    /// definite, and its factor exists in the order of the pattern at best ([M Jᵀ; J 0] has one with M first).
+    /// The fastest way that accepts the pivots, of numbers that are not too small for it. A matrix with a diagonal entry
+    /// that is not positive is not positive definite, and its factor exists in the order of the pattern at best ([M Jᵀ; J 0] has one with M first).
     fn try_fast(&mut self, a: &SymBlockMatrix) -> Option<Way> {
         let values = a.values();
-        if !self.diagonal.iter().all(|&k| values[k] > 0.0) {
+        if !self.diagonal.iter().all(|&k| values[k] > TINY) {
             return None;
         }
         self.fast.as_mut()?.factorize(a).then_some(Way::Fast)
@@ -65,6 +65,9 @@ impl Fast {
         }
     }
 }
+
+/// Below this the squares that pivots are made of in `chain` lose digits to underflow.
+const TINY: f64 = 1e-120;
 
 /// Where the diagonal entries of the matrices of a pattern are among their values.
 fn diagonal_entries(p: &BlockPattern) -> Vec<usize> {
@@ -172,6 +175,18 @@ mod tests {
             solver.factorize(a).expect("factorised");
             solver.solve(a, &b, &mut x).expect("solved");
             assert!(backward_error(a, &b, &x).expect("finite").componentwise < 1e-15);
+        }
+    }
+
+    #[test]
+    fn small_and_large_numbers_are_solved_as_others_are() {
+        for scale in [1e-200, 1e-160, 1e-130, 1e-100, 1.0, 1e100, 1e160, 1e200] {
+            let values = [2.5, -1.0, 2.5, -1.0, 2.5, -1.0, 2.5].map(|v| v * scale);
+            let a = matrix(&[1; 4], &[(0, 1), (1, 2), (2, 3)], &values);
+            let b = [1.0, 2.0, 3.0, 4.0].map(|v| v * scale);
+            let x = solved(&a, &b).expect("solved");
+            let residual = (2.5 * x[1] - x[0] - x[2] - 2.0).abs();
+            assert!(residual < 1e-14, "{scale:e}: {x:?}");
         }
     }
 

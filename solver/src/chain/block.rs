@@ -62,16 +62,11 @@ pub(super) trait Blocks<Q: Halves, const B: usize> {
     fn couplings(&self, i: usize) -> [Q; B];
 }
 
-/// Below this the squares that pivots are made of lose digits to underflow.
-const TINY: f64 = 1e-140;
-
-/// Whether pivot `d`, made from numbers of magnitude `scale`, is more than noise in all lanes, and large enough to
-/// compute with; not so for NaN. Asked
+/// Whether pivot `d`, made from numbers of magnitude `scale`, is more than noise in all lanes; not so for NaN. Asked
 /// row by row: the branches also keep the compiler from moving the divisions together, behind the products.
 #[inline(always)]
 fn is_pivot<V: Lanes>(d: V, scale: V) -> bool {
-    let noise = scale.mul_add(V::splat(NOISE * f64::ROUNDOFF), V::splat(TINY));
-    noise.all_below(d.abs())
+    (scale * V::splat(NOISE * f64::ROUNDOFF)).all_below(d.abs())
 }
 
 /// A diagonal block on the way to its factor: the rows before some row are there.
