@@ -12,8 +12,8 @@ pub fn tables(records: &[Record], config: &Config) -> String {
     let mut out = format!(
         "hoist: L = 10 m, segments of 1 kg, YA = 2·10⁷ N; one frame of 1/60 s on one thread. Swing: straight at {} rad,\n\
          released from rest, {} s. elong.: of the resting cable, against the analytic one; load: largest distance of the\n\
-         swinging load from our own step at 1/7680 s; both in % of L. Rivals: the cheapest setting within {bar} %, none\n\
-         beyond {} a frame tried; their cables have no bending and no torsion.\n",
+         swinging load from our own step at 1/7680 s; both in % of L. Rivals: the cheapest setting within {bar} %, by\n\
+         powers of two, none beyond {} a frame tried; their cables have no bending and no torsion.\n",
         config.angle,
         config.time,
         nanoseconds(config.longest_ns),
