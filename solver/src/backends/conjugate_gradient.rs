@@ -355,6 +355,8 @@ impl ConjugateGradient {
             }
             let norm = residual(v);
             if !norm.is_finite() {
+                plan.save(&v.x, x);
+                check_solution(a, x)?;
                 let block = plan.largest_block(a.pattern(), &v.r);
                 let what = "norm of the residual";
                 return Err(SolveError::NonFinite { what, block });
