@@ -16,6 +16,7 @@
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
 //! | `reference` | finely stepped motions to compare with |
+//! | `run` | one scene, as `taut run` runs it |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |

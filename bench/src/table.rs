@@ -299,8 +299,10 @@ pub fn backends() -> String {
             backend.name(),
             if backend.is_compiled() { "yes" } else { "no" },
             backend.feature().unwrap_or("always"),
-            if backend.accepts_indefinite() {
-                "definite, indefinite"
+            if backend.accepts_unsymmetric() {
+                "any"
+            } else if backend.accepts_indefinite() {
+                "definite, quasi-definite"
             } else {
                 "definite"
             },

@@ -112,7 +112,7 @@ pub(crate) fn kept<'a>(
     move |a, b| !backend.is_matrix_free() || backend.factorizes(grouped(a), grouped(b))
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "cg"))]
 mod tests {
     use crate::{Form, StepOptions, Stepper};
     use taut_model::{HoistParams, Scene};
