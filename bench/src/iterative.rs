@@ -227,11 +227,7 @@ impl Case {
             stepper.step()?;
         }
         let guess = stepper.multipliers().to_vec();
-        let state = Snapshot {
-            time: stepper.time(),
-            bodies: stepper.scene().bodies.clone(),
-            tension: guess.iter().map(|mu| mu / config.dt).collect(),
-        };
+        let state = Snapshot::of(&stepper);
         state.put(&mut stepper)?;
         let exact = stepper.reference_multipliers()?;
         Ok(Self {

@@ -31,6 +31,18 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
+    /// The present state of a stepper, and the tension of its last solve.
+    #[must_use]
+    pub fn of(stepper: &Stepper) -> Self {
+        let options = stepper.options();
+        let dt = options.dt / options.substeps as f64;
+        Self {
+            time: stepper.time(),
+            bodies: stepper.scene().bodies.clone(),
+            tension: stepper.multipliers().iter().map(|mu| mu / dt).collect(),
+        }
+    }
+
     /// Puts a stepper of the same scene there.
     ///
     /// # Errors
@@ -187,8 +199,7 @@ pub fn compute(
         if keep.contains(&i) {
             reference.states.push(Snapshot {
                 time: i as f64 * frame,
-                bodies: stepper.scene().bodies.clone(),
-                tension: stepper.multipliers().iter().map(|mu| mu / dt).collect(),
+                ..Snapshot::of(&stepper)
             });
         }
         for _ in 0..substeps {

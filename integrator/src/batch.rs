@@ -67,8 +67,8 @@ impl BatchStepper {
     /// everything that the steps need.
     ///
     /// # Errors
-    /// As for [`Stepper::new`]; [`StepError::NotOneShape`] where the form is not the Schur form, a scene's joints are no
-    /// chain in the order of their elimination, or not the first one's.
+    /// As for [`Stepper::new`]; [`StepError::NotOneShape`] where there is no scene, the form is not the Schur form, the
+    /// backend is matrix-free, a scene's joints are no chain in the order of their elimination, or not the first one's.
     pub fn new(scenes: Vec<Scene>, options: &StepOptions) -> Result<Self, StepError> {
         let at_start = |source| StepError::Solve {
             source,
@@ -200,6 +200,9 @@ impl Together {
 
     /// Solves the systems of the cables that wait. What cannot be solved no longer waits: it goes alone.
     fn solve(&mut self, cables: &mut [Stepper], clock: &mut PhaseClock) {
+        if !self.progress.iter().any(|p| p.waits) {
+            return;
+        }
         let mut failed = false;
         for first in (0..cables.len()).step_by(4) {
             // Those beyond the last one are copies of it.

@@ -90,11 +90,7 @@ impl Case {
             stepper.step()?;
         }
         let guess = stepper.multipliers().to_vec();
-        let state = Snapshot {
-            time: stepper.time(),
-            bodies: stepper.scene().bodies.clone(),
-            tension: guess.iter().map(|mu| mu / config.dt).collect(),
-        };
+        let state = Snapshot::of(&stepper);
         let rows = guess.len();
         let mut load = None;
         if rows <= RUN_ROWS {

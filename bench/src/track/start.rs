@@ -37,11 +37,7 @@ impl Start {
             stepper.step()?;
         }
         let guess = stepper.multipliers().to_vec();
-        let state = Snapshot {
-            time: stepper.time(),
-            bodies: stepper.scene().bodies.clone(),
-            tension: guess.iter().map(|mu| mu / DT).collect(),
-        };
+        let state = Snapshot::of(&stepper);
         Ok(Self {
             place,
             scene,
