@@ -42,7 +42,7 @@ impl Groups {
             .collect();
         start.push(blocks);
         let inside = pattern.restricted(|i, j| of(i) == of(j))?;
-        // A chain has a search of the whole pattern behind it: not for each of many single blocks.
+        // A single block has nothing to gain from being a chain.
         let few = start.len() <= 1 + blocks / 2;
         let level = Level::best();
         let chains = start

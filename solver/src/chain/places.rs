@@ -37,13 +37,9 @@ impl Place {
 /// The size that the blocks of a chain are padded to; `None` where one of the blocks (ascending) couples to one of them
 /// that is not its neighbour among them, or has more than six rows.
 pub(super) fn size_of_chain(pattern: &BlockPattern, chain: &[usize]) -> Option<usize> {
-    let mut place = vec![None; pattern.blocks()];
-    for (i, &block) in chain.iter().enumerate() {
-        place[block] = Some(i);
-    }
     let is_chain = chain.iter().enumerate().all(|(i, &block)| {
         let coupled = pattern.column(block).skip(1);
-        let mut places = coupled.filter_map(|k| place[pattern.row(k)]);
+        let mut places = coupled.filter_map(|k| chain.binary_search(&pattern.row(k)).ok());
         places.all(|other| other == i + 1)
     });
     let largest = chain.iter().map(|&j| pattern.size(j)).max().unwrap_or(0);
