@@ -22,10 +22,23 @@ pub struct Check {
     pub bar: Option<f64>,
     /// How `error` is measured, or what decides.
     pub criterion: String,
+    /// Where the error comes from, where that is known.
+    pub parts: Parts,
     /// The verdict.
     pub verdict: Verdict,
     /// The condition of a claim that holds only under one; the cause of a failure.
     pub note: String,
+}
+
+/// Where an error comes from, in the criterion's measure. A part is `None` where it is not measured, or does not exist.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Parts {
+    /// Ours against the exact answer of the discrete model: what solver and rounding leave.
+    pub algebraic: Option<f64>,
+    /// What the time step adds.
+    pub time: Option<f64>,
+    /// The exact answer of the discrete model against that of the continuum: what the segments add.
+    pub space: Option<f64>,
 }
 
 /// What a [`Check`] found: pass, fail, not yet and limit speak of what is ours, the others of what the paper says.
@@ -129,6 +142,7 @@ impl Check {
             error: None,
             bar: None,
             criterion: String::new(),
+            parts: Parts::default(),
             verdict,
             note: note.into(),
         }
@@ -149,6 +163,7 @@ impl Check {
             error: Some(error),
             bar: Some(bar),
             criterion: String::new(),
+            parts: Parts::default(),
             // An error that is no number is none that is small.
             verdict: if error <= bar { good } else { bad },
             note: String::new(),
@@ -160,6 +175,19 @@ impl Check {
     pub fn by(mut self, criterion: impl Into<String>) -> Self {
         self.criterion = criterion.into();
         self
+    }
+
+    /// The same row with the parts of its error.
+    #[must_use]
+    pub fn split(mut self, parts: Parts) -> Self {
+        self.parts = parts;
+        self
+    }
+
+    /// Whether any part of the error is known.
+    #[must_use]
+    pub fn is_split(&self) -> bool {
+        self.parts != Parts::default()
     }
 
     /// The same row with a note.

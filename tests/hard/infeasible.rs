@@ -2,7 +2,7 @@
 
 use crate::checks;
 use taut_bench::check::Verdict;
-use taut_bench::hard::infeasible::{BAR, Rigid, compliant, rigid};
+use taut_bench::hard::numerics::infeasible::{BAR, Rigid, compliant, rigid};
 use taut_bench::hard::solvers;
 
 #[test]

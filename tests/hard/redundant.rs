@@ -3,7 +3,7 @@
 use crate::checks;
 use taut_bench::Choice;
 use taut_bench::check::Verdict;
-use taut_bench::hard::redundant::{BAR, Found, solve};
+use taut_bench::hard::numerics::redundant::{BAR, Found, solve};
 use taut_bench::hard::solvers;
 
 #[test]

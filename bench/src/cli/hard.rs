@@ -5,7 +5,7 @@ use crate::{Failure, progress};
 use clap::Args;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use taut_bench::hard::{self, CASES, Case};
+use taut_bench::hard::{self, Case};
 use taut_bench::machine::Machine;
 use taut_bench::{output, table};
 
@@ -31,7 +31,7 @@ the notes below the table that it needs";
 pub(crate) fn run(args: &HardArgs) -> Result<(), Failure> {
     let only_json = args.json.as_deref() == Some(Path::new("-"));
     let mut cases = if args.cases.is_empty() {
-        CASES.to_vec()
+        hard::cases().collect()
     } else {
         args.cases.clone()
     };

@@ -36,7 +36,7 @@ enum Work<'a> {
         tension: &'a [f64],
     },
     Batch {
-        solver: BatchBanded,
+        solver: Box<BatchBanded>,
         systems: Vec<System>,
         a: BatchMatrix,
         b: Vec<f64>,
@@ -100,7 +100,7 @@ impl<'a> Work<'a> {
             }
         }
         Ok(Self::Batch {
-            solver: BatchBanded::new(pattern, BATCH).map_err(of_batch)?,
+            solver: Box::new(BatchBanded::new(pattern, BATCH).map_err(of_batch)?),
             systems,
             x: vec![0.0; b.len()],
             a,

@@ -1,25 +1,37 @@
 //! Checks: reference, ours, error, bar, verdict; criteria and notes below them.
 
 use super::{error, table, text};
-use crate::check::Outcome;
+use crate::check::{Check, Outcome, Parts};
 use comfy_table::{CellAlignment, ContentArrangement};
 
 /// Most characters of a line.
 const WIDTH: u16 = 118;
 
 /// An outcome's own tables, and its checks with `reference` as the heading of what ours is compared with. A note that
-/// several rows share in a row stands once.
+/// several rows share in a row stands once; the parts of the errors have columns where any is known.
 #[must_use]
 pub fn checks(outcome: &Outcome, reference: &str) -> String {
     let mut out = outcome.text.clone();
     if outcome.checks.is_empty() {
         return out;
     }
-    let mut t = table(&["case", reference, "ours", "error", "bar", "verdict", "note"]);
+    let split = outcome.checks.iter().any(Check::is_split);
+    let parts: &[&str] = if split {
+        &["algebraic", "time", "space"]
+    } else {
+        &[]
+    };
+    let header = [
+        &["case", reference, "ours", "error"],
+        parts,
+        &["bar", "verdict", "note"],
+    ]
+    .concat();
+    let mut t = table(&header);
     t.set_content_arrangement(ContentArrangement::Dynamic)
         .set_width(WIDTH);
-    for column in t.column_iter_mut() {
-        if [1, 2, 5, 6].contains(&column.index) {
+    for (column, name) in t.column_iter_mut().zip(&header) {
+        if ![&["error", "bar"], parts].concat().contains(name) {
             column.set_cell_alignment(CellAlignment::Left);
         }
     }
@@ -37,15 +49,27 @@ pub fn checks(outcome: &Outcome, reference: &str) -> String {
             });
             marks.push((index + 1).to_string());
         }
-        t.add_row([
+        let number = |x: Option<f64>| x.map_or_else(String::new, |x| error(Some(x)));
+        let mut row = vec![
             check.case.clone(),
             check.reference.clone(),
             check.ours.clone(),
-            check.error.map_or_else(String::new, |e| error(Some(e))),
-            check.bar.map_or_else(String::new, |b| error(Some(b))),
+            number(check.error),
+        ];
+        if split {
+            let Parts {
+                algebraic,
+                time,
+                space,
+            } = check.parts;
+            row.extend([algebraic, time, space].map(number));
+        }
+        row.extend([
+            number(check.bar),
             check.verdict.to_string(),
             marks.join(" "),
         ]);
+        t.add_row(row);
     }
     out.push_str(&text(&t));
     if !notes.is_empty() {
@@ -63,7 +87,6 @@ pub fn checks(outcome: &Outcome, reference: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::check::Check;
 
     #[test]
     fn notes_stand_once_and_are_wrapped() {
@@ -81,5 +104,27 @@ mod tests {
         assert!(shown.lines().all(|l| l.chars().count() <= 120), "{shown}");
         assert_eq!(shown.matches("pass").count(), 2);
         assert!(checks(&Outcome::default(), "theory").is_empty());
+    }
+
+    #[test]
+    fn parts_of_errors_have_columns_where_known() {
+        let row = Check::within("a", "1".into(), "2".into(), 1.0, 2.0);
+        let shown = |row: &Check| {
+            let outcome = Outcome {
+                checks: vec![row.clone()],
+                ..Outcome::default()
+            };
+            checks(&outcome, "theory")
+        };
+        assert!(!shown(&row).contains("space"));
+        let parts = Parts {
+            space: Some(0.25),
+            ..Parts::default()
+        };
+        let shown = shown(&row.split(parts));
+        assert!(
+            shown.contains("space") && shown.contains("2.5e-1"),
+            "{shown}"
+        );
     }
 }

@@ -3,8 +3,8 @@
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
-use super::{solvers, together};
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
+use crate::hard::{solvers, together};
 use crate::inputs::Inputs;
 use crate::trajectory::steps_in;
 use indicatif::ProgressBar;

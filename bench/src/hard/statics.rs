@@ -1,0 +1,6 @@
+//! Hard cases at rest: H01 to H14.
+
+use super::Case;
+
+/// The cases.
+pub const CASES: &[Case] = &[];
