@@ -163,6 +163,9 @@ pub fn bessel_zero(order: f64, k: usize) -> f64 {
 /// The zeros of Laguerre's polynomial L_n, ascending.
 #[must_use]
 pub fn laguerre_zeros(n: usize) -> Vec<f64> {
+    if n == 0 {
+        return Vec::new();
+    }
     let entry = |i: usize, j: usize| match i.abs_diff(j) {
         0 => (2 * i + 1) as f64,
         1 => i.max(j) as f64,
