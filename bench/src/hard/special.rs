@@ -52,10 +52,10 @@ pub fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
             let e3 = (3.0 * pq - 8.0 * rr) * r;
             let e4 = 3.0 * (pq - rr) * rr;
             let e5 = pq * rr * r;
-            let series =
-                1.0 - 3.0 * e2 / 14.0 + e3 / 6.0 + 9.0 * e2 * e2 / 88.0 - 3.0 * e4 / 22.0
-                    - 9.0 * e2 * e3 / 52.0
-                    + 3.0 * e5 / 26.0;
+            let series = 1.0 - 3.0 * e2 / 14.0 + e3 / 6.0 + 9.0 * e2 * e2 / 88.0
+                - 3.0 * e4 / 22.0
+                - 9.0 * e2 * e3 / 52.0
+                + 3.0 * e5 / 26.0;
             return 3.0 * sum + weight * series / (mean * mean.sqrt());
         }
         let (a, b, c) = (x.sqrt(), y.sqrt(), z.sqrt());
@@ -267,10 +267,7 @@ mod tests {
     fn bessel_functions_and_zeros() {
         // Order ½ is sin x/x, order −½ cos x.
         for x in [0.01, 1.0, 7.3, 30.0, 200.0] {
-            assert!(
-                (bessel_reduced(0.5, x) - x.sin() / x).abs() < 1e-14,
-                "{x}"
-            );
+            assert!((bessel_reduced(0.5, x) - x.sin() / x).abs() < 1e-14, "{x}");
             assert!((bessel_reduced(-0.5, x) - x.cos()).abs() < 1e-12, "{x}");
         }
         near(bessel_zero(0.5, 5), 5.0 * PI, 1e-14);
