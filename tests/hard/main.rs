@@ -3,6 +3,7 @@
 mod infeasible;
 mod networks;
 mod redundant;
+mod statics;
 
 use indicatif::ProgressBar;
 use taut_bench::check::{Check, Verdict};
