@@ -1,9 +1,10 @@
 //! Special functions of the cases' references, and roots.
 //!
 //! Elliptic integrals by the modulus k, as F(φ, k) = ∫₀^φ (1 − k² sin²t)^−½ dt and E(φ, k) = ∫₀^φ (1 − k² sin²t)^½ dt,
-//! from Carlson's symmetric forms: B. C. Carlson, *Numerical computation of real or complex elliptic integrals*, Numer.
-//! Algorithms 10 (1995). Bessel functions by Miller's recurrence downwards: W. Gautschi, *Computational aspects of
-//! three-term recurrence relations*, SIAM Review 9 (1967). Laguerre's zeros as eigenvalues of their recurrence.
+//! from Carlson's symmetric forms: B. C. Carlson, *Numerical computation of real or complex elliptic integrals*,
+//! Numer. Algorithms 10 (1995). Bessel functions by Miller's recurrence downwards: W. Gautschi, *Computational
+//! aspects of three-term recurrence relations*, SIAM Review 9 (1967). Laguerre's zeros as eigenvalues of their
+//! recurrence.
 
 use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_2;
@@ -12,7 +13,7 @@ use std::f64::consts::FRAC_PI_2;
 #[must_use]
 pub fn carlson_rf(x: f64, y: f64, z: f64) -> f64 {
     let (mut x, mut y, mut z) = (x, y, z);
-    if !(x.min(y).min(z) >= 0.0) || !(x + y + z).is_finite() {
+    if !(x >= 0.0 && y >= 0.0 && z >= 0.0 && (x + y + z).is_finite()) {
         return f64::NAN;
     }
     for _ in 0..100 {
@@ -39,7 +40,7 @@ pub fn carlson_rf(x: f64, y: f64, z: f64) -> f64 {
 #[must_use]
 pub fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
     let (mut x, mut y, mut z) = (x, y, z);
-    if !(x.min(y) >= 0.0 && z > 0.0) || !(x + y + z).is_finite() {
+    if !(x >= 0.0 && y >= 0.0 && z > 0.0 && (x + y + z).is_finite()) {
         return f64::NAN;
     }
     let (mut sum, mut weight) = (0.0, 1.0);
@@ -74,7 +75,7 @@ pub fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
 /// Legendre's F(φ, k) of the first kind for |φ| ≤ ½π and k² sin²φ < 1. NaN beyond.
 #[must_use]
 pub fn elliptic_f(phi: f64, k: f64) -> f64 {
-    if !(phi.abs() <= FRAC_PI_2) {
+    if phi.is_nan() || phi.abs() > FRAC_PI_2 {
         return f64::NAN;
     }
     let (s, c) = phi.sin_cos();
@@ -84,7 +85,7 @@ pub fn elliptic_f(phi: f64, k: f64) -> f64 {
 /// Legendre's E(φ, k) of the second kind for |φ| ≤ ½π and k² sin²φ < 1. NaN beyond.
 #[must_use]
 pub fn elliptic_e(phi: f64, k: f64) -> f64 {
-    if !(phi.abs() <= FRAC_PI_2) {
+    if phi.is_nan() || phi.abs() > FRAC_PI_2 {
         return f64::NAN;
     }
     let (s, c) = phi.sin_cos();
@@ -105,8 +106,8 @@ pub fn complete_e(k: f64) -> f64 {
     carlson_rf(0.0, y, 1.0) - k * k / 3.0 * carlson_rd(0.0, y, 1.0)
 }
 
-/// The Bessel function of the first kind without its leading factor, Γ(ν + 1) (2/x)^ν J_ν(x): 1 at x = 0, with the zeros
-/// of J_ν. Orders ν > −1, 0 ≤ x ≤ 10⁴; NaN beyond.
+/// The Bessel function of the first kind without its leading factor, Γ(ν + 1) (2/x)^ν J_ν(x): 1 at x = 0, with the
+/// zeros of J_ν. Orders ν > −1, 0 ≤ x ≤ 10⁴; NaN beyond.
 #[must_use]
 pub fn bessel_reduced(order: f64, x: f64) -> f64 {
     if !(order > -1.0 && (0.0..=1e4).contains(&x)) {
@@ -141,7 +142,7 @@ pub fn bessel_reduced(order: f64, x: f64) -> f64 {
 /// The zero j_{ν,k}, k = 1, 2, …, of J_ν for ν ≥ −½. NaN for k = 0 and for zeros beyond 10⁴.
 #[must_use]
 pub fn bessel_zero(order: f64, k: usize) -> f64 {
-    if k == 0 || !(order >= -0.5) {
+    if k == 0 || order.is_nan() || order < -0.5 {
         return f64::NAN;
     }
     // Neighbouring zeros are at least 2.9 apart, and the first one is beyond ½π.
@@ -177,8 +178,8 @@ pub fn laguerre_zeros(n: usize) -> Vec<f64> {
     zeros
 }
 
-/// The root of a function that changes sign between `low` and `high`, by bisection to the last bit. NaN where the signs
-/// are alike.
+/// The root of a function that changes sign between `low` and `high`, by bisection to the last bit. NaN where the
+/// signs are alike.
 pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     let (mut low, mut high) = (low, high);
     let (below, above) = (f(low), f(high));
@@ -188,7 +189,7 @@ pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     if above == 0.0 {
         return high;
     }
-    if !(below * above < 0.0) {
+    if below.is_nan() || above.is_nan() || below.signum() == above.signum() {
         return f64::NAN;
     }
     loop {

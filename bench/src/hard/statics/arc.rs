@@ -1,15 +1,16 @@
 //! H06: a bow of 45° and radius 100, clamped, under a load across its plane at the tip (Bathe and Bolourchi).
 //!
-//! The section is 1 × 1, E = 10⁷, ν = 0; with the torsion constant 1/6 that the literature takes, GJ = EI. The bow lies in
-//! the plane of x and y and starts along x; the load P is along z. The continuum, a Cosserat rod with n = P ẑ constant,
+//! The section is 1 × 1, E = 10⁷, ν = 0; with the torsion constant 1/6 that the literature takes, GJ = EI. The bow
+//! lies in the plane of x and y and starts along x; the load P is along z. The continuum, a Cosserat rod with n = P
+//! ẑ constant,
 //!
 //! ```text
 //! r' = Q (e₁ + C⁻¹ Qᵀ n),   Q' = Q [k₀ + B⁻¹ Qᵀ m]ₓ,   m' = −r' × n,   m(L) = 0
 //! ```
 //!
-//! with k₀ = e₃/R, B = diag(GJ, EI, EI) and C = diag(EA, GA, GA) is solved by shooting from the clamp with Runge and Kutta's
-//! method of fourth order. The chain has straight segments between points of the bow and the same compliance EA of its
-//! joints in all directions: C = EA.
+//! with k₀ = e₃/R, B = diag(GJ, EI, EI) and C = diag(EA, GA, GA) is solved by shooting from the clamp with Runge and
+//! Kutta's method of fourth order. The chain has straight segments between points of the bow and the same compliance
+//! EA of its joints in all directions: C = EA.
 
 use super::rod::{Compliance, Rod, Shape, shoot};
 use crate::check::{Check, ExperimentError, Outcome, Parts};
@@ -64,8 +65,8 @@ fn rate(s: &State, force: &Vector3<f64>, gj: f64, [axial, shear]: [f64; 2]) -> S
     }
 }
 
-/// Tip of the continuum under the load, with the torsion constant `torsion` and the compliances \[1/EA, 1/GA], by `steps`
-/// steps of integration. NaN where the shooting does not converge.
+/// Tip of the continuum under the load, with the torsion constant `torsion` and the compliances \[1/EA, 1/GA], by
+/// `steps` steps of integration. NaN where the shooting does not converge.
 #[must_use]
 pub fn continuum(load: f64, torsion: f64, compliance: [f64; 2], steps: usize) -> Vector3<f64> {
     let gj = 0.5 * YOUNG * torsion;

@@ -1,10 +1,11 @@
-//! What the bucklings H09, H10, H11 have in common: whether a disturbed equilibrium stays, and the load where it leaves.
+//! What the bucklings H09, H10, H11 have in common: whether a disturbed equilibrium stays, and the load where it
+//! leaves.
 //!
-//! The scene starts in an equilibrium that would exist for any load, with small velocities, and runs freely in linearly
-//! implicit steps without geometric stiffness, whose time step is a tenth or so of the critical mode's 1/ω: the change of
-//! the forces' directions is then resolved, and the scheme's own damping ω² Δt lets a mode of small stiffness fade or
-//! grow without much swinging. Below the critical load the disturbance fades, above it grows; where it counts, the load is
-//! bisected.
+//! The scene starts in an equilibrium that would exist for any load, with small velocities, and runs freely in
+//! linearly implicit steps without geometric stiffness, whose time step is a tenth or so of the critical mode's 1/ω:
+//! the change of the forces' directions is then resolved, and the scheme's own damping ω² Δt lets a mode of small
+//! stiffness fade or grow without much swinging. Below the critical load the disturbance fades, above it grows;
+//! where it counts, the load is bisected.
 
 use crate::check::{Check, ExperimentError, Parts, Verdict};
 use crate::paper::specimens::largest;
@@ -47,7 +48,7 @@ pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, Exp
             return Ok(f64::INFINITY);
         }
         let away = off(stepper.scene());
-        if !(away <= LEFT) {
+        if away.is_nan() || away > LEFT {
             return Ok(f64::INFINITY);
         }
         if (steps..2 * steps).contains(&(4 * k)) {

@@ -95,8 +95,8 @@ impl Layout {
 }
 
 /// The scene brought to rest by `choice` alone: implicit steps of `dt` (s) from rest, each a Newton pass that leaves
-/// 1/(1 + ω²Δt²) of a mode ω, from the unstrained pose. Ten times the slowest mode's 1/ω is enough; longer ones turn the
-/// rounding of the forces into motion.
+/// 1/(1 + ω²Δt²) of a mode ω, from the unstrained pose. Ten times the slowest mode's 1/ω is enough; longer ones turn
+/// the rounding of the forces into motion.
 ///
 /// # Errors
 /// A step that fails.
@@ -181,8 +181,8 @@ const SOFT: f64 = 0.05;
 /// That share.
 const SHARE: f64 = 0.4;
 
-/// 1 m of cable, stiff from the clamp and soft beyond, in `n` segments of random lengths that differ by up to ten times;
-/// both parts have as many.
+/// 1 m of cable, stiff from the clamp and soft beyond, in `n` segments of random lengths that differ by up to ten
+/// times; both parts have as many.
 #[must_use]
 pub fn uneven(n: usize, seed: u64) -> Rod {
     let mut random = Random::new(seed);
@@ -263,7 +263,7 @@ fn renamed(checks: Vec<Check>) -> impl Iterator<Item = Check> {
 }
 
 /// Tip of a rod that is bent far, against the exact chain's.
-pub(super) fn bent_through(rod: &Rod) -> Result<Check, ExperimentError> {
+fn bent_through(rod: &Rod) -> Result<Check, ExperimentError> {
     let ours = rod.settled()?.tip();
     let exact = rod.exact(20).map_or(Vector3::repeat(f64::NAN), |s| s.tip());
     let error = (ours - exact).norm();

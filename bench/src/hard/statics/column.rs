@@ -10,10 +10,10 @@
 //! torque T, clamped      T/2 = tan ½T,            chain: [`buckling_torque`]
 //! ```
 //!
-//! The third: the tilts ψ_j (complex, y + iz) obey m_{j+1} = m_j + i l P ψ_j with m_j of [`crate::paper::specimens::twist`]
-//! and no moment across at the ends; ψ_j = χ_j e^{iδj}, tan δ = T/2c, makes it (c² + T²/4)^½ (χ_{j+1} + χ_{j−1}) =
-//! (2c + l P) χ_j, and the ends ask for χ ∝ cos(πj/n + …). Pinned ends carry torques of fixed direction on the outer
-//! segments; between clamped ends the twist T L/GJ is given.
+//! The third: the tilts ψ_j (complex, y + iz) obey m_{j+1} = m_j + i l P ψ_j with m_j of
+//! [`crate::paper::specimens::twist`] and no moment across at the ends; ψ_j = χ_j e^{iδj}, tan δ = T/2c, makes it
+//! (c² + T²/4)^½ (χ_{j+1} + χ_{j−1}) = (2c + l P) χ_j, and the ends ask for χ ∝ cos(πj/n + …). Pinned ends carry
+//! torques of fixed direction on the outer segments; between clamped ends the twist T L/GJ is given.
 
 use super::buckling::{DISTURBANCE, Run, Threshold, check, off_axis};
 use crate::check::{ExperimentError, Outcome};

@@ -6,7 +6,8 @@
 //! √α = K(k) − F(φ, k),   x/L = (2 sin θ/α)^½,   y/L = 1 − 2 (E(k) − E(φ, k))/√α
 //! ```
 //!
-//! The chain has its joints in the middle of the lengths that they stand for; its exact answer is that of [`super::rod`].
+//! The chain has its joints in the middle of the lengths that they stand for; its exact answer is that of
+//! [`super::rod`].
 
 use super::rod::Rod;
 use crate::check::{Check, ExperimentError, Outcome, Parts};

@@ -1,5 +1,5 @@
-//! H01, H02, H03: a cable pulled, bent to a circle and twisted by loads at its end. Every joint carries the same load, so
-//! that the discrete answer is exact and the continuum's: gaps F l_j/EA, angles M l_j/EI and T l_j/GJ
+//! H01, H02, H03: a cable pulled, bent to a circle and twisted by loads at its end. Every joint carries the same
+//! load, so that the discrete answer is exact and the continuum's: gaps F l_j/EA, angles M l_j/EI and T l_j/GJ
 //! ([`crate::paper::specimens`]).
 
 use crate::check::{Check, ExperimentError, Outcome, Parts};
@@ -76,7 +76,7 @@ pub fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experiment
             (r.gap / exact - 1.0).abs()
         });
         let error = largest(errors);
-        let ours = format!("{:.1e}", error);
+        let ours = format!("{error:.1e}");
         let check = Check::within("", "gap F l/EA".to_owned(), ours, error, PULL_BAR);
         own.push((
             choice.family(),

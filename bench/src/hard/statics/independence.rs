@@ -1,8 +1,8 @@
 //! H13: where a cable comes to rest depends neither on what damps it, nor on the time step, the solver or the order of
 //! bodies and constraints.
 //!
-//! A cantilever of 1 m with EI = 1 N m² sags under its own weight and a load at its tip; it is let go straight and swings
-//! until it is at rest. Its exact discrete shape is known ([`super::rod`]).
+//! A cantilever of 1 m with EI = 1 N m² sags under its own weight and a load at its tip; it is let go straight and
+//! swings until it is at rest. Its exact discrete shape is known ([`super::rod`]).
 
 use super::rod::Rod;
 use crate::check::{Check, ExperimentError, Outcome, Parts};
@@ -83,8 +83,8 @@ pub struct Way {
     pub seconds: f64,
 }
 
-/// Largest distance of an end of a segment from its place in the exact shape, over L, after the run; a NaN where there is
-/// none. And the speed that is left \[m/s].
+/// Largest distance of an end of a segment from its place in the exact shape, over L, after the run; a NaN where
+/// there is none. And the speed that is left \[m/s].
 ///
 /// # Errors
 /// A scene or a step that fails.

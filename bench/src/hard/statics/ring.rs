@@ -1,11 +1,11 @@
 //! H11: a straight elastic rod, bent to a ring and twisted, leaves its plane at the twist Θ = 2π √3 EI/GJ (Michell;
 //! Zajac), in the mode of two waves: of n waves √(n² − 1).
 //!
-//! The ring of N segments, with the bend β = 2π/N and the twist Ω = Θ/N in every joint, is an equilibrium for any Ω. Its
-//! second variation is that of Σ E(R_k, R_{k+1}) + Λ·Σ h t_k, with the force Λ that keeps the ring closed and along its
-//! axis. All segments being alike, turned to their own place, tilts of the form q e^{2πi n k/N} decouple, and the ring
-//! buckles where the 3 × 3 matrix of n = 2 gets singular. Its entries are differences of E, which is written here from the
-//! swing and the twist of the relative rotation.
+//! The ring of N segments, with the bend β = 2π/N and the twist Ω = Θ/N in every joint, is an equilibrium for any Ω.
+//! Its second variation is that of Σ E(R_k, R_{k+1}) + Λ·Σ h t_k, with the force Λ that keeps the ring closed and
+//! along its axis. All segments being alike, turned to their own place, tilts of the form q e^{2πi n k/N} decouple,
+//! and the ring buckles where the 3 × 3 matrix of n = 2 gets singular. Its entries are differences of E, which is
+//! written here from the swing and the twist of the relative rotation.
 
 use super::buckling::{DISTURBANCE, Run, Threshold, check};
 use crate::check::{ExperimentError, Outcome};

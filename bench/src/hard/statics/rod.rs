@@ -1,18 +1,19 @@
-//! A chain of rigid segments, clamped at its first joint and loaded at its free end, and the exact answer of that chain.
+//! A chain of rigid segments, clamped at its first joint and loaded at its free end, and the exact answer of that
+//! chain.
 //!
 //! Joints stand at nodes; joint j has the compliances ε_s, ε_b, ε_t of the cable that it stands for. Loads are dead: a
-//! force F at the tip and the weights of the segments. The force through joint j is then known, F_j = F + Σ_{i ≥ j} m_i g,
-//! its gap is ε_s F_j, and the moments follow from segment to segment,
+//! force F at the tip and the weights of the segments. The force through joint j is then known, F_j = F + Σ_{i ≥ j}
+//! m_i g, its gap is ε_s F_j, and the moments follow from segment to segment,
 //!
 //! ```text
-//! G_{j+1} = G_j − (b_j − a_j) × F_j − (b_j − c_j)·… = G_j − (b_j − a_j) × F_j + ½ (b_j − a_j) × m_j g
+//! G_{j+1} = G_j − (b_j − a_j) × F_j + ½ (b_j − a_j) × m_j g
 //! ```
 //!
 //! with a_j, b_j the ends of segment j. A joint with the moment G turns by θ about n and by Ω about u_a, where
 //! G = (θ/ε_b) n + (Ω/ε_t) (u_a + u_b)/(1 + cos θ): Ω = ε_t G·u_a, and of the part across u_a,
-//! |G_⊥|² = (θ/ε_b)² + (G·u_a)² tan²½θ, which has one root θ. So the whole shape follows from the moment at the clamp, and
-//! that from the condition that the tip has none: three equations, solved by Newton's method with the load raised in
-//! steps. None of it uses the model's own joints or Jacobians.
+//! |G_⊥|² = (θ/ε_b)² + (G·u_a)² tan²½θ, which has one root θ. So the whole shape follows from the moment at the
+//! clamp, and that from the condition that the tip has none: three equations, solved by Newton's method with the
+//! load raised in steps. None of it uses the model's own joints or Jacobians.
 
 use crate::check::ExperimentError;
 use crate::hard::special::root;
@@ -85,7 +86,8 @@ impl Shape {
 }
 
 impl Rod {
-    /// A straight chain along x without weight, its first joint at `start` (m), with segments of the given lengths (m).
+    /// A straight chain along x without weight, its first joint at `start` (m), with segments of the given lengths
+    /// (m).
     #[must_use]
     pub fn straight(start: f64, lengths: &[f64], joints: Vec<Compliance>) -> Self {
         let mut nodes = vec![Vector3::x() * start];
@@ -106,8 +108,8 @@ impl Rod {
         }
     }
 
-    /// A straight chain of `n` joints on a cable of length 1 m with EI = GJ = 1 N m², each the midpoint of the piece of
-    /// 1/n m that it stands for: half a piece is held by the clamp, half a piece is beyond the last joint.
+    /// A straight chain of `n` joints on a cable of length 1 m with EI = GJ = 1 N m², each the midpoint of the piece
+    /// of 1/n m that it stands for: half a piece is held by the clamp, half a piece is beyond the last joint.
     #[must_use]
     pub fn midpoints(n: usize) -> Self {
         let h = 1.0 / n as f64;
@@ -135,8 +137,8 @@ impl Rod {
         axes_along(&along).unwrap_or_else(Matrix3::identity)
     }
 
-    /// The scene, unstrained and at rest. Bodies: the segments from the clamp, then the tip's particle. Constraints: the
-    /// joints from the clamp, then the tip's.
+    /// The scene, unstrained and at rest. Bodies: the segments from the clamp, then the tip's particle. Constraints:
+    /// the joints from the clamp, then the tip's.
     ///
     /// # Errors
     /// A chain that is no scene: numbers out of range.
@@ -287,7 +289,7 @@ fn joint_turn(
     } else {
         root(bend, 0.0, most * (1.0 + 1e-12))
     };
-    if !(theta < PI) {
+    if theta.is_nan() || theta >= PI {
         return None;
     }
     let twist = Rotation3::from_scaled_axis(u * (joint.twist * torsion));
