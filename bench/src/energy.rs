@@ -8,7 +8,7 @@
 //! | `spin` | angular momentum of a free, taut, spinning cable, with its order in Δt |
 
 mod band;
-pub(crate) mod spin;
+mod spin;
 mod swing;
 
 pub use band::{Band, BandCase};

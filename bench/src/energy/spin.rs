@@ -117,7 +117,7 @@ fn join(scene: &mut Scene, stiffness: &Stiffness) {
 }
 
 /// Angular momentum about the centre of mass.
-pub(crate) fn momentum(scene: &Scene) -> Vector3<f64> {
+fn momentum(scene: &Scene) -> Vector3<f64> {
     let bodies = &scene.bodies;
     let terms = bodies.position.iter().zip(&bodies.mass);
     let centre = terms.map(|(x, m)| x * *m).sum::<Vector3<f64>>() / scene.mass();
@@ -126,7 +126,7 @@ pub(crate) fn momentum(scene: &Scene) -> Vector3<f64> {
 
 /// The velocities of `bodies` become the means of theirs and of those of `after`: half a step later, at the time of the
 /// positions.
-pub(crate) fn to_middle(bodies: &mut Bodies, after: &Bodies) {
+fn to_middle(bodies: &mut Bodies, after: &Bodies) {
     for i in 0..bodies.len() {
         bodies.velocity[i] = 0.5 * (bodies.velocity[i] + after.velocity[i]);
         bodies.angular_velocity[i] = 0.5 * (bodies.angular_velocity[i] + after.angular_velocity[i]);

@@ -20,7 +20,7 @@ pub mod top;
 pub mod torsion;
 pub mod waves;
 
-use super::{Case, no_scenes};
+use super::Case;
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -28,7 +28,7 @@ pub const CASES: &[Case] = &[
         name: "gantry",
         title: "the gantry crane driven for a minute, loads to 10⁵ cable elements",
         run: gantry::outcome,
-        scenes: no_scenes,
+        scenes: gantry::scenes,
     },
     Case {
         name: "H20",

@@ -76,6 +76,7 @@ fn scene(kind: Kind, segments: usize) -> Scene {
         bends: true,
         tension: 0.0,
         ends: [Hold::Clamped, lower],
+        load: None,
     };
     line.scene("beam")
 }

@@ -91,6 +91,14 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     Ok(outcome)
 }
 
+/// The gantry at its beginning.
+///
+/// # Errors
+/// Where the scene cannot be built.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![GantryParams::default().build()?])
+}
+
 /// Drives `scene` for `time` (s), in steps `finer` times shorter than a sixtieth of a second.
 fn drive(scene: Scene, time: f64, finer: usize) -> Result<Run, StepError> {
     let options = StepOptions {

@@ -15,7 +15,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use taut_model::{Body, Constraint, Cosserat, Frame, RowLaw, Scene, Spherical, Stiffness};
 
 /// How an end of the line is held.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
     /// Not at all.
     Free,
@@ -23,8 +23,8 @@ pub enum Hold {
     Pinned,
     /// A joint to the world that holds direction and twist.
     Clamped,
-    /// Clamped to the centre of this body.
-    Load(Body),
+    /// Clamped to the centre of the load.
+    Load,
 }
 
 /// A straight line.
@@ -44,6 +44,8 @@ pub struct Line {
     pub tension: f64,
     /// Upper and lower end.
     pub ends: [Hold; 2],
+    /// The load, where the lower end holds one.
+    pub load: Option<Body>,
 }
 
 impl Line {
@@ -93,7 +95,8 @@ impl Line {
         let held = match self.ends[1] {
             Hold::Free => return scene,
             Hold::Pinned | Hold::Clamped => Frame::world(end),
-            Hold::Load(body) => {
+            Hold::Load => {
+                let body = self.load.unwrap_or_else(Body::fixed);
                 let load = scene.add_body("load", body.at(end));
                 scene.load = Some(load);
                 Frame::body(load, Vector3::zeros())
@@ -162,6 +165,7 @@ mod tests {
             bends: false,
             tension: 500.0,
             ends: [Hold::Pinned, Hold::Pinned],
+            load: None,
         };
         let scene = line.scene("line");
         let mut rows = taut_model::Linearized::new(&scene);

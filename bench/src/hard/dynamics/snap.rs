@@ -120,7 +120,8 @@ fn drawn() -> Scene {
         },
         bends: true,
         tension: 0.0,
-        ends: [Hold::Clamped, Hold::Load(end)],
+        ends: [Hold::Clamped, Hold::Load],
+        load: Some(end),
     };
     line.scene("drawn bar")
 }
@@ -141,17 +142,17 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
 /// Where a step fails at small steps.
 pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
-    let cases: [(&str, fn() -> Scene, f64, f64); 2] = [
-        ("fall into a rope", falling, fall_tension(), 1.0),
-        ("pick-up", standing, pick_up_force(), 0.4),
+    let cases = [
+        ("fall into a rope", falling(), fall_tension(), 1.0),
+        ("pick-up", standing(), pick_up_force(), 0.4),
     ];
     for (name, scene, exact, time) in cases {
         let (mut small, mut large) = (Vec::new(), Vec::new());
         for choice in solvers() {
             let fine = if quick { 4.0 * SMALL } else { SMALL };
-            let found = peak(scene(), choice.options(fine), time)?;
+            let found = peak(scene.clone(), choice.options(fine), time)?;
             small.push((choice.family(), beside(exact, found.tension)));
-            let coarse = peak(scene(), choice.options(LARGE), 6.0);
+            let coarse = peak(scene.clone(), choice.options(LARGE), 6.0);
             large.push((choice.family(), bounded(exact, coarse)));
         }
         checks.extend(together(&format!("{name}, small steps"), small));

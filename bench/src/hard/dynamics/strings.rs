@@ -81,6 +81,7 @@ fn rods(stiff: bool) -> Scene {
         bends: stiff,
         tension: TENSION,
         ends: [Hold::Pinned, Hold::Pinned],
+        load: None,
     };
     line.scene(if stiff {
         "stiff string"

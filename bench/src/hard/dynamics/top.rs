@@ -167,8 +167,7 @@ fn explicit_life(speed: f64, dt: f64, steps: usize) -> Option<usize> {
         let torque = inertia.component_mul(&y).cross(&y);
         y += torque.component_div(&inertia) * dt;
         let energy = y.dot(&inertia.component_mul(&y));
-        // Lost too where it is no number.
-        !(energy <= 100.0 * start)
+        !energy.is_finite() || energy > 100.0 * start
     })
 }
 

@@ -42,7 +42,8 @@ fn scene(ratio: f64) -> Scene {
         stiffness: STIFFNESS,
         bends: true,
         tension: 0.0,
-        ends: [Hold::Clamped, Hold::Load(disc)],
+        ends: [Hold::Clamped, Hold::Load],
+        load: Some(disc),
     };
     line.scene("torsional pendulum")
 }
