@@ -1,9 +1,9 @@
-//! H25: bending modes of a beam, ω = (βL)² √(EI/ρA)/L², cos βL cosh βL = −1 for a cantilever and 1 for one clamped at both
-//! ends.
+//! H25: bending modes of a beam, ω = (βL)² √(EI/ρA)/L², cos βL cosh βL = −1 for a cantilever and 1 for one clamped at
+//! both ends.
 //!
 //! The chain of rods that bends in its joints by a_j − a_{j−1}, the first one by a_1 over half a rod, has the exact
-//! frequencies of a small eigenvalue problem in the rods' angles a_j: mass from the centres' displacements and the rods'
-//! own inertia, stiffness EI/l a joint.
+//! frequencies of a small eigenvalue problem in the rods' angles a_j: mass from the centres' displacements and the
+//! rods' own inertia, stiffness EI/l a joint.
 
 use super::line::{Hold, Line};
 use super::shape::Shape;

@@ -1,13 +1,13 @@
 //! H21: frequencies of a hanging chain, uniform and with a payload.
 //!
 //! ```text
-//! uniform chain       ω_k = ½ j_{0,k} √(g/L)
-//! N equal masses      ω² = (g/h) · zeros of Laguerre's L_N                    exact for the discrete chain
-//! with payload M      ((R + s) y')' + Ω² y = 0,  R = M/m_cable,  y(1) = 0,  y'(0) = −Ω² y(0),   s from below, g = L = 1
+//! uniform chain     ω_k = ½ j_{0,k} √(g/L)
+//! N equal masses    ω² = (g/h) · zeros of Laguerre's L_N                    exact for the discrete chain
+//! with payload M    ((R + s) y')' + Ω² y = 0,  R = M/m_cable,  y(1) = 0,  y'(0) = −Ω² y(0),  s from below, g = L = 1
 //! ```
 //!
-//! Ours are the eigenvalues of the library's own matrices ([`crate::modes`]), and the frequencies of motions that start in
-//! those shapes; the segments' part of the error is the discrete chain beside the continuous one.
+//! Ours are the eigenvalues of the library's own matrices ([`crate::modes`]), and the frequencies of motions that
+//! start in those shapes; the segments' part of the error is the discrete chain beside the continuous one.
 
 use super::law;
 use super::shape::Shape;

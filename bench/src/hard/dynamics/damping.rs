@@ -1,10 +1,11 @@
 //! H33 and H34: what a step does to a deformation mode, and to a gap.
 //!
-//! H33: in each step a mode is multiplied by the roots of the scheme's characteristic polynomial ([`super::law`]), whatever
-//! joint it belongs to: measured as the roots of the recurrence that fits the motion.
+//! H33: in each step a mode is multiplied by the roots of the scheme's characteristic polynomial ([`super::law`]),
+//! whatever joint it belongs to: measured as the roots of the recurrence that fits the motion.
 //!
-//! H34: a rigid row closes its gap by φ̄ + τ r_{n+1} = 0, a recurrence of the gaps alone whatever the inertia; as Δt → 0
-//! every scheme closes it as e^(−t/τ), at a rate that has a power series in Δt/τ, so that four time steps extrapolate it.
+//! H34: a rigid row closes its gap by φ̄ + τ r_{n+1} = 0, a recurrence of the gaps alone whatever the inertia; as Δt →
+//! 0 every scheme closes it as e^(−t/τ), at a rate that has a power series in Δt/τ, so that four time steps
+//! extrapolate it.
 
 use super::{law, worse};
 use crate::check::{Check, ExperimentError, Outcome, Parts};
@@ -83,7 +84,8 @@ fn ball(law: RowLaw) -> Scene {
     scene
 }
 
-/// The same ball, I = 0.4·2 kg·0.01 m², held by a cable joint of one `law` for bend and twist and turned by `turn` (rad).
+/// The same ball, I = 0.4·2 kg·0.01 m², held by a cable joint of one `law` for bend and twist and turned by `turn`
+/// (rad).
 fn turned(law: RowLaw, turn: Vector3<f64>) -> Scene {
     let mut scene = Scene::new("turned");
     let turn = UnitQuaternion::from_scaled_axis(turn);

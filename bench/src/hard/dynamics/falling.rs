@@ -7,8 +7,8 @@
 //! T = ¼ M g (2 + 2x − 3x²)/(1 − x)        at the fixed end, and diverges
 //! ```
 //!
-//! The chain here is point masses on rigid links, the fold one link wide: the width and the links that turn one after the
-//! other are what the model adds.
+//! The chain here is point masses on rigid links, the fold one link wide: the width and the links that turn one after
+//! the other are what the model adds.
 
 use super::worse;
 use crate::check::{Check, ExperimentError, Outcome, Parts};

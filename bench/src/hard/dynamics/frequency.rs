@@ -1,9 +1,9 @@
 //! Frequencies of small oscillations from equally spaced samples.
 //!
-//! A sum of K undamped oscillations about a mean obeys a symmetric recurrence (Prony): with s_k = x_{n+km} + x_{n−km} and
-//! u = 2 cos(ω m Δt), one oscillation has s_1 = u x + c, two have s_2 = p s_1 + q x + c where u² − p u − (q + 2) = 0. The
-//! coefficients are fitted by least squares over all samples; the stride m is chosen by the caller so that ω m Δt is about
-//! 1 for the fastest of them.
+//! A sum of K undamped oscillations about a mean obeys a symmetric recurrence (Prony): with s_k = x_{n+km} + x_{n−km}
+//! and u = 2 cos(ω m Δt), one oscillation has s_1 = u x + c, two have s_2 = p s_1 + q x + c where u² − p u − (q + 2) =
+//! 0. The coefficients are fitted by least squares over all samples; the stride m is chosen by the caller so that ω m
+//! Δt is about 1 for the fastest of them.
 
 use crate::check::ExperimentError;
 use crate::hard::special::root;
@@ -70,8 +70,8 @@ pub fn pair(samples: &[f64], interval: f64, stride: usize) -> [f64; 2] {
     [half + root, half - root].map(|u| angle(u) / (interval * stride as f64))
 }
 
-/// Places at which samples change sign, in intervals from the first one: by the cubic through four neighbours. `upwards`
-/// alone where that is wanted; jumps, larger than `jump`, are none.
+/// Places at which samples change sign, in intervals from the first one: by the cubic through four neighbours.
+/// `upwards` alone where that is wanted; jumps, larger than `jump`, are none.
 #[must_use]
 pub fn passages(samples: &[f64], upwards: bool, jump: f64) -> Vec<f64> {
     let mut found = Vec::new();

@@ -1,5 +1,5 @@
-//! The gantry crane \[SL §VIII] driven for a minute from a table of inputs, at load/element ratios to 10⁵, with the true
-//! inertia of its thin cable elements (the paper multiplies it by 20).
+//! The gantry crane \[SL §VIII] driven for a minute from a table of inputs, at load/element ratios to 10⁵, with the
+//! true inertia of its thin cable elements (the paper multiplies it by 20).
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 

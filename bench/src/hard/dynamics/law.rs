@@ -8,8 +8,8 @@
 //! φ̄ = x_n + p (x_{n+1} − x_n) − q (x_n − x_{n−1}) + s (x_{n−1} − x_{n−2})
 //! ```
 //!
-//! For the linearly implicit scheme and Ω_g = 0 the roots are (1 ± iΩ)/(1 + Ω²): modulus (1 + Ω²)^(−1/2), phase arctan Ω.
-//! For Ω_e = 0 all schemes are the leapfrog: modulus 1, 2 sin(phase/2) = Ω.
+//! For the linearly implicit scheme and Ω_g = 0 the roots are (1 ± iΩ)/(1 + Ω²): modulus (1 + Ω²)^(−1/2), phase arctan
+//! Ω. For Ω_e = 0 all schemes are the leapfrog: modulus 1, 2 sin(phase/2) = Ω.
 
 use nalgebra::{DMatrix, DVector};
 use taut_integrator::Scheme;
@@ -26,7 +26,7 @@ pub fn weights(scheme: Scheme) -> [f64; 3] {
     }
 }
 
-/// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from [Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
+/// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
 /// difference.
 #[must_use]
 pub fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {

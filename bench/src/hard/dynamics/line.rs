@@ -1,7 +1,7 @@
 //! A straight cable of rigid rods along −z, and the modes of such a line that have formulas.
 //!
-//! Joints between rods stand for a rod's length l of cable, those at held ends for half of it. Along the axis and about it
-//! this is the chain of masses m and springs k, held through 2k, on which u_j = sin((j − ½)θ) with
+//! Joints between rods stand for a rod's length l of cable, those at held ends for half of it. Along the axis and
+//! about it this is the chain of masses m and springs k, held through 2k, on which u_j = sin((j − ½)θ) with
 //!
 //! ```text
 //! ω = 2 √(k/m) sin ½θ,    free end: θ = (2n − 1)π/(2N),    end mass M: (M/m) sin θ tan Nθ = 1

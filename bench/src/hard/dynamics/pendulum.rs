@@ -1,8 +1,8 @@
 //! H20: a pendulum of large amplitude, T/T₀ = (2/π) K(sin ½θ₀).
 //!
 //! A point mass on a rigid massless link, let go at rest: the period is the time between two passages of the lowest
-//! point in the same direction. The step's error is its dispersion, of second order in Δt; for small amplitudes it is that
-//! of the leapfrog, sin(½ω_hΔt) = ½ωΔt.
+//! point in the same direction. The step's error is its dispersion, of second order in Δt; for small amplitudes it is
+//! that of the leapfrog, sin(½ω_hΔt) = ½ωΔt.
 
 use super::{frequency, law, worse};
 use crate::check::{Check, ExperimentError, Outcome, Parts};

@@ -1,5 +1,5 @@
-//! A mode of a discrete scene beside its formula: as eigenvalue of the library's own matrices ([`crate::modes`]), and as
-//! the frequency of the motion that starts in its shape.
+//! A mode of a discrete scene beside its formula: as eigenvalue of the library's own matrices ([`crate::modes`]), and
+//! as the frequency of the motion that starts in its shape.
 
 use super::frequency;
 use crate::check::{Check, ExperimentError, Parts};
@@ -69,7 +69,7 @@ impl Shape<'_> {
             (found / self.continuum - 1.0).abs(),
             self.bar,
         );
-        let by = "relative, beside the continuum; algebraic: beside the discrete model; space: that beside the continuum";
+        let by = "relative, beside the continuum; algebraic: beside the discrete model, which space compares with it";
         check.by(by).split(Parts {
             algebraic: Some((found / self.discrete - 1.0).abs()),
             time: None,

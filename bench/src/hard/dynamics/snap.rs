@@ -25,7 +25,7 @@ const SMALL: f64 = 1.0 / 6000.0;
 const LARGE: f64 = 1.0 / 60.0;
 /// Largest relative error at small steps that passes.
 const BAR: f64 = 1e-2;
-/// Largest overshoot of the peak at 1/60 s over the formula's, and of the energy after it over what was there.
+/// Largest overshoot of the peak at 1/60 s over the formula's, relative, and rise of the load above its start \[m].
 const BOUND: f64 = 0.1;
 
 /// The fall: weight \[N], height \[m], rope's length \[m] and EA \[N].
@@ -165,10 +165,11 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
     })
 }
 
-/// The largest tension of the first rope \[N], and the largest energy of a slack or hanging load over its lowest.
+/// What is largest of a motion.
 struct Peak {
+    /// Tension of the first rope \[N].
     tension: f64,
-    /// Largest rise of the load above where it started \[m].
+    /// Rise of the load above its start and what the hoist has hauled in \[m].
     rise: f64,
 }
 

@@ -1,9 +1,10 @@
 //! H31: the flying spaghetti: a flexible rod that is thrown by a force and a moment on one end, and then flies free.
 //!
-//! Simo and Vu-Quoc, *On the dynamics in space of rods undergoing large motions* (1988): L = 10, EA = GA = 10⁴,
-//! EI = GJ = 500, Aρ = 1, Jρ = 10 across; the force 8 along x and moments on the lower end act for 2.5 s. No closed form is
-//! known: afterwards momentum and angular momentum have to stay (the first one is the force times 2.5 s), the energy must
-//! not grow, and the motion has to converge with the step.
+//! After Simo and Vu-Quoc, *On the dynamics in space of rods undergoing large motions* (1988): L = 10, EA = GA = 10⁴,
+//! EI = GJ = 500, Aρ = 1, Jρ = 10 across; the force 8 along x and the moment 80 about y act on the lower end for 2.5
+//! s, here with half that moment about z besides, so that nothing stays in a plane. No closed form is known:
+//! afterwards momentum and angular momentum have to stay (the first one is the force times 2.5 s), the energy must not
+//! grow, and the motion has to converge with the step.
 //!
 //! Where the force sets in and stops it excites axial and shear waves of up to 2√(EA/(Aρ l²)) = 400 rad/s in the chain:
 //! the order of the motion shows only at steps that resolve them.

@@ -67,7 +67,6 @@ fn particles() -> Scene {
 /// N rods, with bending stiffness or without.
 fn rods(stiff: bool) -> Scene {
     let segment = LENGTH / RODS as f64;
-    // What shapes the string is 1/EI per joint: a string without has ball joints.
     let stiffness = Stiffness {
         ea: EA,
         ei: EI,

@@ -1,9 +1,9 @@
 //! H30: masses over a sheave, block and tackle: cables that slide through points without friction.
 //!
-//! Atwood's machine: a = g (m₁ − m₂)/(m₁ + m₂), the sheave being a point without inertia. With a sheave of inertia I and
-//! radius r, a = g (m₁ − m₂)/(m₁ + m₂ + I/r²): a disc with two cables that leave its rim, exact as long as they are tangent
-//! to it, that is in the first step. Tackle of n parts: each carries T = W/n; what is hauled in lifts the block by 1/n; the
-//! sum of the spans is the cable's length at all times.
+//! Atwood's machine: a = g (m₁ − m₂)/(m₁ + m₂), the sheave being a point without inertia. With a sheave of inertia I
+//! and radius r, a = g (m₁ − m₂)/(m₁ + m₂ + I/r²): a disc with two cables that leave its rim, exact as long as they
+//! are tangent to it, that is in the first step. Tackle of n parts: each carries T = W/n; what is hauled in lifts the
+//! block by 1/n; the sum of the spans is the cable's length at all times.
 
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::{solvers, together};

@@ -1,14 +1,14 @@
 //! H32: a free rigid body about its intermediate axis.
 //!
-//! Euler: with I₁ < I₂ < I₃, twice the energy 2T and the angular momentum L, where L² > 2T I₂ the angular velocity about the
-//! second axis is a Jacobian sn of period
+//! Euler: with I₁ < I₂ < I₃, twice the energy 2T and the angular momentum L, where L² > 2T I₂ the angular velocity
+//! about the second axis is a Jacobian sn of period
 //!
 //! ```text
 //! 4K(k) √(I₁I₂I₃/((I₃ − I₂)(L² − 2TI₁))),    k² = (I₂ − I₁)(2TI₃ − L²)/((I₃ − I₂)(L² − 2TI₁))
 //! ```
 //!
-//! and the body flips twice in it. The gyroscopic torque taken explicitly, y⁺ = y + Δt I⁻¹(I y × y), gains energy in every
-//! step and is lost near ωΔt = 1.
+//! and the body flips twice in it. The gyroscopic torque taken explicitly, y⁺ = y + Δt I⁻¹(I y × y), gains energy in
+//! every step and is lost near ωΔt = 1.
 
 use super::frequency::passages;
 use super::worse;

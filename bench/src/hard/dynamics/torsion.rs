@@ -1,5 +1,5 @@
-//! H24: a disc on a cable that twists, ω = √(GJ/(L I_d)); with the cable's own inertia ω = (β/L)√(GJ/j), β tan β = J/I_d,
-//! J = jL. The chain of rods has ω = 2√(k/J₁) sin ½θ with (I_d/J₁) sin θ tan Nθ = 1 ([`super::line`]).
+//! H24: a disc on a cable that twists, ω = √(GJ/(L I_d)); with the cable's own inertia ω = (β/L)√(GJ/j), β tan β =
+//! J/I_d, J = jL. The chain of rods has ω = 2√(k/J₁) sin ½θ with (I_d/J₁) sin θ tan Nθ = 1 ([`super::line`]).
 
 use super::law;
 use super::line::{Hold, Line, end_mass, end_mass_continuum};
@@ -95,7 +95,7 @@ fn pendulum(ratio: f64, quick: bool) -> Result<Vec<Check>, ExperimentError> {
     };
     let massless = (STIFFNESS.gj / (LENGTH * disc)).sqrt();
     let note = format!(
-        "without the cable's inertia √(GJ/(L I_d)) = {massless:.6} rad/s, with a third of it √(GJ/(L(I_d + J/3))) = {:.6}",
+        "massless cable: √(GJ/(L I_d)) = {massless:.6} rad/s; with a third of its inertia on the disc {:.6}",
         (STIFFNESS.gj / (LENGTH * (disc + inertia() / 3.0))).sqrt()
     );
     let name = |what: &str| format!("J/I_d = {ratio}: {what}");

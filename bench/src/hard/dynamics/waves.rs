@@ -1,16 +1,16 @@
 //! H23: longitudinal waves in a steel bar.
 //!
-//! c = √(E/ρ), transit L/c; fixed and free ω = (2n − 1)πc/(2L); with an end mass β tan β = m/M, ω = βc/L. The chain of rods
-//! has exact frequencies too ([`super::line`]), and an exact response to a force F that sets in at its free end: with its
-//! modes u_k, ω_k
+//! c = √(E/ρ), transit L/c; fixed and free ω = (2n − 1)πc/(2L); with an end mass β tan β = m/M, ω = βc/L. The chain of
+//! rods has exact frequencies too ([`super::line`]), and an exact response to a force F that sets in at its free end:
+//! with its modes u_k, ω_k
 //!
 //! ```text
 //! v_j(t) = Σ_k u_k(j) u_k(N) F sin(ω_k t)/(ω_k m Σ_i u_k(i)²)
 //! ```
 //!
-//! A front runs up from the end and leaves the velocity F c/EA behind it; where the front of the continuum is, that of a
-//! chain has reached a third of it (an Airy integral). A time step of 1/60 s sees none of this in a bar of 10 m: what it
-//! must do is come to rest at the static elongation.
+//! A front runs up from the end and leaves the velocity F c/EA behind it; where the front of the continuum is, that of
+//! a chain has reached a third of it (an Airy integral). A time step of 1/60 s sees none of this in a bar of 10 m:
+//! what it must do is come to rest at the static elongation.
 
 use super::line::{Hold, Line, end_mass, end_mass_continuum, free_end};
 use super::shape::Shape;
