@@ -4,6 +4,7 @@ mod dynamics;
 mod infeasible;
 mod networks;
 mod redundant;
+mod statics;
 
 use indicatif::ProgressBar;
 use taut_bench::check::{Check, Verdict};

@@ -62,7 +62,8 @@ pub fn continuum(ea: f64) -> Hanging {
 }
 
 /// The exact chain of `n` links: its nodes \[m], n + 1 of them, link i from node i, without the gaps of the ends; and
-/// its measures. `masses_at_joints`: half a link's weight at each end of it, else rods.
+/// its measures. `masses_at_joints`: half a link's weight at each end of it, else rods; a support then carries half a
+/// link besides the tension at the end.
 #[must_use]
 pub fn chain(n: usize, ea: f64, masses_at_joints: bool) -> (Vec<Vector3<f64>>, Hanging) {
     let h = LENGTH / n as f64;

@@ -33,7 +33,7 @@ pub fn elastica(alpha: f64) -> [f64; 3] {
         let k = modulus(slope);
         complete_k(k) - elliptic_f(amplitude(k), k) - alpha.sqrt()
     };
-    let slope = root(load, 1e-12, FRAC_PI_2 - 1e-9);
+    let slope = root(load, 1e-12, FRAC_PI_2 - 1e-6);
     let k = modulus(slope);
     [
         (2.0 * slope.sin() / alpha).sqrt(),

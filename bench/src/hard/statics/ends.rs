@@ -8,7 +8,7 @@ use crate::paper::specimens::{
     Joint, MATERIALS, SEGMENTS, bend, largest, params, pull, read, twist,
 };
 use indicatif::ProgressBar;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_PI_2, TAU};
 use taut_model::{Scene, Specimen, SpecimenParams};
 
 /// Relative bar of the elongation.
@@ -65,8 +65,11 @@ pub fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experiment
             force: Some(force),
             ..free
         };
-        let scene = super::cantilever::crept(loaded.build()?, &choice, 12)?;
         let specimen = loaded.resolve()?;
+        // Slowest mode of the pull: ½π (EA/ρA)^½/L.
+        let line_mass = specimen.segment_mass / specimen.segment_length;
+        let slowest = FRAC_PI_2 * (specimen.stiffness.ea / line_mass).sqrt() / loaded.length;
+        let scene = super::cantilever::crept(loaded.build()?, &choice, 10.0 / slowest)?;
         let gaps = read(&scene, n);
         let errors = gaps.iter().enumerate().map(|(j, r)| {
             let exact = strain * specimen.joint_length(j);

@@ -16,7 +16,7 @@
 
 use crate::check::ExperimentError;
 use crate::hard::special::root;
-use crate::paper::specimens::settle;
+use crate::paper::specimens::{relax, settle};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::PI;
 use taut_model::{
@@ -215,6 +215,19 @@ impl Rod {
     /// A scene that is not sound, an equilibrium that is not found.
     pub fn settled(&self) -> Result<Shape, ExperimentError> {
         Ok(self.read(&settle(self.scene()?)?))
+    }
+
+    /// The same with the force at the tip raised in `steps` steps, by passes of `dt` (s).
+    ///
+    /// # Errors
+    /// As [`Rod::settled`].
+    pub fn settled_in_steps(&self, steps: usize, dt: f64) -> Result<Shape, ExperimentError> {
+        let mut scene = self.scene()?;
+        for k in 1..=steps {
+            scene.bodies.force[self.segments()] = self.force * (k as f64 / steps as f64);
+            scene = relax(scene, dt)?;
+        }
+        Ok(self.read(&settle(scene)?))
     }
 
     /// The exact shape, with all loads raised in `steps` steps. `None` where Newton's method does not converge.
