@@ -17,6 +17,7 @@
 //! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
 //! | `reference` | finely stepped motions to compare with |
 //! | `run` | one scene, as `taut run` runs it |
+//! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
@@ -46,6 +47,7 @@ pub mod ladder;
 pub mod linear;
 pub mod machine;
 pub mod matrix;
+pub mod modes;
 pub mod output;
 pub mod paper;
 pub mod plot;

@@ -13,7 +13,7 @@
 //! |---|---|
 //! | `properties` | what holds whatever the numbers: symmetry, conservation, invariance, determinism |
 //! | `agreement` | every backend against extended precision, on random systems and on scenes |
-//! | `dynamics` | what the time step does: damping laws, static shapes, the rigid limit, orders |
+//! | `dynamics` | what the time step does: static shapes, the rigid limit, orders |
 //! | `statics` | the experiments on the hanging cable |
 //! | `paper`, `hard` | the paper's figures and the hard cases, in short |
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
