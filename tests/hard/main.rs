@@ -2,6 +2,7 @@
 
 mod infeasible;
 mod networks;
+mod numerics;
 mod redundant;
 
 use indicatif::ProgressBar;
