@@ -18,6 +18,9 @@ use super::{Case, no_scenes};
 use crate::check::{ExperimentError, Outcome};
 use indicatif::ProgressBar;
 use taut_model::Scene;
+use taut_solver::{
+    Backend, DenseOptions, Precision, SolveError, SymBlockMatrix, reference_solution,
+};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -102,6 +105,23 @@ fn redundant_constraints(quick: bool, progress: &ProgressBar) -> Result<Outcome,
         checks,
         ..Outcome::default()
     })
+}
+
+/// The solution of A x = b in 32 digits, rounded: by the reference of the solver crate or, where its order of elimination
+/// costs it too many of them, by dense LU with exchanges of rows.
+pub(super) fn extended_solution(a: &SymBlockMatrix, b: &[f64]) -> Result<Vec<f64>, SolveError> {
+    if let Ok(x) = reference_solution(a, b) {
+        return Ok(x);
+    }
+    let mut solver = Backend::Dense(DenseOptions {
+        precision: Precision::Extended,
+    })
+    .create()?;
+    solver.analyze(a.pattern())?;
+    solver.factorize(a)?;
+    let mut x = vec![0.0; b.len()];
+    solver.solve(a, b, &mut x)?;
+    Ok(x)
 }
 
 /// Doubled joints and mechanisms, with compliance and without.

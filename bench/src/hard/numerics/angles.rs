@@ -16,7 +16,7 @@ pub mod joints;
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::table::{error, table, text};
 use indicatif::ProgressBar;
-use joints::{Kind, Pose, jacobian_error, pair};
+use joints::{Kind, Pose, jacobian_error, pair, sensitivity};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -109,7 +109,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     let mut checks: Vec<Check> = Kind::ALL
         .iter()
         .zip(&errors)
-        .map(|(&kind, errors)| jacobian_check(kind, &bends, errors))
+        .map(|(&kind, errors)| jacobian_check(kind, &bends, errors, &poses))
         .collect();
     for kind in [Kind::Cosserat, Kind::Hinge, Kind::PaperTwist] {
         checks.extend(pendulum(kind)?);
@@ -148,7 +148,7 @@ fn tables(bends: &[f64], errors: &[Vec<f64>]) -> String {
     )
 }
 
-fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64]) -> Check {
+fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64], poses: &[Pose]) -> Check {
     let pairs = bends.iter().zip(errors);
     let size = |e: &f64| if e.is_nan() { f64::INFINITY } else { *e };
     let (at, error) = pairs
@@ -162,7 +162,7 @@ fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64]) -> Check {
         error,
         BAR,
     )
-    .by("largest over bends of 10⁻¹² to π − 10⁻⁹, twists to ±π and poses");
+    .by("largest over angles of 10⁻¹² to π − 10⁻⁹, twists to ±π and poses");
     if check.verdict == Verdict::Fail && kind.loses_direction() {
         // Where the row has a direction it has to be the right one.
         let resolved = |theta: f64| theta.min(PI - theta) >= 1e-6;
@@ -177,6 +177,16 @@ fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64]) -> Check {
         check.note = format!(
             "an angle without sign: its gradient is a direction that is lost to the rounding of the axes where the angle \
              vanishes, and the paper's s₀ = 10⁻¹⁴ besides; {elsewhere:.0e} at distances of 10⁻⁶ and more"
+        );
+    } else if check.verdict == Verdict::Fail {
+        let rounding = poses.iter().map(|p| sensitivity(kind, at, p));
+        let rounding = rounding.fold(0.0, f64::max);
+        // It goes through some ten roundings on the way.
+        if error <= 10.0 * rounding {
+            check.verdict = Verdict::Limit;
+        }
+        check.note = format!(
+            "there a rounding of one coordinate of the middle point changes the exact Jacobian by {rounding:.1e}"
         );
     }
     check
@@ -277,12 +287,12 @@ fn whirl() -> Scene {
     let law = JointLaw {
         stretch: Some(RowLaw::RIGID),
         bend: Some(RowLaw::new(1.0, 0.0)),
-        twist: Some(RowLaw::new(1.0, 0.0)),
+        twist: None,
     };
     let energy = PI * PI;
     let spin = (2.0 * energy / INERTIA).sqrt();
     let joint = Constraint::Cosserat(Cosserat::new(frames(), law));
-    let mut scene = ball(joint, Vector3::new(0.01, spin, 0.02));
+    let mut scene = ball(joint, Vector3::y() * spin);
     scene.name = "whirled through the fold".to_owned();
     scene
 }

@@ -83,6 +83,9 @@ pub struct Solve {
     pub over_claim: f64,
     /// ‖μ − μ*‖∞/‖μ*‖∞ against 32 digits, for small scenes.
     pub forward_error: Option<f64>,
+    /// Of a false claim of a direct solver: by how much one more refinement changes x, relative. Where it does not
+    /// contract the matrix is singular to rounding, which elimination without pivoting did not see.
+    pub next_change: Option<f64>,
     /// What came of the claim.
     pub finding: Finding,
 }
@@ -186,6 +189,10 @@ fn follow(
                 backward_error: seen.backward_error,
                 over_claim: seen.over(tolerance(&choice.backend)),
                 forward_error: seen.forward_error,
+                next_change: match finding {
+                    Finding::False => state.next_change(&choice),
+                    _ => None,
+                },
                 finding,
             });
         }
@@ -270,6 +277,26 @@ impl State {
     /// One solve and its check, or its typed error in words.
     fn solve(&self, choice: &Choice) -> Result<Done, String> {
         self.tried(choice).map_err(|e| e.to_string())
+    }
+
+    /// By how much one more refinement changes the multipliers of a direct solver, relative.
+    fn next_change(&self, choice: &Choice) -> Option<f64> {
+        let solved = |more: usize| {
+            let options = choice.plain_options(DT);
+            let refinements = options.refinements + more;
+            let mut stepper = self
+                .stepper(StepOptions {
+                    refinements,
+                    ..options
+                })
+                .ok()?;
+            stepper.solve().ok()?;
+            Some(stepper.multipliers().to_vec())
+        };
+        if choice.backend.is_iterative() {
+            return None;
+        }
+        Some(forward_error(&solved(1)?, &solved(0)?))
     }
 
     fn tried(&self, choice: &Choice) -> Result<Done, StepError> {
@@ -377,6 +404,18 @@ fn checks(solves: &[Solve]) -> Vec<Check> {
                 worst.backward_error,
                 worst.residual
             );
+            if let Some(change) = worst.next_change {
+                let _ = write!(
+                    check.note,
+                    "; one more refinement changes x by {:.0} %: ",
+                    100.0 * change
+                );
+                check.note.push_str(if change > 0.1 {
+                    "the matrix is singular to rounding, which elimination without pivoting does not see"
+                } else {
+                    "it was not refined enough"
+                });
+            }
         }
         (backend.to_owned(), check)
     });

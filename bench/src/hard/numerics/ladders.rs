@@ -213,7 +213,7 @@ fn limits(quick: bool) -> impl Iterator<Item = usize> {
 /// Error in the energy norm after that many iterations from zero, over the solution's.
 fn unfinished(choice: &Choice, limit: usize) -> Result<f64, StepError> {
     let options = StepOptions {
-        backend: choice.backend.with_iterations(limit).with_tolerance(0.0),
+        backend: choice.backend.with_iterations(limit).with_tolerance(1e-15),
         ..choice.plain_options(DT)
     };
     let mut stepper = Stepper::new(

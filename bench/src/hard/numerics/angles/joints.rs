@@ -9,6 +9,7 @@ use super::extended::{
     scaled, sqrt, tau, times, unit,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use std::f64::consts::FRAC_PI_2;
 use taut_model::{
     BendDefinition, Body, Constraint, Cosserat, Frame, Hinge, JointLaw, Linearized, LinkBend, Lock,
     Motor, Paper, RowLaw, Scene, Slider, Target, TwistDefinition,
@@ -231,12 +232,15 @@ pub struct Pose {
 pub fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
     let mut scene = Scene::new(format!("{} at {theta:.1e}", kind.name()));
     let n = Vector3::new(0.0, pose.across.cos(), pose.across.sin());
-    // A lock turns by θ in all: its axis has no need of a twist beside it.
-    let twist = match kind {
-        Kind::Lock | Kind::Slider => 0.0,
-        _ => pose.twist,
+    let (bend, twist) = match kind {
+        // θ is the angle in all: the axis has no need of a twist beside it.
+        Kind::Lock | Kind::Slider => (theta, 0.0),
+        // θ is the angle from v_a to w_b or v_b, of an unbent joint.
+        Kind::PaperTwist => (0.0, theta - FRAC_PI_2),
+        Kind::PaperAlternative => (0.0, theta),
+        _ => (theta, pose.twist),
     };
-    let relative = UnitQuaternion::from_scaled_axis(n * theta)
+    let relative = UnitQuaternion::from_scaled_axis(n * bend)
         * UnitQuaternion::from_scaled_axis(Vector3::x() * twist);
     for (name, turn) in [("a", pose.turn), ("b", pose.turn * relative)] {
         scene.add_body(name, Body::sphere(1.0, 1.0).turned(turn));
@@ -317,15 +321,57 @@ fn joint_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
     error
 }
 
-/// Three particles on two links with the angle `theta`.
-fn links_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
+/// The largest change of the exact Jacobian of two links, relative as its errors, where a coordinate of the middle point
+/// moves by a rounding: what no Jacobian in doubles is better than. 0 for joints.
+#[must_use]
+pub fn sensitivity(kind: Kind, theta: f64, pose: &Pose) -> f64 {
+    if !kind.is_links() {
+        return 0.0;
+    }
+    let step = 1e-4 * theta.min(std::f64::consts::PI - theta).min(1.0);
+    let points = link_points(theta, pose);
+    let places = points.map(|p| [p.x, p.y, p.z].map(dd));
+    let mut largest = 0.0_f64;
+    for coordinate in 0..3 {
+        let mut rounded = places;
+        rounded[1][coordinate] = rounded[1][coordinate] + dd(0.5 * f64::EPSILON);
+        for side in 0..3 {
+            let exact = link_columns(kind, &places, side, step);
+            let other = link_columns(kind, &rounded, side, step);
+            let rows: Vec<[f64; 3]> = (0..kind.rows().1)
+                .map(|r| [0, 1, 2].map(|k| other[k][r]))
+                .collect();
+            largest = largest.max(worst(&rows, &exact));
+        }
+    }
+    largest
+}
+
+fn link_points(theta: f64, pose: &Pose) -> [Vector3<f64>; 3] {
     let turn = pose.turn * UnitQuaternion::from_scaled_axis(Vector3::x() * pose.across);
     let bent = UnitQuaternion::from_scaled_axis(Vector3::z() * theta);
-    let points = [
+    [
         Vector3::zeros(),
         turn * Vector3::x(),
         turn * (Vector3::x() + bent * Vector3::x() * 0.7),
-    ];
+    ]
+}
+
+/// The derivatives by the coordinates of one point.
+fn link_columns(kind: Kind, places: &[V; 3], side: usize, step: f64) -> [Vec<f64>; 3] {
+    [0, 1, 2].map(|k| {
+        let phi = |h: Dd| {
+            let mut moved = *places;
+            moved[side][k] = moved[side][k] + h;
+            links(kind, &moved)
+        };
+        differentiate(phi, step)
+    })
+}
+
+/// Three particles on two links with the angle `theta`.
+fn links_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
+    let points = link_points(theta, pose);
     let mut scene = Scene::new("links");
     let frames = points.map(|p| {
         let name = format!("p{}", scene.bodies.len());
@@ -355,14 +401,7 @@ fn links_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
             .iter()
             .map(|r| [r[0], r[1], r[2]])
             .collect();
-        let exact = [0, 1, 2].map(|k| {
-            let phi = |h: Dd| {
-                let mut moved = places;
-                moved[side][k] = moved[side][k] + h;
-                links(kind, &moved)
-            };
-            differentiate(phi, step)
-        });
+        let exact = link_columns(kind, &places, side, step);
         error = error.max(worst(&found, &exact));
     }
     error

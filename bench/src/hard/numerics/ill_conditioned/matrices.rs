@@ -3,16 +3,17 @@
 //! | matrix | what it is | condition in the 2-norm |
 //! |---|---|---|
 //! | Hilbert n | 1/(i + j + 1) | largest eigenvalue times that of the inverse, which has integers for entries |
-//! | bending n | D D′ of second differences D, a beam clamped at both ends | ~ 16 (n + 1)⁴/500.56, 500.56 = 4.7300⁴ |
+//! | bending N | D D′ of second differences D of N segments' N − 1 joints, the ends clamped | ~ 16 N⁴/4.7300⁴ |
 //! | Laplacian n | 2 and −1 | cot²(π/2(n + 1)) |
 //! | graded n | d T d, T the Laplacian and 2, d from 10⁻⁷⁵ to 10⁷⁵ | that of the entries, 10³⁰⁰ |
-//! | Wilkinson n | 1, −1 below, 1 in the last column: not symmetric; partial pivoting grows it by 2ⁿ⁻¹ | ~ n |
+//! | Wilkinson n | 1, −0.95 below, 1 in the last column: not symmetric; it grows by 1.95ⁿ⁻¹ in elimination | ~ n |
 
+use crate::hard::numerics::extended_solution;
 use crate::matrix::Matrix;
 use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
-use taut_solver::{BlockPattern, GeneralMatrix, SymBlockMatrix, reference_solution, solve_general};
+use taut_solver::{BlockPattern, GeneralMatrix, SymBlockMatrix, solve_general};
 
 /// What a condition number is compared with.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,6 +39,8 @@ pub struct Specimen {
     pub condition: f64,
     /// What κ is published or known to be.
     pub known: Option<Known>,
+    /// By what elimination with partial pivoting makes its entries grow; 1 where it does not.
+    pub growth: f64,
 }
 
 /// A symmetric matrix of scalar blocks by its entries; zeros are not stored.
@@ -90,11 +93,12 @@ fn with_ones(name: String, a: SymBlockMatrix, condition: f64, known: Option<Know
     });
     Specimen {
         name,
-        x: reference_solution(&a, &b).ok(),
+        x: extended_solution(&a, &b).ok(),
         matrix: Matrix::Symmetric(a),
         b,
         condition,
         known,
+        growth: 1.0,
     }
 }
 
@@ -121,7 +125,8 @@ fn spread(n: usize, a: impl Fn(usize, usize) -> f64) -> f64 {
     values.amax() / least
 }
 
-fn bending(n: usize, digits: f64) -> Specimen {
+fn bending(segments: usize, digits: f64) -> Specimen {
+    let n = segments - 1;
     let entry = |i: usize, j: usize| match i.abs_diff(j) {
         0 => 6.0,
         1 => -4.0,
@@ -133,7 +138,7 @@ fn bending(n: usize, digits: f64) -> Specimen {
         tolerance: 5e-3,
     };
     with_ones(
-        format!("bending {n}"),
+        format!("bending {segments}"),
         symmetric(n, entry),
         spread(n, entry),
         Some(known),
@@ -179,12 +184,16 @@ fn graded(n: usize, rising: bool) -> Specimen {
     with_ones(format!("graded {n} {way}"), a, condition, None)
 }
 
+/// What stands below the diagonal, with a minus: less than 1, so that no row is exchanged, and no double of few digits, so
+/// that what grows is rounded.
+const BELOW: f64 = 0.95;
+
 fn wilkinson(n: usize) -> Specimen {
     let entry = |i: usize, j: usize| {
         if i == j || j == n - 1 {
             1.0
         } else if i > j {
-            -1.0
+            -BELOW
         } else {
             0.0
         }
@@ -207,6 +216,7 @@ fn wilkinson(n: usize) -> Specimen {
         b,
         condition: values.max() / values.min(),
         known: None,
+        growth: (1.0 + BELOW).powi(n as i32 - 1),
     }
 }
 

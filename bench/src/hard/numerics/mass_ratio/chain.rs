@@ -23,12 +23,13 @@
 //! μ = (1/R + N σ)/(2 (N−1) + 1/R + N σ).
 
 use crate::choice::Choice;
+use crate::hard::numerics::extended_solution;
 use serde::Serialize;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_solver::{
     Backend, CgOptions, DenseOptions, GaussSeidelOptions, Preconditioner, SolveError,
-    SymBlockMatrix, forward_error, norm_inf, reference_solution,
+    SymBlockMatrix, forward_error, norm_inf,
 };
 
 /// What the iterations are to reach.
@@ -174,8 +175,8 @@ pub fn measure(chain: &Chain, most_sweeps: usize) -> Result<Row, StepError> {
         time: 0.0,
     };
     // S⁻¹ has no negative entries, so that its largest row sum is that of S⁻¹ 1.
-    let sums = reference_solution(&a, &vec![1.0; a.dim()]).map_err(failed)?;
-    let exact = reference_solution(&a, &b).map_err(failed)?;
+    let sums = extended_solution(&a, &vec![1.0; a.dim()]).map_err(failed)?;
+    let exact = extended_solution(&a, &b).map_err(failed)?;
     let (sweeps, extrapolated) = sweeps(&a, &b, &exact, most_sweeps).map_err(failed)?;
     let cg = |p| iterations(&a, &b, &exact, p).map_err(failed);
     let multipliers_error = if chain.cap == 0.0 {
