@@ -107,8 +107,8 @@ fn redundant_constraints(quick: bool, progress: &ProgressBar) -> Result<Outcome,
     })
 }
 
-/// The solution of A x = b in 32 digits, rounded: by the reference of the solver crate or, where its order of elimination
-/// costs it too many of them, by dense LU with exchanges of rows.
+/// The solution of A x = b in 32 digits, rounded: by the reference of the solver crate or, where its order of
+/// elimination costs it too many of them, by dense LU with exchanges of rows.
 pub(super) fn extended_solution(a: &SymBlockMatrix, b: &[f64]) -> Result<Vec<f64>, SolveError> {
     if let Ok(x) = reference_solution(a, b) {
         return Ok(x);

@@ -1,10 +1,10 @@
 //! H43: where angles are singular: straight joints, the fold, twists of ±π and many turns.
 //!
-//! The Jacobian of every joint that measures angles is compared with differences in 32 digits ([`joints`]), at bends from
-//! 10⁻¹² to π − 10⁻⁹. A row that is an angle without sign, as the paper's bend and the angle of two links are, has the
-//! gradient n, the direction of the axis, which rounding of the axes turns by 10⁻¹⁶/sin θ: there is no Jacobian to
-//! converge to where θ → 0, and the paper's safeguard s₀ adds s₀/(s₀ + sin θ). Rows that have a sign, or two of them,
-//! are smooth at θ = 0; at the fold all of them end, but Jacobians are right up to it.
+//! The Jacobian of every joint that measures angles is compared with differences in 32 digits ([`joints`]), at bends
+//! from 10⁻¹² to π − 10⁻⁹. A row that is an angle without sign, as the paper's bend and the angle of two links are,
+//! has the gradient n, the direction of the axis, which rounding of the axes turns by 10⁻¹⁶/sin θ: there is no
+//! Jacobian to converge to where θ → 0, and the paper's safeguard s₀ adds s₀/(s₀ + sin θ). Rows that have a sign, or
+//! two of them, are smooth at θ = 0; at the fold all of them end, but Jacobians are right up to it.
 //!
 //! Then motions: a torsion pendulum of 3½ turns to each side, whose law is a sine, and a joint that is whirled through
 //! its fold, where the shortest way from u_a to u_b changes sides and the torque its sign. The energy ½ θ²/ε goes on
@@ -175,8 +175,8 @@ fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64], poses: &[Pose]) -> 
             check.verdict = Verdict::Limit;
         }
         check.note = format!(
-            "an angle without sign: its gradient is a direction that is lost to the rounding of the axes where the angle \
-             vanishes, and the paper's s₀ = 10⁻¹⁴ besides; {elsewhere:.0e} at distances of 10⁻⁶ and more"
+            "an angle without sign: its gradient is a direction that is lost to the rounding of the axes where \
+             the angle vanishes, and the paper's s₀ = 10⁻¹⁴ besides; {elsewhere:.0e} at distances of 10⁻⁶ and more"
         );
     } else if check.verdict == Verdict::Fail {
         let rounding = poses.iter().map(|p| sensitivity(kind, at, p));

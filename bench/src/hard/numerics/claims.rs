@@ -2,17 +2,18 @@
 //! shares nothing with it.
 //!
 //! The reference solver steps each scene. At some instants every solver, at its defaults, the iterative ones with other
-//! tolerances and limits of iterations besides, solves the system of the next step, in a stepper of its own. Its claim is
-//! its status: direct, or converged. Verified is the residual r of what came out, computed from the pieces M̃, J, Σ, c
-//! and not from the S that was formed of them, in double-double arithmetic ([`verify`]). A claim is true where
+//! tolerances and limits of iterations besides, solves the system of the next step, in a stepper of its own. Its claim
+//! is its status: direct, or converged. Verified is the residual r of what came out, computed from the pieces M̃, J,
+//! Σ, c and not from the S that was formed of them, in double-double arithmetic ([`verify`]). A claim is true where
 //!
 //! ```text
 //! ‖r‖₂ ≤ τ ‖b‖₂   or   η = ‖r‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) ≤ 10⁻¹⁴
 //! ```
 //!
-//! with the tolerance τ of an iteration, which is what it stops by; a direct solver has the second alone, and an iteration
-//! may have it, since what rounds the entries of A and x is more than its residual then. A good η goes with a poor x where
-//! A is ill-conditioned: the largest error of the multipliers against 32 digits among the claims stands beside.
+//! with the tolerance τ of an iteration, which is what it stops by; a direct solver has the second alone, and an
+//! iteration may have it, since what rounds the entries of A and x is more than its residual then. A good η goes with
+//! a poor x where A is ill-conditioned: the largest error of the multipliers against 32 digits among the claims stands
+//! beside.
 
 pub mod verify;
 
@@ -432,8 +433,8 @@ fn tables(audit: &Audit) -> String {
     let solves = &audit.solves;
     let scenes = distinct(solves.iter().map(|s| s.scene.as_str()));
     let mut out = format!(
-        "Claimed against verified: {} solves in {} scenes of the hard cases. Largest residual of the claims over what was\n\
-         claimed; largest error of their multipliers against 32 digits, and where.\n",
+        "Claimed against verified: {} solves in {} scenes of the hard cases. Largest residual of the claims over\n\
+         what was claimed; largest error of their multipliers against 32 digits, and where.\n",
         solves.len(),
         scenes.len()
     );

@@ -1,8 +1,9 @@
 //! H46: matrices that are ill-conditioned by themselves, and every backend on them.
 //!
-//! A direct solver has a small backward error, whatever the condition: η ≤ 10⁻¹⁴, or it refuses with a typed error, as a
-//! Cholesky factorisation has to where rounding takes the definiteness. The error of x is then up to κ η; it is reported
-//! beside the condition, and nothing claims that it is small. Iterative backends have rows in the table alone.
+//! A direct solver has a small backward error, whatever the condition: η ≤ 10⁻¹⁴, or it refuses with a typed error, as
+//! a Cholesky factorisation has to where rounding takes the definiteness. The error of x is then up to κ η; it is
+//! reported beside the condition, and nothing claims that it is small. Iterative backends have rows in the table
+//! alone.
 
 pub mod matrices;
 
@@ -116,7 +117,8 @@ fn condition(specimen: &Specimen) -> Option<Check> {
     Some(check.by("condition in the 2-norm, relative to the digits that are known"))
 }
 
-/// What grows in elimination is beyond what partial pivoting promises: up to growth × n u is its own bound (Wilkinson 1961).
+/// What grows in elimination is beyond what partial pivoting promises: up to growth × n u is its own bound (Wilkinson
+/// 1961).
 fn judged(row: &Row, growth: f64) -> Check {
     let reference = "η ≤ 1e-14, or a typed error";
     match row.backward_error {
@@ -142,8 +144,8 @@ fn judged(row: &Row, growth: f64) -> Check {
             if check.verdict == Verdict::Fail && eta <= promised {
                 check.verdict = Verdict::Limit;
                 check.note = format!(
-                    "partial pivoting: entries grow by {growth:.1e} in the elimination, and rounding with them, {promised:.0e}; \
-                     the matrix is well-conditioned"
+                    "partial pivoting: entries grow by {growth:.1e} in the elimination, and rounding with them, \
+                     {promised:.0e}; the matrix is well-conditioned"
                 );
             }
             check

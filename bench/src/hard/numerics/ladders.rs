@@ -4,9 +4,9 @@
 //! ([`crate::reference::converged`]): the largest distance of the load at any of the frames that all of them have.
 //!
 //! **Iterations.** One solve from zero, with 1 … 1024 iterations: the error's energy norm √(eᵀ S e), over that of the
-//! solution, in which both Gauss–Seidel and conjugate gradient cannot get worse in exact arithmetic. In other norms they
-//! can, and what a simulation of a second makes of unfinished solves is another matter, which stands in the second
-//! table: the load against that of the direct solve.
+//! solution, in which both Gauss–Seidel and conjugate gradient cannot get worse in exact arithmetic. In other norms
+//! they can, and what a simulation of a second makes of unfinished solves is another matter, which stands in the
+//! second table: the load against that of the direct solve.
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;
@@ -150,8 +150,8 @@ fn shown(at: f64) -> String {
     }
 }
 
-/// Better at every step; a ladder that begins late, since its first runs are lost, or that has a relapse that nothing forbids, is
-/// at its limit.
+/// Better at every step; a ladder that begins late, since its first runs are lost, or that has a relapse that nothing
+/// forbids, is at its limit.
 fn monotone(case: String, rungs: &[&Rung], floor: f64, promised: bool) -> Check {
     let (ratio, at) = worst_step(rungs, floor);
     let lost = rungs.iter().filter(|r| r.error.is_none()).count();
@@ -161,7 +161,7 @@ fn monotone(case: String, rungs: &[&Rung], floor: f64, promised: bool) -> Check 
         format!("× {ratio:.2} {at}")
     };
     let mut check = Check::within(case, "every step better".to_owned(), ours, ratio, MONOTONE)
-        .by("largest ratio of an error to the one before it on the ladder, above what the reference or rounding leaves");
+        .by("largest ratio of an error to the one before it on the ladder, above the reference's own or rounding");
     if lost > 0 {
         check.note = format!("{lost} of {} runs are lost", rungs.len());
     }
@@ -330,7 +330,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         checks.extend(together(case, rows.collect()));
     }
     let text = format!(
-        "Load against the converged motion, largest distance over {frames} frames of 1/15 s [m]; reference ± {:.0e} m\n{}\
+        "Load against the converged motion, largest distance over {frames} frames of 1/15 s, ± {:.0e} [m]\n{}\
          {}{}",
         exact.uncertainty,
         rung_table("Δt", &times),

@@ -185,8 +185,8 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     Ok(Outcome {
         checks,
         text: format!(
-            "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of them,\n\
-             Δt = 1/60 s; energies over the swing's\n{}\n",
+            "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of\n\
+             them, Δt = 1/60 s; energies over the swing's\n{}\n",
             text(&t)
         ),
         csv: csv(&windows)?,

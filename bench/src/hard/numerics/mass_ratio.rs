@@ -228,8 +228,8 @@ fn accurate(records: &[Record]) -> Vec<Check> {
     checks
 }
 
-/// 10 u R leaves out the part of the condition that has no R in it, 2 N (N − 1): what a stable solver leaves is u κ. Beyond
-/// that a miss is none of the ratio's making; from the ratio on where R outweighs it the bar has to hold.
+/// 10 u R leaves out the part of the condition that has no R in it, 2 N (N − 1): what a stable solver leaves is u κ.
+/// Beyond that a miss is none of the ratio's making; from the ratio on where R outweighs it the bar has to hold.
 fn explain(check: &mut Check, records: &[Record]) {
     let unrefined = |r: &&Record| r.direct && r.refinements == 0 && !r.backend.ends_with("/kkt");
     let own = records
@@ -248,8 +248,9 @@ fn explain(check: &mut Check, records: &[Record]) {
     }
     let _ = write!(
         check.note,
-        "the bar leaves out the part 2 N (N − 1) of κ = 4 N R + 2 N (N − 1), u κ = {:.0e} at R = 1, which is what a stable \
-         solver leaves; from R = {HEAVY:.0e} on the error is at most {worst:.1e} of the bar; the default step refines",
+        "the bar leaves out the part 2 N (N − 1) of κ = 4 N R + 2 N (N − 1), u κ = {:.0e} at R = 1, which is what a \
+         stable solver leaves; from R = {HEAVY:.0e} on the error is at most {worst:.1e} of the bar; the default \
+         step refines",
         ROUNDOFF * Chain::new(ELEMENTS + 1, 1.0, 0.0).condition()
     );
 }
@@ -259,8 +260,8 @@ const HEAVY: f64 = 1e3;
 
 fn chain_table(chains: &[Row], capped: &[Row]) -> String {
     let mut out = format!(
-        "Chain of {ELEMENTS} particles, R: load/element; κ in the ∞-norm; sweeps of Gauss-Seidel and iterations of CG to 10⁻⁶\n\
-         of the multipliers from zero, ~: extrapolated from the rate measured over the sweeps made\n"
+        "Chain of {ELEMENTS} particles, R: load/element; κ in the ∞-norm; sweeps of Gauss-Seidel and iterations of\n\
+         CG to 10⁻⁶ of the multipliers from zero, ~: extrapolated from the rate measured over the sweeps made\n"
     );
     let mut t = table(&[
         "R",

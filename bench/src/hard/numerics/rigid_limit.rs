@@ -7,8 +7,8 @@
 //! ```
 //!
 //! so that multipliers are bounded, continuous and differ from the rigid ones by a multiple of ε. Measured on the bent
-//! rigid hoist with its joints shut: multipliers of one step over ten decades of ε with every solver, against its own at
-//! ε = 0; the rigid ones against 32 digits; and the place of the load after a second of swing.
+//! rigid hoist with its joints shut: multipliers of one step over ten decades of ε with every solver, against its own
+//! at ε = 0; the rigid ones against 32 digits; and the place of the load after a second of swing.
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;

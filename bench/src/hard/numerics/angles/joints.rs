@@ -1,8 +1,8 @@
 //! What the angular rows of the joints measure, from half angles in 32 digits: nothing of the model's own formulas.
 //!
 //! The relative rotation of a joint is swing after twist, q = q_s q_t with q_t about u. Bend rows are the components of
-//! the swing's rotation vector on v and w, the twist row is the twist's angle, the rotation rows of locks and sliders are
-//! the rotation vector of q.
+//! the swing's rotation vector on v and w, the twist row is the twist's angle, the rotation rows of locks and sliders
+//! are the rotation vector of q.
 
 use super::extended::{
     Q, V, about, angle, atan2, conjugate, cross, dd, dot, minus, norm, normalized, plus, rotated,
@@ -321,8 +321,8 @@ fn joint_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
     error
 }
 
-/// The largest change of the exact Jacobian of two links, relative as its errors, where a coordinate of the middle point
-/// moves by a rounding: what no Jacobian in doubles is better than. 0 for joints.
+/// The largest change of the exact Jacobian of two links, relative as its errors, where a coordinate of the middle
+/// point moves by a rounding: what no Jacobian in doubles is better than. 0 for joints.
 #[must_use]
 pub fn sensitivity(kind: Kind, theta: f64, pose: &Pose) -> f64 {
     if !kind.is_links() {

@@ -44,8 +44,9 @@ pub fn whole(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Verified {
     residual(a, b, x).map_or(Verified::NONE, |r| Verified::of(a, b, x, &r))
 }
 
-/// Errors of the multipliers `mu` as a solution of S μ = b, scaled by this, with the residual of the KKT system `pieces` of the
-/// same step, whose constraints stand in the same order: that of its rows where Δv = M̃⁻¹ (Δt f + Jᵀ μ).
+/// Errors of the multipliers `mu` as a solution of S μ = b, scaled by this, with the residual of the KKT system
+/// `pieces` of the same step, whose constraints stand in the same order: that of its rows where Δv = M̃⁻¹ (Δt f + Jᵀ
+/// μ).
 #[must_use]
 pub fn verify(
     s: &SymBlockMatrix,

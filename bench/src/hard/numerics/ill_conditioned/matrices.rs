@@ -184,8 +184,8 @@ fn graded(n: usize, rising: bool) -> Specimen {
     with_ones(format!("graded {n} {way}"), a, condition, None)
 }
 
-/// What stands below the diagonal, with a minus: less than 1, so that no row is exchanged, and no double of few digits, so
-/// that what grows is rounded.
+/// What stands below the diagonal, with a minus: less than 1, so that no row is exchanged, and no double of few
+/// digits, so that what grows is rounded.
 const BELOW: f64 = 0.95;
 
 fn wilkinson(n: usize) -> Specimen {

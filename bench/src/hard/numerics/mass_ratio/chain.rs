@@ -1,8 +1,8 @@
 //! A chain of N particles, N − 1 of mass 1 and the last of mass R, hanging from the world by rigid links: what is known
 //! of its S.
 //!
-//! S is tridiagonal: 1 at the world, 2 inside, 1 + 1/R at the load, −1 beside; (S⁻¹)ᵢⱼ is the mass below the lower of the
-//! links i and j. So ‖S‖∞ = 4, ‖S⁻¹‖∞ = N R + N (N − 1)/2, and
+//! S is tridiagonal: 1 at the world, 2 inside, 1 + 1/R at the load, −1 beside; (S⁻¹)ᵢⱼ is the mass below the lower of
+//! the links i and j. So ‖S‖∞ = 4, ‖S⁻¹‖∞ = N R + N (N − 1)/2, and
 //!
 //! ```text
 //! κ = 4 N R + 2 N (N − 1)
