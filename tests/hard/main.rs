@@ -3,6 +3,7 @@
 mod dynamics;
 mod infeasible;
 mod networks;
+mod numerics;
 mod redundant;
 mod statics;
 
