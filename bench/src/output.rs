@@ -83,7 +83,10 @@ fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
     file.take(most + 1).read_to_string(&mut text)?;
     if text.len() as u64 > most {
         let message = format!("it has more than {most} bytes, which no text of this kind has");
-        return Err(std::io::Error::new(std::io::ErrorKind::FileTooLarge, message));
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::FileTooLarge,
+            message,
+        ));
     }
     Ok(text)
 }

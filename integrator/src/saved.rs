@@ -23,7 +23,10 @@ use taut_solver::SolveError;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct SavedRun {
-    #[cfg_attr(feature = "serde", serde(deserialize_with = "crate::serde_forms::known_version"))]
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::serde_forms::known_version")
+    )]
     version: u32,
     options: StepOptions,
     scene: Scene,

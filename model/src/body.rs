@@ -7,8 +7,14 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// What moves a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(any(feature = "serde", feature = "toml"), derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(any(feature = "serde", feature = "toml"), serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Mobility {
     /// Forces and constraints.
     #[default]

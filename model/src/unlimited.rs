@@ -10,7 +10,9 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 /// # Errors
 /// The serializer's.
 pub fn serialize<S: Serializer>(limit: &f64, serializer: S) -> Result<S::Ok, S::Error> {
-    Some(*limit).filter(|x| *x != f64::INFINITY).serialize(serializer)
+    Some(*limit)
+        .filter(|x| *x != f64::INFINITY)
+        .serialize(serializer)
 }
 
 /// Reads a limit; `None` is infinity.

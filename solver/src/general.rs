@@ -48,7 +48,10 @@ impl GeneralMatrix {
         }
         entries.sort_by_key(|&(r, c, _)| (c, r));
         let mut column_start = Vec::new();
-        if column_start.try_reserve_exact(dim.saturating_add(1)).is_err() {
+        if column_start
+            .try_reserve_exact(dim.saturating_add(1))
+            .is_err()
+        {
             return Err(SolveError::TooLarge {
                 size: dim,
                 limit: isize::MAX as usize / size_of::<usize>(),

@@ -21,7 +21,9 @@ fn config(cases: u32) -> ProptestConfig {
 
 /// Inputs of a target: good ones to start from, and those that once did harm.
 fn seeds(target: &str) -> Vec<(PathBuf, Vec<u8>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("fuzz/seeds").join(target);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("fuzz/seeds")
+        .join(target);
     let entries = fs::read_dir(&folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
     let mut paths: Vec<_> = entries.flatten().map(|entry| entry.path()).collect();
     paths.sort();
@@ -44,21 +46,45 @@ fn the_fuzzers_seeds_do_no_harm() {
             far += usize::from(target(data));
             assert!(start.elapsed() < LONGEST, "{}", path.display());
         }
-        assert!(!seeds.is_empty() && far > 0, "{name}: no seed gets anywhere");
+        assert!(
+            !seeds.is_empty() && far > 0,
+            "{name}: no seed gets anywhere"
+        );
     }
 }
 
 /// What stands for a number in a text.
 const NUMBERS: [&str; 16] = [
-    "0", "-0.0", "nan", "inf", "-inf", "1e308", "-1e308", "5e-324", "1e-160", "-1", "1e17",
-    "9223372036854775807", "-9223372036854775808", "2", "null", "\"\"",
+    "0",
+    "-0.0",
+    "nan",
+    "inf",
+    "-inf",
+    "1e308",
+    "-1e308",
+    "5e-324",
+    "1e-160",
+    "-1",
+    "1e17",
+    "9223372036854775807",
+    "-9223372036854775808",
+    "2",
+    "null",
+    "\"\"",
 ];
 
 /// A change of a text: where, what, and with what.
 type Change = (prop::sample::Index, u8, prop::sample::Index);
 
 fn changes() -> impl Strategy<Value = Vec<Change>> {
-    prop::collection::vec((any::<prop::sample::Index>(), 0..8_u8, any::<prop::sample::Index>()), 1..5)
+    prop::collection::vec(
+        (
+            any::<prop::sample::Index>(),
+            0..8_u8,
+            any::<prop::sample::Index>(),
+        ),
+        1..5,
+    )
 }
 
 /// The text with its numbers replaced, lines dropped, doubled or exchanged, bytes changed, its end cut off.
@@ -79,7 +105,10 @@ fn mutated(text: &str, changes: &[Change]) -> String {
                 let Some(start) = (from..digits.len()).find(|&i| digits[i].is_ascii_digit()) else {
                     continue;
                 };
-                let start = (0..=start).rev().take_while(|&i| is_number(&digits[i])).last();
+                let start = (0..=start)
+                    .rev()
+                    .take_while(|&i| is_number(&digits[i]))
+                    .last();
                 let start = start.unwrap_or(from);
                 let rest = digits[start..].iter().take_while(|b| is_number(b)).count();
                 text.replace_range(start..start + rest, NUMBERS[with.index(NUMBERS.len())]);
@@ -88,8 +117,14 @@ fn mutated(text: &str, changes: &[Change]) -> String {
             4 => {
                 lines.remove(line);
             }
-            5 => lines.insert(with.index(lines.len()), lines[line].clone()),
-            6 => lines.swap(line, with.index(lines.len())),
+            5 => {
+                let copy = lines[line].clone();
+                lines.insert(with.index(lines.len()), copy);
+            }
+            6 => {
+                let other = with.index(lines.len());
+                lines.swap(line, other);
+            }
             _ => {
                 let end = with.index(text.len() + 1);
                 let end = (0..=end).rev().find(|&i| text.is_char_boundary(i));
@@ -116,7 +151,11 @@ fn scene_texts() -> Vec<String> {
         let scene = source.build().expect("sound");
         if scene.bodies.len() < 25 {
             let text = SceneText::from_scene(&scene).expect("a text");
-            texts.push(SceneSource::Explicit(Box::new(text)).to_toml().expect("a text"));
+            texts.push(
+                SceneSource::Explicit(Box::new(text))
+                    .to_toml()
+                    .expect("a text"),
+            );
         }
     }
     texts
@@ -125,7 +164,11 @@ fn scene_texts() -> Vec<String> {
 #[test]
 fn scene_files_that_are_mutated_are_refused_or_run() {
     let texts = scene_texts();
-    assert!(texts.iter().all(|text| fuzzing::scene_file(text.as_bytes())));
+    assert!(
+        texts
+            .iter()
+            .all(|text| fuzzing::scene_file(text.as_bytes()))
+    );
     proptest!(config(400), |(which in any::<prop::sample::Index>(), changes in changes())| {
         let text = mutated(&texts[which.index(texts.len())], &changes);
         let _ = fuzzing::scene_file(text.as_bytes());
@@ -178,8 +221,14 @@ fn matrix_market_texts_that_are_mutated_are_refused_or_solved() {
 #[test]
 fn saved_runs_that_are_mutated_are_refused_or_go_on() {
     let mut texts = Vec::new();
-    for (name, set) in [("gantry", ("segments", "2")), ("hoist", ("segments", "2")), ("particles-f", ("particles", "3"))] {
-        let scene = SceneSource::load(name, &[set]).and_then(|s| s.build()).expect("sound");
+    for (name, set) in [
+        ("gantry", ("segments", "2")),
+        ("hoist", ("segments", "2")),
+        ("particles-f", ("particles", "3")),
+    ] {
+        let scene = SceneSource::load(name, &[set])
+            .and_then(|s| s.build())
+            .expect("sound");
         let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
         stepper.step().expect("a stable run");
         let run = stepper.save().expect("a sound state");

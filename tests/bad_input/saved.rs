@@ -35,13 +35,29 @@ fn refusal(at: &str, value: Value) -> String {
 #[test]
 fn a_damaged_run_says_what_does_not_fit() {
     let run = good();
-    assert!(serde_json::from_value(run.clone()).map(Stepper::restore).expect("reads").is_ok());
+    assert!(
+        serde_json::from_value(run.clone())
+            .map(Stepper::restore)
+            .expect("reads")
+            .is_ok()
+    );
     let short = |at: &str| {
-        let mut list = run.pointer(at).and_then(Value::as_array).expect("a list").clone();
+        let mut list = run
+            .pointer(at)
+            .and_then(Value::as_array)
+            .expect("a list")
+            .clone();
         list.pop();
         Value::Array(list)
     };
-    for at in ["impulses", "tension", "drive", "places", "velocity", "velocity_change"] {
+    for at in [
+        "impulses",
+        "tension",
+        "drive",
+        "places",
+        "velocity",
+        "velocity_change",
+    ] {
         let text = refusal(&format!("/{at}"), short(&format!("/{at}")));
         assert!(text.contains(&format!("`{at}` has")), "{text}");
     }
@@ -61,14 +77,30 @@ fn a_damaged_run_says_what_does_not_fit() {
         ("/options/dt", json!(0.0), "`dt`"),
         ("/options/substeps", json!(0), "`substeps`"),
         ("/options/backend", json!("superlu"), "superlu"),
-        ("/options/scheme", json!("third-difference:a=0.1:gamma=0"), "`a`"),
+        (
+            "/options/scheme",
+            json!("third-difference:a=0.1:gamma=0"),
+            "`a`",
+        ),
         ("/options/stiffness", json!("NaN"), "`alpha`"),
         ("/options/guard/passes", json!(0), "`guard.passes`"),
         ("/scene/load", json!(99), "number 99"),
         ("/scene/bodies/mass/2", json!(0.0), "mass is 0"),
-        ("/scene/bodies/position/1", json!([0.0, 1.0]), "invalid length"),
-        ("/scene/bodies/orientation/1", json!([2.0, 0.0, 0.0, 0.0]), "unit quaternion"),
-        ("/scene/bodies/inertia/2", json!([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]), "inertia"),
+        (
+            "/scene/bodies/position/1",
+            json!([0.0, 1.0]),
+            "invalid length",
+        ),
+        (
+            "/scene/bodies/orientation/1",
+            json!([2.0, 0.0, 0.0, 0.0]),
+            "unit quaternion",
+        ),
+        (
+            "/scene/bodies/inertia/2",
+            json!([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+            "inertia",
+        ),
         ("/scene/bodies/mobility/0", json!("sleepy"), "sleepy"),
         ("/scene/body_names/1", json!("crane"), "crane"),
         ("/scene/constraints", json!([]), "length"),
@@ -92,7 +124,10 @@ fn numbers_that_are_not_finite_are_refused() {
         let field = (entries.iter_mut()).find(|(key, _)| key.as_text() == Some(field));
         let mut place = &mut field.expect("a field").1;
         while place.is_array() {
-            place = place.as_array_mut().and_then(|list| list.first_mut()).expect("an entry");
+            place = place
+                .as_array_mut()
+                .and_then(|list| list.first_mut())
+                .expect("an entry");
         }
         *place = ciborium::Value::Float(f64::NAN);
         let mut bytes = Vec::new();
@@ -100,7 +135,15 @@ fn numbers_that_are_not_finite_are_refused() {
         let run: SavedRun = ciborium::from_reader(bytes.as_slice()).expect("reads");
         Stepper::restore(run).map(|_| ())
     };
-    for name in ["time", "advanced", "impulse_time", "impulses", "tension", "velocity", "drive"] {
+    for name in [
+        "time",
+        "advanced",
+        "impulse_time",
+        "impulses",
+        "tension",
+        "velocity",
+        "drive",
+    ] {
         match with_nan(name) {
             Err(StepError::Saved { what, reason }) => {
                 assert!(what == name && reason.contains("NaN"), "{what} {reason}");
@@ -122,7 +165,10 @@ fn foreign_and_truncated_files_are_refused_with_their_place() {
         ("{\"scene\": \"hoist\"}", "unknown field `scene`"),
         ("name = \"hoist\"", "expected"),
         (&file[..file.len() / 2], "EOF"),
-        (&file.replacen("\"version\":1", "\"version\":9", 1), "version 9"),
+        (
+            &file.replacen("\"version\":1", "\"version\":9", 1),
+            "version 9",
+        ),
     ] {
         let error = RunFile::parse(text).expect_err("no run").to_string();
         assert!(error.contains(words) && error.contains("line"), "{error}");
@@ -137,14 +183,23 @@ fn a_state_that_is_not_finite_is_not_saved() {
     stepper.step().expect("a stable run");
     let mut bodies = stepper.scene().bodies.clone();
     bodies.position[2].x = f64::NAN;
-    stepper.set_state(&bodies, stepper.time()).expect("as many bodies");
+    stepper
+        .set_state(&bodies, stepper.time())
+        .expect("as many bodies");
     assert!(matches!(stepper.save(), Err(StepError::Scene(_))));
     let rows = stepper.multipliers().len();
-    let bodies = GantryParams::default().build().expect("sound parameters").bodies;
+    let bodies = GantryParams::default()
+        .build()
+        .expect("sound parameters")
+        .bodies;
     stepper.set_state(&bodies, 0.0).expect("as many bodies");
-    stepper.set_multipliers(&vec![f64::INFINITY; rows]).expect("as many rows");
+    stepper
+        .set_multipliers(&vec![f64::INFINITY; rows])
+        .expect("as many rows");
     match stepper.save() {
-        Err(StepError::Saved { what: "impulses", .. }) => {}
+        Err(StepError::Saved {
+            what: "impulses", ..
+        }) => {}
         other => panic!("{other:?}"),
     }
 }

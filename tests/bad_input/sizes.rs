@@ -1,10 +1,12 @@
 use crate::compiled;
+use nalgebra::Vector3;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use nalgebra::Vector3;
 use taut_bench::matrix::{market, matrix_of};
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{Body, Constraint, Frame, HoistParams, Mobility, RowLaw, Scene, SceneSource, Spherical};
+use taut_model::{
+    Body, Constraint, Frame, HoistParams, Mobility, RowLaw, Scene, SceneSource, Spherical,
+};
 use taut_solver::{GeneralMatrix, SolveError};
 
 /// 10⁵ segments: some steps of the sparse backends that are compiled in, within seconds.
@@ -30,7 +32,11 @@ fn a_cable_of_a_hundred_thousand_segments_steps() {
     let bodies = &stepper.scene().bodies;
     assert!(bodies.position.iter().flatten().all(|x| x.is_finite()));
     // Seconds, on a machine that does other things too.
-    assert!(start.elapsed() < Duration::from_secs(60), "{:?}", start.elapsed());
+    assert!(
+        start.elapsed() < Duration::from_secs(60),
+        "{:?}",
+        start.elapsed()
+    );
 }
 
 /// A scene that gains and loses bodies and joints before every step: each time with the state and a stepper of its own.
@@ -51,7 +57,9 @@ fn a_topology_that_changes_in_every_step_is_stepped() {
             };
             let top = match scene.bodies.len() {
                 0 => Vector3::zeros(),
-                last => scene.bodies.point_world(last - 1, &Vector3::new(0.0, 0.0, -0.5)),
+                last => scene
+                    .bodies
+                    .point_world(last - 1, &Vector3::new(0.0, 0.0, -0.5)),
             };
             let rod = Body::rod(1.0, 0.05, 1.0).at(top - Vector3::z() * 0.5);
             let body = scene.add_body(format!("rod-{n}"), rod);
@@ -67,9 +75,16 @@ fn a_topology_that_changes_in_every_step_is_stepped() {
                 scene.groups.remove(middle);
             }
             let mut stepper = Stepper::new(scene, options.clone()).expect("sound");
-            stepper.step().unwrap_or_else(|e| panic!("{}: {e}", options.backend));
+            stepper
+                .step()
+                .unwrap_or_else(|e| panic!("{}: {e}", options.backend));
             scene = stepper.into_scene();
-            let numbers = scene.bodies.position.iter().chain(&scene.bodies.velocity).flatten();
+            let numbers = scene
+                .bodies
+                .position
+                .iter()
+                .chain(&scene.bodies.velocity)
+                .flatten();
             assert!(numbers.copied().all(f64::is_finite), "{}", options.backend);
         }
         assert_eq!((scene.bodies.len(), scene.constraints.len()), (24, 20));
@@ -83,7 +98,10 @@ fn scenes_of_static_bodies_alone_stay_as_they_are() {
         let mut scene = Scene::new("foundations");
         scene.gravity = Vector3::new(0.0, 0.0, -10.0);
         for i in 0..3 {
-            scene.add_body(format!("block-{i}"), Body::fixed().at(Vector3::x() * f64::from(i)));
+            scene.add_body(
+                format!("block-{i}"),
+                Body::fixed().at(Vector3::x() * f64::from(i)),
+            );
         }
         assert!(scene.bodies.mobility.iter().all(|m| *m == Mobility::Static));
         let options = StepOptions {
@@ -93,7 +111,9 @@ fn scenes_of_static_bodies_alone_stay_as_they_are() {
         let before = scene.bodies.clone();
         let mut stepper = Stepper::new(scene, options).expect("sound");
         for _ in 0..3 {
-            stepper.step().unwrap_or_else(|e| panic!("{}: {e}", stepper.options().backend));
+            stepper
+                .step()
+                .unwrap_or_else(|e| panic!("{}: {e}", stepper.options().backend));
         }
         assert_eq!(stepper.scene().bodies, before);
     }
@@ -113,7 +133,8 @@ fn announced_sizes_cost_nothing() {
         "3 3 1000000000000000000",
     ] {
         for symmetry in ["general", "symmetric"] {
-            let text = format!("%%MatrixMarket matrix coordinate real {symmetry}\n{sizes}\n1 1 1.0\n");
+            let text =
+                format!("%%MatrixMarket matrix coordinate real {symmetry}\n{sizes}\n1 1 1.0\n");
             let read = market::read_from(text.as_bytes(), path);
             let error = read.and_then(|m| matrix_of(&m, path)).expect_err("absurd");
             assert!(!error.to_string().is_empty());
@@ -125,7 +146,10 @@ fn announced_sizes_cost_nothing() {
     }
     for dim in [1 << 60, usize::MAX - 1, usize::MAX] {
         let error = GeneralMatrix::from_entries(dim, vec![(0, 0, 1.0)]).expect_err("absurd");
-        assert!(matches!(error, SolveError::TooLarge { size, .. } if size == dim), "{error}");
+        assert!(
+            matches!(error, SolveError::TooLarge { size, .. } if size == dim),
+            "{error}"
+        );
     }
     assert!(start.elapsed() < Duration::from_secs(10));
 }

@@ -118,9 +118,25 @@ fn every_scheme_goes_on_with_the_same_bits() {
         for scheme in Scheme::KINDS {
             for (guard, stiffness) in [
                 (None, GeometricStiffness::Inertia { alpha: 0.4 }),
-                (Some(Guard::default()), GeometricStiffness::Inertia { alpha: 0.4 }),
-                (Some(Guard { tolerance: 1e-5, hold: 3, ..Guard::default() }), GeometricStiffness::Inertia { alpha: 0.5 }),
-                (Some(Guard { tolerance: f64::INFINITY, ..Guard::default() }), GeometricStiffness::Relative { alpha: 0.9 }),
+                (
+                    Some(Guard::default()),
+                    GeometricStiffness::Inertia { alpha: 0.4 },
+                ),
+                (
+                    Some(Guard {
+                        tolerance: 1e-5,
+                        hold: 3,
+                        ..Guard::default()
+                    }),
+                    GeometricStiffness::Inertia { alpha: 0.5 },
+                ),
+                (
+                    Some(Guard {
+                        tolerance: f64::INFINITY,
+                        ..Guard::default()
+                    }),
+                    GeometricStiffness::Relative { alpha: 0.9 },
+                ),
             ] {
                 let options = StepOptions {
                     scheme,
@@ -136,7 +152,10 @@ fn every_scheme_goes_on_with_the_same_bits() {
             }
         }
     }
-    assert!(redone > 100, "{redone} steps redone: the guard was hardly at work");
+    assert!(
+        redone > 100,
+        "{redone} steps redone: the guard was hardly at work"
+    );
 }
 
 /// Iterations start from the last step's multipliers: they too are part of the state. UMFPACK chooses its order by the
@@ -149,7 +168,13 @@ fn every_solver_goes_on_with_the_same_bits() {
                 continue;
             }
             let options = choice.options(DT);
-            goes_on(&scene, &options, 11, 8, &format!("{}, {choice}", scene.name));
+            goes_on(
+                &scene,
+                &options,
+                11,
+                8,
+                &format!("{}, {choice}", scene.name),
+            );
         }
         for few in [
             "cg:jacobi:matrix-free:iterations=7",
@@ -182,10 +207,17 @@ fn what_was_set_by_hand_is_saved() {
         .expect("a motor");
     stepper.set_motor(rail, Motor::speed(0.2)).expect("a motor");
     let rows = stepper.multipliers().len();
-    stepper.set_tension(&vec![-70.0; rows]).expect("as many rows");
-    stepper.set_multipliers(&vec![-1.5; rows]).expect("as many rows");
+    stepper
+        .set_tension(&vec![-70.0; rows])
+        .expect("as many rows");
+    stepper
+        .set_multipliers(&vec![-1.5; rows])
+        .expect("as many rows");
     let saved = stepper.save().expect("a sound state");
-    assert_eq!((saved.version(), saved.time()), (SavedRun::VERSION, stepper.time()));
+    assert_eq!(
+        (saved.version(), saved.time()),
+        (SavedRun::VERSION, stepper.time())
+    );
     assert_eq!(saved.scene().name, "gantry");
     assert_eq!(saved.options(), stepper.options());
     let mut again = Stepper::restore(by_way_of_texts(&saved)).expect("a sound run");

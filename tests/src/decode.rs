@@ -101,7 +101,10 @@ impl<'a> Bytes<'a> {
             };
             set.push((key, value));
         }
-        let set: Vec<_> = set.iter().map(|(key, value)| (*key, value.as_str())).collect();
+        let set: Vec<_> = set
+            .iter()
+            .map(|(key, value)| (*key, value.as_str()))
+            .collect();
         SceneSource::load(name, &set)
     }
 
@@ -125,7 +128,11 @@ impl<'a> Bytes<'a> {
             _ => GeometricStiffness::Inertia { alpha: 0.4 },
         };
         let guard = (self.byte() % 3 > 0).then(|| Guard {
-            tolerance: if self.byte() % 4 == 0 { self.number() } else { 0.005 },
+            tolerance: if self.byte() % 4 == 0 {
+                self.number()
+            } else {
+                0.005
+            },
             hold: self.below(3),
             substeps: self.below(4),
             passes: self.below(8),
@@ -133,13 +140,21 @@ impl<'a> Bytes<'a> {
         });
         let backend = backends[self.below(backends.len())].with_iterations(1 + self.below(60));
         StepOptions {
-            dt: if self.byte() % 8 == 7 { self.number() } else { 1.0 / 60.0 },
+            dt: if self.byte() % 8 == 7 {
+                self.number()
+            } else {
+                1.0 / 60.0
+            },
             substeps: 1 + self.below(2),
             angular_scheme: (self.byte() % 5 == 0).then_some(Scheme::LinearlyImplicit),
             scheme,
             stiffness,
             guard,
-            form: if self.byte() % 3 == 0 { Form::Kkt } else { Form::Schur },
+            form: if self.byte() % 3 == 0 {
+                Form::Kkt
+            } else {
+                Form::Schur
+            },
             elimination: Elimination::ALL[self.below(4)],
             refinements: self.below(3),
             warm_start: self.byte() % 2 == 0,
@@ -245,7 +260,11 @@ impl<'a> Bytes<'a> {
             4 => self.number(),
             i => compliance[usize::from(i)],
         };
-        let damping = if self.byte() % 4 == 0 { self.number() } else { 0.0 };
+        let damping = if self.byte() % 4 == 0 {
+            self.number()
+        } else {
+            0.0
+        };
         RowLaw::new(compliance, damping)
     }
 

@@ -15,7 +15,9 @@ use taut_bench::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_bench::run_file::RunFile;
 use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_model::{Scene, SceneSource};
-use taut_solver::{Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SymBlockMatrix};
+use taut_solver::{
+    Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SymBlockMatrix,
+};
 
 /// Most bodies of a scene that is stepped.
 const BODIES: usize = 40;
@@ -67,7 +69,10 @@ fn says(error: &impl Display) -> bool {
 
 fn finite<'a>(numbers: impl IntoIterator<Item = &'a f64>, what: &impl Display) {
     let bad = numbers.into_iter().find(|x| !x.is_finite());
-    assert!(bad.is_none(), "{what}: {bad:?} in a result that is said to be good");
+    assert!(
+        bad.is_none(),
+        "{what}: {bad:?} in a result that is said to be good"
+    );
 }
 
 /// Some steps of a small scene, with loads, controls and a save in between.
@@ -82,7 +87,10 @@ fn step(stepper: &mut Stepper, bytes: &mut Bytes<'_>) {
                 let vectors = [&bodies.position, &bodies.velocity, &bodies.angular_velocity];
                 let place = format!("{}, step {n}", stepper.options().backend);
                 finite(vectors.into_iter().flatten().flatten(), &place);
-                finite(bodies.orientation.iter().flat_map(|q| q.coords.iter()), &place);
+                finite(
+                    bodies.orientation.iter().flat_map(|q| q.coords.iter()),
+                    &place,
+                );
                 finite(stepper.multipliers(), &place);
             }
             Err(e) => {
@@ -114,7 +122,9 @@ fn edit(stepper: &mut Stepper, bytes: &mut Bytes<'_>) {
         2 => stepper.set_control(body, value),
         3 => {
             let rows = vec![value; stepper.multipliers().len()];
-            stepper.set_tension(&rows).and_then(|()| stepper.set_multipliers(&rows))
+            stepper
+                .set_tension(&rows)
+                .and_then(|()| stepper.set_multipliers(&rows))
         }
         _ => {
             let mut bodies = stepper.scene().bodies.clone();
@@ -207,7 +217,12 @@ fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool 
     }
 }
 
-fn solve(backend: &Backend, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
+fn solve(
+    backend: &Backend,
+    a: &SymBlockMatrix,
+    b: &[f64],
+    x: &mut [f64],
+) -> Result<(), SolveError> {
     let mut solver = backend.create()?;
     solver.analyze(a.pattern())?;
     solver.factorize(a)?;
@@ -331,9 +346,14 @@ pub fn saved_run(data: &[u8]) -> bool {
     };
     let run: SavedRun = read;
     let (bodies, most) = (run.scene().bodies.len(), 100_000);
-    let work = run.options().substeps.saturating_mul(run.options().refinements.max(1));
+    let work = run
+        .options()
+        .substeps
+        .saturating_mul(run.options().refinements.max(1));
     let guard = run.options().guard.map_or(1, |g| {
-        g.substeps.saturating_mul(g.passes).saturating_mul(1 << g.halvings.min(20))
+        g.substeps
+            .saturating_mul(g.passes)
+            .saturating_mul(1 << g.halvings.min(20))
     });
     let heavy = work.saturating_mul(guard).saturating_mul(bodies) > most;
     let text = run.options().backend.to_string();

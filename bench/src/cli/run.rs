@@ -4,9 +4,9 @@ use crate::{Failure, StepArgs, overrides, progress, step_options, steps};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use taut_bench::inputs::Inputs;
+use taut_bench::output;
 use taut_bench::run::{self, Yardstick};
 use taut_bench::run_file::RunFile;
-use taut_bench::output;
 use taut_integrator::Stepper;
 
 #[derive(Debug, Args)]

@@ -14,15 +14,34 @@ fn a_resumed_run_is_the_run_itself() {
         "hoist --set segments=4 --set seed=1 --backend cg:jacobi:iterations=20",
         "particles-f --set seed=3 --scheme spook --substeps 2 --guard 1e-4",
     ] {
-        let whole = json(&at, &format!("run {scene} --time 1 --json - --save half.json --save-at 0.5"));
-        let controls = if scene.contains("--controls") { "--controls inputs.csv" } else { "" };
-        let rest = json(&at, &format!("run --resume half.json {controls} --time 0.5 --json -"));
-        for same in ["scene", "backend", "scheme", "guard", "dt", "final_state", "planar"] {
+        let whole = json(
+            &at,
+            &format!("run {scene} --time 1 --json - --save half.json --save-at 0.5"),
+        );
+        let controls = if scene.contains("--controls") {
+            "--controls inputs.csv"
+        } else {
+            ""
+        };
+        let rest = json(
+            &at,
+            &format!("run --resume half.json {controls} --time 0.5 --json -"),
+        );
+        for same in [
+            "scene",
+            "backend",
+            "scheme",
+            "guard",
+            "dt",
+            "final_state",
+            "planar",
+        ] {
             assert_eq!(whole[same], rest[same], "{scene}: {same}");
             assert!(!whole[same].is_null(), "{scene}: {same}");
         }
         assert_eq!(whole["energy"]["end"], rest["energy"]["end"], "{scene}");
-        let path = |run: &serde_json::Value| run["load"]["position"].as_array().expect("a list").clone();
+        let path =
+            |run: &serde_json::Value| run["load"]["position"].as_array().expect("a list").clone();
         let (all, rest) = (path(&whole), path(&rest));
         assert_eq!((all.len(), rest.len()), (60, 30), "{scene}");
         assert_eq!(all[30..], rest[..], "{scene}");
@@ -46,11 +65,23 @@ fn files_that_are_no_saved_run_are_refused() {
     for (bad, words) in [
         (String::new(), &["no saved run", "EOF"][..]),
         ("{\"scene\": 1}".to_owned(), &["no saved run", "`scene`"]),
-        ("[scene]\nname = \"hoist\"\n".to_owned(), &["no saved run", "line 1"]),
+        (
+            "[scene]\nname = \"hoist\"\n".to_owned(),
+            &["no saved run", "line 1"],
+        ),
         (text[..text.len() / 3].to_owned(), &["no saved run", "EOF"]),
-        (text.replacen("\"version\":1", "\"version\":7", 1), &["version 7", "run the scene again"]),
-        (text.replacen("\"substeps\":1", "\"substeps\":0", 1), &["bad.json", "`substeps`"]),
-        (text.replacen("\"backend\":\"banded\"", "\"backend\":\"best\"", 1), &["best", "banded"]),
+        (
+            text.replacen("\"version\":1", "\"version\":7", 1),
+            &["version 7", "run the scene again"],
+        ),
+        (
+            text.replacen("\"substeps\":1", "\"substeps\":0", 1),
+            &["bad.json", "`substeps`"],
+        ),
+        (
+            text.replacen("\"backend\":\"banded\"", "\"backend\":\"best\"", 1),
+            &["best", "banded"],
+        ),
     ] {
         write(&bad);
         let mut all = vec!["bad.json"];
@@ -60,12 +91,32 @@ fn files_that_are_no_saved_run_are_refused() {
     fs::write(at.join("bad.json"), [0xff, 0xfe, 0x00]).expect("writable");
     refused(&at, "run --resume bad.json", &["bad.json", "UTF-8"]);
     refused(&at, "run --resume none.json", &["none.json", "cannot read"]);
-    refused(&at, "run --resume run.json --dt 0.01", &["--resume", "--dt"]);
+    refused(
+        &at,
+        "run --resume run.json --dt 0.01",
+        &["--resume", "--dt"],
+    );
     refused(&at, "run hoist --resume run.json", &["--resume", "SCENE"]);
-    refused(&at, "run --resume run.json --set segments=4", &["--resume", "--set"]);
+    refused(
+        &at,
+        "run --resume run.json --set segments=4",
+        &["--resume", "--set"],
+    );
     refused(&at, "run hoist --save-at 1", &["--save", "--help"]);
-    refused(&at, "run hoist --time 1 --save x.json --save-at 2", &["--save-at", "2 s", "1 s"]);
-    refused(&at, "run --resume run.json --time 1 --save x.json --save-at 0", &["--save-at", "0.1"]);
+    refused(
+        &at,
+        "run hoist --time 1 --save x.json --save-at 2",
+        &["--save-at", "2 s", "1 s"],
+    );
+    refused(
+        &at,
+        "run --resume run.json --time 1 --save x.json --save-at 0",
+        &["--save-at", "0.1"],
+    );
     refused(&at, "run hoist --save x.json --save-at nan", &["--save-at"]);
-    refused(&at, "run hoist --time 0.1 --save - --json -", &["--save -", "share"]);
+    refused(
+        &at,
+        "run hoist --time 0.1 --save - --json -",
+        &["--save -", "share"],
+    );
 }

@@ -33,8 +33,14 @@ use crate::frame::{Frame, Resolved};
 
 /// How a [`LinkBend`] measures bending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(any(feature = "serde", feature = "toml"), derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(any(feature = "serde", feature = "toml"), serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    serde(rename_all = "kebab-case")
+)]
 pub enum BendDefinition {
     /// The angle between the links, 1 row: the paper's.
     Angle,

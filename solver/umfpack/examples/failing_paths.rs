@@ -23,16 +23,32 @@ fn round() -> Result<usize, Error> {
     failed(analyse(3, &[1, 0, 0, 1, 1, 2], None).err());
     failed(analyse(3, &ROWS, Some(&[f64::NAN; 6])).err());
     failed(analyse(usize::MAX, &ROWS, None).err());
-    failed(numeric.solve(&COLUMNS, &ROWS, &REGULAR, &[1.0; 2], &mut x).err());
+    failed(
+        numeric
+            .solve(&COLUMNS, &ROWS, &REGULAR, &[1.0; 2], &mut x)
+            .err(),
+    );
     // Refused by C: once without factors before, once in their place.
     failed(Numeric::new(&symbolic, &COLUMNS, &ROWS, &SINGULAR, &options).err());
-    failed(numeric.refactor(&symbolic, &COLUMNS, &ROWS, &SINGULAR).err());
-    failed(numeric.solve(&COLUMNS, &ROWS, &REGULAR, &[1.0; 3], &mut x).err());
+    failed(
+        numeric
+            .refactor(&symbolic, &COLUMNS, &ROWS, &SINGULAR)
+            .err(),
+    );
+    failed(
+        numeric
+            .solve(&COLUMNS, &ROWS, &REGULAR, &[1.0; 3], &mut x)
+            .err(),
+    );
     // And well again, with a solution that overflows.
     numeric.refactor(&symbolic, &COLUMNS, &ROWS, &REGULAR)?;
     let tiny = REGULAR.map(|v| v * 1e-300);
     numeric.refactor(&symbolic, &COLUMNS, &ROWS, &tiny)?;
-    failed(numeric.solve(&COLUMNS, &ROWS, &tiny, &[1e300; 3], &mut x).err());
+    failed(
+        numeric
+            .solve(&COLUMNS, &ROWS, &tiny, &[1e300; 3], &mut x)
+            .err(),
+    );
     Ok(failures)
 }
 

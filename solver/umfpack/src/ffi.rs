@@ -108,7 +108,10 @@ impl Pattern {
         // C forms n + 1 as an int.
         let order = index("n", n)?;
         if order == i32::MAX {
-            return Err(Error::IndexOverflow { what: "n", value: n });
+            return Err(Error::IndexOverflow {
+                what: "n",
+                value: n,
+            });
         }
         index("row_idx", row_idx.len())?;
         if n == 0 {

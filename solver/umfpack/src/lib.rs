@@ -690,7 +690,10 @@ mod tests {
         assert_eq!(ffi::index("row_idx", most), Ok(i32::MAX));
         for value in [most + 1, 1 << 32, usize::MAX] {
             let what = "row_idx";
-            assert_eq!(ffi::index(what, value), Err(Error::IndexOverflow { what, value }));
+            assert_eq!(
+                ffi::index(what, value),
+                Err(Error::IndexOverflow { what, value })
+            );
         }
     }
 
