@@ -144,7 +144,8 @@ fn scene_texts() -> Vec<String> {
         let small = match name {
             "pull" | "twist" | "bend" | "hoist" | "gantry" => ("segments", "4"),
             name if name.starts_with("particles") => ("particles", "4"),
-            _ => ("segments", "2"),
+            "net" => ("rows", "3"),
+            _ => ("segments", "8"),
         };
         let source = SceneSource::load(name, &[small]).expect("a scene");
         texts.push(source.to_toml().expect("a text"));

@@ -161,7 +161,7 @@ fn foreign_and_truncated_files_are_refused_with_their_place() {
     for (text, words) in [
         ("", "EOF"),
         ("{}", "missing field `run`"),
-        ("[1, 2]", "RunFile"),
+        ("[1, 2]", "SavedRun"),
         ("{\"scene\": \"hoist\"}", "unknown field `scene`"),
         ("name = \"hoist\"", "expected"),
         (&file[..file.len() / 2], "EOF"),

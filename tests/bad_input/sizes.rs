@@ -163,7 +163,7 @@ fn counts_beyond_what_can_be_built_are_refused() {
         ("particles-a", "particles"),
         ("pull", "segments"),
         ("ring", "segments"),
-        ("net", "segments"),
+        ("net", "rows"),
         ("ladder", "segments"),
     ] {
         for count in ["9223372036854775807", "1000000000000", "-1", "1e18", "nan"] {

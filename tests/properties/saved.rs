@@ -95,8 +95,8 @@ fn swinging() -> Scene {
 fn gantry() -> Scene {
     let params = GantryParams {
         segments: 3,
-        winch_force: 3300.0,
-        trolley_force: 500.0,
+        winch_force: Some(3300.0),
+        trolley_force: Some(500.0),
         ..GantryParams::default()
     };
     params.build().expect("sound parameters")

@@ -175,10 +175,9 @@ fn spread(a: &SymBlockMatrix, row: (usize, usize), to: &mut [f64]) {
     for j in 0..=block {
         if let Some(k) = p.find(block, j) {
             let n = p.size(block);
-            for (to, from) in to[p.rows(j)]
-                .iter_mut()
-                .zip(a.block(k)[r..].iter().step_by(n))
-            {
+            // A block row of no rows may stand beside it.
+            let row = a.block(k).iter().skip(r).step_by(n);
+            for (to, from) in to[p.rows(j)].iter_mut().zip(row) {
                 *to = *from;
             }
         }
