@@ -3,7 +3,7 @@
 
 mod cli;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use cli::hard::HardArgs;
 use cli::matrix::{DumpArgs, MatricesArgs, SolveArgs};
 use cli::paper::PaperArgs;
@@ -28,7 +28,13 @@ static ALLOCATOR: Counting = Counting;
 
 /// Sparse linear solvers on hoisting cables: speed against error.
 #[derive(Debug, Parser)]
-#[command(version, about, args_conflicts_with_subcommands = true)]
+#[command(
+    name = "taut",
+    version,
+    about,
+    args_conflicts_with_subcommands = true,
+    max_term_width = 110
+)]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
@@ -96,25 +102,27 @@ struct BenchArgs {
     #[arg(long = "matrix", value_delimiter = ',', value_name = "A.mtx")]
     matrices: Vec<PathBuf>,
     /// Numbers of segments; of the ladder's cables; of the net's rows and columns
-    #[arg(long, value_delimiter = ',', value_name = "N")]
+    #[arg(long, value_delimiter = ',', value_name = "N", value_parser = count,
+        allow_negative_numbers = true)]
     segments: Vec<usize>,
     /// Mass ratios load/segment
-    #[arg(long, value_delimiter = ',', value_name = "R")]
+    #[arg(long, value_delimiter = ',', value_name = "R", value_parser = number, allow_negative_numbers = true)]
     ratios: Vec<f64>,
     /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
     /// Limits of iterations for the iterative solvers
-    #[arg(long, value_delimiter = ',', value_name = "K")]
+    #[arg(long, value_delimiter = ',', value_name = "K", value_parser = count,
+        allow_negative_numbers = true)]
     iterations: Vec<usize>,
     /// Parameters of the hoist
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     /// Time steps of the accuracy sweep (s), fractions such as 1/60 too; the first is what all schemes run at
-    #[arg(long, value_delimiter = ',', value_name = "S", value_parser = number)]
+    #[arg(long, value_delimiter = ',', value_name = "S", value_parser = number, allow_negative_numbers = true)]
     dt: Vec<f64>,
     /// Simulated time of the stability and load columns (s)
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     time: Option<f64>,
     /// A tenth of the work, under 10 s
     #[arg(long)]
@@ -131,7 +139,9 @@ struct StaticArgs {
         long,
         value_delimiter = ',',
         default_value = "24,100",
-        value_name = "N"
+        value_name = "N",
+        value_parser = count,
+        allow_negative_numbers = true
     )]
     segments: Vec<usize>,
     /// Mass ratios load/segment
@@ -139,14 +149,16 @@ struct StaticArgs {
         long,
         value_delimiter = ',',
         default_value = "1,10,1e2,1e3,1e4,1e5",
-        value_name = "R"
+        value_name = "R",
+        value_parser = number,
+        allow_negative_numbers = true
     )]
     ratios: Vec<f64>,
     /// Solvers (default: all but the dense one, whose cost is cubic)
     #[arg(long, value_delimiter = ',', value_name = "B")]
     backends: Vec<String>,
     /// Most iterations tried for the iterative solvers
-    #[arg(long, default_value_t = 4096, value_name = "K")]
+    #[arg(long, default_value_t = 4096, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     limit: usize,
     /// Writes the rows to a file as well (`-` for standard output, which then holds nothing else)
     #[arg(long, value_name = "PATH")]
@@ -178,16 +190,16 @@ struct StepArgs {
     )]
     guard: String,
     /// Sub-steps that each step is made of
-    #[arg(long, value_name = "N", default_value_t = 1)]
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = count, allow_negative_numbers = true)]
     substeps: usize,
     /// Order in which the constraints are eliminated: auto, scene, border, minimum-degree
     #[arg(long, value_name = "ORDER", default_value_t = Elimination::default())]
     elimination: Elimination,
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     refine: Option<usize>,
     /// Time step (s)
-    #[arg(long, value_name = "S", default_value = "1/60", value_parser = number)]
+    #[arg(long, value_name = "S", default_value = "1/60", value_parser = number, allow_negative_numbers = true)]
     dt: f64,
 }
 
@@ -219,7 +231,7 @@ fn main() -> ExitCode {
             let paragraph = text.lines().map(str::trim).take_while(|l| !l.is_empty());
             let line = paragraph.collect::<Vec<_>>().join(" ");
             let line = line.trim_start_matches("error: ");
-            eprintln!("taut: {line} (see `taut --help`)");
+            eprintln!("taut: {line} (see `{} --help`)", asked_for());
             return ExitCode::from(2);
         }
         Err(help) => help.exit(),
@@ -255,13 +267,30 @@ fn main() -> ExitCode {
     }
 }
 
+/// The command that the arguments begin with, as it is called.
+fn asked_for() -> String {
+    let first = std::env::args().nth(1);
+    let command = Cli::command();
+    let known = first.and_then(|name| Some(command.find_subcommand(name)?.get_name().to_owned()));
+    known.map_or("taut".to_owned(), |name| format!("taut {name}"))
+}
+
 /// A number, or a fraction of two.
 fn number(text: &str) -> Result<f64, String> {
-    let parse = |t: &str| t.trim().parse::<f64>().map_err(|e| e.to_string());
+    let parse = |t: &str| {
+        let number = t.trim().parse::<f64>();
+        number.map_err(|_| format!("`{t}` is no number: write it as 60, 1e5 or 1/60"))
+    };
     match text.split_once('/') {
         None => parse(text),
         Some((a, b)) => Ok(parse(a)? / parse(b)?),
     }
+}
+
+/// A whole number.
+fn count(text: &str) -> Result<usize, String> {
+    let number = text.trim().parse::<usize>();
+    number.map_err(|_| format!("`{text}` is no whole number from 0 on"))
 }
 
 /// A bar on a terminal, nothing elsewhere.
@@ -399,7 +428,7 @@ const BENCH_LEGEND: &str = "\
 step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
 its own); backw.: componentwise backward error; error: of the multipliers against extended precision (r0: without that
 refinement); elong.: of the hanging cable after ½ s; load m: distance from the reference motion; held: simulated time,
-or the time of the end; fastest: of this scene, with error and elong. within that level, with or without refinement";
+or the time of the end; fastest 1e: of this scene, with error and elong. within 1e-3 and so on, refined or not";
 
 /// What the second table of the hanging cable is.
 const NEEDED_LEGEND: &str = "\

@@ -74,14 +74,10 @@ pub(crate) fn ratio(r: f64) -> String {
     }
 }
 
-/// Levels as marks: `≤1e-3 1e-6`.
+/// Levels as marks, their exponents: `-3 -6`.
 fn marks(fastest: &[Fastest]) -> String {
-    let levels: Vec<String> = fastest.iter().map(|f| format!("{:.0e}", f.level)).collect();
-    if levels.is_empty() {
-        String::new()
-    } else {
-        format!("≤{}", levels.join(" "))
-    }
+    let levels = fastest.iter().map(|f| format!("{:.0}", f.level.log10()));
+    levels.collect::<Vec<_>>().join(" ")
 }
 
 /// All rows of the main job, a table for each scene, then the fastest of each, then what was left out.
@@ -139,8 +135,17 @@ pub(crate) fn omissions(omissions: &[Omission]) -> String {
 
 fn scene_table(records: &[Record]) -> String {
     let mut t = table(&[
-        "solver", "iter", "step", "ns/joint", "backw.", "error", "error r0", "elong.", "load m",
-        "held", "fastest",
+        "solver",
+        "iter",
+        "step",
+        "ns/joint",
+        "backw.",
+        "error",
+        "error r0",
+        "elong.",
+        "load m",
+        "held",
+        "fastest 1e",
     ]);
     for r in records {
         let iterations = match r.iterations {

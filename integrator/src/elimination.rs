@@ -20,7 +20,7 @@ use taut_solver::{
 pub enum Elimination {
     /// [`Elimination::Scene`] where that fills nothing of what the backend factorises (all of S, its groups, or single
     /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
-    /// where some are equal.
+    /// where some are equal. An order in which the backend is faster ([`Backend::is_fast_in`]) may take twice as many.
     #[default]
     Auto,
     /// The scene's own order.
@@ -138,6 +138,16 @@ pub(crate) fn order_of(
         // Of equal ones the last that is counted.
         if found.cost.is_some() {
             cheapest = found;
+        }
+    }
+    if backend.is_fast_in(&pattern, &cheapest.constraints)? {
+        return Ok(cheapest);
+    }
+    let flops = cheapest.cost.unwrap_or(MOST).flops.saturating_mul(2);
+    for other in [Elimination::Scene, Elimination::Border] {
+        let found = counted(other, EliminationCost { flops, ..MOST })?;
+        if found.cost.is_some() && backend.is_fast_in(&pattern, &found.constraints)? {
+            return Ok(found);
         }
     }
     Ok(cheapest)

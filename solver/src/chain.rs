@@ -30,15 +30,20 @@
 //!   two thirds of the whole factorisation in doubles.
 //!
 //! Files: `block` one step of the elimination for any vector, `twisted` the two eliminations, `places` where their blocks
-//! lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides.
+//! lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides;
+//! `leaves` blocks that go first, so that the others are one of these.
 
 pub(crate) mod batch;
 mod block;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod bordered;
+#[allow(dead_code)] // where the backend is not compiled in
+pub(crate) mod leaves;
 mod places;
 mod twisted;
 
+use crate::block_ldlt::NOISE;
+use crate::kernels::Scalar;
 use crate::{BlockPattern, SymBlockMatrix};
 use places::Places;
 use taut_lanes::{Level, dispatch};
@@ -108,6 +113,22 @@ impl Chain {
         // The reciprocal pivots are the last of each triangle.
         let mut pivots = steps.flat_map(|step| &step[2 * (triangle - size)..2 * triangle]);
         pivots.all(|inverse| *inverse > 0.0)
+    }
+
+    /// Whether all pivots of the last factorisation are more than noise of what their rows were made from, which is
+    /// given for every row of the matrix: magnitudes that the matrix itself no longer shows.
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
+        let (size, triangle) = (self.places.size, block::triangle(self.places.size));
+        let steps = self.factor.chunks(2 * block::per_step(size));
+        steps.zip(&self.places.steps).all(|(factor, step)| {
+            step.ends.iter().enumerate().all(|(end, place)| {
+                let inverse = factor[2 * (triangle - size)..2 * triangle].chunks_exact(2);
+                let rows = &magnitudes[place.row..place.row + place.size];
+                let mut pivots = inverse.zip(rows);
+                pivots.all(|(d, from)| NOISE * f64::ROUNDOFF * from * d[end].abs() < 1.0)
+            })
+        })
     }
 
     /// Solves A x = b, of which the rows of the chain are read and written. Allocates nothing.

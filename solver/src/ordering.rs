@@ -66,7 +66,7 @@ fn neighbours(pattern: &BlockPattern) -> Vec<Vec<usize>> {
 }
 
 /// Position of each block in an order (position → block).
-fn positions(order: &[usize], blocks: usize) -> Result<Vec<usize>, SolveError> {
+pub(crate) fn positions(order: &[usize], blocks: usize) -> Result<Vec<usize>, SolveError> {
     crate::error::expect_len("elimination order", blocks, order.len())?;
     let mut position = vec![usize::MAX; blocks];
     for (at, &block) in order.iter().enumerate() {

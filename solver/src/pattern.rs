@@ -113,6 +113,19 @@ impl BlockPattern {
         Self::new(&sizes, &couplings)?.with_groups(self.groups.clone())
     }
 
+    #[allow(dead_code)] // where the backend that asks is not compiled in
+    /// The pattern with its block rows in `order` (position → block), every one once.
+    pub(crate) fn permuted(&self, order: &[usize]) -> Result<Self, SolveError> {
+        let position = crate::ordering::positions(order, self.blocks())?;
+        let sizes: Vec<usize> = order.iter().map(|&j| self.size(j)).collect();
+        let couplings: Vec<_> = (0..self.blocks())
+            .flat_map(|j| self.column(j).skip(1).map(move |k| (self.row(k), j)))
+            .map(|(i, j)| (position[i], position[j]))
+            .collect();
+        let groups = order.iter().map(|&j| self.groups[j]).collect();
+        Self::new(&sizes, &couplings)?.with_groups(groups)
+    }
+
     /// Number of block rows.
     #[must_use]
     pub fn blocks(&self) -> usize {

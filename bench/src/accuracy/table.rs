@@ -14,7 +14,8 @@ pub fn tables(results: &Results) -> String {
         let uncertainty = group.iter().map(|r| r.reference_m).fold(0.0, f64::max);
         let _ = writeln!(
             out,
-            "\n{}, {} segments, {}: error of the load, horizontal/vertical (mm); † time of the end (s); reference to {:.0e} mm",
+            "\n{}, {} segments, {}: error of the load, horizontal/vertical (mm)\n† time of the end (s); reference to \
+             {:.0e} mm",
             joint(case.joint),
             case.segments,
             drive(case.drive),
@@ -166,7 +167,7 @@ fn verdicts(results: &Results) -> String {
     let heavy = || runs.iter().filter(|r| r.case.mass_ratio >= 100.0);
     let worst = |of: fn(&Record) -> f64| heavy().map(|r| of(r)).fold(0.0, f64::max);
     format!(
-        "\nThe default at Δt = 1/{:.0} s: stable in {stable} of {} scenes; from ratio 100 on at most {} mm across \
+        "\nThe default at Δt = 1/{:.0} s: stable in {stable} of {} scenes;\nfrom ratio 100 on at most {} mm across \
          (bar 1) and {} mm along (bar 10).\n",
         1.0 / first,
         runs.len(),

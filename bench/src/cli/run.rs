@@ -1,6 +1,6 @@
 //! `taut run`: simulates a scene, or goes on with a run that was saved.
 
-use crate::{Failure, StepArgs, overrides, progress, step_options, steps};
+use crate::{Failure, StepArgs, number, overrides, progress, step_options, steps};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use taut_bench::inputs::Inputs;
@@ -20,7 +20,7 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     step: StepArgs,
     /// Simulated time (s); of a resumed run that from its state on
-    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = number, allow_negative_numbers = true)]
     time: f64,
     /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
     /// between, the first and the last row hold outside
@@ -36,7 +36,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE.json")]
     save: Option<PathBuf>,
     /// Time of the state that is saved (s; default: the end)
-    #[arg(long, value_name = "S", requires = "save")]
+    #[arg(long, value_name = "S", requires = "save", value_parser = number, allow_negative_numbers = true)]
     save_at: Option<f64>,
     /// Goes on with a saved run: its scene, solver and time step
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs"])]

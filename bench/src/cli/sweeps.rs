@@ -340,8 +340,8 @@ fn kernels(args: &BenchArgs) -> Result<(), Failure> {
 const ITERATIVE_LEGEND: &str = "\
 Each cell: fewest iterations that reach the error of the multipliers against extended precision (∞-norm): µs from the
 pieces to the multipliers (assembly, factorisation, solve), × the direct solver's time over it: above 1 it wins. First
-row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not reached;
-guess: the step before is as near as that";
+row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
+reached; guess: the step before is as near as that";
 
 fn iterative(args: &BenchArgs) -> Result<(), Failure> {
     let mut config = if args.quick {

@@ -1,13 +1,15 @@
 //! Direct solver: block LDLᵀ without pivoting. Positive definite and quasi-definite matrices.
 //!
-//! A cable, or several, is a chain, eliminated from both ends (the mathematics is in `chain`); a few blocks that close
-//! loops or join branches become its border rows (`chain/bordered`). All other patterns, blocks of more than six rows,
+//! A cable, or several, is a chain, eliminated from both ends (the mathematics is in `chain`); what hangs on it goes
+//! before it (`chain/leaves`), and a few blocks that close loops or join branches become its border rows
+//! (`chain/bordered`). All other patterns, blocks of more than six rows,
 //! and matrices that are not positive definite, go the general way in the order of the pattern (`block_ldlt`).
 
 use super::{Phases, check_solution};
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
+use crate::chain::leaves::Leaves;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
     SymBlockMatrix,
@@ -49,21 +51,73 @@ impl Banded {
 
 /// A factor that is not eliminated in the order of the pattern.
 #[derive(Debug)]
-enum Fast {
-    /// Of a chain of small blocks.
+struct Fast {
+    leaves: Option<Leaves>,
+    rest: Rest,
+}
+
+/// What is left without leaves.
+#[derive(Debug)]
+enum Rest {
+    /// A chain of small blocks.
     Chain(Chain),
-    /// Of one with a few rows besides.
+    /// One with a few rows besides.
     Bordered(Bordered),
 }
 
 impl Fast {
+    /// The first of these that the pattern is, if any: a chain, one after its leaves, one with a border after its leaves,
+    /// one with a border.
+    fn new(pattern: &Arc<BlockPattern>, level: Level) -> Option<Self> {
+        let whole = |rest| Self { leaves: None, rest };
+        if let Some(chain) = Chain::new(pattern, level) {
+            return Some(whole(Rest::Chain(chain)));
+        }
+        if let Some((leaves, others)) = Leaves::new(pattern) {
+            let chain = Chain::of(&others, pattern, level).map(Rest::Chain);
+            let bordered = || Bordered::of(&others, pattern, level).map(Rest::Bordered);
+            if let Some(rest) = chain.or_else(bordered) {
+                let leaves = Some(leaves);
+                return Some(Self { leaves, rest });
+            }
+        }
+        let all: Vec<usize> = (0..pattern.blocks()).collect();
+        Bordered::of(&all, pattern, level).map(|b| whole(Rest::Bordered(b)))
+    }
+
     /// Whether all pivots were accepted.
     fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
-        match self {
-            Self::Chain(chain) => chain.factorize(a),
-            Self::Bordered(factor) => factor.factorize(a),
+        let (a, magnitudes) = match &mut self.leaves {
+            None => (a, None),
+            Some(leaves) => match leaves.factorize(a) {
+                Some((rest, magnitudes)) => (rest, Some(magnitudes)),
+                None => return false,
+            },
+        };
+        match &mut self.rest {
+            Rest::Chain(c) => c.factorize(a) && magnitudes.is_none_or(|m| c.is_sound(m)),
+            Rest::Bordered(factor) => factor.factorize(a, magnitudes),
         }
     }
+
+    fn solve(&mut self, b: &[f64], x: &mut [f64]) {
+        let rest = &mut self.rest;
+        let mut solve = |b: &[f64], x: &mut [f64]| match rest {
+            Rest::Chain(chain) => chain.solve(b, x),
+            Rest::Bordered(factor) => factor.solve(b, x),
+        };
+        match &mut self.leaves {
+            None => solve(b, x),
+            Some(leaves) => leaves.solve(b, x, solve),
+        }
+    }
+}
+
+/// Whether blocks of positive definite matrices of `pattern`, taken in `order` (position → block), are a chain with leaves
+/// and a border, or less.
+pub(crate) fn is_chain(pattern: &BlockPattern, order: &[usize]) -> Result<bool, SolveError> {
+    let permuted = Arc::new(pattern.permuted(order)?);
+    Ok(Fast::new(&permuted, Level::best()).is_some())
 }
 
 /// Below this the squares that pivots are made of in `chain` lose digits to underflow.
@@ -83,9 +137,7 @@ impl LinearSolver for Banded {
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         let in_order = BlockLdlt::new(pattern, pattern)?;
         let factor_entries = Some(in_order.factor_values());
-        let level = Level::best();
-        let chain = Chain::new(pattern, level).map(Fast::Chain);
-        self.fast = chain.or_else(|| Bordered::new(pattern, level).map(Fast::Bordered));
+        self.fast = Fast::new(pattern, Level::best());
         self.in_order = Some(in_order);
         self.diagonal = diagonal_entries(pattern);
         self.phases.analyzed(pattern);
@@ -113,8 +165,7 @@ impl LinearSolver for Banded {
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
         match (self.last, &mut self.fast, &self.in_order) {
-            (Way::Fast, Some(Fast::Chain(chain)), ..) => chain.solve(b, x),
-            (Way::Fast, Some(Fast::Bordered(factor)), ..) => factor.solve(a, b, x),
+            (Way::Fast, Some(fast), _) => fast.solve(b, x),
             (.., Some(factor)) => {
                 x.copy_from_slice(b);
                 factor.solve(x);
@@ -158,6 +209,82 @@ mod tests {
         // The joint first.
         let a = matrix(&[1; 2], &[(0, 1)], &[0.0, 1.0, 2.0]);
         assert_eq!(solved(&a, &b[..2]), Err(SolveError::Singular { block: 0 }));
+    }
+
+    /// A chain or ring of `n` blocks of `size` rows, and after it hooks of three rows, each between a block and the next.
+    fn with_hooks(n: usize, size: usize, ring: bool, hooks: &[usize]) -> SymBlockMatrix {
+        let mut couplings: Vec<_> = (1..n).map(|i| (i - 1, i)).collect();
+        if ring {
+            couplings.push((0, n - 1));
+        }
+        for (h, &k) in hooks.iter().enumerate() {
+            couplings.extend([(k, n + h), (k + 1, n + h)]);
+            let same = (0..h).filter(|&g| hooks[g] == k);
+            couplings.extend(same.map(|g| (n + g, n + h)));
+        }
+        let sizes = [vec![size; n], vec![3; hooks.len()]].concat();
+        let pattern = Arc::new(BlockPattern::new(&sizes, &couplings).expect("a pattern"));
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        for (k, v) in a.values_mut().iter_mut().enumerate() {
+            *v = (k as f64 * 0.7).sin();
+        }
+        for j in 0..pattern.blocks() {
+            let n = pattern.size(j);
+            let diagonal = a.block_mut(pattern.column(j).start);
+            for r in 0..n {
+                for c in 0..r {
+                    diagonal[c + n * r] = diagonal[r + n * c];
+                }
+                diagonal[r * (n + 1)] = 30.0;
+            }
+        }
+        a
+    }
+
+    #[test]
+    fn hooks_go_before_chains_and_rings() {
+        let all: Vec<usize> = (0..8).collect();
+        for (ring, hooks) in [
+            (false, [3].as_slice()),
+            (false, &[0, 3, 3, 7]),
+            (false, &all),
+            (true, &[0, 4, 7]),
+            (true, &[2, 2, 2, 5]),
+        ] {
+            for size in [2, 3, 4, 5, 6] {
+                let a = with_hooks(9, size, ring, hooks);
+                let b: Vec<f64> = (0..a.dim()).map(|i| (i as f64).cos()).collect();
+                let mut solver = Banded::default();
+                solver.analyze(a.pattern()).expect("analysed");
+                let fast = solver.fast.as_ref().expect("a fast way");
+                assert!(fast.leaves.is_some());
+                assert_eq!(matches!(fast.rest, Rest::Bordered(_)), ring, "{hooks:?}");
+                let mut x = vec![f64::NAN; b.len()];
+                // Twice: nothing is left of the first.
+                for _ in 0..2 {
+                    solver.factorize(&a).expect("factorised");
+                    assert!(matches!(solver.last, Way::Fast));
+                    solver.solve(&a, &b, &mut x).expect("solved");
+                    let e = backward_error(&a, &b, &x).expect("finite");
+                    assert!(e.componentwise < 2e-15, "{size} {hooks:?}: {e:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_hook_that_repeats_a_joint_is_named() {
+        // A chain of three blocks of one row and a second row like the first; all but the noise of its elimination.
+        let couplings = [(0, 1), (1, 2), (0, 3), (1, 3)];
+        let values = [0.3, 0.1, 0.3, 5.0, 0.7, 0.1, 4.0, 0.3];
+        let a = matrix(&[1; 4], &couplings, &values);
+        let mut solver = Banded::default();
+        solver.analyze(a.pattern()).expect("analysed");
+        assert!(solver.fast.as_ref().is_some_and(|f| f.leaves.is_some()));
+        assert_eq!(
+            solved(&a, &[1.0; 4]),
+            Err(SolveError::Singular { block: 3 })
+        );
     }
 
     /// One solver takes definite and indefinite matrices in turns.

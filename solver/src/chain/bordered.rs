@@ -13,6 +13,7 @@ use super::Chain;
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{OneByOne, unit_lower_solve, unit_upper_solve};
 use crate::{BlockPattern, SymBlockMatrix};
+use std::ops::Range;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// Most rows in the border, of the chain's largest block: each costs a forward pass, and more of them can cost more than
@@ -23,9 +24,8 @@ const MOST_ROWS: usize = 2;
 #[derive(Debug, Clone)]
 pub(crate) struct Bordered {
     chain: Chain,
-    /// The blocks of the border, ascending, and the first of their rows in it.
-    blocks: Vec<(usize, usize)>,
-    rows: usize,
+    rows: Vec<BorderRow>,
+    entries: Vec<Entries>,
     /// V and D⁻¹ V, by columns in the order of elimination.
     v: Vec<f64>,
     scaled: Vec<f64>,
@@ -39,85 +39,103 @@ pub(crate) struct Bordered {
     part: Vec<f64>,
 }
 
+/// A scalar row of the border.
+#[derive(Debug, Clone)]
+struct BorderRow {
+    /// Its place in the matrix.
+    row: usize,
+    /// What the matrix stores of it.
+    entries: Range<usize>,
+}
+
 impl Bordered {
-    /// For matrices of `pattern`, if it is a chain but for a border of few rows. Allocates all that is needed.
-    pub(crate) fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let border = border(pattern)?;
+    /// For some block rows and columns (ascending) of matrices of `pattern`, if they are a chain but for a border of few
+    /// rows. Allocates all that is needed.
+    pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
+        let border = border(blocks, pattern)?;
         let inside = |j: &usize| border.binary_search(j).is_err();
-        let inside: Vec<usize> = (0..pattern.blocks()).filter(inside).collect();
+        let inside: Vec<usize> = blocks.iter().copied().filter(inside).collect();
         let chain = Chain::of(&inside, pattern, level)?;
-        let (mut rows, mut blocks) = (0, Vec::new());
+        let (mut rows, mut all) = (Vec::new(), Vec::new());
         for block in border {
-            blocks.push((block, rows));
-            rows += pattern.size(block);
+            for (r, row) in pattern.rows(block).enumerate() {
+                let first = all.len();
+                all.extend(entries(pattern, block, r));
+                rows.push(BorderRow {
+                    row,
+                    entries: first..all.len(),
+                });
+            }
         }
+        let count = rows.len();
         let len = chain.half.len();
         Some(Self {
             chain,
-            blocks,
             rows,
-            v: vec![0.0; rows * len],
-            scaled: vec![0.0; rows * len],
-            s: vec![0.0; rows * rows],
-            inverse: vec![0.0; rows],
-            scale: vec![0.0; rows],
+            entries: all,
+            v: vec![0.0; count * len],
+            scaled: vec![0.0; count * len],
+            s: vec![0.0; count * count],
+            inverse: vec![0.0; count],
+            scale: vec![0.0; count],
             column: vec![0.0; pattern.dim()],
-            part: vec![0.0; rows],
+            part: vec![0.0; count],
         })
     }
 
-    /// Factorises `a`, of the pattern of [`new`](Self::new); whether all pivots are more than noise. Allocates nothing.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
-        if !self.chain.factorize(a) {
+    /// Factorises `a`, of the pattern of [`new`](Self::of); whether all pivots are more than noise, if given of
+    /// magnitudes that their rows were made from, one for every row of the matrix. Allocates nothing.
+    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, magnitudes: Option<&[f64]>) -> bool {
+        let sound = |chain: &Chain| magnitudes.is_none_or(|m| chain.is_sound(m));
+        if !self.chain.factorize(a) || !sound(&self.chain) {
             return false;
         }
-        let (p, len) = (a.pattern(), self.chain.half.len());
-        let rows = self.rows;
-        for &(block, first) in &self.blocks {
-            for r in 0..p.size(block) {
-                let c = first + r;
-                self.column.fill(0.0);
-                spread(a, (block, r), &mut self.column);
-                let v = &mut self.v[c * len..(c + 1) * len];
-                let scaled = &mut self.scaled[c * len..(c + 1) * len];
-                self.chain.forward(&self.column, v, scaled);
-                for &(other, at) in self.blocks.iter().take_while(|b| b.0 <= block) {
-                    for k in 0..p.size(other) {
-                        let j = at + k;
-                        if j <= c {
-                            let g = self.column[p.rows(other).start + k];
-                            let taken = dot(
-                                self.chain.level,
-                                &self.v[j * len..][..len],
-                                &self.scaled[c * len..][..len],
-                            );
-                            self.s[c + rows * j] = g - taken;
-                            if j == c {
-                                self.scale[c] = g.abs().max(taken.abs());
-                            }
-                        }
-                    }
+        let (len, count) = (self.chain.half.len(), self.rows.len());
+        for (c, row) in self.rows.iter().enumerate() {
+            let entries = &self.entries[row.entries.clone()];
+            for e in entries {
+                let values = a.values()[e.from..].iter().step_by(e.stride);
+                for (to, from) in self.column[e.at..e.at + e.count].iter_mut().zip(values) {
+                    *to = *from;
                 }
+            }
+            let v = &mut self.v[c * len..(c + 1) * len];
+            let scaled = &mut self.scaled[c * len..(c + 1) * len];
+            self.chain.forward(&self.column, v, scaled);
+            for (j, other) in self.rows[..=c].iter().enumerate() {
+                let g = self.column[other.row];
+                let taken = dot(
+                    self.chain.level,
+                    &self.v[j * len..][..len],
+                    &self.scaled[c * len..][..len],
+                );
+                self.s[c + count * j] = g - taken;
+                if j == c {
+                    let made_from = magnitudes.map_or(0.0, |m| m[row.row]);
+                    self.scale[c] = g.abs().max(taken.abs()).max(made_from);
+                }
+            }
+            for e in entries {
+                self.column[e.at..e.at + e.count].fill(0.0);
             }
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
-        factor_diagonal::<OneByOne, _, _>(rows, s, inverse, &self.scale, Pivots::Nonzero).is_ok()
+        factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Nonzero).is_ok()
     }
 
-    /// Solves A x = b, both of length `dim`. Allocates nothing.
-    pub(crate) fn solve(&mut self, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]) {
-        let len = self.chain.half.len();
+    /// Solves A x = b, of which the rows of the blocks are read and written. Allocates nothing.
+    pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
+        let (len, count) = (self.chain.half.len(), self.rows.len());
         let mut half = std::mem::take(&mut self.chain.half);
         self.chain.forward(b, &mut [], &mut half);
-        let border = |&(block, first): &(usize, usize)| a.pattern().rows(block).zip(first..);
-        for (row, c) in self.blocks.iter().flat_map(border) {
-            self.part[c] = b[row] - dot(self.chain.level, &self.v[c * len..][..len], &half);
+        for (c, row) in self.rows.iter().enumerate() {
+            self.part[c] = b[row.row] - dot(self.chain.level, &self.v[c * len..][..len], &half);
         }
-        unit_lower_solve(self.rows, &self.s, &mut self.part);
+        unit_lower_solve(count, &self.s, &mut self.part);
         for (part, inverse) in self.part.iter_mut().zip(&self.inverse) {
             *part *= inverse;
         }
-        unit_upper_solve(self.rows, &self.s, &mut self.part);
+        unit_upper_solve(count, &self.s, &mut self.part);
         for (c, &part) in self.part.iter().enumerate() {
             subtract(
                 self.chain.level,
@@ -127,21 +145,22 @@ impl Bordered {
             );
         }
         self.chain.backward(&half, x);
-        for (row, c) in self.blocks.iter().flat_map(border) {
-            x[row] = self.part[c];
+        for (row, &part) in self.rows.iter().zip(&self.part) {
+            x[row.row] = part;
         }
         self.chain.half = half;
     }
 }
 
-/// The fewest blocks, found greedily, without which the pattern is a chain; `None` where they have too many rows.
-fn border(pattern: &BlockPattern) -> Option<Vec<usize>> {
-    let largest = (0..pattern.blocks()).map(|j| pattern.size(j)).max()?;
+/// The fewest blocks, found greedily, without which the others are a chain; `None` where they have too many rows.
+fn border(blocks: &[usize], pattern: &BlockPattern) -> Option<Vec<usize>> {
+    let largest = blocks.iter().map(|&j| pattern.size(j)).max()?;
     let (mut border, mut rows) = (Vec::new(), 0);
     loop {
         // Neighbours among the blocks that are left.
         let mut place = vec![None; pattern.blocks()];
-        let left = (0..pattern.blocks()).filter(|j| border.binary_search(j).is_err());
+        let left = blocks.iter().copied();
+        let left = left.filter(|j| border.binary_search(j).is_err());
         for (i, j) in left.enumerate() {
             place[j] = Some(i);
         }
@@ -157,7 +176,7 @@ fn border(pattern: &BlockPattern) -> Option<Vec<usize>> {
             }
         }
         // The later one of equals: what closes a loop comes last.
-        let worst = (0..pattern.blocks()).max_by_key(|&j| wrong[j])?;
+        let worst = *blocks.iter().max_by_key(|&&j| wrong[j])?;
         if wrong[worst] == 0 {
             return Some(border);
         }
@@ -169,23 +188,40 @@ fn border(pattern: &BlockPattern) -> Option<Vec<usize>> {
     }
 }
 
-/// Row `row.1` of block row `row.0` of a symmetric matrix.
-fn spread(a: &SymBlockMatrix, row: (usize, usize), to: &mut [f64]) {
-    let (p, (block, r)) = (a.pattern(), row);
-    for j in 0..=block {
-        if let Some(k) = p.find(block, j) {
-            let n = p.size(block);
-            // A block row of no rows may stand beside it.
-            let row = a.block(k).iter().skip(r).step_by(n);
-            for (to, from) in to[p.rows(j)].iter_mut().zip(row) {
-                *to = *from;
-            }
+/// Entries of a row of a symmetric matrix: a row or a column of one block.
+#[derive(Debug, Clone, Copy)]
+struct Entries {
+    /// Where they stand in the row, and how many they are.
+    at: usize,
+    count: usize,
+    /// Where they are among the matrix's values: the first, and how far apart.
+    from: usize,
+    stride: usize,
+}
+
+/// The entries of row `r` of a block row.
+fn entries(p: &BlockPattern, block: usize, r: usize) -> impl Iterator<Item = Entries> + '_ {
+    let n = p.size(block);
+    let before = (0..=block).filter_map(move |j| {
+        let k = p.find(block, j)?;
+        Some(Entries {
+            at: p.rows(j).start,
+            count: p.size(j),
+            from: p.values(k).start + r,
+            stride: n,
+        })
+    });
+    let behind = p.column(block).skip(1).map(move |k| {
+        let m = p.size(p.row(k));
+        Entries {
+            at: p.rows(p.row(k)).start,
+            count: m,
+            from: p.values(k).start + r * m,
+            stride: 1,
         }
-    }
-    for k in p.column(block).skip(1) {
-        let n = p.size(p.row(k));
-        to[p.rows(p.row(k))].copy_from_slice(&a.block(k)[r * n..(r + 1) * n]);
-    }
+    });
+    // A block row of no rows may stand beside it.
+    before.chain(behind).filter(|e| e.count > 0)
 }
 
 /// Σ aᵢ bᵢ.
@@ -264,6 +300,11 @@ mod tests {
         a
     }
 
+    fn whole(pattern: &BlockPattern, level: Level) -> Option<Bordered> {
+        let all: Vec<usize> = (0..pattern.blocks()).collect();
+        Bordered::of(&all, pattern, level)
+    }
+
     fn chain(n: usize) -> Vec<(usize, usize)> {
         (1..n).map(|i| (i - 1, i)).collect()
     }
@@ -300,10 +341,10 @@ mod tests {
             let b: Vec<_> = (0..a.dim()).map(|i| (i as f64).sin() + 0.1).collect();
             let exact = reference_solution(&a, &b).unwrap();
             for level in Level::available() {
-                let mut factor = Bordered::new(a.pattern(), level).unwrap();
+                let mut factor = whole(a.pattern(), level).unwrap();
                 let mut x = vec![f64::NAN; a.dim()];
-                assert!(factor.factorize(&a));
-                factor.solve(&a, &b, &mut x);
+                assert!(factor.factorize(&a, None));
+                factor.solve(&b, &mut x);
                 let e = backward_error(&a, &b, &x).unwrap();
                 assert!(
                     e.componentwise <= 2e-15,
@@ -318,7 +359,8 @@ mod tests {
     #[test]
     fn the_border_is_what_closes_the_loop() {
         let of = |sizes: &[usize], couplings: &[_]| {
-            border(&BlockPattern::new(sizes, couplings).unwrap())
+            let all: Vec<usize> = (0..sizes.len()).collect();
+            border(&all, &BlockPattern::new(sizes, couplings).unwrap())
         };
         assert_eq!(of(&[6; 5], &chain(5)), Some(vec![]));
         assert_eq!(
@@ -344,8 +386,8 @@ mod tests {
         let diagonal = a.block_mut(p.column(3).start);
         diagonal.copy_from_slice(&[0.7; 4]);
         for level in Level::available() {
-            let mut factor = Bordered::new(&p, level).unwrap();
-            assert!(!factor.factorize(&a), "{level}");
+            let mut factor = whole(&p, level).unwrap();
+            assert!(!factor.factorize(&a, None), "{level}");
         }
     }
 }

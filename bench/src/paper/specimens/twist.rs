@@ -801,7 +801,7 @@ fn tables(results: &Results) -> String {
         "1/Δt Hz",
         "4YI P/T²",
         "disturbed",
-        "straight to turn",
+        "straight to",
         "to turn",
         "at s",
         "",
@@ -846,8 +846,8 @@ fn tables(results: &Results) -> String {
         ]);
     }
     let motion = format!(
-        "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of the axis; lost: 1e-2 m off it or a joint open;\n\
-         wavers: neither; redone: steps that the guard took back; stiffened: linearly implicit, geometric stiffness of\n\
+        "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of the axis; lost: 1e-2 m off it or a joint\n\
+         open; wavers: neither; redone: steps that the guard took back; stiffened: linearly implicit, geometric stiffness of\n\
          weight 1; P: tension, T: torque\n{}",
         text(&motion)
     );

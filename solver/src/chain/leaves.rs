@@ -1,0 +1,392 @@
+//! Leaves: blocks that are eliminated before the chain, since that fills nothing.
+//!
+//! What hangs on a segment of a cable, a hook on a ball joint or a short branch, couples to the joints before and behind
+//! that segment, which couple to each other: a *simplicial* block. With such blocks first the matrix is [L Eᵀ; E C], and
+//! what is left of C, the Schur complement C − E L⁻¹ Eᵀ, has no more blocks than C: a chain, or one with a border, that
+//! the leaves alone had kept from being one.
+
+use crate::block_ldlt::{Pivots, factor_diagonal};
+use crate::kernels::{
+    BlockWork, Scalar, Strips, by_size, panel_solve, subtract_product, subtract_transposed,
+    unit_lower_solve, unit_upper_solve, update, update_diagonal,
+};
+use crate::{BlockPattern, SymBlockMatrix};
+use std::collections::BinaryHeap;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// Factors of the leaves, and what they leave.
+#[derive(Debug, Clone)]
+pub(crate) struct Leaves {
+    leaves: Vec<Leaf>,
+    couplings: Vec<Coupling>,
+    updates: Vec<Update>,
+    /// Factors of the leaves' diagonal blocks, and L⁻ᵀ D⁻¹ of their couplings.
+    values: Vec<f64>,
+    inverse_pivots: Vec<f64>,
+    /// The couplings of a leaf times L⁻ᵀ.
+    panel: Vec<f64>,
+    /// The matrix; where no leaf is, its Schur complement.
+    rest: SymBlockMatrix,
+    /// Largest magnitude that each diagonal entry was made from; 0 where no leaf couples to.
+    scale: Vec<f64>,
+    /// Right-hand side, less what the leaves take away.
+    b: Vec<f64>,
+}
+
+/// A block that is eliminated.
+#[derive(Debug, Clone)]
+struct Leaf {
+    rows: Range<usize>,
+    /// Its values in the matrix, and those of its factor.
+    diagonal: Range<usize>,
+    factor: Range<usize>,
+    couplings: Range<usize>,
+    updates: Range<usize>,
+}
+
+/// A leaf's coupling E to a block: m×n, n the rows of the leaf.
+#[derive(Debug, Clone)]
+struct Coupling {
+    rows: Range<usize>,
+    from: Range<usize>,
+    /// Whether the matrix stores Eᵀ.
+    transposed: bool,
+    /// Where E L⁻ᵀ D⁻¹ and E L⁻ᵀ are kept.
+    values: Range<usize>,
+    panel: Range<usize>,
+}
+
+/// A block of the matrix from which the product of two couplings is subtracted.
+#[derive(Debug, Clone)]
+struct Update {
+    to: Range<usize>,
+    row: usize,
+    column: usize,
+}
+
+/// The leaves of a pattern and all its other blocks, both ascending but the leaves in the order of their elimination.
+/// Taken is what keeps its neighbours from being a chain: a block with two or more of them, or the only one of a block
+/// with three.
+fn split(pattern: &BlockPattern) -> (Vec<usize>, Vec<usize>) {
+    let blocks = pattern.blocks();
+    let mut neighbours = vec![Vec::new(); blocks];
+    for j in 0..blocks {
+        for k in pattern.column(j).skip(1) {
+            neighbours[j].push(pattern.row(k));
+            neighbours[pattern.row(k)].push(j);
+        }
+    }
+    let coupled = |a: usize, b: usize| pattern.find(a.max(b), a.min(b)).is_some();
+    // What a block comes by: the neighbours of its neighbours; of equals how far these are in the order, which a
+    // cable's next joint is not.
+    let wanted = |block: usize, neighbours: &[Vec<usize>]| {
+        let own = &neighbours[block];
+        let mut pairs = own.iter().enumerate();
+        let is_leaf = match own.as_slice() {
+            [] => false,
+            [only] => neighbours[*only].len() > 2,
+            several => {
+                several.len() <= MOST_NEIGHBOURS
+                    && pairs.all(|(i, &a)| own[..i].iter().all(|&b| coupled(a, b)))
+            }
+        };
+        let around: usize = own.iter().map(|&other| neighbours[other].len()).sum();
+        let far = own.iter().map(|&other| other.abs_diff(block)).max();
+        let is_leaf = is_leaf && (1..=MOST_ROWS).contains(&pattern.size(block));
+        is_leaf.then_some((around, far, block))
+    };
+    let mut is_leaf = vec![false; blocks];
+    let mut leaves = Vec::new();
+    let mut queue: BinaryHeap<_> = (0..blocks).filter_map(|j| wanted(j, &neighbours)).collect();
+    while let Some(known) = queue.pop() {
+        let block = known.2;
+        match wanted(block, &neighbours) {
+            _ if is_leaf[block] => continue,
+            Some(now) if now == known => {}
+            now => {
+                queue.extend(now);
+                continue;
+            }
+        }
+        is_leaf[block] = true;
+        leaves.push(block);
+        let own = std::mem::take(&mut neighbours[block]);
+        for &other in &own {
+            neighbours[other].retain(|&b| b != block);
+        }
+        queue.extend(own.iter().filter_map(|&other| wanted(other, &neighbours)));
+    }
+    let others = (0..blocks).filter(|&j| !is_leaf[j]).collect();
+    (leaves, others)
+}
+
+/// Most blocks that a leaf couples to: joints of a cable are coupled to two, to their own leaves, and to a branch.
+const MOST_NEIGHBOURS: usize = 4;
+
+/// Most rows of a leaf.
+const MOST_ROWS: usize = 6;
+
+impl Leaves {
+    /// The leaves of matrices of `pattern` and the other blocks, ascending; `None` where there are none. Allocates all
+    /// that is needed.
+    pub(crate) fn new(pattern: &Arc<BlockPattern>) -> Option<(Self, Vec<usize>)> {
+        let (order, others) = split(pattern);
+        if order.is_empty() {
+            return None;
+        }
+        let p = pattern.as_ref();
+        let mut taken = vec![false; p.blocks()];
+        let mut all = Self {
+            leaves: Vec::new(),
+            couplings: Vec::new(),
+            updates: Vec::new(),
+            values: Vec::new(),
+            inverse_pivots: vec![0.0; p.dim()],
+            panel: Vec::new(),
+            rest: SymBlockMatrix::zeros(pattern.clone()),
+            scale: vec![0.0; p.dim()],
+            b: vec![0.0; p.dim()],
+        };
+        let mut above = vec![Vec::new(); p.blocks()];
+        for j in 0..p.blocks() {
+            for k in p.column(j).skip(1) {
+                above[p.row(k)].push((j, k));
+            }
+        }
+        for leaf in order {
+            taken[leaf] = true;
+            let n = p.size(leaf);
+            let factor = all.room(n * n);
+            let first = all.couplings.len();
+            let before = above[leaf].iter().map(|&(j, k)| (j, k, true));
+            let behind = p.column(leaf).skip(1).map(|k| (p.row(k), k, false));
+            let mut neighbours = Vec::new();
+            let mut panel = 0;
+            for (block, k, transposed) in before.chain(behind) {
+                if taken[block] {
+                    continue;
+                }
+                neighbours.push(block);
+                let values = all.room(p.size(block) * n);
+                let from = panel;
+                panel += values.len();
+                all.couplings.push(Coupling {
+                    rows: p.rows(block),
+                    from: p.values(k),
+                    transposed,
+                    values,
+                    panel: from..panel,
+                });
+            }
+            all.panel.resize(all.panel.len().max(panel), 0.0);
+            // The neighbours ascend, those above the leaf and those below it.
+            let update = all.updates.len();
+            for (column, &j) in neighbours.iter().enumerate() {
+                for (row, &i) in neighbours.iter().enumerate().skip(column) {
+                    all.updates.push(Update {
+                        to: p.values(p.find(i, j)?),
+                        row: first + row,
+                        column: first + column,
+                    });
+                }
+            }
+            all.leaves.push(Leaf {
+                rows: p.rows(leaf),
+                diagonal: p.values(p.column(leaf).start),
+                factor,
+                couplings: first..all.couplings.len(),
+                updates: update..all.updates.len(),
+            });
+        }
+        Some((all, others))
+    }
+
+    /// Room for some more values.
+    fn room(&mut self, count: usize) -> Range<usize> {
+        let start = self.values.len();
+        self.values.resize(start + count, 0.0);
+        start..start + count
+    }
+
+    /// Eliminates the leaves of `a`, of the pattern of [`new`](Self::new); `None` where a pivot is noise. What is left,
+    /// and the largest magnitude that each entry of its diagonal was made from, one for each scalar row, 0 where no leaf
+    /// couples to. Allocates nothing.
+    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> Option<(&SymBlockMatrix, &[f64])> {
+        self.rest.values_mut().copy_from_slice(a.values());
+        let eliminated = f64::run(Eliminate(self));
+        eliminated.then_some((&self.rest, &self.scale))
+    }
+
+    #[inline(always)]
+    fn eliminate<S: Strips<f64>>(&mut self) -> bool {
+        let rest = self.rest.values_mut();
+        self.scale.fill(0.0);
+        for leaf in &self.leaves {
+            let n = leaf.rows.len();
+            let factor = &mut self.values[leaf.factor.clone()];
+            factor.copy_from_slice(&rest[leaf.diagonal.clone()]);
+            let scale = &mut self.scale[leaf.rows.clone()];
+            for (scale, d) in scale.iter_mut().zip(factor.iter().step_by(n + 1)) {
+                *scale = scale.max(d.abs());
+            }
+            let inverse = &mut self.inverse_pivots[leaf.rows.clone()];
+            let pivots = Pivots::Nonzero;
+            if by_size!(n, |n| factor_diagonal::<S, _, _>(
+                n, factor, inverse, scale, pivots
+            ))
+            .is_err()
+            {
+                return false;
+            }
+            for c in &self.couplings[leaf.couplings.clone()] {
+                let m = c.rows.len();
+                let (head, tail) = self.values.split_at_mut(c.values.start);
+                let (factor, w) = (&head[leaf.factor.clone()], &mut tail[..m * n]);
+                let e = &rest[c.from.clone()];
+                if c.transposed {
+                    for (i, e) in e.chunks_exact(n).enumerate() {
+                        for (j, &e) in e.iter().enumerate() {
+                            w[i + m * j] = e;
+                        }
+                    }
+                } else {
+                    w.copy_from_slice(e);
+                }
+                let panel = &mut self.panel[c.panel.clone()];
+                panel_solve::<S, _, _, _>(m, n, factor, inverse, w, panel);
+            }
+            for u in &self.updates[leaf.updates.clone()] {
+                let [row, column] = [&self.couplings[u.row], &self.couplings[u.column]];
+                let (x, w) = (
+                    &self.panel[row.panel.clone()],
+                    &self.values[column.values.clone()],
+                );
+                let to = &mut rest[u.to.clone()];
+                if u.row == u.column {
+                    let m = row.rows.len();
+                    let scale = &mut self.scale[row.rows.clone()];
+                    for (scale, d) in scale.iter_mut().zip(to.iter().step_by(m + 1)) {
+                        *scale = scale.max(d.abs());
+                    }
+                    update_diagonal::<S, _, _, _>(m, n, to, x, w, scale);
+                } else {
+                    update::<S, _, _, _, _>(row.rows.len(), column.rows.len(), n, to, x, w);
+                }
+            }
+        }
+        true
+    }
+
+    /// Solves A x = b, with `solve` for what the leaves leave. Allocates nothing.
+    pub(crate) fn solve(
+        &mut self,
+        b: &[f64],
+        x: &mut [f64],
+        solve: impl FnOnce(&[f64], &mut [f64]),
+    ) {
+        self.b.copy_from_slice(b);
+        f64::run(Forward(self));
+        solve(&self.b, x);
+        self.backward(x);
+    }
+
+    #[inline(always)]
+    fn forward<S: Strips<f64>>(&mut self) {
+        for leaf in &self.leaves {
+            let n = leaf.rows.len();
+            unit_lower_solve(
+                n,
+                &self.values[leaf.factor.clone()],
+                &mut self.b[leaf.rows.clone()],
+            );
+            let mut y = [0.0; MOST_ROWS];
+            let y = &mut y[..n];
+            y.copy_from_slice(&self.b[leaf.rows.clone()]);
+            for c in &self.couplings[leaf.couplings.clone()] {
+                let w = &self.values[c.values.clone()];
+                subtract_product::<S, _, _, _>(c.rows.len(), n, w, y, &mut self.b[c.rows.clone()]);
+            }
+        }
+    }
+
+    fn backward(&self, x: &mut [f64]) {
+        for leaf in self.leaves.iter().rev() {
+            let n = leaf.rows.len();
+            let mut y = [0.0; MOST_ROWS];
+            let y = &mut y[..n];
+            for ((y, b), d) in y
+                .iter_mut()
+                .zip(&self.b[leaf.rows.clone()])
+                .zip(&self.inverse_pivots[leaf.rows.clone()])
+            {
+                *y = b * d;
+            }
+            for c in &self.couplings[leaf.couplings.clone()] {
+                let w = &self.values[c.values.clone()];
+                subtract_transposed(c.rows.len(), n, w, &x[c.rows.clone()], y);
+            }
+            unit_upper_solve(n, &self.values[leaf.factor.clone()], y);
+            x[leaf.rows.clone()].copy_from_slice(y);
+        }
+    }
+}
+
+/// The elimination of all leaves; whether their pivots were accepted.
+struct Eliminate<'a>(&'a mut Leaves);
+
+impl BlockWork<f64> for Eliminate<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Strips<f64>>(self) -> bool {
+        self.0.eliminate::<S>()
+    }
+}
+
+/// The leaves' part of the forward pass.
+struct Forward<'a>(&'a mut Leaves);
+
+impl BlockWork<f64> for Forward<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Strips<f64>>(self) {
+        self.0.forward::<S>();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn leaves(sizes: &[usize], couplings: &[(usize, usize)]) -> (Vec<usize>, Vec<usize>) {
+        split(&BlockPattern::new(sizes, couplings).unwrap())
+    }
+
+    #[test]
+    fn what_keeps_a_chain_from_being_one_is_a_leaf() {
+        let chain: Vec<_> = (1..6).map(|i| (i - 1, i)).collect();
+        assert_eq!(leaves(&[5; 6], &chain).0, vec![]);
+        // Two hooks on the segment between blocks 2 and 3, one between 3 and 4, a rope at the end of the hook 6.
+        let hooks = [
+            (2, 6),
+            (3, 6),
+            (2, 7),
+            (3, 7),
+            (6, 7),
+            (3, 8),
+            (4, 8),
+            (6, 9),
+            (7, 9),
+        ];
+        let (found, others) = leaves(&[5; 10], &[chain.as_slice(), &hooks].concat());
+        assert_eq!(others, (0..6).collect::<Vec<_>>(), "{found:?}");
+        // Of a ring nothing is simplicial; its hook is.
+        let mut ring = [chain.as_slice(), &[(0, 5), (0, 6), (5, 6)]].concat();
+        assert_eq!(leaves(&[6; 7], &ring).0, vec![6]);
+        // One that couples to blocks that are not coupled to each other is none.
+        ring.push((2, 6));
+        assert_eq!(leaves(&[6; 7], &ring).0, vec![]);
+    }
+}
