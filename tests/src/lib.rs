@@ -6,6 +6,7 @@
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
+//! | `fuzzing`, `decode` | what arbitrary bytes are put through, and what they stand for |
 //! | `machines` | random scenes of what moves and is moved: motors, winches, static and driven bodies |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
@@ -19,6 +20,8 @@
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
 //! | `structure` | allocations, imports, features, unsafe code, the top level |
 
+pub mod decode;
+pub mod fuzzing;
 pub mod graphs;
 pub mod machines;
 pub mod scenes;
