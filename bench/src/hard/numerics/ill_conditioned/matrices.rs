@@ -254,10 +254,11 @@ mod tests {
         }
     }
 
-    /// Every specimen has a solution in 32 digits; that of integers is 1 exactly.
+    /// Every specimen but the graded ones, beyond any number of digits, has a solution; that of integers is 1 exactly.
     #[test]
     fn solutions_are_known() {
-        for s in specimens(true) {
+        let graded = |s: &Specimen| s.name.starts_with("graded");
+        for s in specimens(true).into_iter().filter(|s| !graded(s)) {
             let x = s.x.as_ref().unwrap_or_else(|| panic!("{}", s.name));
             assert!(x.iter().all(|x| x.is_finite()), "{}", s.name);
             if s.name.starts_with("bending") || s.name.starts_with("Laplacian") {
