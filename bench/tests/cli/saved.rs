@@ -111,7 +111,7 @@ fn files_that_are_no_saved_run_are_refused() {
     refused(
         &at,
         "run --resume run.json --time 1 --save x.json --save-at 0",
-        &["--save-at", "0.1"],
+        &["--save-at", "0 s"],
     );
     refused(&at, "run hoist --save x.json --save-at nan", &["--save-at"]);
     refused(
