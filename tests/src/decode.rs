@@ -62,7 +62,7 @@ impl<'a> Bytes<'a> {
     /// A double: moderate, awkward, or any.
     pub fn number(&mut self) -> f64 {
         let kind = self.byte();
-        if self.rarity == 0 || kind % self.rarity != 0 {
+        if self.rarity == 0 || !kind.is_multiple_of(self.rarity) {
             return (f64::from(kind) - 100.0) / 16.0;
         }
         match self.below(AWKWARD.len() + 1) {
@@ -127,8 +127,8 @@ impl<'a> Bytes<'a> {
             },
             _ => GeometricStiffness::Inertia { alpha: 0.4 },
         };
-        let guard = (self.byte() % 3 > 0).then(|| Guard {
-            tolerance: if self.byte() % 4 == 0 {
+        let guard = (!self.byte().is_multiple_of(3)).then(|| Guard {
+            tolerance: if self.byte().is_multiple_of(4) {
                 self.number()
             } else {
                 0.005
@@ -146,18 +146,18 @@ impl<'a> Bytes<'a> {
                 1.0 / 60.0
             },
             substeps: 1 + self.below(2),
-            angular_scheme: (self.byte() % 5 == 0).then_some(Scheme::LinearlyImplicit),
+            angular_scheme: (self.byte().is_multiple_of(5)).then_some(Scheme::LinearlyImplicit),
             scheme,
             stiffness,
             guard,
-            form: if self.byte() % 3 == 0 {
+            form: if self.byte().is_multiple_of(3) {
                 Form::Kkt
             } else {
                 Form::Schur
             },
             elimination: Elimination::ALL[self.below(4)],
             refinements: self.below(3),
-            warm_start: self.byte() % 2 == 0,
+            warm_start: self.byte().is_multiple_of(2),
             backend,
         }
     }
@@ -188,8 +188,8 @@ impl<'a> Bytes<'a> {
             };
             scene.controls.push(control);
         }
-        scene.load = (self.byte() % 4 == 0).then(|| self.below(bodies + 1));
-        scene.start_in_equilibrium = self.byte() % 8 == 0;
+        scene.load = (self.byte().is_multiple_of(4)).then(|| self.below(bodies + 1));
+        scene.start_in_equilibrium = self.byte().is_multiple_of(8);
         scene
     }
 
@@ -219,7 +219,7 @@ impl<'a> Bytes<'a> {
             body.velocity = self.vector();
             body.angular_velocity = self.vector();
         }
-        if self.byte() % 3 == 0 {
+        if self.byte().is_multiple_of(3) {
             body.force = self.vector();
             body.torque = self.vector();
         }
@@ -246,7 +246,7 @@ impl<'a> Bytes<'a> {
             i if i <= bodies => Frame::body(i - 1, point),
             _ => Frame::body(self.below(bodies + 1), point),
         };
-        if self.byte() % 4 == 0
+        if self.byte().is_multiple_of(4)
             && let Some(axes) = taut_model::axes_along(&self.vector())
         {
             frame.axes = axes;
@@ -260,7 +260,7 @@ impl<'a> Bytes<'a> {
             4 => self.number(),
             i => compliance[usize::from(i)],
         };
-        let damping = if self.byte() % 4 == 0 {
+        let damping = if self.byte().is_multiple_of(4) {
             self.number()
         } else {
             0.0
@@ -287,20 +287,20 @@ impl<'a> Bytes<'a> {
         let mut motor = Motor::speed(0.0);
         motor.target = target;
         motor.law = self.law();
-        if self.byte() % 2 == 0 {
+        if self.byte().is_multiple_of(2) {
             motor.force_limit = self.positive();
         }
         Some(motor)
     }
 
     fn winch(&mut self) -> Option<Winch> {
-        if self.byte() % 2 == 0 {
+        if self.byte().is_multiple_of(2) {
             return None;
         }
         let mut winch = Winch::new();
         winch.speed = self.number();
-        winch.brake = self.byte() % 3 == 0;
-        if self.byte() % 2 == 0 {
+        winch.brake = self.byte().is_multiple_of(3);
+        if self.byte().is_multiple_of(2) {
             winch.force_limit = self.positive();
             winch.brake_limit = self.positive();
             winch.shortest = self.positive();
@@ -329,7 +329,7 @@ impl<'a> Bytes<'a> {
                 frames,
                 length: self.positive(),
                 law: self.law(),
-                transverse: self.byte() % 2 == 0,
+                transverse: self.byte().is_multiple_of(2),
             }),
             5 => Constraint::Hinge(Hinge {
                 motor: self.motor(),
@@ -346,7 +346,7 @@ impl<'a> Bytes<'a> {
                     points.push(frame);
                 }
                 let mut cable = MasslessCable::new(points, self.positive(), self.law());
-                cable.tension_only = self.byte() % 3 > 0;
+                cable.tension_only = !self.byte().is_multiple_of(3);
                 cable.winch = self.winch();
                 Constraint::MasslessCable(cable)
             }

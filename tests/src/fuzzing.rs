@@ -188,7 +188,7 @@ pub fn scene_file(data: &[u8]) -> bool {
 #[must_use]
 pub fn scene_builder(data: &[u8]) -> bool {
     let mut bytes = Bytes::new(data);
-    let scene = if bytes.byte() % 2 == 0 {
+    let scene = if bytes.byte().is_multiple_of(2) {
         match bytes.named() {
             Ok(source) if small(&source) => source.build(),
             Ok(_) => return false,
@@ -254,7 +254,11 @@ pub fn matrix_and_rhs(data: &[u8]) -> bool {
         *value = bytes.number();
     }
     // Else all are refused or pivoted: diagonals that lead.
-    for j in 0..if kind % 4 == 0 { 0 } else { pattern.blocks() } {
+    for j in 0..if kind.is_multiple_of(4) {
+        0
+    } else {
+        pattern.blocks()
+    } {
         let (n, k) = (pattern.size(j), pattern.column(j).start);
         let block = a.block_mut(k);
         for r in 0..n {

@@ -4,7 +4,7 @@
 //! The reference solver steps each scene. At some instants every solver, at its defaults, the iterative ones with other
 //! tolerances and limits of iterations besides, solves the system of the next step, in a stepper of its own. Its claim
 //! is its status: direct, or converged. Verified is the residual r of what came out, computed from the pieces M̃, J,
-//! Σ, c and not from the S that was formed of them, in double-double arithmetic ([`verify`]). A claim is true where
+//! Σ, c and not from the S that was formed of them, in double-double arithmetic ([`mod@verify`]). A claim is true where
 //!
 //! ```text
 //! ‖r‖₂ ≤ τ ‖b‖₂   or   η = ‖r‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) ≤ 10⁻¹⁴

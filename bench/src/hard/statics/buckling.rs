@@ -71,6 +71,9 @@ pub struct Threshold {
     pub bar: f64,
 }
 
+/// The scene under a load.
+pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
+
 /// The bracket and, in `halvings` more runs if any, the load at which the disturbance neither fades nor grows.
 ///
 /// # Errors
@@ -80,10 +83,7 @@ pub fn check(
     threshold: Threshold,
     halvings: usize,
     run: Run,
-    (scene, off): (
-        &dyn Fn(f64) -> Result<Scene, ExperimentError>,
-        fn(&Scene) -> f64,
-    ),
+    (scene, off): (&SceneAt<'_>, fn(&Scene) -> f64),
 ) -> Result<Vec<Check>, ExperimentError> {
     let Threshold { curve, exact, bar } = threshold;
     let grows = |load: f64| growth(scene(load)?, run, off);

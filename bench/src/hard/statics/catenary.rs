@@ -12,6 +12,9 @@ use nalgebra::{UnitQuaternion, Vector3};
 use taut_integrator::Stepper;
 use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene, SceneError, Spherical};
 
+/// A number of a hanging chain, with its name and unit.
+type Measure = (&'static str, fn(&Hanging) -> f64);
+
 /// Bar of rods and elastic rods against the exact discrete answer.
 pub const BAR: f64 = 1e-8;
 /// Bar of the chain of particles against it.
@@ -202,7 +205,7 @@ fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, Exp
         &format!("{}, N = {n}: shape", kind.name),
         shapes.collect(),
     ));
-    let measures: [(&str, fn(&Hanging) -> f64); 3] = [
+    let measures: [Measure; 3] = [
         ("H [N]", |h| h.horizontal),
         ("tension at the ends [N]", |h| h.end_tension),
         ("sag [m]", |h| h.sag),
@@ -293,7 +296,7 @@ pub fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         let nodes = chain(n, EA, false).0;
         found.push(measured(&rest, direct, (n, false), &nodes)?.1);
     }
-    let measures: [(&str, fn(&Hanging) -> f64); 3] = [
+    let measures: [Measure; 3] = [
         ("H", |h| h.horizontal),
         ("tension at the ends", |h| h.end_tension),
         ("sag", |h| h.sag),
