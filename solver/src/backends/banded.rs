@@ -253,7 +253,9 @@ mod tests {
             (true, &[0, 4, 7]),
             (true, &[2, 2, 2, 5]),
         ] {
-            for size in [2, 3, 4, 5, 6] {
+            // Under Miri, which takes minutes for all, one of them.
+            let sizes: &[usize] = if cfg!(miri) { &[3] } else { &[2, 3, 4, 5, 6] };
+            for &size in sizes {
                 let a = with_hooks(9, size, ring, hooks);
                 let b: Vec<f64> = (0..a.dim()).map(|i| (i as f64).cos()).collect();
                 let mut solver = Banded::default();

@@ -294,8 +294,9 @@ mod tests {
         let v = response(40, 40.0 * l / speed());
         assert!((-v / plateau - 1.0).abs() < 0.2, "{v} {plateau}");
         assert!(response(10, 20.0 * l / speed()).abs() < 1e-3 * plateau);
-        // A third at the continuum's front.
-        let third = -response(10, 40.0 * l / speed()) / plateau;
+        // A third at the continuum's front, which starts at the free end, half a segment beyond the last mass.
+        let way = (SEGMENTS - 10) as f64 + 0.5;
+        let third = -response(10, way * l / speed()) / plateau;
         assert!((third - 1.0 / 3.0).abs() < 0.05, "{third}");
     }
 }
