@@ -51,7 +51,7 @@ impl EliminationCost {
 }
 
 /// All neighbours of each block, ascending: both triangles of a pattern, without the diagonal.
-fn neighbours(pattern: &BlockPattern) -> Vec<Vec<usize>> {
+pub(crate) fn neighbours(pattern: &BlockPattern) -> Vec<Vec<usize>> {
     let mut neighbours = vec![Vec::new(); pattern.blocks()];
     for j in 0..pattern.blocks() {
         for k in pattern.column(j).skip(1) {

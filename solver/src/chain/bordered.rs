@@ -83,8 +83,8 @@ impl Bordered {
         })
     }
 
-    /// Factorises `a`, of the pattern of [`new`](Self::of); whether all pivots are more than noise, if given of
-    /// magnitudes that their rows were made from, one for every row of the matrix. Allocates nothing.
+    /// Factorises `a`, of the pattern of [`of`](Self::of); whether all pivots are more than noise, of what
+    /// their rows were made from where these magnitudes are given, one for every row of the matrix. Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, magnitudes: Option<&[f64]>) -> bool {
         let sound = |chain: &Chain| magnitudes.is_none_or(|m| chain.is_sound(m));
         if !self.chain.factorize(a) || !sound(&self.chain) {

@@ -10,6 +10,7 @@ use crate::kernels::{
     BlockWork, Scalar, Strips, by_size, panel_solve, subtract_product, subtract_transposed,
     unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
+use crate::ordering::neighbours;
 use crate::{BlockPattern, SymBlockMatrix};
 use std::collections::BinaryHeap;
 use std::ops::Range;
@@ -70,13 +71,7 @@ struct Update {
 /// with three.
 fn split(pattern: &BlockPattern) -> (Vec<usize>, Vec<usize>) {
     let blocks = pattern.blocks();
-    let mut neighbours = vec![Vec::new(); blocks];
-    for j in 0..blocks {
-        for k in pattern.column(j).skip(1) {
-            neighbours[j].push(pattern.row(k));
-            neighbours[pattern.row(k)].push(j);
-        }
-    }
+    let mut neighbours = neighbours(pattern);
     let coupled = |a: usize, b: usize| pattern.find(a.max(b), a.min(b)).is_some();
     // What a block comes by: the neighbours of its neighbours; of equals how far these are in the order, which a
     // cable's next joint is not.
@@ -148,42 +143,33 @@ impl Leaves {
             scale: vec![0.0; p.dim()],
             b: vec![0.0; p.dim()],
         };
-        let mut above = vec![Vec::new(); p.blocks()];
-        for j in 0..p.blocks() {
-            for k in p.column(j).skip(1) {
-                above[p.row(k)].push((j, k));
-            }
-        }
+        let coupled = neighbours(p);
         for leaf in order {
             taken[leaf] = true;
             let n = p.size(leaf);
             let factor = all.room(n * n);
             let first = all.couplings.len();
-            let before = above[leaf].iter().map(|&(j, k)| (j, k, true));
-            let behind = p.column(leaf).skip(1).map(|k| (p.row(k), k, false));
-            let mut neighbours = Vec::new();
+            let left = coupled[leaf].iter().copied().filter(|&j| !taken[j]);
+            let left: Vec<usize> = left.collect();
             let mut panel = 0;
-            for (block, k, transposed) in before.chain(behind) {
-                if taken[block] {
-                    continue;
-                }
-                neighbours.push(block);
+            for &block in &left {
+                let k = p.find(leaf.max(block), leaf.min(block))?;
                 let values = all.room(p.size(block) * n);
                 let from = panel;
                 panel += values.len();
                 all.couplings.push(Coupling {
                     rows: p.rows(block),
                     from: p.values(k),
-                    transposed,
+                    transposed: block < leaf,
                     values,
                     panel: from..panel,
                 });
             }
             all.panel.resize(all.panel.len().max(panel), 0.0);
-            // The neighbours ascend, those above the leaf and those below it.
+            // They ascend.
             let update = all.updates.len();
-            for (column, &j) in neighbours.iter().enumerate() {
-                for (row, &i) in neighbours.iter().enumerate().skip(column) {
+            for (column, &j) in left.iter().enumerate() {
+                for (row, &i) in left.iter().enumerate().skip(column) {
                     all.updates.push(Update {
                         to: p.values(p.find(i, j)?),
                         row: first + row,
