@@ -21,6 +21,7 @@ pub mod torsion;
 pub mod waves;
 
 use super::Case;
+use taut_model::{Control, Drive};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -128,5 +129,16 @@ fn worse(a: f64, b: f64) -> f64 {
         f64::NAN
     } else {
         a.max(b)
+    }
+}
+
+/// A control that hauls in the cable which is the scene's first constraint, metres a second.
+fn hauling(name: &str) -> Control {
+    Control {
+        name: name.to_owned(),
+        drives: vec![Drive {
+            constraint: 0,
+            gain: -1.0,
+        }],
     }
 }

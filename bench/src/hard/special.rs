@@ -25,15 +25,16 @@ pub fn carlson_rf(x: f64, y: f64, z: f64) -> f64 {
             let sum = 1.0 - e2 / 10.0 + e3 / 14.0 + e2 * e2 / 24.0 - 3.0 * e2 * e3 / 44.0;
             return sum / mean.sqrt();
         }
-        let (a, b, c) = (x.sqrt(), y.sqrt(), z.sqrt());
-        let lambda = a * b + b * c + c * a;
-        (x, y, z) = (
-            0.25 * (x + lambda),
-            0.25 * (y + lambda),
-            0.25 * (z + lambda),
-        );
+        ([x, y, z], _) = nearer([x, y, z]);
     }
     f64::NAN
+}
+
+/// A step of Carlson's duplication: arguments a quarter as far apart, and λ.
+fn nearer(xyz: [f64; 3]) -> ([f64; 3], f64) {
+    let [a, b, c] = xyz.map(f64::sqrt);
+    let lambda = a * b + b * c + c * a;
+    (xyz.map(|x| 0.25 * (x + lambda)), lambda)
 }
 
 /// Carlson's R_D(x, y, z) for non-negative x and y, at most one of them 0, and z > 0. NaN beyond.
@@ -59,15 +60,10 @@ pub fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
                 + 3.0 * e5 / 26.0;
             return 3.0 * sum + weight * series / (mean * mean.sqrt());
         }
-        let (a, b, c) = (x.sqrt(), y.sqrt(), z.sqrt());
-        let lambda = a * b + b * c + c * a;
-        sum += weight / (c * (z + lambda));
+        let (next, lambda) = nearer([x, y, z]);
+        sum += weight / (z.sqrt() * (z + lambda));
         weight *= 0.25;
-        (x, y, z) = (
-            0.25 * (x + lambda),
-            0.25 * (y + lambda),
-            0.25 * (z + lambda),
-        );
+        [x, y, z] = next;
     }
     f64::NAN
 }

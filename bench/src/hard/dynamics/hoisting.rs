@@ -8,7 +8,7 @@ use crate::check::{Check, ExperimentError, Outcome};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{Body, Constraint, Control, Drive, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
 
 const GRAVITY: f64 = 9.81;
 const DT: f64 = 1.0 / 60.0;
@@ -97,13 +97,7 @@ fn scene() -> Scene {
         ..MasslessCable::new(frames, LENGTHS[0], RowLaw::RIGID)
     };
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
-    scene.controls.push(Control {
-        name: "hoist".to_owned(),
-        drives: vec![Drive {
-            constraint: 0,
-            gain: -1.0,
-        }],
-    });
+    scene.controls.push(super::hauling("hoist"));
     scene
 }
 

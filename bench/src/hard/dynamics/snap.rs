@@ -16,8 +16,7 @@ use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{
-    Body, Constraint, Control, Drive, Frame, MasslessCable, Mobility, RowLaw, Scene, Stiffness,
-    Winch,
+    Body, Constraint, Frame, MasslessCable, Mobility, RowLaw, Scene, Stiffness, Winch,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -88,13 +87,7 @@ fn standing() -> Scene {
     };
     rope("hoist", LENGTH, wound, HOIST_EA);
     rope("floor", 0.5 * LENGTH, |cable| cable, f64::INFINITY);
-    scene.controls.push(Control {
-        name: "hoist".to_owned(),
-        drives: vec![Drive {
-            constraint: 0,
-            gain: -1.0,
-        }],
-    });
+    scene.controls.push(super::hauling("hoist"));
     scene
 }
 

@@ -10,9 +10,7 @@ use crate::hard::{solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use taut_integrator::{Stepper, static_equilibrium};
-use taut_model::{
-    Body, Constraint, Control, Drive, Frame, Hinge, MasslessCable, RowLaw, Scene, Winch, axes_along,
-};
+use taut_model::{Body, Constraint, Frame, Hinge, MasslessCable, RowLaw, Scene, Winch, axes_along};
 use taut_solver::Backend;
 
 const GRAVITY: f64 = 10.0;
@@ -170,13 +168,7 @@ fn block(parts: usize, law: RowLaw) -> Scene {
         ..MasslessCable::new(frames, length, law)
     };
     scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
-    scene.controls.push(Control {
-        name: "haul".to_owned(),
-        drives: vec![Drive {
-            constraint: 0,
-            gain: -1.0,
-        }],
-    });
+    scene.controls.push(super::hauling("haul"));
     scene
 }
 
