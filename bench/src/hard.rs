@@ -7,6 +7,7 @@
 
 pub mod dynamics;
 pub mod numerics;
+pub mod special;
 pub mod statics;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};

@@ -16,7 +16,8 @@
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
 //! | `reference` | finely stepped motions to compare with |
-//! | `run` | one scene, as `taut run` runs it |
+//! | `run`, `run_file` | one scene, as `taut run` runs it; runs saved to files and resumed |
+//! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
@@ -47,6 +48,7 @@ pub mod ladder;
 pub mod linear;
 pub mod machine;
 pub mod matrix;
+pub mod modes;
 pub mod output;
 pub mod paper;
 pub mod plot;
@@ -55,6 +57,7 @@ pub mod random;
 pub mod reference;
 pub mod report;
 pub mod run;
+pub mod run_file;
 pub mod scenes;
 pub mod shocks;
 pub mod stability;

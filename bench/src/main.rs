@@ -20,7 +20,7 @@ use taut_bench::allocations::Counting;
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
-use taut_bench::{Choice, output, run, table, trajectory};
+use taut_bench::{Choice, output, table, trajectory};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::{HoistParams, Network};
 
@@ -57,9 +57,9 @@ enum Command {
     Static(StaticArgs),
     /// Simulates a named scene or a TOML file
     #[command(
-        after_help = "Example: taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv"
+        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30 && taut run --resume gantry.json --time 30"
     )]
-    Run(RunArgs),
+    Run(cli::run::RunArgs),
     /// Writes a scene as TOML with the meaning of every key: what `taut run FILE` reads back to the identical run
     #[command(
         after_help = "Example: taut scene hoist --set segments=6 --explicit > six.toml && taut run six.toml"
@@ -169,30 +169,6 @@ struct StaticArgs {
     json: Option<PathBuf>,
 }
 
-#[derive(Debug, Args)]
-struct RunArgs {
-    /// Name of a scene, or a TOML file
-    scene: String,
-    /// Overrides a parameter of the scene
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
-    #[command(flatten)]
-    step: StepArgs,
-    /// Simulated time (s)
-    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = number, allow_negative_numbers = true)]
-    time: f64,
-    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
-    /// between, the first and the last row hold outside
-    #[arg(long, value_name = "FILE.csv")]
-    controls: Option<PathBuf>,
-    /// Writes one line a step to a CSV file
-    #[arg(long, value_name = "FILE.csv")]
-    out: Option<PathBuf>,
-    /// Writes the summary to a file (`-` for standard output, which then holds nothing else)
-    #[arg(long, value_name = "PATH")]
-    json: Option<PathBuf>,
-}
-
 /// Scheme, solver and time step of a simulation.
 #[derive(Debug, Args)]
 struct StepArgs {
@@ -272,7 +248,7 @@ fn main() -> ExitCode {
         None => bench(&cli.bench),
         Some(Command::Bench(args)) => bench(&args),
         Some(Command::Static(args)) => hang(&args),
-        Some(Command::Run(args)) => simulate(&args),
+        Some(Command::Run(args)) => cli::run::run(&args),
         Some(Command::Scene(args)) => cli::scene::run(&args),
         Some(Command::Paper(args)) => cli::paper::run(&args),
         Some(Command::Hard(args)) => cli::hard::run(&args),
@@ -596,45 +572,4 @@ fn step_options(args: &StepArgs) -> Result<StepOptions, Failure> {
     }
     positive("`--dt`", &[args.dt])?;
     Ok(options)
-}
-
-fn simulate(args: &RunArgs) -> Result<(), Failure> {
-    let mut prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
-    if let Some(path) = &args.controls {
-        prepared = prepared.driven_by(path)?;
-    }
-    let options = step_options(&args.step)?;
-    let count = steps(args.time, args.step.dt)?;
-    if count == 0 {
-        return Err(Failure::Input(format!(
-            "`--time` is {} s: it must be at least one step of {} s",
-            args.time, args.step.dt
-        )));
-    }
-    let to_stdout = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
-    if to_stdout(&args.out) && to_stdout(&args.json) {
-        return Err(Failure::Input(
-            "`--out -` and `--json -` cannot share standard output: give one of them a file"
-                .to_owned(),
-        ));
-    }
-    let bar = progress(count as u64);
-    let (summary, trajectory) = run::run(&prepared, &options, args.time, &bar)?;
-    bar.finish_and_clear();
-    if let Some(path) = &args.out {
-        output::write_text(path, &run::csv(&trajectory))?;
-    }
-    if !to_stdout(&args.out) && !to_stdout(&args.json) {
-        output::print(&run::text(&summary))?;
-    }
-    if let Some(path) = &args.json {
-        output::write_json(path, &summary)?;
-    }
-    match summary.failure {
-        None => Ok(()),
-        Some(f) => Err(Failure::Unstable(format!(
-            "unstable at t = {:.4} s: {}",
-            f.time, f.reason
-        ))),
-    }
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 use std::fmt;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
 /// A file that could not be written or read.
@@ -62,16 +62,33 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     })
 }
 
+/// Most bytes of a text that is read: more is no scene, table or run, but a device or a mistake.
+const MOST_TEXT: u64 = 1 << 30;
+
 /// The text of a file.
 ///
 /// # Errors
-/// [`FileError`] with the path.
+/// [`FileError`] with the path; also where the text is longer than a gigabyte.
 pub fn read_text(path: &Path) -> Result<String, FileError> {
-    std::fs::read_to_string(path).map_err(|source| FileError {
+    read_at_most(path, MOST_TEXT).map_err(|source| FileError {
         path: path.into(),
         doing: "read",
         source,
     })
+}
+
+fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
+    let mut text = String::new();
+    let file = std::fs::File::open(path)?;
+    file.take(most + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > most {
+        let message = format!("it has more than {most} bytes, which no text of this kind has");
+        return Err(std::io::Error::new(
+            std::io::ErrorKind::FileTooLarge,
+            message,
+        ));
+    }
+    Ok(text)
 }
 
 /// Writes text to `path`, making its folder, or to standard output for `-`.
@@ -105,4 +122,19 @@ pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> 
     };
     let text = serde_json::to_string_pretty(value).map_err(failed)?;
     write_text(path, &(text + "\n"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_without_end_is_refused() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.toml");
+        let all = read_at_most(&path, MOST_TEXT).expect("readable");
+        let length = all.len() as u64;
+        assert_eq!(read_at_most(&path, length).expect("short enough"), all);
+        let error = read_at_most(&path, length - 1).expect_err("too long");
+        assert!(error.to_string().contains("more than"), "{error}");
+    }
 }

@@ -1,27 +1,34 @@
-//! `taut run`: one scene, one solver, and everything that a run tells.
+//! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
 use crate::inputs::{InputError, Inputs};
 use crate::trajectory::{Failure, Timing, Trajectory, simulate_driven};
 use indicatif::ProgressBar;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use taut_integrator::{Energy, Phase, StepError, StepOptions, Stepper};
+use taut_integrator::{Energy, Phase, SavedRun, Stepper};
 use taut_model::{Scene, SceneError, SceneSource};
 
-/// A scene to be run, with what only its parameters know.
+/// What a run is judged by, which only the parameters of its scene know.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Yardstick {
+    /// Unstrained length of the cable and its exact elongation at rest, for hoists \[m].
+    pub cable: Option<(f64, f64)>,
+    /// Gap of a joint at which the run is given up \[m].
+    #[serde(with = "taut_model::unlimited")]
+    pub max_gap: f64,
+    /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
+    pub planar: bool,
+}
+
+/// A scene to be run.
 #[derive(Debug, Clone)]
 pub struct Prepared {
     /// The scene.
     pub scene: Scene,
-    /// Unstrained length of the cable and its exact elongation at rest, for hoists \[m].
-    pub cable: Option<(f64, f64)>,
-    /// Gap of a joint at which the run is given up \[m].
-    pub max_gap: f64,
-    /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
-    pub planar: bool,
-    /// What drives its controls.
-    pub inputs: Inputs,
+    /// What the run is judged by.
+    pub yardstick: Yardstick,
 }
 
 /// Why a scene cannot be prepared.
@@ -90,24 +97,21 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
     };
     Ok(Prepared {
         scene: built,
-        cable,
-        max_gap,
-        planar,
-        inputs: Inputs::default(),
+        yardstick: Yardstick {
+            cable,
+            max_gap,
+            planar,
+        },
     })
 }
 
-impl Prepared {
-    /// The same with the inputs of the CSV file `path`: see [`Inputs`].
-    ///
-    /// # Errors
-    /// [`PrepareError::File`], [`PrepareError::Inputs`].
-    pub fn driven_by(mut self, path: &Path) -> Result<Self, PrepareError> {
-        let text = crate::output::read_text(path).map_err(PrepareError::File)?;
-        self.inputs = Inputs::parse(&text, &self.scene)
-            .map_err(|e| PrepareError::Inputs(path.to_owned(), e))?;
-        Ok(self)
-    }
+/// The inputs of the CSV file `path` for a scene: see [`Inputs`].
+///
+/// # Errors
+/// [`PrepareError::File`], [`PrepareError::Inputs`].
+pub fn inputs(path: &Path, scene: &Scene) -> Result<Inputs, PrepareError> {
+    let text = crate::output::read_text(path).map_err(PrepareError::File)?;
+    Inputs::parse(&text, scene).map_err(|e| PrepareError::Inputs(path.to_owned(), e))
 }
 
 /// Positions of the load over time.
@@ -206,29 +210,53 @@ pub struct Summary {
     pub final_state: FinalState,
 }
 
-/// Runs a prepared scene for `time` seconds; the samples are those of each step.
-///
-/// # Errors
-/// Where no stepper can be made. A step that fails ends the run and is reported in the summary.
+/// Runs a stepper for `time` seconds more; the samples are those of each step. A step that fails ends the run and is
+/// reported in the summary. With `save_at` (s) the run is kept as it is at the last step's end before or at that time, to
+/// half a step, and the run itself goes on.
 pub fn run(
-    prepared: &Prepared,
-    options: &StepOptions,
+    stepper: &mut Stepper,
+    yardstick: &Yardstick,
+    inputs: &Inputs,
     time: f64,
+    save_at: Option<f64>,
     progress: &ProgressBar,
-) -> Result<(Summary, Trajectory), StepError> {
-    let mut stepper = Stepper::new(prepared.scene.clone(), options.clone())?;
-    let trajectory = simulate_driven(
-        &mut stepper,
+) -> (Summary, Trajectory, Option<SavedRun>) {
+    let mut saved = None;
+    let half = 0.5 * stepper.options().dt;
+    let mut trajectory = simulate_driven(
+        stepper,
         time,
-        prepared.max_gap,
-        |stepper| prepared.inputs.apply(stepper),
+        yardstick.max_gap,
+        |stepper| {
+            if saved.is_none() && save_at.is_some_and(|at| stepper.time() > at - half) {
+                saved = Some(stepper.save()?);
+            }
+            inputs.apply(stepper)
+        },
         |_| progress.inc(1),
     );
+    if save_at.is_some() && saved.is_none() && trajectory.failure.is_none() {
+        match stepper.save() {
+            Ok(run) => saved = Some(run),
+            Err(e) => {
+                trajectory.failure = Some(Failure {
+                    time: stepper.time(),
+                    reason: e.to_string(),
+                });
+            }
+        }
+    }
+    let summary = summary(stepper, yardstick, &trajectory);
+    (summary, trajectory, saved)
+}
+
+fn summary(stepper: &Stepper, yardstick: &Yardstick, trajectory: &Trajectory) -> Summary {
+    let options = stepper.options();
     let start = trajectory
         .samples
         .first()
         .map_or_else(Energy::default, |s| s.energy);
-    let elongation_error = prepared.cable.map(|(length, exact)| {
+    let elongation_error = yardstick.cable.map(|(length, exact)| {
         let sums = trajectory
             .samples
             .iter()
@@ -237,8 +265,8 @@ pub fn run(
     });
     let median = |phase| trajectory.nanoseconds(|p| p.of(phase)).median;
     let iterations: usize = trajectory.samples.iter().map(|s| s.iterations).sum();
-    let summary = Summary {
-        scene: prepared.scene.name.clone(),
+    Summary {
+        scene: stepper.scene().name.clone(),
         backend: options.backend.to_string(),
         form: options.form.to_string(),
         elimination: stepper.elimination().taken.to_string(),
@@ -260,7 +288,7 @@ pub fn run(
         dt: options.dt,
         steps: trajectory.samples.len(),
         stable: trajectory.failure.is_none(),
-        planar: prepared.planar,
+        planar: yardstick.planar,
         unconverged_steps: trajectory.samples.len().saturating_sub(trajectory.claimed),
         undecided_steps: trajectory.undecided,
         failure: trajectory.failure.clone(),
@@ -280,8 +308,7 @@ pub fn run(
             .to_vec(),
         iterations_mean: iterations as f64 / trajectory.samples.len().max(1) as f64,
         final_state: final_state(stepper.scene()),
-    };
-    Ok((summary, trajectory))
+    }
 }
 
 fn final_state(scene: &Scene) -> FinalState {

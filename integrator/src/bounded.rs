@@ -26,7 +26,9 @@ const NOISE: f64 = 1e-11;
 
 /// Where a row's multiplier is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Place {
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub(crate) enum Place {
     Inside,
     Lower,
     Upper,
@@ -98,8 +100,15 @@ impl Bounded {
     }
 
     /// Where each bounded row is.
-    fn places(&self) -> impl Iterator<Item = Place> + '_ {
+    pub(crate) fn places(&self) -> impl Iterator<Item = Place> + '_ {
         self.rows.iter().map(|row| row.place)
+    }
+
+    /// Puts each bounded row where [`places`](Self::places) said.
+    pub(crate) fn put(&mut self, places: &[Place]) {
+        for (row, place) in self.rows.iter_mut().zip(places) {
+            row.place = *place;
+        }
     }
 
     /// The bounded rows, by their numbers, that are at their lower bound.

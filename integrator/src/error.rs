@@ -50,6 +50,13 @@ pub enum StepError {
         /// Why not, and what to do.
         reason: &'static str,
     },
+    /// The parts of a saved run do not fit together, or hold what cannot be saved.
+    Saved {
+        /// Which part.
+        what: &'static str,
+        /// What is wrong.
+        reason: String,
+    },
     /// Which rows are at their bounds could not be decided.
     Undecided {
         /// Time at the beginning of the step \[s].
@@ -101,6 +108,7 @@ impl fmt::Display for StepError {
                 source.fmt(f)
             }
             Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
+            Self::Saved { what, reason } => write!(f, "saved run: `{what}` {reason}"),
             Self::NotOneShape { cable, reason } => write!(f, "scene {cable} {reason}"),
             Self::Undecided { time } => write!(
                 f,

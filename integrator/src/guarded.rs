@@ -150,6 +150,8 @@ impl Stepper {
             length = (2.0 * dt).min(first);
         }
         self.time = begin + whole;
+        // The last pass's impulses are spent.
+        self.solved = false;
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
         self.accept();
         Ok(())

@@ -67,6 +67,7 @@
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
+//! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
 //! | `equilibrium` | static equilibrium by a solve |
@@ -82,6 +83,7 @@
 //! | `products` | J v and Jᵀ μ |
 //! | `matrix_free` | S μ from the pieces, for backends that need no more of it |
 //! | `six`, `lanes` | six numbers a body, as vectors want them; rows in lanes |
+//! | `serde_forms` | options by their names, for `serde` |
 //! | `report` | what a step did, and the time of each phase |
 
 mod access;
@@ -106,6 +108,9 @@ mod plan;
 mod products;
 mod regularization;
 mod report;
+mod saved;
+#[cfg(feature = "serde")]
+mod serde_forms;
 mod six;
 mod stepper;
 
@@ -116,4 +121,5 @@ pub use error::StepError;
 pub use observe::Energy;
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};
+pub use saved::SavedRun;
 pub use stepper::Stepper;

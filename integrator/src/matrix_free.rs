@@ -73,7 +73,8 @@ impl MatrixFree {
         solver.solve_with(&mut product, a, b, x)
     }
 
-    /// Improves x as [`taut_solver::refine`] does, with the residual of the pieces; the iterations made.
+    /// Improves x as [`taut_solver::refine`] does, with the residual of the pieces; the report of the last one, with the
+    /// iterations of all.
     pub(crate) fn refine(
         &mut self,
         solver: &mut dyn LinearSolver,
@@ -81,8 +82,8 @@ impl MatrixFree {
         a: &SymBlockMatrix,
         x: &mut [f64],
         sweeps: usize,
-    ) -> Result<usize, SolveError> {
-        let mut iterations = 0;
+    ) -> Result<Option<SolveReport>, SolveError> {
+        let mut last: Option<SolveReport> = None;
         for _ in 0..sweeps {
             plan.scatter_multipliers(&pieces.rows, x, 1.0, &mut self.mu);
             pieces.residual(&self.mu, &mut self.rates);
@@ -97,9 +98,11 @@ impl MatrixFree {
                 }
             }
             (self.residual, self.correction) = (residual, correction);
-            iterations += solved?.iterations;
+            let mut report = solved?;
+            report.iterations += last.map_or(0, |r| r.iterations);
+            last = Some(report);
         }
-        Ok(iterations)
+        Ok(last)
     }
 }
 

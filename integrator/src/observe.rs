@@ -12,7 +12,7 @@ use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Energy {
     /// ½ m v² + ½ ω·Iω.
     pub kinetic: f64,

@@ -180,8 +180,11 @@ impl fmt::Display for GeometricStiffness {
 ///
 /// A disagreement δ is compared with the longer lever arm r of its constraint: δ/r ≈ θ²/2 for a segment that turns by θ.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Guard {
     /// Largest disagreement over lever arm that a step may have, > 0.
+    #[cfg_attr(feature = "serde", serde(with = "taut_model::unlimited"))]
     pub tolerance: f64,
     /// Steps (sub-steps of the options) after the redone one that go the same way at once, so that the shock's ringing is
     /// damped too.
@@ -348,6 +351,8 @@ impl FromStr for Form {
 
 /// Options of a [`crate::Stepper`].
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct StepOptions {
     /// Time step Δt > 0 \[s].
     pub dt: f64,
@@ -366,6 +371,7 @@ pub struct StepOptions {
     /// The order of the constraints in it.
     pub elimination: Elimination,
     /// The solver.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text"))]
     pub backend: Backend,
     /// Refinement sweeps after the solve: from the pieces M, J, Σ for [`Form::Schur`], with b − A x for [`Form::Kkt`].
     pub refinements: usize,

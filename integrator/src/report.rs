@@ -142,10 +142,14 @@ pub(crate) struct Work {
 }
 
 impl Work {
-    /// One system was solved, with `refined` iterations in its refinement.
-    pub(crate) fn add(&mut self, solve: SolveReport, refined: usize) {
-        self.iterations += solve.iterations + refined;
+    /// One system was solved, and its solution refined.
+    pub(crate) fn add(&mut self, mut solve: SolveReport, refined: Option<SolveReport>) {
+        self.iterations += solve.iterations + refined.map_or(0, |r| r.iterations);
         self.solves += 1;
+        // A direct solution is one unless its refinement says otherwise.
+        if let (Status::Direct, Some(refined)) = (solve.status, refined) {
+            solve.status = refined.status;
+        }
         // A claim of convergence holds for a step only if it holds for each of its solves.
         let worse = |status| !matches!(status, Status::Direct | Status::Converged);
         if self.solve.is_none_or(|last| !worse(last.status)) {
@@ -155,7 +159,7 @@ impl Work {
 
     /// One system was solved directly, with its refinement.
     pub(crate) fn add_direct(&mut self) {
-        self.add(DIRECT, 0);
+        self.add(DIRECT, None);
     }
 
     /// Keeps the largest disagreement; NaN is infinite.

@@ -449,7 +449,8 @@ impl Stepper {
         }
     }
 
-    fn refine(&mut self) -> Result<usize, SolveError> {
+    /// The report of the last refinement, if there was one, with the iterations of all.
+    fn refine(&mut self) -> Result<Option<SolveReport>, SolveError> {
         let Self {
             solver,
             matrix,
@@ -466,7 +467,7 @@ impl Stepper {
         if let Some(free) = matrix_free {
             return free.refine(&mut **solver, (plan, pieces), matrix, x, sweeps);
         }
-        let report = match self.options.form {
+        match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
                     schur_residual(plan, pieces, x, [mu, residual], r);
@@ -475,8 +476,7 @@ impl Stepper {
             Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
                 matrix.subtract_product(rhs, x, r);
             }),
-        };
-        Ok(report?.map_or(0, |r| r.iterations))
+        }
     }
 
     /// The residual of the Schur form at `x` from the pieces.

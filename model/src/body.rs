@@ -7,8 +7,14 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// What moves a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    serde(rename_all = "kebab-case")
+)]
 pub enum Mobility {
     /// Forces and constraints.
     #[default]
@@ -120,6 +126,8 @@ fn diagonal(x: f64, y: f64, z: f64) -> Matrix3<f64> {
 
 /// All bodies of a scene; every vector has one entry a body, in the order of [`Bodies::push`].
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Bodies {
     /// What moves them.
     pub mobility: Vec<Mobility>,

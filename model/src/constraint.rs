@@ -44,6 +44,7 @@ pub const MAX_ROWS: usize = 6;
 
 /// Law of a row: ε λ = −(φ + τ φ̇).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RowLaw {
     /// Compliance ε ≥ 0: \[m/N] for lengths, \[rad/(N m)] for angles. Zero is rigid.
     pub compliance: f64,
@@ -70,6 +71,7 @@ impl RowLaw {
 
 /// Which rows a cable joint has, and their laws. At least one must be there.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct JointLaw {
     /// The three stretch rows.
     pub stretch: Option<RowLaw>,
@@ -120,6 +122,8 @@ impl RowKind {
 /// A constraint between frames: a closed set of kinds, one file each.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Constraint {
     /// Ball joint, 3 rows.
     Spherical(Spherical),

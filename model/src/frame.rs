@@ -7,6 +7,8 @@ use crate::motion::Motion;
 
 /// What a [`Frame`] is fixed to.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Side {
     /// The world, with a prescribed motion of the point.
     World(Motion),
@@ -16,6 +18,7 @@ pub enum Side {
 
 /// An attachment point with three directions, fixed to a body or to the world.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Frame {
     /// What the frame is fixed to.
     pub side: Side,

@@ -73,6 +73,7 @@
 //! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
+//! | `unlimited` (feature `serde`) | limits that may be infinite, in formats that know finite numbers alone |
 //! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
 //!
 //! # Where this differs from the paper
@@ -103,6 +104,8 @@ pub mod scene_file;
 mod seed;
 pub mod specimen;
 pub mod topology;
+#[cfg(feature = "serde")]
+pub mod unlimited;
 
 pub use abreast::{ABREAST, Abreast, Four, Joint, Pack, Places};
 pub use body::{Bodies, Body, Mobility};

@@ -7,6 +7,8 @@ use std::f64::consts::TAU;
 /// differentiable, zero before its start; the attachment's axes keep their directions.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Motion {
     /// The point rests.
     #[default]

@@ -9,6 +9,7 @@ use crate::constraint::{Constraint, Target};
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Control {
     /// Its name, as the heading of its column in a table of inputs.
     pub name: String,
@@ -18,6 +19,7 @@ pub struct Control {
 
 /// A motor or winch that follows a [`Control`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Drive {
     /// The constraint that has the motor or the winch.
     pub constraint: usize,
@@ -28,6 +30,8 @@ pub struct Drive {
 /// Everything that a simulation starts from. The vectors `body_names` and `constraint_names`, `groups` run parallel to
 /// `bodies` and `constraints`.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Scene {
     /// Name of the scene.
     pub name: String,

@@ -31,7 +31,8 @@ impl GeneralMatrix {
     /// are added in theirs. Allocates.
     ///
     /// # Errors
-    /// [`SolveError::Dimension`] where an index is not below `dim`.
+    /// [`SolveError::Dimension`] where an index is not below `dim`, [`SolveError::TooLarge`] where there is no memory for as
+    /// many columns.
     pub fn from_entries(
         dim: usize,
         mut entries: Vec<(usize, usize, f64)>,
@@ -46,8 +47,20 @@ impl GeneralMatrix {
             });
         }
         entries.sort_by_key(|&(r, c, _)| (c, r));
+        let mut column_start = Vec::new();
+        if column_start
+            .try_reserve_exact(dim.saturating_add(1))
+            .is_err()
+        {
+            return Err(SolveError::TooLarge {
+                size: dim,
+                limit: isize::MAX as usize / size_of::<usize>(),
+                what: "rows",
+            });
+        }
+        column_start.resize(dim + 1, 0);
         let mut a = Self {
-            column_start: vec![0; dim + 1],
+            column_start,
             row: Vec::with_capacity(entries.len()),
             values: Vec::with_capacity(entries.len()),
         };

@@ -160,7 +160,8 @@ pub enum Status {
     Converged,
     /// The iteration ran out of iterations; `x` is its last iterate.
     IterationLimit,
-    /// The iteration makes no more progress above its tolerance (roundoff); `x` is its last iterate.
+    /// The iteration makes no more progress above its tolerance (roundoff), or the refinement of a direct solution does
+    /// not contract ([`refine`]); `x` is the last iterate.
     Stalled,
 }
 

@@ -4,7 +4,7 @@
 //! from the pieces that A was formed from it also repairs what forming A lost (for A = J M⁻¹ Jᵀ + Σ about roundoff ×
 //! mass ratio), which no solve with A can.
 
-use crate::{LinearSolver, SolveError, SolveReport, SymBlockMatrix};
+use crate::{LinearSolver, SolveError, SolveReport, Status, SymBlockMatrix};
 
 /// Buffers of a refinement, made once.
 #[derive(Debug, Clone, Default)]
@@ -24,8 +24,14 @@ impl RefineScratch {
     }
 }
 
+/// Of the size of x, the last correction of a direct solver beyond which nothing is claimed of x: each correction is
+/// about this part of the one before it, so that x may still be wrong by as much of it.
+const CONTRACTION: f64 = 0.1;
+
 /// Improves `x` by `sweeps` corrections A d = r(x), x ← x + d, where `residual(x, r)` writes r. Returns the last
-/// correction's report with the iterations of all. Allocates nothing.
+/// correction's report with the iterations of all; its status is [`Status::Stalled`] where a direct solver's correction
+/// is more than a tenth of x (∞-norm): the matrix is singular to rounding, which elimination without pivoting may not
+/// see. Allocates nothing.
 ///
 /// # Errors
 /// Those of [`LinearSolver::solve`]; `x` then holds the last good iterate.
@@ -44,10 +50,16 @@ pub fn refine(
         scratch.correction.fill(0.0);
         let mut report = solver.solve(a, &scratch.residual, &mut scratch.correction)?;
         report.iterations += last.map_or(0, |r| r.iterations);
-        last = Some(report);
+        let (mut size, mut change) = (0.0_f64, 0.0_f64);
         for (x, d) in x.iter_mut().zip(&scratch.correction) {
             *x += d;
+            size = size.max(x.abs());
+            change = change.max(d.abs());
         }
+        if report.status == Status::Direct && change > CONTRACTION * size {
+            report.status = Status::Stalled;
+        }
+        last = Some(report);
     }
     Ok(last)
 }

@@ -4,33 +4,17 @@
 mod backends;
 /// Motors, winches, controls, gantries, networks, static and driven bodies.
 mod drives;
+/// Inputs that are mutated at random, and those that once did harm.
+mod mutated;
+/// Saved runs that are damaged, foreign or of another version.
+mod saved;
 /// Scenes, parameters and step options.
 mod scenes;
+/// Files and scenes of absurd size, scenes that change in every step.
+mod sizes;
 
 use taut_solver::Backend;
-
-/// Every backend that is compiled in, with every option that changes its algorithm.
-fn compiled() -> Vec<Backend> {
-    let names = [
-        "banded",
-        "faer:llt",
-        "faer:ldlt",
-        "faer:lu",
-        "nalgebra-sparse",
-        "umfpack:refinement=0",
-        "umfpack",
-        "dense:double",
-        "dense:extended",
-        "cg:none",
-        "cg:jacobi",
-        "cg:group",
-        "gauss-seidel:joints",
-        "gauss-seidel:groups",
-        "gauss-seidel:groups:trial",
-    ];
-    let all = names.iter().map(|name| name.parse().expect("a known name"));
-    all.filter(Backend::is_compiled).collect()
-}
+use taut_tests::fuzzing::backends as compiled;
 
 /// The direct ones among them.
 fn compiled_direct() -> Vec<Backend> {

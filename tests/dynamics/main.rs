@@ -2,8 +2,6 @@
 
 /// Bounded rows, motors, winches, driven bodies.
 mod driven;
-/// Deformation modes and gaps: the laws by which each scheme damps them.
-mod modes;
 /// Swings: order in Δt, sub-steps, the guard, fast spins.
 mod motion;
 /// Static shapes, however they are reached.

@@ -1,8 +1,11 @@
 //! The hard cases in their short form, and the scenes with branches and loops.
 
+mod dynamics;
 mod infeasible;
 mod networks;
+mod numerics;
 mod redundant;
+mod statics;
 
 use indicatif::ProgressBar;
 use taut_bench::check::{Check, Verdict};

@@ -1,4 +1,5 @@
 use taut_bench::Choice;
+use taut_bench::hard::numerics::determinism::bits;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::scene_file::SceneText;
 use taut_model::{Constraint, HoistParams, Scene, SceneSource};
@@ -7,16 +8,6 @@ use taut_tests::scenes::random_scene;
 use taut_tests::{compiled, compiled_direct, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
-
-/// Everything that a run leaves, as bits.
-fn bits(stepper: &Stepper) -> Vec<u64> {
-    let bodies = &stepper.scene().bodies;
-    let vectors = bodies.position.iter().chain(&bodies.velocity);
-    let vectors = vectors.chain(&bodies.angular_velocity).flatten();
-    let turns = bodies.orientation.iter().flat_map(|q| q.coords.iter());
-    let all = vectors.chain(turns).chain(stepper.multipliers());
-    all.map(|x| x.to_bits()).collect()
-}
 
 fn run(scene: Scene, options: StepOptions, steps: usize) -> Vec<u64> {
     let mut stepper = Stepper::new(scene, options).expect("sound");

@@ -14,3 +14,5 @@ mod equations;
 mod invariance;
 /// Guesses and refinement.
 mod refinement;
+/// Runs saved and taken up again, to the same bits.
+mod saved;

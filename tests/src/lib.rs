@@ -6,6 +6,7 @@
 //! | `random` | one generator, that of the experiments; every failure message names its seed |
 //! | `systems` | random block systems with the shapes of cables |
 //! | `graphs` | branches, rings, nets and ladders of bodies |
+//! | `fuzzing`, `decode` | what arbitrary bytes are put through, and what they stand for |
 //! | `machines` | random scenes of what moves and is moved: motors, winches, static and driven bodies |
 //! | `scenes` | hoists in awkward poses, free cables, rigid chains, random scenes; moving and relabelling them |
 //!
@@ -13,12 +14,14 @@
 //! |---|---|
 //! | `properties` | what holds whatever the numbers: symmetry, conservation, invariance, determinism |
 //! | `agreement` | every backend against extended precision, on random systems and on scenes |
-//! | `dynamics` | what the time step does: damping laws, static shapes, the rigid limit, orders |
+//! | `dynamics` | what the time step does: static shapes, the rigid limit, orders |
 //! | `statics` | the experiments on the hanging cable |
 //! | `paper`, `hard` | the paper's figures and the hard cases, in short |
 //! | `bad_input` | typed errors, never a panic and never a silent NaN |
 //! | `structure` | allocations, imports, features, unsafe code, the top level |
 
+pub mod decode;
+pub mod fuzzing;
 pub mod graphs;
 pub mod machines;
 pub mod scenes;

@@ -19,6 +19,10 @@ fn rust_files(folder: &str) -> Vec<(String, String)> {
         for entry in fs::read_dir(folder).expect("a folder").flatten() {
             let path = entry.path();
             if path.is_dir() {
+                // What the fuzzer's own workspace leaves.
+                if path.ends_with("target") {
+                    continue;
+                }
                 walk(&path, files);
             } else if path.extension().is_some_and(|e| e == "rs") {
                 files.push(path);

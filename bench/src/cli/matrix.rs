@@ -5,6 +5,7 @@ use crate::{BenchArgs, Failure, StepArgs, deliver, overrides, progress, step_opt
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use taut_bench::inputs::Inputs;
 use taut_bench::machine::Machine;
 use taut_bench::matrix::dump::{self, Label};
 use taut_bench::matrix::solve::{self, Config, Results};
@@ -95,10 +96,11 @@ of repeats";
 
 /// Writes the system of a step.
 pub(crate) fn dump(args: &DumpArgs) -> Result<(), Failure> {
-    let mut prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
-    if let Some(path) = &args.controls {
-        prepared = prepared.driven_by(path)?;
-    }
+    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    let inputs = match &args.controls {
+        None => Inputs::default(),
+        Some(path) => run::inputs(path, &prepared.scene)?,
+    };
     if args.at > MOST_STEPS {
         return Err(Failure::Input(format!(
             "`--step` is {}: at most {MOST_STEPS}",
@@ -125,13 +127,13 @@ pub(crate) fn dump(args: &DumpArgs) -> Result<(), Failure> {
     let mut stepper = Stepper::new(prepared.scene, options)?;
     let bar = progress(args.at).with_message("dump");
     for _ in 0..args.at {
-        prepared.inputs.apply(&mut stepper)?;
+        inputs.apply(&mut stepper)?;
         let stepped = stepper.step();
         stepped.map_err(|e| Failure::Unstable(e.to_string()))?;
         bar.inc(1);
     }
     bar.finish_and_clear();
-    prepared.inputs.apply(&mut stepper)?;
+    inputs.apply(&mut stepper)?;
     for system in dump::systems(&mut stepper)? {
         if let Err(e) = &system.x {
             let form = system.form;

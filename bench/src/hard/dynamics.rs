@@ -1,12 +1,26 @@
 //! Hard cases in motion: H20 to H34, and the gantry crane driven for a minute.
 
+pub mod beam;
+pub mod chain;
 pub mod crane;
+pub mod damping;
+pub mod falling;
 pub mod frequency;
 pub mod gantry;
 pub mod hoisting;
+pub mod law;
+pub mod line;
+pub mod pendulum;
+pub mod shape;
+pub mod snap;
+pub mod spaghetti;
+pub mod strings;
 pub mod tackle;
+pub mod top;
+pub mod torsion;
+pub mod waves;
 
-use super::{Case, no_scenes};
+use super::Case;
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -14,24 +28,105 @@ pub const CASES: &[Case] = &[
         name: "gantry",
         title: "the gantry crane driven for a minute, loads to 10⁵ cable elements",
         run: gantry::outcome,
-        scenes: no_scenes,
+        scenes: gantry::scenes,
+    },
+    Case {
+        name: "H20",
+        title: "a pendulum of large amplitude",
+        run: pendulum::outcome,
+        scenes: pendulum::scenes,
+    },
+    Case {
+        name: "H21",
+        title: "frequencies of a hanging chain, with a payload and without",
+        run: chain::outcome,
+        scenes: chain::scenes,
+    },
+    Case {
+        name: "H22",
+        title: "a taut string, a stiff one",
+        run: strings::outcome,
+        scenes: strings::scenes,
+    },
+    Case {
+        name: "H23",
+        title: "longitudinal waves in a steel bar",
+        run: waves::outcome,
+        scenes: waves::scenes,
+    },
+    Case {
+        name: "H24",
+        title: "a torsional pendulum",
+        run: torsion::outcome,
+        scenes: torsion::scenes,
+    },
+    Case {
+        name: "H25",
+        title: "bending modes of beams",
+        run: beam::outcome,
+        scenes: beam::scenes,
+    },
+    Case {
+        name: "H26",
+        title: "a folded chain that falls",
+        run: falling::outcome,
+        scenes: falling::scenes,
+    },
+    Case {
+        name: "H27",
+        title: "a slack rope that snaps taut",
+        run: snap::outcome,
+        scenes: snap::scenes,
     },
     Case {
         name: "H28",
         title: "a pendulum that is hoisted slowly",
         run: hoisting::outcome,
-        scenes: no_scenes,
+        scenes: hoisting::scenes,
     },
     Case {
         name: "H29",
         title: "frequencies of cranes: trolley, hook and load, two parallel cables, the gantry",
         run: crane::outcome,
-        scenes: no_scenes,
+        scenes: crane::scenes,
     },
     Case {
         name: "H30",
         title: "masses over a sheave, tackles of 2 to 12 parts",
         run: tackle::outcome,
-        scenes: no_scenes,
+        scenes: tackle::scenes,
+    },
+    Case {
+        name: "H31",
+        title: "the flying spaghetti",
+        run: spaghetti::outcome,
+        scenes: spaghetti::scenes,
+    },
+    Case {
+        name: "H32",
+        title: "a free body about its intermediate axis",
+        run: top::outcome,
+        scenes: top::scenes,
+    },
+    Case {
+        name: "H33",
+        title: "the law by which a step damps a deformation mode",
+        run: damping::outcome,
+        scenes: damping::modes_at_the_start,
+    },
+    Case {
+        name: "H34",
+        title: "the time in which an initial gap closes",
+        run: damping::gaps,
+        scenes: damping::gap_at_the_start,
     },
 ];
+
+/// The larger of two errors; one that is no number is the largest.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}

@@ -79,7 +79,7 @@ fn in_form(stepper: &mut Stepper, form: Form) -> Result<(SymBlockMatrix, Vec<f64
 }
 
 /// The block rows of bodies: their masses stand on the diagonal, −Σ ≤ 0 on that of constraints.
-fn body_rows(a: &SymBlockMatrix) -> Vec<bool> {
+pub(crate) fn body_rows(a: &SymBlockMatrix) -> Vec<bool> {
     let p = a.pattern();
     (0..p.blocks())
         .map(|i| {

@@ -149,17 +149,29 @@ pub fn relax(mut scene: Scene, dt: f64) -> Result<Scene, StepError> {
             stiffness: GeometricStiffness::inertia(1.0),
             ..StepOptions::paper()
         };
-        let mut stepper = Stepper::new(scene, options)?;
-        for _ in 0..passes {
-            let mut bodies = stepper.scene().bodies.clone();
-            bodies.velocity.fill(Vector3::zeros());
-            bodies.angular_velocity.fill(Vector3::zeros());
-            stepper.set_state(&bodies, 0.0)?;
-            stepper.step()?;
-        }
-        scene = stepper.into_scene();
+        scene = passes_from_rest(scene, options, passes)?;
     }
     Ok(scene)
+}
+
+/// As many steps of `options`, each from rest.
+///
+/// # Errors
+/// As [`Stepper::step`].
+pub fn passes_from_rest(
+    scene: Scene,
+    options: StepOptions,
+    passes: usize,
+) -> Result<Scene, StepError> {
+    let mut stepper = Stepper::new(scene, options)?;
+    for _ in 0..passes {
+        let mut bodies = stepper.scene().bodies.clone();
+        bodies.velocity.fill(Vector3::zeros());
+        bodies.angular_velocity.fill(Vector3::zeros());
+        stepper.set_state(&bodies, 0.0)?;
+        stepper.step()?;
+    }
+    Ok(stepper.into_scene())
 }
 
 /// Settlings of a load at most: a pass reduces what is left a thousandfold or more.

@@ -24,14 +24,13 @@
 //! 2 m, and the bending stiffness is that for which a fifth is lost; both are chosen, not read.
 
 mod law;
-mod modes;
 mod report;
 
 pub use law::{Law, law};
-pub use modes::{Mode, modes, predicted};
 pub use report::{charts, checks, text_tables};
 
 use crate::check::{ExperimentError, Outcome, csv};
+use crate::modes::{Mode, modes, predicted};
 use crate::trajectory::{Failure, Sample, simulate, steps_in};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;

@@ -10,6 +10,8 @@ mod matrix;
 mod refusals;
 /// `taut run`, `taut scene`, and what all commands share.
 mod runs;
+/// `taut run --save` and `--resume`.
+mod saved;
 /// `taut bench` and its sweeps.
 mod sweeps;
 /// `taut track`: the comparison with a baseline.

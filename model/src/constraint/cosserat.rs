@@ -26,6 +26,7 @@ pub(super) const FOLD: f64 = 1e-14;
 /// Cable joint that resists bending in both transverse directions, up to 6 rows: stretch, bend about v, bend about w,
 /// twist.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cosserat {
     /// The two attachment frames.
     pub frames: [Frame; 2],

@@ -27,6 +27,7 @@ use crate::frame::{Frame, Resolved};
 
 /// Link of constant length between two points: 1 row, or 3 with the transverse ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Distance {
     /// The two attachment frames; their axes are not used.
     pub frames: [Frame; 2],

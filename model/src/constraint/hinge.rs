@@ -12,6 +12,7 @@ use crate::frame::{Frame, Resolved};
 
 /// A hinge about u of both frames: 3 gap rows, 2 tilt rows, and the motor's.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Hinge {
     /// The two attachment frames.
     pub frames: [Frame; 2],

@@ -33,8 +33,14 @@ use crate::frame::{Frame, Resolved};
 
 /// How a [`LinkBend`] measures bending.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    serde(rename_all = "kebab-case")
+)]
 pub enum BendDefinition {
     /// The angle between the links, 1 row: the paper's.
     Angle,
@@ -54,6 +60,7 @@ impl BendDefinition {
 
 /// Bending at the middle one of three points, 1 or 2 rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LinkBend {
     /// The attachment frames of p₀, p₁, p₂; their axes are not used.
     pub frames: [Frame; 3],

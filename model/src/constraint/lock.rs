@@ -16,6 +16,7 @@ use crate::frame::{Frame, Resolved};
 
 /// Rigid or compliant lock of two frames, 6 rows: gap (world axes), rotation vector (axes of a).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Lock {
     /// The two attachment frames.
     pub frames: [Frame; 2],

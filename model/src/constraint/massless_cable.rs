@@ -24,18 +24,22 @@ use crate::frame::Frame;
 
 /// Pays a massless cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Winch {
     /// Speed at which it pays out \[m/s]; negative hauls in. Without effect while the brake is on.
     pub speed: f64,
     /// Largest tension that the winch holds while the brake is off \[N], ≥ 0; above it the drum slips.
+    #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub force_limit: f64,
     /// Whether the brake is on: the drum then stands still.
     pub brake: bool,
     /// Largest tension that the brake holds \[N], ≥ 0; above it the drum slips.
+    #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub brake_limit: f64,
     /// Length at which hauling in stops \[m], > 0.
     pub shortest: f64,
     /// Length at which the drum is empty and its end holds any tension \[m].
+    #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub longest: f64,
     /// Time from which on `speed` holds \[s]: the cable had its `length` then.
     pub since: f64,
@@ -96,6 +100,7 @@ impl Default for Winch {
 
 /// Total length through two or more points, 1 row.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MasslessCable {
     /// The attachment frames in the order of the cable, at least 2; their axes are not used.
     pub frames: Vec<Frame>,

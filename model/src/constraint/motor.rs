@@ -10,6 +10,8 @@ use crate::error::{SceneError, check, limited};
 /// What a motor holds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Target {
     /// The coordinate \[m or rad].
     Position(f64),
@@ -19,10 +21,12 @@ pub enum Target {
 
 /// Drives the free coordinate of a [`Slider`](crate::Slider) or [`Hinge`](crate::Hinge).
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Motor {
     /// What it holds.
     pub target: Target,
     /// Largest force \[N] or torque \[N m] ≥ 0, in both directions; infinite is no limit, zero lets the joint run free.
+    #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub force_limit: f64,
     /// Law of the row while it holds a position, compliance in m/N or rad/(N m).
     pub law: RowLaw,

@@ -20,8 +20,14 @@ use crate::frame::{Frame, Resolved};
 
 /// Which vectors the paper's twist angle is taken between.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    derive(serde::Serialize, serde::Deserialize)
+)]
+#[cfg_attr(
+    any(feature = "serde", feature = "toml"),
+    serde(rename_all = "kebab-case")
+)]
 pub enum TwistDefinition {
     /// v_a against w_b, orthogonal at rest: the angle minus π/2.
     #[default]
@@ -32,6 +38,7 @@ pub enum TwistDefinition {
 
 /// The paper's angular joint \[SL (20)], up to 5 rows: stretch, bend, twist.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Paper {
     /// The two attachment frames.
     pub frames: [Frame; 2],

@@ -16,6 +16,7 @@ use crate::frame::{Frame, Resolved};
 
 /// A slider along u of side a: 3 rotation rows, 2 rows across, and the motor's.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Slider {
     /// The two attachment frames.
     pub frames: [Frame; 2],

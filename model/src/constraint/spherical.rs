@@ -10,6 +10,7 @@ use crate::frame::Frame;
 
 /// Ball joint with isotropic compliance, 3 rows.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Spherical {
     /// The two attachment frames; their axes are not used.
     pub frames: [Frame; 2],

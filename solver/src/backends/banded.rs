@@ -60,9 +60,9 @@ struct Fast {
 #[derive(Debug)]
 enum Rest {
     /// A chain of small blocks.
-    Chain(Chain),
+    Chain(Box<Chain>),
     /// One with a few rows besides.
-    Bordered(Bordered),
+    Bordered(Box<Bordered>),
 }
 
 impl Fast {
@@ -71,18 +71,20 @@ impl Fast {
     fn new(pattern: &Arc<BlockPattern>, level: Level) -> Option<Self> {
         let whole = |rest| Self { leaves: None, rest };
         if let Some(chain) = Chain::new(pattern, level) {
-            return Some(whole(Rest::Chain(chain)));
+            return Some(whole(Rest::Chain(Box::new(chain))));
         }
         if let Some((leaves, others)) = Leaves::new(pattern) {
-            let chain = Chain::of(&others, pattern, level).map(Rest::Chain);
-            let bordered = || Bordered::of(&others, pattern, level).map(Rest::Bordered);
+            let chain = Chain::of(&others, pattern, level);
+            let chain = chain.map(|c| Rest::Chain(Box::new(c)));
+            let bordered = || Bordered::of(&others, pattern, level);
+            let bordered = || bordered().map(|b| Rest::Bordered(Box::new(b)));
             if let Some(rest) = chain.or_else(bordered) {
                 let leaves = Some(leaves);
                 return Some(Self { leaves, rest });
             }
         }
         let all: Vec<usize> = (0..pattern.blocks()).collect();
-        Bordered::of(&all, pattern, level).map(|b| whole(Rest::Bordered(b)))
+        Bordered::of(&all, pattern, level).map(|b| whole(Rest::Bordered(Box::new(b))))
     }
 
     /// Whether all pivots were accepted.

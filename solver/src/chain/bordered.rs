@@ -220,7 +220,8 @@ fn entries(p: &BlockPattern, block: usize, r: usize) -> impl Iterator<Item = Ent
             stride: 1,
         }
     });
-    before.chain(behind)
+    // A block row of no rows may stand beside it.
+    before.chain(behind).filter(|e| e.count > 0)
 }
 
 /// Σ aᵢ bᵢ.

@@ -105,11 +105,15 @@ pub(crate) struct Pattern {
 
 impl Pattern {
     pub(crate) fn new(n: usize, col_ptr: &[i32], row_idx: &[i32]) -> Result<Self, Error> {
-        let overflow = |what, value| Error::IndexOverflow { what, value };
         // C forms n + 1 as an int.
-        let order = i32::try_from(n).ok().filter(|order| *order < i32::MAX);
-        let order = order.ok_or(overflow("n", n))?;
-        i32::try_from(row_idx.len()).map_err(|_| overflow("row_idx", row_idx.len()))?;
+        let order = index("n", n)?;
+        if order == i32::MAX {
+            return Err(Error::IndexOverflow {
+                what: "n",
+                value: n,
+            });
+        }
+        index("row_idx", row_idx.len())?;
         if n == 0 {
             return Err(Error::NonPositiveDimension);
         }
@@ -151,6 +155,11 @@ impl Pattern {
         check_len("values", self.row_idx.len(), values)?;
         check_finite("values", values)
     }
+}
+
+/// A number as an index of C.
+pub(crate) fn index(what: &'static str, value: usize) -> Result<i32, Error> {
+    i32::try_from(value).map_err(|_| Error::IndexOverflow { what, value })
 }
 
 fn check_len<T>(what: &'static str, expected: usize, slice: &[T]) -> Result<(), Error> {

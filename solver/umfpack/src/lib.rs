@@ -683,6 +683,36 @@ mod tests {
         }
     }
 
+    /// Nothing of that size is made: lengths are compared as they are.
+    #[test]
+    fn numbers_beyond_32_bits_are_errors() {
+        let most = i32::MAX.unsigned_abs() as usize;
+        assert_eq!(ffi::index("row_idx", most), Ok(i32::MAX));
+        for value in [most + 1, 1 << 32, usize::MAX] {
+            let what = "row_idx";
+            assert_eq!(
+                ffi::index(what, value),
+                Err(Error::IndexOverflow { what, value })
+            );
+        }
+    }
+
+    /// Whatever ends a scope, a panic too, frees what C holds: a leak checker sees this test as well.
+    #[test]
+    fn handles_are_freed_where_a_panic_unwinds() {
+        let unwound = std::panic::catch_unwind(|| {
+            let demo = Csc::demo();
+            let (symbolic, mut numeric) = demo.factored();
+            let mut singular = Csc::demo();
+            singular.values.fill(0.0);
+            assert!(singular.refactor(&mut numeric, &symbolic).is_err());
+            let (other, _kept) = demo.factored();
+            let info = demo.refactor(&mut numeric, &other).unwrap();
+            std::panic::resume_unwind(Box::new(info.lnz));
+        });
+        assert!(unwound.is_err_and(|lnz| lnz.downcast::<u64>().is_ok_and(|lnz| *lnz >= 5)));
+    }
+
     #[test]
     fn bad_numbers_are_errors_that_keep_the_factors() {
         let options = Options::default();

@@ -1,5 +1,5 @@
-//! The gantry crane \[SL §VIII] driven for a minute from a table of inputs, at load/element ratios to 10⁵, with the true
-//! inertia of its thin cable elements (the paper multiplies it by 20).
+//! The gantry crane \[SL §VIII] driven for a minute from a table of inputs, at load/element ratios to 10⁵, with the
+//! true inertia of its thin cable elements (the paper multiplies it by 20).
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
@@ -89,6 +89,14 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         outcome.checks.extend(agreement(parts)?);
     }
     Ok(outcome)
+}
+
+/// The gantry at its beginning.
+///
+/// # Errors
+/// Where the scene cannot be built.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![GantryParams::default().build()?])
 }
 
 /// Drives `scene` for `time` (s), in steps `finer` times shorter than a sixtieth of a second.

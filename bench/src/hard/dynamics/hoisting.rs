@@ -79,8 +79,8 @@ fn of_equation(speed: f64) -> f64 {
     amplitude(y[0], y[1], LENGTHS[1])
 }
 
-/// Amplitude after the hoist, of a load on a massless cable with a winch, over two periods.
-fn of_cable(speed: f64) -> Result<f64, ExperimentError> {
+/// A load on a massless cable with a winch.
+fn scene() -> Scene {
     let mut scene = Scene::new("hoisted pendulum");
     scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
     let place = Vector3::new(ANGLE.sin(), 0.0, -ANGLE.cos()) * LENGTHS[0];
@@ -104,11 +104,26 @@ fn of_cable(speed: f64) -> Result<f64, ExperimentError> {
             gain: -1.0,
         }],
     });
+    scene
+}
+
+/// The hoist at its beginning, at the largest speed.
+///
+/// # Errors
+/// None.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let mut scene = scene();
+    scene.set_control(0, 0.5, 0.0);
+    Ok(vec![scene])
+}
+
+/// Amplitude after the hoist, of the load on its cable, over two periods.
+fn of_cable(speed: f64) -> Result<f64, ExperimentError> {
     let options = StepOptions {
         dt: DT,
         ..StepOptions::default()
     };
-    let mut stepper = Stepper::new(scene, options)?;
+    let mut stepper = Stepper::new(scene(), options)?;
     stepper.set_control(0, speed)?;
     let hoisted = ((LENGTHS[0] - LENGTHS[1]) / speed / DT).ceil() as usize;
     for _ in 0..hoisted {

@@ -5,10 +5,13 @@ use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::scenes::{self, BAR, Config, Record};
 use indicatif::ProgressBar;
 use std::time::Duration;
-use taut_model::Network;
+use taut_model::{Network, Scene};
 
 /// Iterations that the iterative solvers have in each solve.
 const ITERATIONS: usize = 1000;
+
+/// Load over segment mass of the scenes on which claims are audited.
+const MASS_RATIO: f64 = 100.0;
 
 /// The scenes that are compared: in their smallest size, or the two smallest and the largest.
 #[must_use]
@@ -33,6 +36,20 @@ pub fn config(quick: bool) -> Config {
         timing_budget: Duration::ZERO,
         ..own
     }
+}
+
+/// The networks in their smallest size, swinging.
+///
+/// # Errors
+/// Parameters out of range, a network without equilibrium.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let config = Config::quick();
+    let swinging = Network::ALL.into_iter().filter_map(|network| {
+        let (_, sizes) = config.sizes.iter().find(|(n, _)| *n == network)?;
+        let params = config.params(network, *sizes.first()?, MASS_RATIO);
+        Some(scenes::swinging(&params, config.dt))
+    });
+    Ok(swinging.collect::<Result<_, _>>()?)
 }
 
 /// The checks of H47.

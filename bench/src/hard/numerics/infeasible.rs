@@ -79,6 +79,16 @@ pub fn scene(ea: Option<f64>, damping: f64) -> Result<Scene, SceneError> {
     Ok(scene)
 }
 
+/// The cable with compliance and without.
+///
+/// # Errors
+/// As [`scene`].
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let mut rigid = scene(None, 0.0)?;
+    rigid.name.push_str(", ε = 0");
+    Ok(vec![scene(Some(EA), 0.0)?, rigid])
+}
+
 /// Largest relative error of the tension of all joints, against EA s.
 fn tension_error(stepper: &Stepper) -> f64 {
     let rows = stepper.linearized();

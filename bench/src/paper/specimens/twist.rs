@@ -313,7 +313,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, Experimen
     let rows: Vec<Vec<Row>> = tasks
         .par_iter()
         .map(|&(material, n, joint)| {
-            let rows = at_rest(material, n, joint);
+            let rows = at_rest(material, n, joint, FARTHEST);
             progress.inc(1);
             rows
         })
@@ -330,16 +330,25 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, Experimen
     })
 }
 
-fn at_rest(material: (&str, f64), n: usize, joint: Joint) -> Result<Vec<Row>, ExperimentError> {
+/// A specimen at rest under torques that rise in equal steps to the twist `farthest` (rad).
+///
+/// # Errors
+/// A scene that cannot be built, or an equilibrium that is not found.
+pub fn at_rest(
+    material: (&str, f64),
+    n: usize,
+    joint: Joint,
+    farthest: f64,
+) -> Result<Vec<Row>, ExperimentError> {
     let params = specimen(material, n, joint)?;
     let found = params.resolve()?;
     let mut scene = params.build()?;
-    let steps = (FARTHEST / n as f64 / LARGEST_TURN).ceil().max(24.0) as usize;
+    let steps = (farthest / n as f64 / LARGEST_TURN).ceil().max(24.0) as usize;
     let stiffness = found.stiffness.gj / params.length;
     let exact = |angle: f64, j: usize| angle * found.joint_length(j) / params.length;
     if joint == Joint::Alternative {
         // Its angle has no gradient where it is zero: it starts from half the first load's twist.
-        let half = 0.5 * FARTHEST / steps as f64;
+        let half = 0.5 * farthest / steps as f64;
         let mut turned = 0.0;
         for i in 0..=n {
             turned += exact(half, i);
@@ -348,7 +357,7 @@ fn at_rest(material: (&str, f64), n: usize, joint: Joint) -> Result<Vec<Row>, Ex
     }
     let mut rows = Vec::new();
     for k in 1..=steps {
-        let angle = FARTHEST * k as f64 / steps as f64;
+        let angle = farthest * k as f64 / steps as f64;
         scene.bodies.torque[n].x = stiffness * angle;
         scene = settle(scene)?;
         let joints = read(&scene, n);
@@ -522,7 +531,8 @@ pub fn buckling_torque(n: usize, slenderness: f64) -> f64 {
 const SLENDERNESS: f64 = 1.2e5;
 
 /// Greenhill's torque between clamped ends over YI/L: twice the first positive root of tan x = x.
-fn greenhill() -> f64 {
+#[must_use]
+pub fn greenhill() -> f64 {
     let mut x = 4.5_f64;
     for _ in 0..50 {
         x = x.atan() + std::f64::consts::PI;

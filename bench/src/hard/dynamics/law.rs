@@ -1,0 +1,122 @@
+//! What a scheme does to one mode: the roots of its characteristic polynomial.
+//!
+//! With Ω_e² = ω_e²Δt² of the elastic part, Ω_g² of the geometric one (tension and gravity, which the step treats
+//! explicitly), θ = τ/Δt and the weights (p, q, s) of [`Scheme`] a mode's coordinate obeys
+//!
+//! ```text
+//! x_{n+1} − 2x_n + x_{n−1} + Ω_g² x_n + Ω_e² [φ̄ + θ (x_{n+1} − x_n)] = 0
+//! φ̄ = x_n + p (x_{n+1} − x_n) − q (x_n − x_{n−1}) + s (x_{n−1} − x_{n−2})
+//! ```
+//!
+//! For the linearly implicit scheme and Ω_g = 0 the roots are (1 ± iΩ)/(1 + Ω²): modulus (1 + Ω²)^(−1/2), phase arctan
+//! Ω. For Ω_e = 0 all schemes are the leapfrog: modulus 1, 2 sin(phase/2) = Ω.
+
+use nalgebra::{DMatrix, DVector};
+use taut_integrator::Scheme;
+
+/// The weights (p, q, s), from the schemes' definitions; NaN of a scheme without.
+#[must_use]
+pub fn weights(scheme: Scheme) -> [f64; 3] {
+    match scheme {
+        Scheme::LinearlyImplicit => [1.0, 0.0, 0.0],
+        Scheme::Spook => [0.25, 0.25, 0.0],
+        // φ + a (φ_{n+1} − 2φ_n + φ_{n−1}) + γ (φ_{n+1} − 3φ_n + 3φ_{n−1} − φ_{n−2}).
+        Scheme::ThirdDifference { a, gamma } => [a + gamma, a + 2.0 * gamma, gamma],
+        _ => [f64::NAN; 3],
+    }
+}
+
+/// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
+/// difference.
+#[must_use]
+pub fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {
+    let [p, q, s] = weights(scheme);
+    let lead = 1.0 + elastic * (p + theta);
+    let now = -2.0 + geometric + elastic * (1.0 - p - q - theta);
+    let before = 1.0 + elastic * (q + s);
+    let first = -elastic * s;
+    let all = [first, before, now].map(|c| -c / lead);
+    all[usize::from(s == 0.0)..].to_vec()
+}
+
+/// Coefficients of the recurrence of order `k` that fits samples best.
+#[must_use]
+pub fn fitted(x: &[f64], k: usize) -> Vec<f64> {
+    let rows = x.len().saturating_sub(k);
+    // Decaying samples weigh alike.
+    let scale = |i: usize| x[i..=i + k].iter().map(|x| x.abs()).fold(0.0, f64::max);
+    let a = DMatrix::from_fn(rows, k, |i, j| x[i + j] / scale(i));
+    let b = DVector::from_fn(rows, |i, _| x[i + k] / scale(i));
+    let found = a.svd(true, true).solve(&b, 0.0);
+    found.map_or_else(|_| vec![f64::NAN; k], |c| c.iter().copied().collect())
+}
+
+/// Roots of z^k = Σ c_j z^j as \[modulus, |phase|], the largest first; none where a coefficient is not finite.
+#[must_use]
+pub fn roots(c: &[f64]) -> Vec<[f64; 2]> {
+    let k = c.len();
+    if !c.iter().all(|c| c.is_finite()) {
+        return Vec::new();
+    }
+    let companion = DMatrix::from_fn(k, k, |i, j| {
+        if i + 1 == k {
+            c[j]
+        } else {
+            f64::from(u8::from(j == i + 1))
+        }
+    });
+    let z = companion.complex_eigenvalues();
+    let mut roots: Vec<_> = z.iter().map(|z| [z.norm(), z.arg().abs()]).collect();
+    roots.sort_by(|a, b| b[0].total_cmp(&a[0]).then(b[1].total_cmp(&a[1])));
+    roots
+}
+
+/// The frequency \[rad/s] at which a scheme runs a mode of frequency `omega` (rad/s) that is elastic alone.
+#[must_use]
+pub fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {
+    let square = (omega * dt).powi(2);
+    let roots = roots(&recurrence(scheme, [square, 0.0], 0.0));
+    roots.first().map_or(f64::NAN, |[_, phase]| phase / dt)
+}
+
+/// The frequency \[rad/s] at which every scheme runs a mode of frequency `omega` (rad/s) that tension or gravity holds:
+/// the leapfrog's.
+#[must_use]
+pub fn geometric_frequency(omega: f64, dt: f64) -> f64 {
+    2.0 / dt * (0.5 * omega * dt).asin()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_roots() {
+        let third = Scheme::THIRD_DIFFERENCE;
+        for omega in [0.05_f64, 0.2, 1.0, 3.0] {
+            let elastic = |scheme| roots(&recurrence(scheme, [omega * omega, 0.0], 0.0))[0];
+            let [modulus, phase] = elastic(Scheme::LinearlyImplicit);
+            assert!((modulus - (1.0 + omega * omega).powf(-0.5)).abs() < 1e-14);
+            assert!((phase - omega.atan()).abs() < 1e-13);
+            assert!((elastic(Scheme::Spook)[0] - 1.0).abs() < 1e-14);
+            let lost = 1.0 - elastic(third)[0];
+            assert!(lost > 0.0 && lost < omega, "{omega}: {lost}");
+        }
+        let geometric = roots(&recurrence(third, [0.0, 0.04], 0.0));
+        let largest = geometric.iter().find(|z| z[0] > 0.5).unwrap();
+        assert!((largest[1] - geometric_frequency(0.2, 1.0)).abs() < 1e-12);
+        // At infinite frequency the default keeps 0.64 of an amplitude in a step.
+        let [last, _] = roots(&recurrence(third, [1e12, 0.0], 0.0))[0];
+        assert!((last - 0.64).abs() < 5e-3, "{last}");
+        assert!((elastic_frequency(third, 2.0, 1e-3) / 2.0 - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_recurrence_is_found_in_its_samples() {
+        let x: Vec<f64> = (0..20)
+            .map(|n| 0.9_f64.powi(n) * (0.3 * f64::from(n)).cos())
+            .collect();
+        let [modulus, phase] = roots(&fitted(&x, 2))[0];
+        assert!((modulus - 0.9).abs() < 1e-12 && (phase - 0.3).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,474 @@
+//! Claimed against verified: what every solver says of its solves in the scenes of all hard cases, beside a check that
+//! shares nothing with it.
+//!
+//! The reference solver steps each scene. At some instants every solver, at its defaults, the iterative ones with other
+//! tolerances and limits of iterations besides, solves the system of the next step, in a stepper of its own. Its claim
+//! is its status: direct, or converged. Verified is the residual r of what came out, computed from the pieces M̃, J,
+//! Σ, c and not from the S that was formed of them, in double-double arithmetic ([`mod@verify`]). A claim is true where
+//!
+//! ```text
+//! ‖r‖₂ ≤ τ ‖b‖₂   or   η = ‖r‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) ≤ 10⁻¹⁴
+//! ```
+//!
+//! with the tolerance τ of an iteration, which is what it stops by; a direct solver has the second alone, and an
+//! iteration may have it, since what rounds the entries of A and x is more than its residual then. A good η goes with
+//! a poor x where A is ill-conditioned: the largest error of the multipliers against 32 digits among the claims stands
+//! beside.
+
+pub mod verify;
+
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::choice::Choice;
+use crate::hard::{self, together};
+use crate::reference::Snapshot;
+use crate::scenes::reference_choice;
+use crate::table::{error, table, text};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::fmt::Write;
+use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_model::Scene;
+use taut_solver::{Backend, CgOptions, Status, forward_error};
+use verify::verify;
+
+/// What rounding leaves of a residual, as a normwise backward error.
+pub const ROUNDING: f64 = 1e-14;
+
+/// Rows of a scene beyond which it has no part in this.
+const MOST_ROWS: usize = 3000;
+
+/// Rows beyond which there is no reference in 32 digits, and no dense solver.
+const SMALL_ROWS: usize = 400;
+
+const DT: f64 = 1.0 / 60.0;
+
+/// What came of a claim.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Finding {
+    /// Claimed, and so.
+    True,
+    /// Claimed, and not so.
+    False,
+    /// Not claimed, though it would have been true.
+    Modest,
+    /// Not claimed, and not so.
+    Honest,
+    /// A typed error, no answer.
+    Refused,
+}
+
+/// One solve.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Solve {
+    /// Hard case and scene.
+    pub scene: String,
+    /// Steps before it.
+    pub step: usize,
+    /// Rows of the scene.
+    pub rows: usize,
+    /// Solver without iterations and tolerance.
+    pub backend: String,
+    /// Its tolerance or limit where that is not the default.
+    pub variant: String,
+    /// What it says.
+    pub status: String,
+    /// ‖r‖₂/‖b‖₂ as it says.
+    pub claimed_residual: Option<f64>,
+    /// ‖r‖₂/‖b‖₂ as it is.
+    pub residual: f64,
+    /// η as it is.
+    pub backward_error: f64,
+    /// The residual over what was claimed of it: at most 1 where the claim is true.
+    pub over_claim: f64,
+    /// ‖μ − μ*‖∞/‖μ*‖∞ against 32 digits, for small scenes.
+    pub forward_error: Option<f64>,
+    /// Of a false claim of a direct solver: by how much one more refinement changes x, relative. Where it does not
+    /// contract the matrix is singular to rounding, which elimination without pivoting did not see.
+    pub next_change: Option<f64>,
+    /// What came of the claim.
+    pub finding: Finding,
+}
+
+/// The solvers at their defaults, and the iterative ones with other tolerances and limits.
+fn choices() -> Vec<(Choice, String)> {
+    let free = Backend::ConjugateGradient(CgOptions {
+        matrix_free: true,
+        ..CgOptions::default()
+    });
+    let all = Choice::all().into_iter().chain([Choice::schur(free)]);
+    let mut choices = Vec::new();
+    for choice in all.filter(|c| c.check().is_ok()) {
+        let with = |backend: Backend| Choice {
+            backend,
+            form: choice.form,
+        };
+        let backend = &choice.backend;
+        if backend.is_iterative() {
+            for tolerance in [1e-4, 1e-8] {
+                let loose = with(backend.with_tolerance(tolerance));
+                choices.push((loose, format!("tolerance {tolerance:.0e}")));
+            }
+            for limit in [1, 10] {
+                let short = with(backend.with_iterations(limit));
+                choices.push((short, format!("{limit} iterations")));
+            }
+        }
+        choices.push((choice, String::new()));
+    }
+    choices
+}
+
+/// The tolerance of an iteration; none of a direct solver.
+fn tolerance(backend: &Backend) -> Option<f64> {
+    match backend {
+        Backend::GaussSeidel(o) => Some(o.tolerance),
+        Backend::ConjugateGradient(o) => Some(o.tolerance),
+        _ => None,
+    }
+}
+
+/// What was solved, and why some scenes were not.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Audit {
+    /// The solves.
+    pub solves: Vec<Solve>,
+    /// Scenes that ended before their last instant, and how.
+    pub ended: Vec<String>,
+}
+
+/// Audits a scene after those numbers of steps, ascending.
+#[must_use]
+pub fn audit(name: &str, scene: &Scene, instants: &[usize]) -> Audit {
+    let mut found = Audit::default();
+    if let Err(e) = follow(name, scene, instants, &mut found) {
+        found.ended.push(format!("{name}: {e}"));
+    }
+    found
+}
+
+fn follow(
+    name: &str,
+    scene: &Scene,
+    instants: &[usize],
+    found: &mut Audit,
+) -> Result<(), StepError> {
+    let mut stepper = Stepper::new(scene.clone(), reference_choice().options(DT))?;
+    let rows = stepper.multipliers().len();
+    if rows > MOST_ROWS {
+        found
+            .ended
+            .push(format!("{name}: {rows} rows, too many for all solvers"));
+        return Ok(());
+    }
+    let mut step = 0;
+    for &instant in instants {
+        while step < instant {
+            stepper.step()?;
+            step += 1;
+        }
+        let state = State::of(&stepper)?;
+        for (choice, variant) in choices() {
+            if rows > SMALL_ROWS && choice.backend.name() == "dense" {
+                continue;
+            }
+            let solve = state.solve(&choice);
+            let (status, told, seen, finding) = match &solve {
+                Ok(s) => (s.status.as_str(), s.told, s.seen, s.finding(&choice)),
+                Err(e) => (e.as_str(), None, Seen::NONE, Finding::Refused),
+            };
+            found.solves.push(Solve {
+                scene: name.to_owned(),
+                step,
+                rows,
+                backend: choice.family(),
+                variant,
+                status: status.to_owned(),
+                claimed_residual: told,
+                residual: seen.residual,
+                backward_error: seen.backward_error,
+                over_claim: seen.over(tolerance(&choice.backend)),
+                forward_error: seen.forward_error,
+                next_change: match finding {
+                    Finding::False => state.next_change(&choice),
+                    _ => None,
+                },
+                finding,
+            });
+        }
+    }
+    Ok(())
+}
+
+/// The common state of an instant.
+struct State {
+    scene: Scene,
+    state: Snapshot,
+    guess: Vec<f64>,
+    /// The exact multipliers, of a small scene that has them.
+    exact: Option<Vec<f64>>,
+}
+
+/// A solve that came to an end.
+struct Done {
+    status: String,
+    claimed: bool,
+    told: Option<f64>,
+    seen: Seen,
+}
+
+/// What the check found.
+#[derive(Debug, Clone, Copy)]
+struct Seen {
+    residual: f64,
+    backward_error: f64,
+    forward_error: Option<f64>,
+}
+
+impl Seen {
+    const NONE: Self = Self {
+        residual: f64::NAN,
+        backward_error: f64::NAN,
+        forward_error: None,
+    };
+
+    /// The residual over what a claim says of it.
+    fn over(&self, tolerance: Option<f64>) -> f64 {
+        let rounding = self.backward_error / ROUNDING;
+        tolerance.map_or(rounding, |t| rounding.min(self.residual / t))
+    }
+}
+
+impl Done {
+    fn finding(&self, choice: &Choice) -> Finding {
+        let good = self.seen.over(tolerance(&choice.backend)) <= 1.0;
+        match (self.claimed, good) {
+            (true, true) => Finding::True,
+            (true, false) => Finding::False,
+            (false, true) => Finding::Modest,
+            (false, false) => Finding::Honest,
+        }
+    }
+}
+
+impl State {
+    fn of(stepper: &Stepper) -> Result<Self, StepError> {
+        let mut state = Self {
+            scene: stepper.scene().clone(),
+            state: Snapshot::of(stepper),
+            guess: stepper.multipliers().to_vec(),
+            exact: None,
+        };
+        if state.guess.len() <= SMALL_ROWS {
+            let mut twin = state.stepper(reference_choice().plain_options(DT))?;
+            // A scene without a unique solution has none to compare with.
+            state.exact = twin.reference_multipliers().ok();
+        }
+        Ok(state)
+    }
+
+    fn stepper(&self, options: StepOptions) -> Result<Stepper, StepError> {
+        let mut stepper = Stepper::new(self.scene.clone(), options)?;
+        self.state.put(&mut stepper)?;
+        stepper.set_multipliers(&self.guess)?;
+        Ok(stepper)
+    }
+
+    /// One solve and its check, or its typed error in words.
+    fn solve(&self, choice: &Choice) -> Result<Done, String> {
+        self.tried(choice).map_err(|e| e.to_string())
+    }
+
+    /// By how much one more refinement changes the multipliers of a direct solver, relative.
+    fn next_change(&self, choice: &Choice) -> Option<f64> {
+        let solved = |more: usize| {
+            let options = choice.plain_options(DT);
+            let refinements = options.refinements + more;
+            let mut stepper = self
+                .stepper(StepOptions {
+                    refinements,
+                    ..options
+                })
+                .ok()?;
+            stepper.solve().ok()?;
+            Some(stepper.multipliers().to_vec())
+        };
+        if choice.backend.is_iterative() {
+            return None;
+        }
+        Some(forward_error(&solved(1)?, &solved(0)?))
+    }
+
+    fn tried(&self, choice: &Choice) -> Result<Done, StepError> {
+        let mut stepper = self.stepper(choice.plain_options(DT))?;
+        let report = stepper.solve()?;
+        let x = stepper.system().2.to_vec();
+        let (a, b) = stepper.assembled(choice.form)?;
+        let verified = match choice.form {
+            Form::Kkt => verify::whole(&a, &b, &x),
+            _ => {
+                let (pieces, impulses) = stepper.assembled(Form::Kkt)?;
+                verify(&a, &b, (&pieces, &impulses), &x)
+            }
+        };
+        let exact = self.exact.as_deref();
+        Ok(Done {
+            status: format!("{:?}", report.solve.status),
+            claimed: matches!(report.solve.status, Status::Direct | Status::Converged),
+            told: Some(report.solve.residual).filter(|r| r.is_finite()),
+            seen: Seen {
+                residual: verified.residual,
+                backward_error: verified.backward_error,
+                forward_error: exact.map(|e| forward_error(stepper.multipliers(), e)),
+            },
+        })
+    }
+}
+
+/// Audits all scenes of all cases, or one of each; `progress` advances once for each scene.
+///
+/// # Errors
+/// A case whose scenes cannot be built.
+pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError> {
+    let mut scenes = Vec::new();
+    for case in hard::cases() {
+        let all = (case.scenes)()?;
+        let some = if quick { 1 } else { all.len() };
+        let named = all.into_iter().take(some);
+        scenes.extend(named.map(|s| (format!("{} {}", case.name, s.name), s)));
+    }
+    let instants: &[usize] = if quick { &[3] } else { &[1, 10, 40] };
+    progress.set_length(scenes.len() as u64);
+    let audits: Vec<Audit> = scenes
+        .par_iter()
+        .with_max_len(1)
+        .map(|(name, scene)| {
+            let found = audit(name, scene, instants);
+            progress.inc(1);
+            found
+        })
+        .collect();
+    let mut whole = Audit::default();
+    for part in audits {
+        whole.solves.extend(part.solves);
+        whole.ended.extend(part.ended);
+    }
+    Ok(whole)
+}
+
+/// The case `claims`.
+///
+/// # Errors
+/// As [`run`].
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let audit = run(quick, progress)?;
+    Ok(Outcome {
+        checks: checks(&audit.solves),
+        text: tables(&audit),
+        csv: csv(&audit.solves)?,
+        ..Outcome::default()
+    })
+}
+
+/// The names of a key in the order in which they come.
+fn distinct<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
+    let mut found = Vec::new();
+    for key in keys {
+        if !found.contains(&key) {
+            found.push(key);
+        }
+    }
+    found
+}
+
+/// A row for each solver: no claim of it is false.
+fn checks(solves: &[Solve]) -> Vec<Check> {
+    let backends = distinct(solves.iter().map(|s| s.backend.as_str()));
+    let rows = backends.into_iter().map(|backend| {
+        let own = solves.iter().filter(|s| s.backend == backend);
+        let count = |f: Finding| own.clone().filter(|s| s.finding == f).count();
+        let (holds, fails) = (count(Finding::True), count(Finding::False));
+        let ours = format!("{fails} of {}", holds + fails);
+        let bar = "claims that are false; a claim: the tolerance is met, or the backward error is within 10⁻¹⁴";
+        let reference = "no false claim".to_owned();
+        let mut check = Check::within("", reference, ours, fails as f64, 0.0).by(bar);
+        let wrong = own.filter(|s| s.finding == Finding::False);
+        if let Some(worst) = wrong.max_by(|a, b| a.over_claim.total_cmp(&b.over_claim)) {
+            check.note = format!(
+                "worst: {}, step {}, {} {}, {:.1e} times what it claims (η = {:.1e}, ‖r‖/‖b‖ = {:.1e})",
+                worst.scene,
+                worst.step,
+                worst.backend,
+                worst.variant,
+                worst.over_claim,
+                worst.backward_error,
+                worst.residual
+            );
+            if let Some(change) = worst.next_change {
+                let _ = write!(
+                    check.note,
+                    "; one more refinement changes x by {:.0} %: ",
+                    100.0 * change
+                );
+                check.note.push_str(if change > 0.1 {
+                    "the matrix is singular to rounding, which elimination without pivoting does not see"
+                } else {
+                    "it was not refined enough"
+                });
+            }
+        }
+        (backend.to_owned(), check)
+    });
+    let mut checks = together("claims", rows.collect());
+    if solves.is_empty() {
+        let none = "no scene was solved".to_owned();
+        checks.push(Check::claim("claims", "", none, Verdict::NotYet, ""));
+    }
+    checks
+}
+
+/// Claimed against verified, a row for each solver and variant; then what could not be followed.
+fn tables(audit: &Audit) -> String {
+    let solves = &audit.solves;
+    let scenes = distinct(solves.iter().map(|s| s.scene.as_str()));
+    let mut out = format!(
+        "Claimed against verified: {} solves in {} scenes of the hard cases. Largest residual of the claims over\n\
+         what was claimed; largest error of their multipliers against 32 digits, and where.\n",
+        solves.len(),
+        scenes.len()
+    );
+    let mut t = table(&[
+        "solver", "claimed,", "claimed,", "not,", "honest", "refused", "residual", "error", "where",
+    ]);
+    t.add_row(["", "true", "false", "true", "failure", "", "/claim", "", ""]);
+    let keys = solves.iter();
+    for (backend, variant) in distinct(keys.map(|s| (s.backend.as_str(), s.variant.as_str()))) {
+        let own = solves
+            .iter()
+            .filter(|s| (s.backend.as_str(), s.variant.as_str()) == (backend, variant));
+        let count = |f: Finding| own.clone().filter(|s| s.finding == f).count().to_string();
+        let claims = own
+            .clone()
+            .filter(|s| matches!(s.finding, Finding::True | Finding::False));
+        let over = claims.clone().map(|s| s.over_claim).max_by(f64::total_cmp);
+        let size = |s: &Solve| s.forward_error.unwrap_or(0.0);
+        let worst = claims.max_by(|a, b| size(a).total_cmp(&size(b)));
+        t.add_row([
+            format!("{backend} {variant}").trim_end().to_owned(),
+            count(Finding::True),
+            count(Finding::False),
+            count(Finding::Modest),
+            count(Finding::Honest),
+            count(Finding::Refused),
+            error(over),
+            error(worst.and_then(|s| s.forward_error)),
+            worst.map_or_else(String::new, |s| format!("{} @{}", s.scene, s.step)),
+        ]);
+    }
+    out.push_str(&text(&t));
+    for ended in &audit.ended {
+        let _ = writeln!(out, "not followed to the end: {ended}");
+    }
+    out
+}

@@ -1,0 +1,198 @@
+//! H49: ten million steps of a swinging cable: two days of it.
+//!
+//! A few segments under a heavy load, the anchor moved aside at the beginning, nothing that damps but the step itself.
+//! At the end of every decade of steps a window of some swings is looked at: the energy's band and its mean, and the
+//! cable's length, the sum of all joints' gaps. A step that lets constraints drift shows it as a length that grows with
+//! the number of steps; the elongation is that of the tension, so it may only follow the energy.
+
+use crate::check::{Check, ExperimentError, Outcome, csv};
+use crate::table::{error, table, text};
+use crate::trajectory::gaps;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Scene, SceneError};
+
+/// Steps of a window: three swings.
+pub const WINDOW: usize = 1200;
+
+/// Segments and mass ratio.
+const SEGMENTS: usize = 3;
+const RATIO: f64 = 100.0;
+
+/// Gain of energy that is allowed, over the swing's energy.
+const GAIN: f64 = 1e-6;
+
+/// Growth of the length that is allowed, over the length.
+const GROWTH: f64 = 1e-9;
+
+fn params() -> HoistParams {
+    HoistParams {
+        segments: SEGMENTS,
+        mass_ratio: RATIO,
+        move_x: 0.5,
+        move_duration: 2.0,
+        ..HoistParams::default()
+    }
+}
+
+/// The swinging cable.
+///
+/// # Errors
+/// Parameters out of range.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![scene()?])
+}
+
+fn scene() -> Result<Scene, SceneError> {
+    params().hanging_equilibrium()
+}
+
+/// A window at the end of a decade. Energies are over the largest kinetic energy of the first.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Window {
+    /// Steps made at its end.
+    pub steps: usize,
+    /// Largest minus smallest energy.
+    pub band: f64,
+    /// Mean energy less that of the first window.
+    pub drift: f64,
+    /// Mean elongation \[m].
+    pub elongation_m: f64,
+    /// The same less that of the first window, over the cable's length.
+    pub growth: f64,
+    /// Largest kinetic energy, over that of the first.
+    pub swing: f64,
+}
+
+/// The windows of a run of `steps` steps.
+///
+/// # Errors
+/// A step that fails.
+pub fn run(steps: usize, progress: &ProgressBar) -> Result<Vec<Window>, StepError> {
+    let options = StepOptions::default();
+    let dt = options.dt;
+    let mut stepper = Stepper::new(scene()?, options)?;
+    // Until the anchor has stopped.
+    for _ in 0..=crate::trajectory::steps_in(2.0, dt) {
+        stepper.step()?;
+    }
+    let length = params().length;
+    let ends = std::iter::successors(Some(WINDOW), |end| Some(end * 10));
+    let mut ends: Vec<usize> = ends.take_while(|end| *end < steps).collect();
+    ends.push(steps);
+    let mut made = 0;
+    let mut windows: Vec<Window> = Vec::new();
+    let mut first: Option<(f64, f64, f64)> = None;
+    for end in ends {
+        while made + WINDOW < end {
+            stepper.step()?;
+            made += 1;
+        }
+        let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut sum, mut gap, mut kinetic, mut count) = (0.0, 0.0, 0.0_f64, 0.0);
+        while made < end {
+            stepper.step()?;
+            made += 1;
+            let energy = stepper.energy();
+            let total = energy.total();
+            (least, most) = (least.min(total), most.max(total));
+            sum += total;
+            gap += gaps(&stepper).sum::<f64>();
+            kinetic = kinetic.max(energy.kinetic);
+            count += 1.0;
+        }
+        let (mean, elongation) = (sum / count, gap / count);
+        let (mean_0, elongation_0, scale) = *first.get_or_insert((mean, elongation, kinetic));
+        windows.push(Window {
+            steps: made,
+            band: (most - least) / scale,
+            drift: (mean - mean_0) / scale,
+            elongation_m: elongation,
+            growth: (elongation - elongation_0) / length,
+            swing: kinetic / scale,
+        });
+        progress.inc(1);
+    }
+    Ok(windows)
+}
+
+/// The checks of H49.
+///
+/// # Errors
+/// A step that fails.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let steps = if quick { 100_000 } else { 10_000_000 };
+    let windows = run(steps, progress)?;
+    let mut t = table(&[
+        "steps",
+        "energy band",
+        "drift",
+        "largest kinetic",
+        "elongation m",
+        "growth",
+    ]);
+    for w in &windows {
+        t.add_row([
+            w.steps.to_string(),
+            error(Some(w.band)),
+            format!("{:+.1e}", w.drift),
+            format!("{:.6}", w.swing),
+            format!("{:.9e}", w.elongation_m),
+            format!("{:+.1e}", w.growth),
+        ]);
+    }
+    let largest = |of: fn(&Window) -> f64| {
+        windows.iter().map(of).fold(
+            f64::NEG_INFINITY,
+            |m, x| if x > m || x.is_nan() { x } else { m },
+        )
+    };
+    let last = windows.last().map_or(f64::NAN, |w| w.drift);
+    let per_step = last / steps as f64;
+    let gain = largest(|w| w.drift);
+    let growth = largest(|w| w.growth);
+    let wider = largest(|w| w.band) / windows.first().map_or(f64::NAN, |w| w.band) - 1.0;
+    let checks = vec![
+        Check::within(
+            format!("{steps} steps: gain of energy"),
+            "none".to_owned(),
+            format!("{gain:+.1e}"),
+            gain,
+            GAIN,
+        )
+        .by("largest mean of a window less that of the first, over the swing's energy")
+        .noting(format!(
+            "at the end {last:+.1e}, {per_step:+.1e} a step: what the step damps of the swing"
+        )),
+        Check::within(
+            format!("{steps} steps: growth of the length"),
+            "none".to_owned(),
+            format!("{growth:+.1e}"),
+            growth,
+            GROWTH,
+        )
+        .by("largest mean elongation of a window less that of the first, over the cable's length"),
+        Check::within(
+            format!("{steps} steps: energy band"),
+            "no wider".to_owned(),
+            format!("{wider:+.1e}"),
+            wider,
+            BAND,
+        )
+        .by("largest band of a window over that of the first, less 1"),
+    ];
+    Ok(Outcome {
+        checks,
+        text: format!(
+            "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of\n\
+             them, Δt = 1/60 s; energies over the swing's\n{}\n",
+            text(&t)
+        ),
+        csv: csv(&windows)?,
+        ..Outcome::default()
+    })
+}
+
+/// By how much the band may widen.
+const BAND: f64 = 0.05;

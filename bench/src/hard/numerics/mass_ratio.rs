@@ -1,0 +1,398 @@
+//! H40: the ladder of mass ratios, from loads of one cable element to loads of 10¹⁰.
+//!
+//! First a chain of N particles whose last one is the load, without compliance, which has a formula for everything
+//! ([`chain`]): conditions and sweeps of Gauss–Seidel are predicted and measured, conjugate gradient, which in exact
+//! arithmetic needs N iterations, is counted. Then the errors of every solver on the hanging and the bent hoist against
+//! 32 digits, with and without the one refinement of the default step ([`crate::linear`] says what to expect), and a
+//! minute of swing.
+
+pub mod chain;
+
+use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::energy::amplitude;
+use crate::hard::together;
+use crate::linear::{self, Record};
+use crate::poses::Pose;
+use crate::table::{error, table, text};
+use crate::trajectory::simulate;
+use chain::{Chain, Row};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::fmt::Write;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Scene, SceneError};
+
+/// Elements of the chain and of the hoists.
+pub const ELEMENTS: usize = 24;
+
+/// What KKT forms are to reach at every ratio.
+pub const KKT_BAR: f64 = 1e-13;
+
+/// Unit roundoff u.
+const ROUNDOFF: f64 = 0.5 * f64::EPSILON;
+
+/// Relative bars of predicted conditions and sweeps.
+const CONDITION_BAR: f64 = 1e-5;
+const SWEEPS_BAR: f64 = 0.05;
+
+/// Seconds of the swing, and by how much the anchor moves in the first two \[s, m].
+const SWING: f64 = 60.0;
+const MOVE: f64 = 0.5;
+
+/// Compliances over Δt² of the capped chains, and their mass ratio \[1/kg].
+const CAPS: [f64; 3] = [1e-6, 1e-4, 1e-2];
+const CAPPED_RATIO: f64 = 1e5;
+
+fn ratios(quick: bool) -> Vec<f64> {
+    let step = if quick { 5 } else { 1 };
+    (0..=10).step_by(step).map(|k| 10_f64.powi(k)).collect()
+}
+
+/// The hoist of a ratio, of a material that bears it.
+fn params(ratio: f64) -> Result<HoistParams, SceneError> {
+    linear::Config::default().params(ELEMENTS, ratio)
+}
+
+/// Bent hoists over the ladder.
+///
+/// # Errors
+/// As [`HoistParams::resolve`].
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let of = |ratio: f64| {
+        let mut scene = crate::poses::hoist(&params(ratio)?, Pose::Bent)?;
+        scene.name = format!("R = {ratio:.0e}");
+        Ok(scene)
+    };
+    [1.0, 1e3, 1e5, 1e8, 1e10].into_iter().map(of).collect()
+}
+
+/// The checks of H40.
+///
+/// # Errors
+/// A scene that cannot be built, or one without a reference.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let most_sweeps = if quick { 20_000 } else { 400_000 };
+    let ratios = ratios(quick);
+    let chains: Vec<Row> = ratios
+        .par_iter()
+        .map(|&ratio| chain::measure(&Chain::new(ELEMENTS, ratio, 0.0), most_sweeps))
+        .collect::<Result<_, StepError>>()?;
+    let capped: Vec<Row> = CAPS
+        .par_iter()
+        .map(|&cap| chain::measure(&Chain::new(ELEMENTS, CAPPED_RATIO, cap), most_sweeps))
+        .collect::<Result<_, StepError>>()?;
+    let config = linear::Config {
+        segments: vec![ELEMENTS],
+        poses: if quick {
+            vec![Pose::Bent]
+        } else {
+            vec![Pose::Straight, Pose::Bent]
+        },
+        refinements: vec![0, 1, 2],
+        ratios: ratios.clone(),
+        ..linear::Config::default()
+    };
+    let records = linear::run(&config, progress)?;
+    let swings: Vec<Swing> = ratios
+        .par_iter()
+        .map(|&r| swing(r))
+        .collect::<Result<_, _>>()?;
+    let mut checks = predicted(&chains, &capped);
+    checks.extend(accurate(&records));
+    checks.extend(swings.iter().map(Swing::check));
+    let mut out = chain_table(&chains, &capped);
+    for refinements in [0, 1, 2] {
+        let _ = writeln!(
+            out,
+            "\nErrors of the multipliers against 32 digits, larger of the poses, {refinements} refinements, over R"
+        );
+        out.push_str(&error_table(&records, refinements, &ratios));
+    }
+    out.push('\n');
+    Ok(Outcome {
+        checks,
+        text: out,
+        csv: csv(&chains)?,
+        more_csv: vec![("errors.csv", csv(&records)?), ("swing.csv", csv(&swings)?)],
+        ..Outcome::default()
+    })
+}
+
+/// How far the formulas hold.
+fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
+    let worst = |rows: &[Row], of: fn(&Row) -> f64| {
+        rows.iter()
+            .map(of)
+            .fold(0.0, |m: f64, e| if e > m || e.is_nan() { e } else { m })
+    };
+    let shown = |e: f64| format!("(1 ± {e:.0e})");
+    let off = |found: f64, predicted: f64| (found / predicted - 1.0).abs();
+    let condition = worst(chains, |r| {
+        (r.condition / r.predicted_condition - 1.0).abs()
+    });
+    let sweeps = worst(chains, |r| (r.sweeps / r.predicted_sweeps - 1.0).abs());
+    let multipliers = worst(chains, |r| r.multipliers_error);
+    let mut checks = vec![
+        Check::within(
+            "chain: condition",
+            "4 N R + 2 N (N − 1)".to_owned(),
+            shown(condition),
+            condition,
+            CONDITION_BAR,
+        )
+        .by("largest relative deviation over R; S has rounded 1 + 1/R"),
+        Check::within(
+            "chain: Gauss-Seidel",
+            "ln 10⁶ / (−2 ln cos θ)".to_owned(),
+            shown(sweeps),
+            sweeps,
+            SWEEPS_BAR,
+        )
+        .by("largest relative deviation over R of the sweeps to 10⁻⁶"),
+        Check::within(
+            "chain: multipliers",
+            "λᵢ = g Σ m".to_owned(),
+            shown(multipliers),
+            multipliers,
+            KKT_BAR,
+        )
+        .by("32 digits against the formula, relative"),
+    ];
+    for r in capped {
+        let error = off(r.condition, r.predicted_condition);
+        checks.push(
+            Check::within(
+                format!("chain: R = 1e5, ε/Δt² = {:.0e}", r.cap),
+                format!("{:.1e}", r.predicted_condition),
+                format!("{:.1e}", r.condition),
+                error,
+                CAP_BAR,
+            )
+            .by("condition against 1/(1/κ₀ + σ/4): both limits are exact, between them it is a mean"),
+        );
+    }
+    checks
+}
+
+/// Relative bar of a capped condition.
+const CAP_BAR: f64 = 0.1;
+
+/// Direct solvers against the bars: S 10 u R, unrefined and as the step refines it; KKT forms, as the step refines them,
+/// 10⁻¹³.
+fn accurate(records: &[Record]) -> Vec<Check> {
+    let direct = || records.iter().filter(|r| r.direct);
+    let mut backends: Vec<&str> = Vec::new();
+    for r in direct() {
+        if !backends.contains(&r.backend.as_str()) {
+            backends.push(&r.backend);
+        }
+    }
+    let over = |backend: &str, refinements: usize, bar: fn(f64) -> f64| {
+        let own = direct().filter(move |r| r.backend == backend && r.refinements == refinements);
+        own.max_by(|a, b| {
+            let size = |r: &Record| r.forward_error.abs() / bar(r.mass_ratio);
+            size(a).total_cmp(&size(b))
+        })
+        .map(|r| {
+            let relative = r.forward_error / bar(r.mass_ratio);
+            let ours = format!(
+                "{:.1e} at R = {:.0e}, {}",
+                r.forward_error, r.mass_ratio, r.pose
+            );
+            let mut check = Check::within("", String::new(), ours, relative, 1.0);
+            check.note = r.error.clone().unwrap_or_default();
+            (backend.to_owned(), check)
+        })
+    };
+    let group = |case: &str, kkt: bool, refinements: usize, bar: fn(f64) -> f64, said: &str| {
+        let own = backends.iter().filter(|b| b.ends_with("/kkt") == kkt);
+        let rows = own.filter_map(|b| over(b, refinements, bar)).map(|(b, c)| {
+            let c = Check {
+                reference: said.to_owned(),
+                ..c.by(
+                    "error of the multipliers against 32 digits over the bar, the largest over R",
+                )
+            };
+            (b, c)
+        });
+        together(case, rows.collect())
+    };
+    let formed = |ratio: f64| 10.0 * ROUNDOFF * ratio.max(1.0);
+    let exact = |_: f64| KKT_BAR;
+    let mut checks = group("S, unrefined", false, 0, formed, "10 u R");
+    for check in checks.iter_mut().filter(|c| c.verdict == Verdict::Fail) {
+        explain(check, records);
+    }
+    checks.extend(group("S, 1 refinement", false, 1, formed, "10 u R"));
+    let mut kkt = group("KKT, 1 refinement", true, 1, exact, "1e-13");
+    for check in kkt.iter_mut().filter(|c| c.verdict == Verdict::Fail) {
+        square(check, records);
+    }
+    checks.extend(kkt);
+    checks
+}
+
+/// Why one refinement is not enough, in the figures of the same solver with none and with two.
+fn square(check: &mut Check, records: &[Record]) {
+    let worst = |refinements: usize| {
+        let own = records.iter().filter(|r| {
+            r.refinements == refinements && check.case.ends_with(&format!(": {}", r.backend))
+        });
+        own.map(|r| r.forward_error).fold(0.0, f64::max)
+    };
+    let (none, two) = (worst(0), worst(2));
+    let _ = write!(
+        check.note,
+        "a refinement leaves the square of what it begins with, {none:.1e}² = {:.1e}: without pivoting S is formed on \
+         the way, and has lost its u R; two refinements leave {two:.1e}",
+        none * none
+    );
+}
+
+/// 10 u R leaves out the part of the condition that has no R in it, 2 N (N − 1): what a stable solver leaves is u κ.
+/// Beyond that a miss is none of the ratio's making; from the ratio on where R outweighs it the bar has to hold.
+fn explain(check: &mut Check, records: &[Record]) {
+    let unrefined = |r: &&Record| r.direct && r.refinements == 0 && !r.backend.ends_with("/kkt");
+    let own = records
+        .iter()
+        .filter(unrefined)
+        .filter(|r| check.case.ends_with(&format!(": {}", r.backend)));
+    let within = |r: &Record| {
+        let stable = ROUNDOFF * Chain::new(ELEMENTS + 1, r.mass_ratio, 0.0).condition();
+        r.forward_error <= 2.0 * stable
+    };
+    let heavy = |r: &&Record| r.mass_ratio >= HEAVY;
+    let of_bar = |r: &Record| r.forward_error / (10.0 * ROUNDOFF * r.mass_ratio);
+    let worst = own.clone().filter(heavy).map(of_bar).fold(0.0, f64::max);
+    if own.clone().all(within) && worst <= 1.0 {
+        check.verdict = Verdict::Limit;
+    }
+    let _ = write!(
+        check.note,
+        "the bar leaves out the part 2 N (N − 1) of κ = 4 N R + 2 N (N − 1), u κ = {:.0e} at R = 1, which is what a \
+         stable solver leaves; from R = {HEAVY:.0e} on the error is at most {worst:.1e} of the bar; the default \
+         step refines",
+        ROUNDOFF * Chain::new(ELEMENTS + 1, 1.0, 0.0).condition()
+    );
+}
+
+/// The ratio from which on R outweighs the length in the condition.
+const HEAVY: f64 = 1e3;
+
+fn chain_table(chains: &[Row], capped: &[Row]) -> String {
+    let mut out = format!(
+        "Chain of {ELEMENTS} particles, R: load/element; κ in the ∞-norm; sweeps of Gauss-Seidel and iterations of\n\
+         CG to 10⁻⁶ of the multipliers from zero, ~: extrapolated from the rate measured over the sweeps made\n"
+    );
+    let mut t = table(&[
+        "R",
+        "load/cable",
+        "ε/Δt²",
+        "κ formula",
+        "κ",
+        "sweeps formula",
+        "sweeps",
+        "CG",
+        "CG jacobi",
+    ]);
+    let count = |n: Option<usize>| n.map_or_else(|| "-".to_owned(), |n| n.to_string());
+    for r in chains.iter().chain(capped) {
+        let mark = if r.extrapolated { "~" } else { "" };
+        t.add_row([
+            format!("{:.0e}", r.ratio),
+            format!("{:.1e}", r.ratio / (ELEMENTS - 1) as f64),
+            format!("{:.0e}", r.cap),
+            format!("{:.3e}", r.predicted_condition),
+            format!("{:.3e}", r.condition),
+            format!("{:.2e}", r.predicted_sweeps),
+            format!("{mark}{:.2e}", r.sweeps),
+            count(r.cg),
+            count(r.cg_jacobi),
+        ]);
+    }
+    out.push_str(&text(&t));
+    out
+}
+
+fn error_table(records: &[Record], refinements: usize, ratios: &[f64]) -> String {
+    let heads: Vec<String> = ratios.iter().map(|r| format!("{r:.0e}")).collect();
+    let mut header = vec!["solver"];
+    header.extend(heads.iter().map(String::as_str));
+    let mut t = table(&header);
+    let own = || records.iter().filter(|r| r.refinements == refinements);
+    let mut backends: Vec<&str> = Vec::new();
+    for r in own().filter(|r| r.direct || refinements == 0) {
+        if !backends.contains(&r.backend.as_str()) {
+            backends.push(&r.backend);
+        }
+    }
+    for backend in backends {
+        let mut row = vec![backend.to_owned()];
+        for &ratio in ratios {
+            let here = own().filter(|r| r.backend == backend && r.mass_ratio == ratio);
+            let worst = here.map(|r| r.forward_error.abs()).max_by(f64::total_cmp);
+            row.push(error(worst));
+        }
+        t.add_row(row);
+    }
+    text(&t)
+}
+
+/// A minute of the default step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Swing {
+    ratio: f64,
+    /// Amplitude after 5 s and at the end \[m]; none of a run that was lost.
+    early_m: Option<f64>,
+    late_m: Option<f64>,
+    /// Steps that the guard redid.
+    redone: usize,
+    failure: Option<String>,
+}
+
+fn swing(ratio: f64) -> Result<Swing, StepError> {
+    let params = HoistParams {
+        seed: 1,
+        move_x: MOVE,
+        move_duration: 2.0,
+        ..params(ratio)?
+    };
+    let options = StepOptions::default();
+    let dt = options.dt;
+    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
+    let length = params.length + params.exact_elongation();
+    let rate = (params.gravity / length).sqrt();
+    let periods = 2.0 * std::f64::consts::TAU / rate;
+    let run = simulate(&mut stepper, SWING + periods + dt, params.length, |_| {});
+    let x: Vec<f64> = run.samples.iter().map(|s| s.load.x - MOVE).collect();
+    let at = |moment| amplitude(&x, dt, moment, rate);
+    Ok(Swing {
+        ratio,
+        early_m: at(5.0),
+        late_m: at(SWING),
+        redone: run.samples.iter().filter(|s| s.redone).count(),
+        failure: run
+            .failure
+            .map(|f| format!("{} at {:.2} s", f.reason, f.time)),
+    })
+}
+
+impl Swing {
+    fn check(&self) -> Check {
+        let case = format!("swing for {SWING} s, R = {:.0e}", self.ratio);
+        let reference = "stays whole";
+        let change = self.early_m.zip(self.late_m).map(|(a, b)| b / a - 1.0);
+        match (&self.failure, change) {
+            (None, Some(change)) => {
+                let ours = format!("amplitude {change:+.1e} from 5 s on");
+                let note = format!("{} steps redone by the guard", self.redone);
+                Check::claim(case, reference, ours, Verdict::Pass, note)
+            }
+            (failure, _) => {
+                let why = failure.clone().unwrap_or_default();
+                Check::claim(case, reference, "lost".to_owned(), Verdict::Fail, why)
+            }
+        }
+    }
+}

@@ -1,0 +1,122 @@
+use crate::{folder, good, json, refused};
+use std::fs;
+
+const INPUTS: &str = "time,trolley_speed,hoist_speed\n0,0,0\n0.2,0.5,0\n0.4,0.5,0.3\n0.6,0,0\n";
+
+/// A run that is saved on its way and one that is resumed there: the same to the last bit, samples included.
+#[test]
+fn a_resumed_run_is_the_run_itself() {
+    let at = folder("resumed");
+    fs::write(at.join("inputs.csv"), INPUTS).expect("writable");
+    for scene in [
+        "gantry --set segments=3 --set winch_force=3300 --controls inputs.csv",
+        "hoist --set segments=4 --set seed=1 --set move_x=0.5 --set mass_ratio=100",
+        "hoist --set segments=4 --set seed=1 --backend cg:jacobi:iterations=20",
+        "particles-f --set seed=3 --scheme spook --substeps 2 --guard 1e-4",
+    ] {
+        let whole = json(
+            &at,
+            &format!("run {scene} --time 1 --json - --save half.json --save-at 0.5"),
+        );
+        let controls = if scene.contains("--controls") {
+            "--controls inputs.csv"
+        } else {
+            ""
+        };
+        let rest = json(
+            &at,
+            &format!("run --resume half.json {controls} --time 0.5 --json -"),
+        );
+        for same in [
+            "scene",
+            "backend",
+            "scheme",
+            "guard",
+            "dt",
+            "final_state",
+            "planar",
+        ] {
+            assert_eq!(whole[same], rest[same], "{scene}: {same}");
+            assert!(!whole[same].is_null(), "{scene}: {same}");
+        }
+        assert_eq!(whole["energy"]["end"], rest["energy"]["end"], "{scene}");
+        let path =
+            |run: &serde_json::Value| run["load"]["position"].as_array().expect("a list").clone();
+        let (all, rest) = (path(&whole), path(&rest));
+        assert_eq!((all.len(), rest.len()), (60, 30), "{scene}");
+        assert_eq!(all[30..], rest[..], "{scene}");
+    }
+    // By default the end is saved; what is resumed and saved at once is the same text.
+    good(&at, "run ring --time 0.2 --save a.json");
+    let once = json(&at, "run ring --time 0.4 --json - --save b.json");
+    let again = json(&at, "run --resume a.json --time 0.2 --json - --save c.json");
+    assert_eq!(once["final_state"], again["final_state"]);
+    let read = |name: &str| fs::read_to_string(at.join(name)).expect("written");
+    assert_eq!(read("b.json"), read("c.json"));
+    assert_ne!(read("a.json"), read("b.json"));
+}
+
+#[test]
+fn files_that_are_no_saved_run_are_refused() {
+    let at = folder("not_saved");
+    good(&at, "run hoist --set segments=3 --time 0.1 --save run.json");
+    let text = fs::read_to_string(at.join("run.json")).expect("written");
+    let write = |text: &str| fs::write(at.join("bad.json"), text).expect("writable");
+    for (bad, words) in [
+        (String::new(), &["no saved run", "EOF"][..]),
+        ("{\"scene\": 1}".to_owned(), &["no saved run", "`scene`"]),
+        (
+            "[scene]\nname = \"hoist\"\n".to_owned(),
+            &["no saved run", "line 1"],
+        ),
+        (text[..text.len() / 3].to_owned(), &["no saved run", "EOF"]),
+        (
+            text.replacen("\"version\":1", "\"version\":7", 1),
+            &["version 7", "run the scene again"],
+        ),
+        (
+            text.replacen("\"substeps\":1", "\"substeps\":0", 1),
+            &["bad.json", "`substeps`"],
+        ),
+        (
+            text.replacen("\"backend\":\"banded\"", "\"backend\":\"best\"", 1),
+            &["best", "banded"],
+        ),
+    ] {
+        write(&bad);
+        let mut all = vec!["bad.json"];
+        all.extend(words);
+        refused(&at, "run --resume bad.json --time 0.1", &all);
+    }
+    fs::write(at.join("bad.json"), [0xff, 0xfe, 0x00]).expect("writable");
+    refused(&at, "run --resume bad.json", &["bad.json", "UTF-8"]);
+    refused(&at, "run --resume none.json", &["none.json", "cannot read"]);
+    refused(
+        &at,
+        "run --resume run.json --dt 0.01",
+        &["--resume", "--dt"],
+    );
+    refused(&at, "run hoist --resume run.json", &["--resume", "SCENE"]);
+    refused(
+        &at,
+        "run --resume run.json --set segments=4",
+        &["--resume", "--set"],
+    );
+    refused(&at, "run hoist --save-at 1", &["--save", "--help"]);
+    refused(
+        &at,
+        "run hoist --time 1 --save x.json --save-at 2",
+        &["--save-at", "2 s", "1 s"],
+    );
+    refused(
+        &at,
+        "run --resume run.json --time 1 --save x.json --save-at 0",
+        &["--save-at", "0 s"],
+    );
+    refused(&at, "run hoist --save x.json --save-at nan", &["--save-at"]);
+    refused(
+        &at,
+        "run hoist --time 0.1 --save - --json -",
+        &["--save -", "share"],
+    );
+}

@@ -1,0 +1,250 @@
+//! Runs that are saved and taken up again: all that the steps to come depend on, so that a restored run goes on with the
+//! same bits.
+//!
+//! Besides the scene and its state these are the multipliers (where iterations start and what the geometric stiffness
+//! is made of), the rates that multistep schemes look back on, the places of bounded rows, and how long the guard still
+//! holds. What each step computes anew is not saved, nor is the linear system of the last solve, which
+//! [`Stepper::system`] shows. One backend knows more than this: UMFPACK chooses its order by the values of the first
+//! matrix that it meets, so that a restored run with it may go on with other rounding.
+
+use crate::bounded::Place;
+use crate::history::History;
+use crate::six::Six;
+use crate::stepper::Stepper;
+use crate::{StepError, StepOptions};
+use taut_model::Scene;
+use taut_solver::SolveError;
+
+/// A run between two steps, as [`Stepper::save`] leaves it and [`Stepper::restore`] takes it.
+///
+/// With the feature `serde` it can be written and read in any format that keeps all bits of a double (with `serde_json`:
+/// its feature `float_roundtrip`). What is read is checked when it is restored.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct SavedRun {
+    #[cfg_attr(
+        feature = "serde",
+        serde(deserialize_with = "crate::serde_forms::known_version")
+    )]
+    version: u32,
+    options: StepOptions,
+    scene: Scene,
+    time: f64,
+    started: bool,
+    advanced: f64,
+    holding: usize,
+    impulses: Vec<f64>,
+    impulse_time: f64,
+    tension: Option<Vec<f64>>,
+    places: Vec<Place>,
+    /// v at the beginning of the last sub-step and its change: the energy belongs to the middle.
+    velocity: Vec<[f64; 6]>,
+    velocity_change: Vec<[f64; 6]>,
+    /// ∂φ/∂t of the last step.
+    drive: Vec<f64>,
+    past: Past,
+}
+
+/// What multistep schemes look back on: see [`History`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+struct Past {
+    known: bool,
+    rate: Vec<f64>,
+    drive: Vec<f64>,
+    velocity: Vec<[f64; 6]>,
+}
+
+impl SavedRun {
+    /// Version of what is saved: another one is refused where it is read.
+    pub const VERSION: u32 = 1;
+
+    /// Version of what was saved.
+    #[must_use]
+    pub fn version(&self) -> u32 {
+        self.version
+    }
+
+    /// The scene in its state.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// How it is stepped.
+    #[must_use]
+    pub fn options(&self) -> &StepOptions {
+        &self.options
+    }
+
+    /// Time of the state \[s].
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Checks what [`Stepper::new`] does not: numbers that are finite, as many as the scene has rows and bodies.
+    fn check(&self, rows: usize, bounded: usize) -> Result<(), StepError> {
+        let bodies = self.scene.bodies.len();
+        for (what, time) in [
+            ("time", self.time),
+            ("advanced", self.advanced),
+            ("impulse_time", self.impulse_time),
+        ] {
+            finite(what, [time].iter())?;
+        }
+        for (what, positive) in [
+            ("impulse_time", self.impulse_time > 0.0),
+            ("advanced", self.advanced >= 0.0),
+        ] {
+            if !positive {
+                return Err(fault(what, "is negative or zero".to_owned()));
+            }
+        }
+        let Past {
+            rate,
+            drive,
+            velocity,
+            ..
+        } = &self.past;
+        for (what, numbers) in [
+            ("impulses", Some(&self.impulses)),
+            ("tension", self.tension.as_ref()),
+            ("drive", Some(&self.drive)),
+            ("past.rate", Some(rate)),
+            ("past.drive", Some(drive)),
+        ] {
+            let Some(numbers) = numbers else { continue };
+            count(what, numbers.len(), rows)?;
+            finite(what, numbers.iter())?;
+        }
+        for (what, numbers) in [
+            ("velocity", &self.velocity),
+            ("velocity_change", &self.velocity_change),
+            ("past.velocity", velocity),
+        ] {
+            count(what, numbers.len(), bodies)?;
+            finite(what, numbers.iter().flatten())?;
+        }
+        count("places", self.places.len(), bounded)
+    }
+}
+
+fn fault(what: &'static str, reason: String) -> StepError {
+    StepError::Saved { what, reason }
+}
+
+fn count(what: &'static str, found: usize, expected: usize) -> Result<(), StepError> {
+    if found == expected {
+        return Ok(());
+    }
+    let reason = format!("has {found} entries: the scene has {expected}");
+    Err(fault(what, reason))
+}
+
+fn finite<'a>(
+    what: &'static str,
+    mut numbers: impl Iterator<Item = &'a f64>,
+) -> Result<(), StepError> {
+    match numbers.find(|x| !x.is_finite()) {
+        None => Ok(()),
+        Some(x) => Err(fault(what, format!("holds {x}: it must be finite"))),
+    }
+}
+
+fn numbers_of(six: &Six, bodies: usize) -> Vec<[f64; 6]> {
+    (0..bodies).map(|i| six.get(i)).collect()
+}
+
+fn put_into(six: &mut Six, numbers: &[[f64; 6]]) {
+    for (i, x) in numbers.iter().enumerate() {
+        six.set(i, *x);
+    }
+}
+
+impl Stepper {
+    /// The run as it stands between two steps. Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] between [`solve`](Self::solve) and
+    /// [`advance`](Self::advance); [`StepError::Scene`] and [`StepError::Saved`] where a step that failed or a setting
+    /// has left numbers that are not finite.
+    pub fn save(&self) -> Result<SavedRun, StepError> {
+        if self.solved {
+            return Err(StepError::Solve {
+                source: SolveError::OutOfOrder {
+                    called: "save",
+                    needs: "advance",
+                },
+                culprit: None,
+                time: self.time,
+            });
+        }
+        self.scene.validate()?;
+        let bodies = self.scene.bodies.len();
+        let History {
+            known,
+            rate,
+            phi_t,
+            v,
+            ..
+        } = &self.history;
+        let saved = SavedRun {
+            version: SavedRun::VERSION,
+            options: self.options.clone(),
+            scene: self.scene.clone(),
+            time: self.time,
+            started: self.started,
+            advanced: self.advanced,
+            holding: self.holding,
+            impulses: self.mu.clone(),
+            impulse_time: self.mu_dt,
+            tension: self.tension_known.then(|| self.tension.clone()),
+            places: self.bounded.places().collect(),
+            velocity: numbers_of(&self.pieces.v, bodies),
+            velocity_change: numbers_of(&self.pieces.dv, bodies),
+            drive: self.pieces.rows.phi_t.clone(),
+            past: Past {
+                known: *known,
+                rate: rate.clone(),
+                drive: phi_t.clone(),
+                velocity: numbers_of(v, bodies),
+            },
+        };
+        saved.check(self.mu.len(), saved.places.len())?;
+        Ok(saved)
+    }
+
+    /// Takes a saved run up again: it goes on with the same bits, on the same machine and with the same features.
+    ///
+    /// # Errors
+    /// As [`Stepper::new`] for its scene and options; [`StepError::Saved`] where its parts do not fit together.
+    pub fn restore(mut saved: SavedRun) -> Result<Self, StepError> {
+        saved.scene.start_in_equilibrium = false;
+        let mut stepper = Self::new(saved.scene.clone(), saved.options.clone())?;
+        saved.check(stepper.mu.len(), stepper.bounded.places().count())?;
+        stepper.time = saved.time;
+        stepper.started = saved.started;
+        stepper.advanced = saved.advanced;
+        stepper.holding = saved.holding;
+        stepper.mu = saved.impulses;
+        stepper.mu_dt = saved.impulse_time;
+        stepper.tension_known = saved.tension.is_some();
+        if let Some(tension) = saved.tension {
+            stepper.tension = tension;
+        }
+        stepper.bounded.put(&saved.places);
+        let rows = &mut stepper.pieces.rows;
+        rows.update(&stepper.scene, saved.time);
+        rows.phi_t = saved.drive;
+        put_into(&mut stepper.pieces.v, &saved.velocity);
+        put_into(&mut stepper.pieces.dv, &saved.velocity_change);
+        stepper.history.known = saved.past.known;
+        stepper.history.rate = saved.past.rate;
+        stepper.history.phi_t = saved.past.drive;
+        put_into(&mut stepper.history.v, &saved.past.velocity);
+        Ok(stepper)
+    }
+}

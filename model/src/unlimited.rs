@@ -1,0 +1,24 @@
+//! Numbers of which infinity is one, in formats that know finite numbers alone (JSON): a limit that is none is written
+//! as none.
+//!
+//! For fields: `#[serde(with = "taut_model::unlimited")]`.
+
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// Writes a limit; infinity is `None`.
+///
+/// # Errors
+/// The serializer's.
+pub fn serialize<S: Serializer>(limit: &f64, serializer: S) -> Result<S::Ok, S::Error> {
+    Some(*limit)
+        .filter(|x| *x != f64::INFINITY)
+        .serialize(serializer)
+}
+
+/// Reads a limit; `None` is infinity.
+///
+/// # Errors
+/// The deserializer's.
+pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::INFINITY))
+}

@@ -1,0 +1,205 @@
+use serde_json::{Value, json};
+use taut_bench::run_file::RunFile;
+use taut_integrator::{SavedRun, StepError, StepOptions, Stepper};
+use taut_model::GantryParams;
+
+/// A saved run of a gantry as JSON.
+fn good() -> Value {
+    let params = GantryParams {
+        segments: 2,
+        ..GantryParams::default()
+    };
+    let scene = params.build().expect("sound parameters");
+    let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+    for _ in 0..3 {
+        stepper.step().expect("a stable run");
+    }
+    serde_json::to_value(stepper.save().expect("a sound state")).expect("a value")
+}
+
+/// What is said of the run with one value replaced: by its reader, or when it is restored.
+fn refusal(at: &str, value: Value) -> String {
+    let mut run = good();
+    let place = run.pointer_mut(at).unwrap_or_else(|| panic!("no {at}"));
+    *place = value;
+    let read = serde_json::from_value::<SavedRun>(run);
+    let text = match read.map(Stepper::restore) {
+        Err(e) => e.to_string(),
+        Ok(Err(e)) => e.to_string(),
+        Ok(Ok(_)) => panic!("{at} is taken"),
+    };
+    assert!(!text.contains('\n'), "{text}");
+    text
+}
+
+#[test]
+fn a_damaged_run_says_what_does_not_fit() {
+    let run = good();
+    assert!(
+        serde_json::from_value(run.clone())
+            .map(Stepper::restore)
+            .expect("reads")
+            .is_ok()
+    );
+    let short = |at: &str| {
+        let mut list = run
+            .pointer(at)
+            .and_then(Value::as_array)
+            .expect("a list")
+            .clone();
+        list.pop();
+        Value::Array(list)
+    };
+    for at in [
+        "impulses",
+        "tension",
+        "drive",
+        "places",
+        "velocity",
+        "velocity_change",
+    ] {
+        let text = refusal(&format!("/{at}"), short(&format!("/{at}")));
+        assert!(text.contains(&format!("`{at}` has")), "{text}");
+    }
+    for at in ["rate", "drive", "velocity"] {
+        let text = refusal(&format!("/past/{at}"), short(&format!("/past/{at}")));
+        assert!(text.contains(&format!("`past.{at}` has")), "{text}");
+    }
+    for (at, value, words) in [
+        ("/version", json!(2), "version 2"),
+        ("/version", json!("1"), "u32"),
+        ("/time", json!(null), "f64"),
+        ("/impulse_time", json!(0.0), "`impulse_time`"),
+        ("/impulse_time", json!(-1.0), "`impulse_time`"),
+        ("/advanced", json!(-1.0), "`advanced`"),
+        ("/holding", json!(-1), "usize"),
+        ("/places/0", json!("nowhere"), "nowhere"),
+        ("/options/dt", json!(0.0), "`dt`"),
+        ("/options/substeps", json!(0), "`substeps`"),
+        ("/options/backend", json!("superlu"), "superlu"),
+        (
+            "/options/scheme",
+            json!("third-difference:a=0.1:gamma=0"),
+            "`a`",
+        ),
+        ("/options/stiffness", json!("NaN"), "`alpha`"),
+        ("/options/guard/passes", json!(0), "`guard.passes`"),
+        ("/scene/load", json!(99), "number 99"),
+        ("/scene/bodies/mass/2", json!(0.0), "mass is 0"),
+        (
+            "/scene/bodies/position/1",
+            json!([0.0, 1.0]),
+            "invalid length",
+        ),
+        (
+            "/scene/bodies/orientation/1",
+            json!([2.0, 0.0, 0.0, 0.0]),
+            "unit quaternion",
+        ),
+        (
+            "/scene/bodies/inertia/2",
+            json!([-1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]),
+            "inertia",
+        ),
+        ("/scene/bodies/mobility/0", json!("sleepy"), "sleepy"),
+        ("/scene/body_names/1", json!("crane"), "crane"),
+        ("/scene/constraints", json!([]), "length"),
+        ("/scene/groups", json!([]), "groups"),
+    ] {
+        let text = refusal(at, value);
+        assert!(text.contains(words), "{at}: {text}");
+    }
+}
+
+/// Binary formats hold what JSON cannot: numbers that are not finite are refused where they are restored.
+#[test]
+fn numbers_that_are_not_finite_are_refused() {
+    let run: SavedRun = serde_json::from_value(good()).expect("reads");
+    let mut bytes = Vec::new();
+    ciborium::into_writer(&run, &mut bytes).expect("writes");
+    let value: ciborium::Value = ciborium::from_reader(bytes.as_slice()).expect("reads");
+    let with_nan = |field: &str| {
+        let mut value = value.clone();
+        let entries = value.as_map_mut().expect("a map");
+        let field = (entries.iter_mut()).find(|(key, _)| key.as_text() == Some(field));
+        let mut place = &mut field.expect("a field").1;
+        while place.is_array() {
+            place = place
+                .as_array_mut()
+                .and_then(|list| list.first_mut())
+                .expect("an entry");
+        }
+        *place = ciborium::Value::Float(f64::NAN);
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&value, &mut bytes).expect("writes");
+        let run: SavedRun = ciborium::from_reader(bytes.as_slice()).expect("reads");
+        Stepper::restore(run).map(|_| ())
+    };
+    for name in [
+        "time",
+        "advanced",
+        "impulse_time",
+        "impulses",
+        "tension",
+        "velocity",
+        "drive",
+    ] {
+        match with_nan(name) {
+            Err(StepError::Saved { what, reason }) => {
+                assert!(what == name && reason.contains("NaN"), "{what} {reason}");
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+    }
+}
+
+#[test]
+fn foreign_and_truncated_files_are_refused_with_their_place() {
+    let yardstick = json!({"cable": null, "max_gap": null, "planar": false});
+    let file = json!({"run": good(), "yardstick": yardstick}).to_string();
+    assert!(RunFile::parse(&file).is_ok());
+    for (text, words) in [
+        ("", "EOF"),
+        ("{}", "missing field `run`"),
+        ("[1, 2]", "SavedRun"),
+        ("{\"scene\": \"hoist\"}", "unknown field `scene`"),
+        ("name = \"hoist\"", "expected"),
+        (&file[..file.len() / 2], "EOF"),
+        (
+            &file.replacen("\"version\":1", "\"version\":9", 1),
+            "version 9",
+        ),
+    ] {
+        let error = RunFile::parse(text).expect_err("no run").to_string();
+        assert!(error.contains(words) && error.contains("line"), "{error}");
+    }
+}
+
+/// A state that is lost is not saved.
+#[test]
+fn a_state_that_is_not_finite_is_not_saved() {
+    let scene = GantryParams::default().build().expect("sound parameters");
+    let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+    stepper.step().expect("a stable run");
+    let mut bodies = stepper.scene().bodies.clone();
+    bodies.position[2].x = f64::NAN;
+    stepper
+        .set_state(&bodies, stepper.time())
+        .expect("as many bodies");
+    assert!(matches!(stepper.save(), Err(StepError::Scene(_))));
+    let rows = stepper.multipliers().len();
+    let bodies = GantryParams::default()
+        .build()
+        .expect("sound parameters")
+        .bodies;
+    stepper.set_state(&bodies, 0.0).expect("as many bodies");
+    stepper
+        .set_multipliers(&vec![f64::INFINITY; rows])
+        .expect("as many rows");
+    match stepper.save() {
+        Err(StepError::Saved {
+            what: "impulses", ..
+        }) => {}
+        other => panic!("{other:?}"),
+    }
+}

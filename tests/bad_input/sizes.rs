@@ -1,0 +1,177 @@
+use crate::compiled;
+use nalgebra::Vector3;
+use std::path::Path;
+use std::time::{Duration, Instant};
+use taut_bench::matrix::{market, matrix_of};
+use taut_integrator::{StepOptions, Stepper};
+use taut_model::{
+    Body, Constraint, Frame, HoistParams, Mobility, RowLaw, Scene, SceneSource, Spherical,
+};
+use taut_solver::{GeneralMatrix, SolveError};
+
+/// 10⁵ segments: some steps of the sparse backends that are compiled in, within seconds.
+#[test]
+fn a_cable_of_a_hundred_thousand_segments_steps() {
+    let params = HoistParams {
+        segments: 100_000,
+        length: 1e4,
+        move_x: 0.5,
+        seed: 1,
+        ..HoistParams::default()
+    };
+    let scene = params.build().expect("sound parameters");
+    let options = StepOptions::default();
+    if options.backend.name() == "dense" {
+        return;
+    }
+    let start = Instant::now();
+    let mut stepper = Stepper::new(scene, options).expect("sound");
+    for _ in 0..3 {
+        stepper.step().expect("a stable run");
+    }
+    let bodies = &stepper.scene().bodies;
+    assert!(bodies.position.iter().flatten().all(|x| x.is_finite()));
+    // Seconds, on a machine that does other things too.
+    assert!(
+        start.elapsed() < Duration::from_secs(60),
+        "{:?}",
+        start.elapsed()
+    );
+}
+
+/// A scene that gains and loses bodies and joints before every step: each time with the state and a stepper of its own.
+#[test]
+fn a_topology_that_changes_in_every_step_is_stepped() {
+    for backend in compiled() {
+        let options = StepOptions {
+            refinements: usize::from(!backend.is_iterative()),
+            backend,
+            ..StepOptions::default()
+        };
+        let mut scene = Scene::new("growing");
+        scene.gravity = Vector3::new(0.0, 0.0, -10.0);
+        for n in 0..24 {
+            let upper = match scene.bodies.len() {
+                0 => Frame::world(Vector3::zeros()),
+                last => Frame::body(last - 1, Vector3::new(0.0, 0.0, -0.5)),
+            };
+            let top = match scene.bodies.len() {
+                0 => Vector3::zeros(),
+                last => scene
+                    .bodies
+                    .point_world(last - 1, &Vector3::new(0.0, 0.0, -0.5)),
+            };
+            let rod = Body::rod(1.0, 0.05, 1.0).at(top - Vector3::z() * 0.5);
+            let body = scene.add_body(format!("rod-{n}"), rod);
+            let frames = [upper, Frame::body(body, Vector3::new(0.0, 0.0, 0.5))];
+            let stretch = RowLaw::new(1e-7, 0.0);
+            let joint = Constraint::Spherical(Spherical { frames, stretch });
+            scene.add_constraint(format!("joint-{n}"), joint, 0);
+            if n % 5 == 4 {
+                // The cable breaks: the joint in the middle goes.
+                let middle = scene.constraints.len() / 2;
+                scene.constraints.remove(middle);
+                scene.constraint_names.remove(middle);
+                scene.groups.remove(middle);
+            }
+            let mut stepper = Stepper::new(scene, options.clone()).expect("sound");
+            stepper
+                .step()
+                .unwrap_or_else(|e| panic!("{}: {e}", options.backend));
+            scene = stepper.into_scene();
+            let numbers = scene
+                .bodies
+                .position
+                .iter()
+                .chain(&scene.bodies.velocity)
+                .flatten();
+            assert!(numbers.copied().all(f64::is_finite), "{}", options.backend);
+        }
+        assert_eq!((scene.bodies.len(), scene.constraints.len()), (24, 20));
+    }
+}
+
+/// Bodies that nothing moves, and nothing else: they stay where they are.
+#[test]
+fn scenes_of_static_bodies_alone_stay_as_they_are() {
+    for backend in compiled() {
+        let mut scene = Scene::new("foundations");
+        scene.gravity = Vector3::new(0.0, 0.0, -10.0);
+        for i in 0..3 {
+            scene.add_body(
+                format!("block-{i}"),
+                Body::fixed().at(Vector3::x() * f64::from(i)),
+            );
+        }
+        assert!(scene.bodies.mobility.iter().all(|m| *m == Mobility::Static));
+        let options = StepOptions {
+            backend,
+            ..StepOptions::default()
+        };
+        let before = scene.bodies.clone();
+        let mut stepper = Stepper::new(scene, options).expect("sound");
+        for _ in 0..3 {
+            stepper
+                .step()
+                .unwrap_or_else(|e| panic!("{}: {e}", stepper.options().backend));
+        }
+        assert_eq!(stepper.scene().bodies, before);
+    }
+}
+
+/// Headers that announce more than any machine holds: refused, or the end of the file is found before memory is made.
+#[test]
+fn announced_sizes_cost_nothing() {
+    let path = Path::new("large.mtx");
+    let start = Instant::now();
+    for sizes in [
+        "1000000000000000000 1000000000000000000 1000000000000000000",
+        "1000000000000000000 1000000000000000000 1",
+        "1000000000000000000 1000000000000000000 0",
+        "9223372036854775807 9223372036854775807 9223372036854775807",
+        "99999999999999999999999 1 1",
+        "3 3 1000000000000000000",
+    ] {
+        for symmetry in ["general", "symmetric"] {
+            let text =
+                format!("%%MatrixMarket matrix coordinate real {symmetry}\n{sizes}\n1 1 1.0\n");
+            let read = market::read_from(text.as_bytes(), path);
+            let error = read.and_then(|m| matrix_of(&m, path)).expect_err("absurd");
+            assert!(!error.to_string().is_empty());
+        }
+    }
+    for sizes in ["1000000000000000000 1", "1000000000 1000000000"] {
+        let text = format!("%%MatrixMarket matrix array real general\n{sizes}\n1.0\n");
+        assert!(market::read_from(text.as_bytes(), path).is_err());
+    }
+    for dim in [1 << 60, usize::MAX - 1, usize::MAX] {
+        let error = GeneralMatrix::from_entries(dim, vec![(0, 0, 1.0)]).expect_err("absurd");
+        assert!(
+            matches!(error, SolveError::TooLarge { size, .. } if size == dim),
+            "{error}"
+        );
+    }
+    assert!(start.elapsed() < Duration::from_secs(10));
+}
+
+/// Counts in scene files beyond what can be built are refused before anything is.
+#[test]
+fn counts_beyond_what_can_be_built_are_refused() {
+    for (name, key) in [
+        ("hoist", "segments"),
+        ("gantry", "segments"),
+        ("particles-a", "particles"),
+        ("pull", "segments"),
+        ("ring", "segments"),
+        ("net", "rows"),
+        ("ladder", "segments"),
+    ] {
+        for count in ["9223372036854775807", "1000000000000", "-1", "1e18", "nan"] {
+            let start = Instant::now();
+            let built = SceneSource::load(name, &[(key, count)]).and_then(|s| s.build());
+            let error = built.expect_err("absurd").to_string();
+            assert!(error.contains(key), "{name}, {count}: {error}");
+            assert!(start.elapsed() < Duration::from_secs(5), "{name}, {count}");
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! H20 to H27 and H31 to H34.
+
+use crate::checks;
+use taut_bench::check::{Check, Verdict};
+use taut_bench::hard::dynamics::CASES;
+use taut_integrator::{StepOptions, Stepper};
+
+/// The largest error of the checks whose case contains `what`, of which there are at least `count`.
+fn largest(checks: &[Check], what: &str, count: usize) -> f64 {
+    let own = checks.iter().filter(|c| c.case.contains(what));
+    let errors: Vec<f64> = own.map(|c| c.error.expect("a number")).collect();
+    assert!(errors.len() >= count, "{what}: {errors:?}");
+    errors.into_iter().fold(0.0, f64::max)
+}
+
+/// Tolerances ten times above the measured figures.
+#[test]
+fn swings_and_chains_have_their_frequencies() {
+    let found = checks("H20");
+    assert!(
+        largest(&found, "third-difference: period", 2) < 5e-8,
+        "{found:#?}"
+    );
+    assert!(largest(&found, "10⁻⁴ rad", 1) < 6e-9, "{found:#?}");
+    let found = checks("H21");
+    assert!(largest(&found, "5 masses", 7) < 6e-6, "{found:#?}");
+    assert!(largest(&found, ": eigenvalue", 6) < 3e-7, "{found:#?}");
+}
+
+#[test]
+fn strings_bars_and_beams_have_their_frequencies() {
+    let found = checks("H22");
+    assert!(largest(&found, "mode 1", 6) < 3e-5, "{found:#?}");
+    let found = checks("H23");
+    assert!(largest(&found, ": eigenvalue", 2) < 1e-11, "{found:#?}");
+    let limits = found.iter().filter(|c| c.verdict == Verdict::Limit);
+    // The trapezoidal scheme rings at τ = 0.
+    assert_eq!(limits.count(), 1, "{found:#?}");
+    let found = checks("H24");
+    assert!(largest(&found, ": eigenvalue", 1) < 1e-12, "{found:#?}");
+    let found = checks("H25");
+    assert!(largest(&found, ": order", 4) < 0.05, "{found:#?}");
+}
+
+#[test]
+fn falls_snaps_and_flights() {
+    let found = checks("H26");
+    assert!(largest(&found, ": energy", 2) < 1e-12, "{found:#?}");
+    let found = checks("H27");
+    assert!(largest(&found, "small steps", 2) < 1e-2, "{found:#?}");
+    let found = checks("H31");
+    assert!(largest(&found, ": momentum", 2) < 2e-14, "{found:#?}");
+    let found = checks("H32");
+    assert!(
+        largest(&found, ": angular momentum", 2) < 3e-11,
+        "{found:#?}"
+    );
+}
+
+/// H33: in each step a deformation mode is multiplied by the roots of the scheme's characteristic polynomial.
+#[test]
+fn deformation_modes_are_damped_by_the_law_of_the_scheme() {
+    let found = checks("H33");
+    for mode in ["stretch", "twist", "bend"] {
+        assert!(largest(&found, mode, 8) < 7e-11, "{found:#?}");
+    }
+}
+
+/// H34: a rigid row closes its gap by a recurrence of the gaps alone, and as Δt → 0 exponentially with its time τ.
+#[test]
+fn gaps_close_by_the_law_of_the_scheme() {
+    let found = checks("H34");
+    assert!(largest(&found, "step by step", 12) < 2e-15, "{found:#?}");
+    assert!(largest(&found, "relaxation time", 4) < 2e-7, "{found:#?}");
+}
+
+/// Every case in motion has a scene at its beginning that can be stepped.
+#[test]
+fn the_scenes_at_their_beginnings_can_be_stepped() {
+    for case in CASES {
+        let scenes = (case.scenes)().expect("scenes");
+        assert!(!scenes.is_empty(), "{}", case.name);
+        for scene in scenes {
+            let place = format!("{}: {}", case.name, scene.name);
+            let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+            for _ in 0..3 {
+                stepper.step().unwrap_or_else(|e| panic!("{place}: {e}"));
+            }
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! H40 to H54 but for those with modules of their own, and what the solvers claim.
+
+use crate::checks;
+use taut_bench::check::Verdict;
+use taut_bench::hard::numerics::angles::joints::{Kind, Pose, jacobian_error};
+use taut_bench::hard::numerics::claims::{Finding, audit};
+use taut_bench::hard::numerics::{long_run, rigid_limit};
+use taut_bench::hard::solvers;
+
+use indicatif::ProgressBar;
+use std::f64::consts::PI;
+
+fn passed(name: &str) -> usize {
+    let checks = checks(name);
+    checks.iter().filter(|c| c.verdict == Verdict::Pass).count()
+}
+
+#[test]
+fn mass_ratios_are_climbed_as_predicted() {
+    assert!(passed("H40") >= 8);
+}
+
+#[test]
+fn angles_are_measured_up_to_their_singularities() {
+    assert!(passed("H43") >= 8);
+}
+
+#[test]
+fn direct_solvers_are_backward_stable_or_refuse() {
+    assert!(passed("H46") >= 8);
+}
+
+#[test]
+fn a_swing_goes_on_and_on() {
+    assert!(passed("H49") == 3);
+    let windows = long_run::run(20_000, &ProgressBar::hidden()).expect("steps");
+    let steps: Vec<usize> = windows.iter().map(|w| w.steps).collect();
+    assert_eq!(steps, [1200, 12_000, 20_000]);
+}
+
+#[test]
+fn stiff_joints_come_to_rigid_ones() {
+    assert!(passed("H51") >= 4);
+    let direct = solvers().into_iter().find(|c| !c.backend.is_iterative());
+    let limit = rigid_limit::limit(&direct.expect("a direct solver")).expect("solves");
+    // Ten times the compliance, ten times the difference.
+    let [a, b] = [limit.differences[3], limit.differences[4]];
+    assert!((a / b - 10.0).abs() < 0.1, "{a:e} {b:e}");
+}
+
+#[test]
+fn degenerate_input_is_refused_or_runs() {
+    assert!(passed("H52") >= 40);
+}
+
+#[test]
+fn runs_are_the_same_to_the_last_bit() {
+    assert!(passed("H53") >= 4);
+}
+
+#[test]
+fn ladders_go_up() {
+    assert!(passed("H54") >= 2);
+}
+
+#[test]
+fn no_solver_claims_what_is_not_so() {
+    let checks = checks("claims");
+    assert!(checks.iter().any(|c| c.verdict == Verdict::Pass));
+}
+
+/// The audit tells claims from mere answers: a solver with one iteration claims nothing, and is not good.
+#[test]
+fn an_unfinished_solve_is_an_honest_failure() {
+    let scene = rigid_limit::scene(1e-9).expect("a scene");
+    let found = audit("stiff", &scene, &[2]);
+    assert!(found.ended.is_empty(), "{:?}", found.ended);
+    let short = found.solves.iter().filter(|s| s.variant == "1 iterations");
+    let mut counted = 0;
+    for s in short.filter(|s| s.backend.starts_with("cg:none")) {
+        assert_eq!(s.finding, Finding::Honest, "{s:?}");
+        counted += 1;
+    }
+    let compiled = solvers().iter().any(|c| c.family() == "cg:none");
+    assert_eq!(counted > 0, compiled);
+}
+
+/// A wrong Jacobian would be seen: the paper's bend row has one where its safeguard is not small against the angle.
+#[test]
+fn jacobians_that_are_off_are_seen() {
+    let pose = Pose {
+        turn: nalgebra::UnitQuaternion::identity(),
+        across: 0.3,
+        twist: 0.2,
+    };
+    let error = |kind, theta| jacobian_error(kind, theta, &pose);
+    let safeguard = error(Kind::PaperBend, 1e-10);
+    assert!(safeguard > 5e-5, "{safeguard:e}");
+    assert!(error(Kind::Cosserat, 1e-10) < 1e-9);
+    assert!(error(Kind::Cosserat, PI - 1e-9) < 1e-6);
+}

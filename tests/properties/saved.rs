@@ -1,0 +1,265 @@
+use taut_integrator::{
+    Form, GeometricStiffness, Guard, SavedRun, Scheme, StepOptions, StepReport, Stepper,
+};
+use taut_model::{GantryParams, HoistParams, Motor, Scene, SceneSource};
+use taut_tests::compiled;
+use taut_tests::machines::random_machine;
+
+const DT: f64 = 1.0 / 60.0;
+
+/// What a stepper tells of itself, as bits: state, energies, impulses, gaps, windings and drums.
+fn told(stepper: &Stepper) -> (Vec<u64>, String) {
+    let energy = stepper.energy();
+    let rows = stepper.linearized();
+    let mut bits = vec![stepper.time().to_bits()];
+    let numbers = [energy.kinetic, energy.gravity, energy.elastic];
+    let all = numbers.iter().chain(stepper.multipliers());
+    let all = all.chain(&rows.phi).chain(&rows.phi_t);
+    bits.extend(all.map(|x| x.to_bits()));
+    (bits, format!("{:?}", stepper.scene()))
+}
+
+/// What a step did, without its times.
+fn done(report: &StepReport) -> (usize, usize, bool, usize, u64) {
+    (
+        report.iterations,
+        report.solves,
+        report.redone,
+        report.implicit_substeps,
+        report.time.to_bits(),
+    )
+}
+
+/// The run by way of JSON and of a binary format, which agree.
+fn by_way_of_texts(saved: &SavedRun) -> SavedRun {
+    let json = serde_json::to_string(saved).expect("writes");
+    let from_json: SavedRun = serde_json::from_str(&json).expect("reads");
+    let mut binary = Vec::new();
+    ciborium::into_writer(saved, &mut binary).expect("writes");
+    let from_binary: SavedRun = ciborium::from_reader(binary.as_slice()).expect("reads");
+    assert_eq!(from_json, *saved);
+    assert_eq!(from_binary, *saved);
+    from_json
+}
+
+/// What a driver does before step `n` of a gantry: off, lift, stop, with jerks that the winches slip at; its slow
+/// machine knows no controls.
+fn drive(stepper: &mut Stepper, n: usize) {
+    if stepper.scene().controls.is_empty() {
+        return;
+    }
+    let value = [0.0, 0.4, -0.3, 0.0][n / 7 % 4];
+    for control in 0..stepper.scene().controls.len() {
+        stepper.set_control(control, value).expect("a control");
+    }
+}
+
+/// Saves after `first` steps, and takes `then` more with the run itself and with the restored one.
+fn goes_on(scene: &Scene, options: &StepOptions, first: usize, then: usize, place: &str) -> usize {
+    let mut stepper = Stepper::new(scene.clone(), options.clone()).expect("sound");
+    let mut redone = 0;
+    for n in 0..first {
+        drive(&mut stepper, n);
+        redone += usize::from(stepper.step().expect("a stable run").redone);
+    }
+    let saved = stepper.save().expect("a sound state");
+    let mut again = Stepper::restore(by_way_of_texts(&saved)).expect("a sound run");
+    assert_eq!(told(&again), told(&stepper), "{place}, restored");
+    assert_eq!(again.save().expect("a sound state"), saved, "{place}");
+    for n in first..first + then {
+        let reports = [&mut stepper, &mut again].map(|stepper| {
+            drive(stepper, n);
+            stepper.step().expect("a stable run")
+        });
+        let [ours, theirs] = reports.map(|r| done(&r));
+        assert_eq!(ours, theirs, "{place}, step {n}");
+        assert_eq!(told(&stepper), told(&again), "{place}, step {n}");
+        redone += usize::from(ours.2);
+    }
+    redone
+}
+
+fn swinging() -> Scene {
+    let params = HoistParams {
+        segments: 7,
+        mass_ratio: 20.0,
+        initial_angle: 0.5,
+        move_x: 0.5,
+        seed: 3,
+        ..HoistParams::default()
+    };
+    params.build().expect("sound parameters")
+}
+
+/// A gantry whose trolley and winches slip.
+fn gantry() -> Scene {
+    let params = GantryParams {
+        segments: 3,
+        winch_force: Some(3300.0),
+        trolley_force: Some(500.0),
+        ..GantryParams::default()
+    };
+    params.build().expect("sound parameters")
+}
+
+fn scenes() -> Vec<Scene> {
+    let mut scenes = vec![swinging(), gantry(), random_machine(3), random_machine(5)];
+    for name in ["particles-f", "twist", "junction"] {
+        let source = SceneSource::load(name, &[("seed", "3")]).expect("a scene");
+        scenes.push(source.build().expect("sound parameters"));
+    }
+    scenes
+}
+
+#[test]
+fn every_scheme_goes_on_with_the_same_bits() {
+    let mut redone = 0;
+    for scene in scenes() {
+        for scheme in Scheme::KINDS {
+            for (guard, stiffness) in [
+                (None, GeometricStiffness::Inertia { alpha: 0.4 }),
+                (
+                    Some(Guard::default()),
+                    GeometricStiffness::Inertia { alpha: 0.4 },
+                ),
+                (
+                    Some(Guard {
+                        tolerance: 1e-5,
+                        hold: 3,
+                        ..Guard::default()
+                    }),
+                    GeometricStiffness::Inertia { alpha: 0.5 },
+                ),
+                (
+                    Some(Guard {
+                        tolerance: f64::INFINITY,
+                        ..Guard::default()
+                    }),
+                    GeometricStiffness::Relative { alpha: 0.9 },
+                ),
+            ] {
+                let options = StepOptions {
+                    scheme,
+                    guard,
+                    stiffness,
+                    substeps: 2,
+                    ..StepOptions::default()
+                };
+                let place = format!("{}, {scheme}, {guard:?}", scene.name);
+                for first in [0, 1, 9] {
+                    redone += goes_on(&scene, &options, first, 6, &place);
+                }
+            }
+        }
+    }
+    assert!(
+        redone > 100,
+        "{redone} steps redone: the guard was hardly at work"
+    );
+}
+
+/// Iterations start from the last step's multipliers: they too are part of the state. UMFPACK chooses its order by the
+/// first matrix that it meets, and goes on to rounding alone.
+#[test]
+fn every_solver_goes_on_with_the_same_bits() {
+    for scene in [swinging(), gantry(), random_machine(5)] {
+        for choice in compiled() {
+            if choice.backend.name() == "umfpack" {
+                continue;
+            }
+            let options = choice.options(DT);
+            goes_on(
+                &scene,
+                &options,
+                11,
+                8,
+                &format!("{}, {choice}", scene.name),
+            );
+        }
+        for few in [
+            "cg:jacobi:matrix-free:iterations=7",
+            "gauss-seidel:groups:trial:iterations=3",
+            "cg:group:tolerance=1e-4",
+        ] {
+            let backend: taut_solver::Backend = few.parse().expect("a backend");
+            if !backend.is_compiled() {
+                continue;
+            }
+            let options = StepOptions {
+                backend,
+                refinements: 1,
+                guard: None,
+                ..StepOptions::default()
+            };
+            goes_on(&scene, &options, 2, 4, &format!("{}, {few}", scene.name));
+        }
+    }
+}
+
+#[test]
+fn what_was_set_by_hand_is_saved() {
+    let mut stepper = Stepper::new(gantry(), StepOptions::default()).expect("sound");
+    for _ in 0..5 {
+        stepper.step().expect("a stable run");
+    }
+    let rail = (stepper.scene().constraints.iter())
+        .position(|c| c.motor().is_some())
+        .expect("a motor");
+    stepper.set_motor(rail, Motor::speed(0.2)).expect("a motor");
+    let rows = stepper.multipliers().len();
+    stepper
+        .set_tension(&vec![-70.0; rows])
+        .expect("as many rows");
+    stepper
+        .set_multipliers(&vec![-1.5; rows])
+        .expect("as many rows");
+    let saved = stepper.save().expect("a sound state");
+    assert_eq!(
+        (saved.version(), saved.time()),
+        (SavedRun::VERSION, stepper.time())
+    );
+    assert_eq!(saved.scene().name, "gantry");
+    assert_eq!(saved.options(), stepper.options());
+    let mut again = Stepper::restore(by_way_of_texts(&saved)).expect("a sound run");
+    for _ in 0..5 {
+        stepper.step().expect("a stable run");
+        again.step().expect("a stable run");
+    }
+    assert_eq!(told(&stepper), told(&again));
+}
+
+/// Between a solve and its advance there is nothing to save: what was solved for is not the state alone.
+#[test]
+fn half_a_step_is_not_saved() {
+    for form in [Form::Schur, Form::Kkt] {
+        let options = StepOptions {
+            form,
+            guard: None,
+            ..StepOptions::default()
+        };
+        let mut stepper = Stepper::new(swinging(), options).expect("sound");
+        stepper.solve().expect("solvable");
+        let error = stepper.save().expect_err("half a step").to_string();
+        assert!(error.contains("advance"), "{error}");
+        stepper.advance().expect("finite");
+        assert!(stepper.save().is_ok());
+    }
+}
+
+/// The impulses of a step that the guard has redone are spent.
+#[test]
+fn a_redone_step_is_not_advanced_again() {
+    let guard = Guard {
+        tolerance: f64::MIN_POSITIVE,
+        ..Guard::default()
+    };
+    let options = StepOptions {
+        guard: Some(guard),
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(swinging(), options).expect("sound");
+    assert!(stepper.step().expect("a stable run").redone);
+    assert!(stepper.save().is_ok());
+    let error = stepper.advance().expect_err("nothing is solved");
+    assert!(error.to_string().contains("solve"), "{error}");
+}

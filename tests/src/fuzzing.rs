@@ -1,0 +1,381 @@
+//! What arbitrary input is put through: by the fuzzer (`tests/fuzz`), by random mutations of good inputs and by the inputs
+//! that once did harm (both in the test binary `bad_input`).
+//!
+//! Each function takes bytes and returns whether they came as far as something to be solved. It panics where the program
+//! would have, where an error says nothing, and where a result that claims to be good is not finite. Sizes are limited so
+//! that no input takes long.
+
+use crate::decode::Bytes;
+use nalgebra::Vector3;
+use std::fmt::Display;
+use std::path::Path;
+use std::sync::Arc;
+use taut_bench::matrix::prepared::Problem;
+use taut_bench::matrix::{Matrix, market, matrix_of, vector_of};
+use taut_bench::run_file::RunFile;
+use taut_integrator::{SavedRun, StepOptions, Stepper};
+use taut_model::{Scene, SceneSource};
+use taut_solver::{
+    Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SymBlockMatrix,
+};
+
+/// Most bodies of a scene that is stepped.
+const BODIES: usize = 40;
+
+/// Most rows of a matrix that every backend solves.
+const ROWS: usize = 60;
+
+/// A target's name, as that of its folder of inputs, and what it does.
+pub type Target = (&'static str, fn(&[u8]) -> bool);
+
+/// All of them.
+pub const TARGETS: [Target; 5] = [
+    ("scene_file", scene_file),
+    ("scene_builder", scene_builder),
+    ("matrix_and_rhs", matrix_and_rhs),
+    ("matrix_market", matrix_market),
+    ("saved_run", saved_run),
+];
+
+/// Every backend that is compiled in, with every option that changes its algorithm.
+#[must_use]
+pub fn backends() -> Vec<Backend> {
+    let names = [
+        "banded",
+        "faer:llt",
+        "faer:ldlt",
+        "faer:lu",
+        "nalgebra-sparse",
+        "umfpack:refinement=0",
+        "umfpack",
+        "dense:double",
+        "dense:extended",
+        "cg:none",
+        "cg:jacobi",
+        "cg:group",
+        "gauss-seidel:joints",
+        "gauss-seidel:groups",
+        "gauss-seidel:groups:trial",
+    ];
+    let all = names.iter().map(|name| name.parse().expect("a known name"));
+    all.filter(Backend::is_compiled).collect()
+}
+
+/// An error has something to say.
+fn says(error: &impl Display) -> bool {
+    assert!(!error.to_string().is_empty());
+    false
+}
+
+fn finite<'a>(numbers: impl IntoIterator<Item = &'a f64>, what: &impl Display) {
+    let bad = numbers.into_iter().find(|x| !x.is_finite());
+    assert!(
+        bad.is_none(),
+        "{what}: {bad:?} in a result that is said to be good"
+    );
+}
+
+/// Some steps of a small scene, with loads, controls and a save in between.
+fn step(stepper: &mut Stepper, bytes: &mut Bytes<'_>) {
+    for n in 0..3 {
+        if bytes.byte() % 4 == 3 {
+            edit(stepper, bytes);
+        }
+        match stepper.step() {
+            Ok(_) => {
+                let bodies = &stepper.scene().bodies;
+                let vectors = [&bodies.position, &bodies.velocity, &bodies.angular_velocity];
+                let place = format!("{}, step {n}", stepper.options().backend);
+                finite(vectors.into_iter().flatten().flatten(), &place);
+                finite(
+                    bodies.orientation.iter().flat_map(|q| q.coords.iter()),
+                    &place,
+                );
+                finite(stepper.multipliers(), &place);
+            }
+            Err(e) => {
+                says(&e);
+            }
+        }
+        if n == 1 {
+            match stepper.save().map(Stepper::restore) {
+                Ok(Ok(again)) => assert_eq!(again.time().to_bits(), stepper.time().to_bits()),
+                // What is saved can be restored.
+                Ok(Err(e)) => panic!("{e}"),
+                Err(e) => {
+                    says(&e);
+                }
+            }
+        }
+    }
+}
+
+/// A change between two steps, sound or not.
+fn edit(stepper: &mut Stepper, bytes: &mut Bytes<'_>) {
+    let body = bytes.below(stepper.scene().bodies.len() + 1);
+    let mut vector = || Vector3::from_fn(|_, _| bytes.number());
+    let [a, b] = [vector(), vector()];
+    let value = bytes.number();
+    let results = match bytes.byte() % 5 {
+        0 => stepper.set_load(body, a, b),
+        1 => stepper.set_velocity(body, a, b),
+        2 => stepper.set_control(body, value),
+        3 => {
+            let rows = vec![value; stepper.multipliers().len()];
+            stepper
+                .set_tension(&rows)
+                .and_then(|()| stepper.set_multipliers(&rows))
+        }
+        _ => {
+            let mut bodies = stepper.scene().bodies.clone();
+            if let Some(x) = bodies.position.get_mut(body) {
+                *x = a;
+            }
+            stepper.set_state(&bodies, value)
+        }
+    };
+    if let Err(e) = results {
+        says(&e);
+    }
+}
+
+/// Steps a scene that is small enough; whether there is a stepper.
+fn run(scene: Scene, options: StepOptions, bytes: &mut Bytes<'_>) -> bool {
+    if scene.bodies.len() > BODIES || scene.constraints.len() > 2 * BODIES {
+        return false;
+    }
+    match Stepper::new(scene, options) {
+        Ok(mut stepper) => {
+            step(&mut stepper, bytes);
+            true
+        }
+        Err(e) => says(&e),
+    }
+}
+
+/// Whether a scene is small enough to be built here.
+fn small(source: &SceneSource) -> bool {
+    match source {
+        SceneSource::Hoist(p) => p.segments <= 1000,
+        SceneSource::Gantry(p) => p.segments <= 1000,
+        SceneSource::Particles(p) => p.particles <= 1000,
+        SceneSource::Specimen(p) => p.segments <= 1000,
+        SceneSource::Network(p) => p.segments <= 30,
+        _ => true,
+    }
+}
+
+/// The text of a scene.
+#[must_use]
+pub fn scene_file(data: &[u8]) -> bool {
+    let Ok(text) = std::str::from_utf8(data) else {
+        return false;
+    };
+    let source = match SceneSource::parse(text, &[]) {
+        Ok(source) => source,
+        Err(e) => return says(&e),
+    };
+    if !small(&source) {
+        return false;
+    }
+    match source.build() {
+        Ok(scene) => run(scene, StepOptions::default(), &mut Bytes::new(&[])),
+        Err(e) => says(&e),
+    }
+}
+
+/// Scenes that a program makes: named ones with overrides, or bodies and constraints with any numbers.
+#[must_use]
+pub fn scene_builder(data: &[u8]) -> bool {
+    let mut bytes = Bytes::new(data);
+    let scene = if bytes.byte().is_multiple_of(2) {
+        match bytes.named() {
+            Ok(source) if small(&source) => source.build(),
+            Ok(_) => return false,
+            Err(e) => Err(e),
+        }
+    } else {
+        Ok(bytes.scene())
+    };
+    match scene {
+        Ok(scene) => {
+            let options = bytes.options(&backends());
+            run(scene, options, &mut bytes)
+        }
+        Err(e) => says(&e),
+    }
+}
+
+/// What a backend says of a system; whether it solved it.
+fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool {
+    match result {
+        Ok(()) => {
+            finite(x, backend);
+            true
+        }
+        Err(e) => says(&e),
+    }
+}
+
+fn solve(
+    backend: &Backend,
+    a: &SymBlockMatrix,
+    b: &[f64],
+    x: &mut [f64],
+) -> Result<(), SolveError> {
+    let mut solver = backend.create()?;
+    solver.analyze(a.pattern())?;
+    solver.factorize(a)?;
+    solver.solve(a, b, x)?;
+    // Again, as steps do.
+    solver.factorize(a)?;
+    solver.solve(a, b, x).map(|_| ())
+}
+
+/// Matrices and right-hand sides of any numbers, by every backend.
+#[must_use]
+pub fn matrix_and_rhs(data: &[u8]) -> bool {
+    let mut bytes = Bytes::new(data);
+    let kind = bytes.byte();
+    let blocks = bytes.below(6);
+    let sizes: Vec<usize> = (0..blocks).map(|_| bytes.below(7)).collect();
+    let couplings = bytes.below(8);
+    let couplings: Vec<_> = (0..couplings)
+        .map(|_| (bytes.below(blocks + 1), bytes.below(blocks)))
+        .collect();
+    let groups: Vec<u32> = (0..blocks).map(|_| u32::from(bytes.byte() % 3)).collect();
+    let pattern = BlockPattern::new(&sizes, &couplings).and_then(|p| p.with_groups(groups));
+    let pattern = match pattern {
+        Ok(pattern) => Arc::new(pattern),
+        Err(e) => return says(&e),
+    };
+    let mut a = SymBlockMatrix::zeros(pattern.clone());
+    for value in a.values_mut() {
+        *value = bytes.number();
+    }
+    // Else all are refused or pivoted: diagonals that lead.
+    for j in 0..if kind.is_multiple_of(4) {
+        0
+    } else {
+        pattern.blocks()
+    } {
+        let (n, k) = (pattern.size(j), pattern.column(j).start);
+        let block = a.block_mut(k);
+        for r in 0..n {
+            for c in 0..r {
+                block[r + n * c] = block[c + n * r];
+            }
+            block[r * (n + 1)] += if kind % 4 == 1 { 0.0 } else { 100.0 };
+        }
+    }
+    let b: Vec<f64> = (0..a.dim()).map(|_| bytes.number()).collect();
+    let guess: Vec<f64> = (0..a.dim()).map(|_| bytes.number()).collect();
+    let mut any = false;
+    for backend in backends() {
+        let mut x = guess.clone();
+        any |= solved(solve(&backend, &a, &b, &mut x), &x, &backend);
+    }
+    let mut entries = Vec::new();
+    a.for_each_lower(|r, c, value| entries.push((r, c, value)));
+    let general = match GeneralMatrix::from_entries(a.dim(), entries) {
+        Ok(general) => general,
+        Err(e) => return says(&e),
+    };
+    for backend in backends() {
+        let mut x = guess.clone();
+        let result = GeneralSolver::analyze(&backend, &general).and_then(|mut solver| {
+            solver.factorize(&general)?;
+            solver.solve(&b, &mut x)
+        });
+        any |= solved(result, &x, &backend);
+    }
+    any
+}
+
+/// The text of a Matrix Market file, as a matrix and as a vector; small matrices are solved.
+#[must_use]
+pub fn matrix_market(data: &[u8]) -> bool {
+    let path = Path::new("any.mtx");
+    let read = match market::read_from(data, path) {
+        Ok(read) => read,
+        Err(e) => return says(&e),
+    };
+    if read.rows <= 1 << 20
+        && let Err(e) = vector_of(&read, path, read.rows)
+    {
+        says(&e);
+    }
+    let matrix = match matrix_of(&read, path) {
+        Ok((matrix, _)) => matrix,
+        Err(e) => return says(&e),
+    };
+    if matrix.dim() > ROWS {
+        return false;
+    }
+    let problem = Problem::new(&matrix);
+    let b = vec![1.0; matrix.dim()];
+    let mut any = false;
+    for backend in backends() {
+        let mut x = vec![0.0; matrix.dim()];
+        let result = problem.analyze(&backend).and_then(|mut prepared| {
+            prepared.factorize()?;
+            prepared.solve(&b, &mut x).map(|_| ())
+        });
+        any |= solved(result, &x, &backend);
+    }
+    if let Matrix::Symmetric(a) = &matrix {
+        let error = taut_solver::backward_error(a, &b, &b);
+        assert!(error.is_ok(), "of this dimension");
+    }
+    any
+}
+
+/// A saved run, as JSON or as CBOR.
+#[must_use]
+pub fn saved_run(data: &[u8]) -> bool {
+    let read: Option<SavedRun> = match std::str::from_utf8(data).ok().map(RunFile::parse) {
+        Some(Ok(file)) => Some(file.run),
+        Some(Err(e)) => {
+            says(&e);
+            None
+        }
+        None => None,
+    };
+    let read = match read {
+        Some(run) => run,
+        None => match ciborium::from_reader(data) {
+            Ok(run) => run,
+            Err(e) => return says(&e),
+        },
+    };
+    let run: SavedRun = read;
+    let (bodies, most) = (run.scene().bodies.len(), 100_000);
+    let work = run
+        .options()
+        .substeps
+        .saturating_mul(run.options().refinements.max(1));
+    let guard = run.options().guard.map_or(1, |g| {
+        g.substeps
+            .saturating_mul(g.passes)
+            .saturating_mul(1 << g.halvings.min(20))
+    });
+    let heavy = work.saturating_mul(guard).saturating_mul(bodies) > most;
+    let text = run.options().backend.to_string();
+    if bodies > BODIES || heavy || iterations(&text) > 2000 {
+        return false;
+    }
+    match Stepper::restore(run) {
+        Ok(mut stepper) => {
+            step(&mut stepper, &mut Bytes::new(&[]));
+            true
+        }
+        Err(e) => says(&e),
+    }
+}
+
+/// The limit of iterations in a backend's text.
+fn iterations(backend: &str) -> usize {
+    let options = backend.split(':');
+    let limit = options.filter_map(|o| o.strip_prefix("iterations=")?.parse().ok());
+    limit.max().unwrap_or(1)
+}
