@@ -317,11 +317,12 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
         .draw()
         .map_err(failed)?;
     for (i, (series, points)) in chart.series.iter().zip(&all).enumerate() {
-        // Later points are smaller, so that those under them are seen.
-        let radius = if points.len() > 400 {
-            1
-        } else {
-            (6 - i as i32).max(2)
+        // Later points are smaller, so that those under them are seen; those with a look of their own tell themselves
+        // apart by it.
+        let radius = match (points.len(), series.look) {
+            (401.., _) => 1,
+            (_, Some(_)) => 3,
+            _ => (6 - i as i32).max(2),
         };
         draw_series(&mut plane, series.mark, points, (series.look(i), radius))?;
     }
@@ -370,13 +371,17 @@ fn draw_legend(
         let y = LEGEND_ROW * k as i32;
         for &(i, x) in row {
             let look = chart.series[i].look(i);
-            let line = (0..16).step_by(if look.dashed { 6 } else { 4 });
-            for from in line {
-                let ends = [(x + from, y + 6), (x + from + 4, y + 8)];
+            let pieces: &[(i32, i32)] = if look.dashed {
+                &[(0, 5), (11, 16)]
+            } else {
+                &[(0, 16)]
+            };
+            for &(from, to) in pieces {
+                let ends = [(x + from, y + 6), (x + to, y + 8)];
                 let piece = Rectangle::new(ends, colour(look).filled());
                 area.draw(&piece).map_err(failed)?;
             }
-            draw_point(area, (x + 8, y + 7), look, 4)?;
+            draw_point(area, (x + 8, y + 7), look, 3)?;
             let name = chart.series[i].name.clone();
             let text = Text::new(name, (x + 22, y), ("sans-serif", 13));
             area.draw(&text).map_err(failed)?;

@@ -219,7 +219,14 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
     let level = |name: String, ms: f64| Series::new(name, vec![[0.0, ms], [end, ms]], Mark::Line);
     let quantile = |share: f64| trace.quantile(share) * 1e-6;
     let mut series = vec![
-        Series::new("a step", points.collect(), Mark::Points),
+        Series {
+            look: Some(Look {
+                colour: [128, 128, 128],
+                shape: Shape::Circle,
+                dashed: false,
+            }),
+            ..Series::new("a step", points.collect(), Mark::Points)
+        },
         level(format!("Δt = {:.1} ms", trace.dt * 1e3), trace.dt * 1e3),
     ];
     for (name, share) in [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)] {
