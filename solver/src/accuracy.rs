@@ -10,6 +10,7 @@ use crate::{DoubleDouble, GeneralMatrix, SolveError, SymBlockMatrix};
 
 /// Backward errors of an approximate solution.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BackwardError {
     /// η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞).
     pub normwise: f64,

@@ -180,6 +180,16 @@ impl LinearSolver for GaussSeidel {
             check_solution(a, x)?;
         }
         check_finite(a.pattern(), "guess", x)?;
+        if norm == 0.0 {
+            // Numbers whose squares underflow: there is no telling.
+            plan.sweep(b, x);
+            check_solution(a, x)?;
+            return Ok(SolveReport {
+                status: Status::Stalled,
+                iterations: 1,
+                residual: f64::INFINITY,
+            });
+        }
         let mut report = SolveReport {
             status: Status::IterationLimit,
             iterations: 0,
