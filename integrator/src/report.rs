@@ -33,7 +33,7 @@ impl Phase {
     ];
 }
 
-/// Wall-clock time of each phase of one step.
+/// Wall-clock time of each phase of one step; with `serde` in seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(

@@ -42,7 +42,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// The values in the order of the scene's controls: name and value.
+    /// The values in the order of the scene's controls: name and value \[m/s].
     #[must_use]
     pub fn values(&self) -> [(&'static str, f64); 2] {
         [

@@ -160,7 +160,7 @@ pub struct ResolvedSpecimen {
     pub side: f64,
     /// Mass of the grip \[kg].
     pub grip_mass: f64,
-    /// Stiffness of the cable.
+    /// Stiffness of the cable \[N, N m²].
     pub stiffness: Stiffness,
     /// Force on the grip along the cable, or the tension that its bearing draws \[N].
     pub force: f64,

@@ -165,7 +165,7 @@ pub struct AnalyzeReport {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorReport {
-    /// Estimate of the reciprocal condition number, where the backend makes one.
+    /// Estimate of the reciprocal condition number, 0 … 1 without unit, where the backend makes one.
     pub reciprocal_condition: Option<f64>,
 }
 
