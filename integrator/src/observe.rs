@@ -11,6 +11,7 @@ use taut_model::{Linearized, Scene};
 use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Energy {

@@ -12,6 +12,7 @@ use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// Result of [`check_jacobian`].
+#[non_exhaustive]
 #[derive(Debug, Clone, PartialEq)]
 pub struct JacobianCheck {
     /// Error of each row, relative to the largest entry of that row: entries on velocities and on angular velocities

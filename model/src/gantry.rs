@@ -142,6 +142,7 @@ impl Default for GantryParams {
 }
 
 /// A gantry with all defaults worked out: [`GantryParams::resolve`].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedGantry {
     /// Length of a segment \[m].

@@ -28,6 +28,7 @@ use crate::scene::Scene;
 use crate::seed;
 
 /// What is done to a specimen: the load that it has when none is given.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Specimen {
     /// Pulled by F = YA/10: 10 % longer.
@@ -148,6 +149,7 @@ impl Default for SpecimenParams {
 }
 
 /// A specimen with all defaults worked out: [`SpecimenParams::resolve`].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedSpecimen {
     /// Number N of segments.

@@ -9,6 +9,7 @@ use crate::error::expect_len;
 use crate::{DoubleDouble, GeneralMatrix, SolveError, SymBlockMatrix};
 
 /// Backward errors of an approximate solution, without unit.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BackwardError {

@@ -63,6 +63,7 @@ mod ffi;
 use std::fmt;
 
 /// Where the linked library comes from.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildInfo {
     /// The version of UMFPACK, such as `6.3.3`, as its header gave it to the build.
@@ -81,6 +82,7 @@ pub fn build_info() -> BuildInfo {
 }
 
 /// How UMFPACK orders and pivots.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
     /// UMFPACK decides by the pattern and the diagonal.
@@ -93,6 +95,7 @@ pub enum Strategy {
 }
 
 /// What UMFPACK divides each row by before it factorises.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scaling {
     /// Nothing.
