@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         stepper.set_controls(&operator(stepper.time()))?;
         let report = stepper.step()?;
         let frame = (report.time * 60.0).round() as u64;
-        if frame % 60 == 0 {
+        if frame.is_multiple_of(60) {
             let at = &stepper.scene().bodies.position; // m, world
             println!(
                 "{:6.2} {:12.4} {:9.4} {:9.4}",
