@@ -51,7 +51,8 @@ pub enum Verdict {
     Fail,
     /// Not measured.
     NotYet,
-    /// Where something of ours, or of the step that it is compared with, ends: known, no bar.
+    /// Where something of ours, or of the step that it is compared with, ends: known, with its cause in the note. Its
+    /// error may be beyond its bar ([`Check::is_beyond`]).
     Limit,
     /// The paper's figure or claim holds.
     Holds,
@@ -188,6 +189,12 @@ impl Check {
     #[must_use]
     pub fn is_split(&self) -> bool {
         self.parts != Parts::default()
+    }
+
+    /// Whether the error is beyond the bar, whatever the verdict.
+    #[must_use]
+    pub fn is_beyond(&self) -> bool {
+        matches!((self.error, self.bar), (Some(error), Some(bar)) if error > bar || error.is_nan())
     }
 
     /// The same row with a note.

@@ -4,6 +4,7 @@ pub(crate) mod checks;
 pub(crate) mod hard;
 pub(crate) mod matrix;
 pub(crate) mod paper;
+pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod scene;
 pub(crate) mod scenes;

@@ -38,6 +38,53 @@ pub fn cases() -> impl Iterator<Item = Case> {
         .copied()
 }
 
+/// Cases of the catalogue whose scenes cannot be built yet, and what is missing.
+pub const NOT_YET: [(&str, &str, &str); 7] = [
+    ("H12", "the capstan", "friction of a cable on a drum"),
+    (
+        "H41",
+        "ten boxes, each heavier than the one below",
+        "contacts between bodies",
+    ),
+    (
+        "H44",
+        "a block that slides, bounces and tips",
+        "contacts with friction",
+    ),
+    (
+        "H45",
+        "Painlevé's rod, a card house, an arch",
+        "contacts with friction",
+    ),
+    (
+        "H48",
+        "segments that are split and merged",
+        "a change of resolution between steps",
+    ),
+    ("H55", "a taut cable over an edge", "contacts of cables"),
+    (
+        "H56",
+        "thin, short segments in contact",
+        "contacts of cables",
+    ),
+];
+
+/// A row for each of them.
+#[must_use]
+pub fn not_yet() -> Vec<Check> {
+    let row = |(name, title, missing): (&str, &str, &str)| {
+        let case = format!("{name}: {title}");
+        Check::claim(
+            case,
+            "",
+            "not measured".to_owned(),
+            Verdict::NotYet,
+            format!("missing: {missing}"),
+        )
+    };
+    NOT_YET.map(row).to_vec()
+}
+
 /// The scenes of a case that has none to be stepped.
 pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(Vec::new())

@@ -17,7 +17,7 @@ use crate::statics;
 use crate::trajectory::{Failure, Timing, Trajectory, simulate, steps_in};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::time::{Duration, Instant};
 use taut_integrator::{Phase, StepError, StepOptions, StepReport, Stepper};
 use taut_model::HoistParams;
@@ -103,7 +103,7 @@ impl Config {
 }
 
 /// One row: a solver with its options on one scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the scene.
     pub scene: String,
@@ -118,26 +118,35 @@ pub struct Record {
     /// Limit of iterations; 0 for direct solvers.
     pub iterations: usize,
     /// Mean number of iterations of a step on the common states.
+    #[serde(deserialize_with = "nan_for_null")]
     pub iterations_used: f64,
     /// Δt \[s].
     pub dt: f64,
     /// Refinement sweeps from the pieces in the timed and simulated step.
     pub refinements: usize,
     /// Whole step, median \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
     pub step_ns: f64,
     /// Whole step, minimum \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
     pub step_ns_min: f64,
     /// Factorisation, solve and refinement, median \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
     pub solve_ns: f64,
     /// Refinement alone, median \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
     pub refine_ns: f64,
     /// Normwise backward error on the assembled system, without refinement; largest of the frames.
+    #[serde(deserialize_with = "nan_for_null")]
     pub backward_error: f64,
     /// Componentwise backward error, likewise.
+    #[serde(deserialize_with = "nan_for_null")]
     pub backward_error_componentwise: f64,
     /// Relative error of the multipliers against extended precision, as stepped; largest of the frames.
+    #[serde(deserialize_with = "nan_for_null")]
     pub forward_error: f64,
     /// The same without refinement.
+    #[serde(deserialize_with = "nan_for_null")]
     pub forward_error_unrefined: f64,
     /// Relative error of the hanging cable's elongation against the exact discrete value after half a second.
     pub elongation_error: Option<f64>,
@@ -170,8 +179,13 @@ pub struct Record {
     pub error: Option<String>,
 }
 
+/// A number, or NaN for the null that JSON has for what is none.
+pub(crate) fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
 /// The fastest of a scene within an error level: the multipliers' forward error and the elongation error.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Fastest {
     /// The level.
     pub level: f64,
@@ -182,7 +196,7 @@ pub struct Fastest {
 }
 
 /// A solver that has no rows, and why.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Omission {
     /// Backend and form.
     pub backend: String,
@@ -202,7 +216,7 @@ pub struct Results {
 }
 
 /// What the rows of a scene share.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneNote {
     /// Segments of the cable.
     pub segments: usize,
@@ -644,7 +658,7 @@ fn mark_fastest(records: &mut [Record]) {
 
 impl Record {
     /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
-    fn within(&self, level: f64) -> Option<Fastest> {
+    pub(crate) fn within(&self, level: f64) -> Option<Fastest> {
         let sound = self.error.is_none() && self.elongation_error? <= level;
         if !sound || !self.step_ns.is_finite() {
             return None;

@@ -28,6 +28,7 @@
 //! | `plot` | charts as SVG |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
+//! | `report` | the report as one HTML file |
 //! | `choice` | a backend and a form as one value, with its text form |
 //! | `cache` | references kept in files |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
@@ -54,6 +55,7 @@ pub mod plot;
 pub mod poses;
 pub mod random;
 pub mod reference;
+pub mod report;
 pub mod run;
 pub mod run_file;
 pub mod scenes;

@@ -7,6 +7,7 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 use cli::hard::HardArgs;
 use cli::matrix::{DumpArgs, MatricesArgs, SolveArgs};
 use cli::paper::PaperArgs;
+use cli::report::ReportArgs;
 use cli::scene::SceneArgs;
 use cli::scenes;
 use cli::sweeps::{self, Sweep};
@@ -86,6 +87,9 @@ enum Command {
     /// Instructions, allocations, errors and times of a step against the baseline: what CI fails on
     #[command(after_help = cli::track::AFTER_HELP)]
     Track(TrackArgs),
+    /// The page of a report: plots and tables in one HTML file
+    #[command(after_help = cli::report::AFTER_HELP)]
+    Report(ReportArgs),
     /// Lists the backends, which are compiled in, and their licences
     Backends,
 }
@@ -252,6 +256,7 @@ fn main() -> ExitCode {
         Some(Command::Solve(args)) => cli::matrix::solve(&args),
         Some(Command::Matrices(args)) => cli::matrix::matrices(&args),
         Some(Command::Track(args)) => cli::track::run(&args),
+        Some(Command::Report(args)) => cli::report::run(&args),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {
@@ -460,7 +465,9 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
         config.time,
         table::ladder(&results)
     );
-    deliver(args.json.as_deref(), "bench", &text, &results.records)
+    deliver(args.json.as_deref(), "bench", &text, &results.records)?;
+    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    cli::report::of_main_job(&config, &results, args.quick, only_json)
 }
 
 /// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard

@@ -150,6 +150,37 @@ pub enum Mark {
     Bars,
 }
 
+impl Mark {
+    fn has_points(self) -> bool {
+        matches!(self, Self::Points | Self::LineAndPoints)
+    }
+}
+
+/// What a point is drawn as.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shape {
+    /// A dot.
+    #[default]
+    Circle,
+    /// A triangle.
+    Triangle,
+    /// A square.
+    Square,
+    /// A cross.
+    Cross,
+}
+
+/// How a series looks, whatever its place among the others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    /// Red, green and blue.
+    pub colour: [u8; 3],
+    /// What its points are.
+    pub shape: Shape,
+    /// Whether its lines are dashed.
+    pub dashed: bool,
+}
+
 /// A series of a chart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
@@ -159,6 +190,8 @@ pub struct Series {
     pub points: Vec<[f64; 2]>,
     /// How it is drawn.
     pub mark: Mark,
+    /// How it looks; by its place among the others where there is nothing.
+    pub look: Option<Look>,
 }
 
 impl Series {
@@ -169,7 +202,17 @@ impl Series {
             name: name.into(),
             points,
             mark,
+            look: None,
         }
+    }
+
+    fn look(&self, place: usize) -> Look {
+        let RGBColor(r, g, b) = COLOURS[place % COLOURS.len()];
+        self.look.unwrap_or(Look {
+            colour: [r, g, b],
+            shape: Shape::Circle,
+            dashed: false,
+        })
     }
 }
 
@@ -207,13 +250,31 @@ fn failed(e: impl fmt::Display) -> PlotError {
 /// # Errors
 /// [`PlotError`] with the drawing library's message.
 pub fn svg(charts: &[Chart]) -> Result<String, PlotError> {
+    drawn(charts, true)
+}
+
+/// A chart as a part of a page: without paper, letters in the page's colour, as large as the page makes it.
+///
+/// # Errors
+/// [`PlotError`] with the drawing library's message.
+pub fn svg_for_page(chart: &Chart) -> Result<String, PlotError> {
+    let text = drawn(std::slice::from_ref(chart), false)?;
+    let size = format!("width=\"{}\" height=\"{}\" ", PANEL.0, PANEL.1);
+    Ok(text
+        .replacen(&size, "", 1)
+        .replace("\"#000000\"", "\"currentColor\""))
+}
+
+fn drawn(charts: &[Chart], on_paper: bool) -> Result<String, PlotError> {
     let columns = charts.len().clamp(1, ACROSS);
     let rows = charts.len().div_ceil(columns).max(1);
     let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        root.fill(&WHITE).map_err(failed)?;
+        if on_paper {
+            root.fill(&WHITE).map_err(failed)?;
+        }
         let panels = root.split_evenly((rows, columns));
         for (chart, area) in charts.iter().zip(&panels) {
             draw(chart, area)?;
@@ -255,26 +316,28 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
         .y_label_formatter(&|v| chart.y.tick(*v, &y))
         .x_labels(8)
         .y_labels(8)
-        .light_line_style(WHITE)
-        .bold_line_style(RGBColor(220, 220, 220))
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(RGBColor(128, 128, 128).mix(0.3))
         .label_style(("sans-serif", 13))
         .axis_desc_style(("sans-serif", 15))
         .draw()
         .map_err(failed)?;
     for (i, (series, points)) in chart.series.iter().zip(&all).enumerate() {
-        // Later points are smaller, so that those under them are seen.
-        let radius = if points.len() > 400 {
-            1
-        } else {
-            (6 - i as i32).max(2)
+        // Later points are smaller, so that those under them are seen; those with a look of their own tell themselves
+        // apart by it.
+        let radius = match (points.len(), series.look) {
+            (401.., _) => 1,
+            (_, Some(_)) => 3,
+            _ => (6 - i as i32).max(2),
         };
-        draw_series(&mut plane, series.mark, points, (colour(i), radius))?;
+        draw_series(&mut plane, series.mark, points, (series.look(i), radius))?;
     }
     draw_legend(chart, &rows, &below)
 }
 
-fn colour(series: usize) -> RGBColor {
-    COLOURS[series % COLOURS.len()]
+fn colour(look: Look) -> RGBColor {
+    let [r, g, b] = look.colour;
+    RGBColor(r, g, b)
 }
 
 /// Height of a row of the legend below a panel, in pixels.
@@ -313,8 +376,20 @@ fn draw_legend(
     for (k, row) in rows.iter().enumerate() {
         let y = LEGEND_ROW * k as i32;
         for &(i, x) in row {
-            let key = Rectangle::new([(x, y + 4), (x + 16, y + 10)], colour(i).filled());
-            area.draw(&key).map_err(failed)?;
+            let look = chart.series[i].look(i);
+            let pieces: &[(i32, i32)] = if look.dashed {
+                &[(0, 5), (11, 16)]
+            } else {
+                &[(0, 16)]
+            };
+            for &(from, to) in pieces {
+                let ends = [(x + from, y + 6), (x + to, y + 8)];
+                let piece = Rectangle::new(ends, colour(look).filled());
+                area.draw(&piece).map_err(failed)?;
+            }
+            if chart.series[i].mark.has_points() {
+                draw_point(area, (x + 8, y + 7), look, 3)?;
+            }
             let name = chart.series[i].name.clone();
             let text = Text::new(name, (x + 22, y), ("sans-serif", 13));
             area.draw(&text).map_err(failed)?;
@@ -327,8 +402,9 @@ fn draw_series(
     plane: &mut Plane<'_, '_>,
     mark: Mark,
     points: &[(f64, f64)],
-    (colour, radius): (RGBColor, i32),
+    (look, radius): (Look, i32),
 ) -> Result<(), PlotError> {
+    let colour = colour(look);
     if mark == Mark::Bars {
         let width = points.windows(2).next().map_or(1.0, |w| w[1].0 - w[0].0);
         let bar = |&(x, y): &(f64, f64)| {
@@ -338,14 +414,42 @@ fn draw_series(
         plane.draw_series(points.iter().map(bar)).map_err(failed)?;
     }
     if matches!(mark, Mark::Line | Mark::LineAndPoints) {
-        let line = LineSeries::new(points.iter().copied(), colour.stroke_width(2));
-        plane.draw_series(line).map_err(failed)?;
+        let (points, style) = (points.iter().copied(), colour.stroke_width(2));
+        if look.dashed {
+            let line = DashedLineSeries::new(points, 6, 4, style);
+            plane.draw_series(line).map_err(failed)?;
+        } else {
+            let line = LineSeries::new(points, style);
+            plane.draw_series(line).map_err(failed)?;
+        }
     }
-    if matches!(mark, Mark::Points | Mark::LineAndPoints) {
-        let dot = |&p: &(f64, f64)| Circle::new(p, radius, colour.filled());
-        plane.draw_series(points.iter().map(dot)).map_err(failed)?;
+    if mark.has_points() {
+        let area = plane.plotting_area();
+        let (left, top) = area.get_pixel_range();
+        let pixels = area.strip_coord_spec();
+        for p in points {
+            let (x, y) = area.map_coordinate(p);
+            draw_point(&pixels, (x - left.start, y - top.start), look, radius)?;
+        }
     }
     Ok(())
+}
+
+/// A point at a place in pixels from the area's corner.
+fn draw_point(
+    area: &DrawingArea<SVGBackend<'_>, Shift>,
+    (x, y): (i32, i32),
+    look: Look,
+    r: i32,
+) -> Result<(), PlotError> {
+    let style = colour(look).filled();
+    match look.shape {
+        Shape::Circle => area.draw(&Circle::new((x, y), r, style)),
+        Shape::Triangle => area.draw(&TriangleMarker::new((x, y), r + 1, style)),
+        Shape::Square => area.draw(&Rectangle::new([(x - r, y - r), (x + r, y + r)], style)),
+        Shape::Cross => area.draw(&Cross::new((x, y), r, style)),
+    }
+    .map_err(failed)
 }
 
 #[cfg(test)]
@@ -377,8 +481,8 @@ mod tests {
         for part in ["errors", "segments", "error (m)", "ours", "theirs", "10⁻⁶"] {
             assert!(text.contains(part), "{part} is missing");
         }
-        // Two panels of two series of the two points that a logarithmic axis can hold.
-        assert_eq!(text.matches("<circle").count(), 2 * 2 * 2);
+        // Two panels of two series of the two points that a logarithmic axis can hold, and one in the legend.
+        assert_eq!(text.matches("<circle").count(), 2 * 2 * (2 + 1));
     }
 
     #[test]

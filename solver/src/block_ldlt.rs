@@ -11,6 +11,7 @@ use crate::kernels::{
     BlockWork, Bound, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
     subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
+use crate::ordering::factor_pattern;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// A pivot at or below this many units of roundoff of what it was made from is noise.
@@ -49,7 +50,7 @@ impl<T: Scalar> BlockLdlt<T> {
     /// # Errors
     /// [`SolveError::TooLarge`] where the fill overflows.
     pub(crate) fn new(of: &BlockPattern, wanted: &BlockPattern) -> Result<Self, SolveError> {
-        let factor = fill(wanted)?;
+        let factor = factor_pattern(wanted)?;
         let mut place = Vec::with_capacity(of.stored_blocks());
         for j in 0..of.blocks() {
             for k in of.column(j) {
@@ -284,28 +285,6 @@ fn column_values(p: &BlockPattern, j: usize) -> usize {
     p.values(column.end - 1).end - p.values(column.start).start
 }
 
-/// The pattern with its fill: eliminating column k couples all rows of that column with each other.
-fn fill(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
-    let blocks = p.blocks();
-    let sizes: Vec<usize> = (0..blocks).map(|i| p.size(i)).collect();
-    let mut rows_of: Vec<Vec<usize>> = (0..blocks)
-        .map(|j| p.column(j).skip(1).map(|k| p.row(k)).collect())
-        .collect();
-    let mut couplings = Vec::new();
-    for j in 0..blocks {
-        // It is enough to hand the rows to the first of them: the parent in the elimination tree.
-        let rows = std::mem::take(&mut rows_of[j]);
-        couplings.extend(rows.iter().map(|&i| (i, j)));
-        if let Some((&parent, rest)) = rows.split_first() {
-            let merged = &mut rows_of[parent];
-            merged.extend_from_slice(rest);
-            merged.sort_unstable();
-            merged.dedup();
-        }
-    }
-    BlockPattern::new(&sizes, &couplings)
-}
-
 /// A pivot that cannot be divided by.
 #[derive(Debug)]
 pub(crate) enum PivotError {
@@ -430,9 +409,9 @@ mod tests {
     fn a_chain_has_no_fill_and_a_closing_row_fills_its_own_row_only() {
         let chain: Vec<_> = (1..10).map(|i| (i - 1, i)).collect();
         let p = BlockPattern::new(&[2; 10], &chain).unwrap();
-        assert_eq!(fill(&p).unwrap(), p);
+        assert_eq!(factor_pattern(&p).unwrap(), p);
         let p = BlockPattern::new(&[2; 11], &[chain, vec![(0, 10), (9, 10)]].concat()).unwrap();
-        let f = fill(&p).unwrap();
+        let f = factor_pattern(&p).unwrap();
         assert_eq!(f.stored_blocks(), 11 + 9 + 10);
         assert!((0..10).all(|j| f.find(10, j).is_some()));
     }

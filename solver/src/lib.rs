@@ -73,7 +73,9 @@ pub use double_double::DoubleDouble;
 pub use error::SolveError;
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
-pub use ordering::{EliminationCost, elimination_cost, minimum_degree, minimum_degree_within};
+pub use ordering::{
+    EliminationCost, elimination_cost, factor_pattern, minimum_degree, minimum_degree_within,
+};
 pub use pattern::BlockPattern;
 pub use reference::reference_solution;
 pub use refine::{RefineScratch, refine};

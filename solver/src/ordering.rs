@@ -135,6 +135,32 @@ pub fn elimination_cost(
     Ok(cost.is_within(most).then_some(cost))
 }
 
+/// The pattern of the block LDLᵀ of matrices of `p` in its order: that of the matrix and its fill, for eliminating
+/// column k couples all rows of that column with each other. Allocates.
+///
+/// # Errors
+/// [`SolveError::TooLarge`] where the fill overflows.
+pub fn factor_pattern(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
+    let blocks = p.blocks();
+    let sizes: Vec<usize> = (0..blocks).map(|i| p.size(i)).collect();
+    let mut rows_of: Vec<Vec<usize>> = (0..blocks)
+        .map(|j| p.column(j).skip(1).map(|k| p.row(k)).collect())
+        .collect();
+    let mut couplings = Vec::new();
+    for j in 0..blocks {
+        // It is enough to hand the rows to the first of them: the parent in the elimination tree.
+        let rows = std::mem::take(&mut rows_of[j]);
+        couplings.extend(rows.iter().map(|&i| (i, j)));
+        if let Some((&parent, rest)) = rows.split_first() {
+            let merged = &mut rows_of[parent];
+            merged.extend_from_slice(rest);
+            merged.sort_unstable();
+            merged.dedup();
+        }
+    }
+    BlockPattern::new(&sizes, &couplings)
+}
+
 /// Flops of the LDLᵀ of a dense n × n block: Σ r² + 2 r for r = 0 … n − 1.
 fn triangle_flops(n: u64) -> u64 {
     let before = n.saturating_sub(1);

@@ -11,7 +11,13 @@ pub(crate) fn summary(checks: &[Check]) -> String {
     for verdict in [Pass, Fail, NotYet, Limit, Holds, HoldsOnlyIf, DoesNotHold] {
         let count = checks.iter().filter(|c| c.verdict == verdict).count();
         if count > 0 {
-            let _ = write!(out, " {count} {verdict},");
+            let _ = write!(out, " {count} {verdict}");
+            let beyond = |c: &&Check| c.verdict == verdict && c.is_beyond();
+            let beyond = checks.iter().filter(beyond).count();
+            if verdict == Limit && beyond > 0 {
+                let _ = write!(out, " ({beyond} beyond the catalogue's bar)");
+            }
+            out.push(',');
         }
     }
     out.trim_end_matches(',').to_owned() + "\n"

@@ -5,6 +5,7 @@ use crate::{Failure, progress};
 use clap::Args;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use taut_bench::check::Outcome;
 use taut_bench::hard::{self, Case};
 use taut_bench::machine::Machine;
 use taut_bench::{output, table};
@@ -40,6 +41,7 @@ pub(crate) fn run(args: &HardArgs) -> Result<(), Failure> {
     if !only_json {
         output::print(&format!("{}\n{LEGEND}\n", Machine::current()))?;
     }
+    let whole = args.cases.is_empty();
     let mut all = Vec::new();
     for case in cases {
         let bar = progress(0).with_message(case.name);
@@ -54,6 +56,17 @@ pub(crate) fn run(args: &HardArgs) -> Result<(), Failure> {
             ))?;
         }
         all.extend(outcome.checks);
+    }
+    if whole {
+        let missing = Outcome {
+            checks: hard::not_yet(),
+            ..Outcome::default()
+        };
+        if !only_json {
+            let rows = table::checks(&missing, "reference");
+            output::print(&format!("\nNot yet\n{rows}"))?;
+        }
+        all.extend(missing.checks);
     }
     if !only_json {
         output::print(&checks::summary(&all))?;

@@ -8,6 +8,8 @@ mod driven;
 mod matrix;
 /// Bad input: one line that says what to do, and code 2.
 mod refusals;
+/// `taut report`, and the page that the main job writes.
+mod report;
 /// `taut run`, `taut scene`, and what all commands share.
 mod runs;
 /// `taut run --save` and `--resume`.

@@ -1,0 +1,308 @@
+//! The charts of a report. A solver looks the same in all of them: its colour is its library's, dashes are the KKT form,
+//! marks tell its variants.
+
+use super::measure::{Extras, Pattern, Trace};
+use super::score::Scores;
+use crate::ladder::Record;
+use crate::plot::{Axis, Chart, Look, Mark, Series, Shape};
+
+/// How a solver looks, by its name.
+pub(super) fn look(backend: &str) -> Look {
+    let (name, variant) = backend.split_once([':', '/', ' ']).unwrap_or((backend, ""));
+    let colour = match name {
+        "banded" => [0, 114, 178],
+        "faer" => [0, 158, 115],
+        "nalgebra-sparse" => [86, 180, 233],
+        "umfpack" => [213, 94, 0],
+        "gauss-seidel" => [230, 159, 0],
+        "cg" => [204, 121, 167],
+        _ => [128, 128, 128],
+    };
+    let shape = match variant.split(['/', ':']).next().unwrap_or("") {
+        "ldlt" | "jacobi" | "groups" => Shape::Triangle,
+        "lu" | "group" => Shape::Square,
+        "none" => Shape::Cross,
+        _ => Shape::Circle,
+    };
+    Look {
+        colour,
+        shape,
+        dashed: backend.ends_with("/kkt"),
+    }
+}
+
+fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
+    Series {
+        look: Some(look(backend)),
+        ..Series::new(backend, points, Mark::LineAndPoints)
+    }
+}
+
+/// Values in the order of their first appearance, each once.
+fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+    let mut seen = Vec::new();
+    for value in values {
+        if !seen.contains(&value) {
+            seen.push(value);
+        }
+    }
+    seen
+}
+
+/// Smallest error that is drawn: what is exact to the last bit stands there.
+const FLOOR: f64 = 1e-17;
+
+/// Work against precision: a step's time over the error of the multipliers, a curve for each solver over its iterations
+/// and refinements; one chart for each scene.
+pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
+    let scenes = distinct(records.iter().map(|r| (r.segments, r.mass_ratio)));
+    let chart = |(segments, ratio): (usize, f64)| {
+        let own: Vec<&Record> = records
+            .iter()
+            .filter(|r| (r.segments, r.mass_ratio) == (segments, ratio) && r.error.is_none())
+            .collect();
+        let backends = distinct(own.iter().map(|r| r.backend.as_str()));
+        let of = |backend: &str| {
+            let mut points: Vec<[f64; 2]> = Vec::new();
+            for r in own.iter().filter(|r| r.backend == backend) {
+                if r.refinements > 0 {
+                    let unrefined = r.step_ns - r.refine_ns;
+                    points.push([r.forward_error_unrefined.max(FLOOR), unrefined * 1e-3]);
+                }
+                points.push([r.forward_error.max(FLOOR), r.step_ns * 1e-3]);
+            }
+            // An iteration that has converged stands still.
+            points.dedup();
+            series(backend, points)
+        };
+        Chart {
+            title: format!("{segments} segments, load/segment {}", decade(ratio)),
+            x: Axis::log("relative error of the multipliers (1)"),
+            y: Axis::log("whole step (µs)"),
+            series: backends.into_iter().map(of).collect(),
+        }
+    };
+    scenes.into_iter().map(chart).collect()
+}
+
+/// A mass ratio in few letters.
+pub(super) fn decade(ratio: f64) -> String {
+    if ratio < 1e3 {
+        format!("{ratio}")
+    } else {
+        format!("{ratio:.0e}")
+    }
+}
+
+/// The performance profile of each error level.
+pub(super) fn profiles(scores: &[Scores]) -> Vec<Chart> {
+    let chart = |s: &Scores| {
+        let profiles = s.profiles().into_iter().filter(|(_, p)| !p.is_empty());
+        let lines = profiles.map(|(name, points)| Series {
+            mark: Mark::Line,
+            ..series(&name, points)
+        });
+        Chart {
+            title: format!("errors within {:.0e}", s.level),
+            x: Axis::log("cost over that of the best solver, τ (1)"),
+            y: Axis {
+                range: Some([0.0, 1.05]),
+                ..Axis::linear("share of the scenes (1)")
+            },
+            series: lines.collect(),
+        }
+    };
+    scores.iter().map(chart).collect()
+}
+
+/// A step's time against the number of segments.
+pub(super) fn sizes(extras: &Extras) -> Vec<Chart> {
+    let backends = distinct(extras.sizes.iter().map(|s| s.backend.as_str()));
+    let of = |backend: &str| {
+        let own = extras.sizes.iter().filter(|s| s.backend == backend);
+        let points = own.map(|s| [s.segments as f64, s.step_ns * 1e-3]);
+        series(backend, points.collect())
+    };
+    one(Chart {
+        title: "time of a step, load/segment 10³".to_owned(),
+        x: Axis::log("segments (1)"),
+        y: Axis::log("whole step (µs)"),
+        series: backends.into_iter().map(of).collect(),
+    })
+}
+
+/// Forward errors against mass ratio, without and with a refinement, and the condition of S.
+pub(super) fn mass_ratios(extras: &Extras) -> Vec<Chart> {
+    let errors = |refinements: usize, title: &str| {
+        let rungs: Vec<_> = extras
+            .ladder
+            .iter()
+            .filter(|r| r.refinements == refinements)
+            .collect();
+        let backends = distinct(rungs.iter().map(|r| r.backend.as_str()));
+        let of = |backend: &str| {
+            let own = rungs.iter().filter(|r| r.backend == backend);
+            let points = own.map(|r| [r.mass_ratio, r.forward_error.max(FLOOR)]);
+            series(backend, points.collect())
+        };
+        Chart {
+            title: title.to_owned(),
+            x: Axis::log("load/segment mass ratio (1)"),
+            y: Axis::log("relative error of the multipliers (1)"),
+            series: backends.into_iter().map(of).collect(),
+        }
+    };
+    let condition = Chart {
+        title: "condition of S".to_owned(),
+        x: Axis::log("load/segment mass ratio (1)"),
+        y: Axis::log("‖S‖₁ ‖S⁻¹‖₁ (1)"),
+        series: vec![Series::new(
+            "24 segments",
+            extras.conditions.clone(),
+            Mark::LineAndPoints,
+        )],
+    };
+    [
+        condition,
+        errors(0, "forward error, no refinement"),
+        errors(1, "forward error, one refinement"),
+    ]
+    .into_iter()
+    .filter(has_points)
+    .collect()
+}
+
+/// Error of the motion against its cost, Δt along each curve.
+pub(super) fn time_steps(extras: &Extras) -> Vec<Chart> {
+    let schemes = distinct(extras.steps.iter().map(|s| s.scheme.as_str()));
+    let of = |by_cost: bool| {
+        let line = |scheme: &&str| {
+            let own = extras.steps.iter().filter(|s| s.scheme == *scheme);
+            let points = own.filter_map(|s| {
+                let error = s.load_error_m?.max(FLOOR);
+                Some(if by_cost {
+                    [error * 1e3, s.second_ns * 1e-6]
+                } else {
+                    [s.dt * 1e3, error * 1e3]
+                })
+            });
+            Series::new(*scheme, points.collect(), Mark::LineAndPoints)
+        };
+        schemes.iter().map(line).collect()
+    };
+    let charts = [
+        Chart {
+            title: "work against precision of the motion, over Δt".to_owned(),
+            x: Axis::log("largest error of the load's place (mm)"),
+            y: Axis::log("cost of a second of motion (ms)"),
+            series: of(true),
+        },
+        Chart {
+            title: "order of the schemes".to_owned(),
+            x: Axis::log("Δt (ms)"),
+            y: Axis::log("largest error of the load's place (mm)"),
+            series: of(false),
+        },
+    ];
+    charts.into_iter().filter(has_points).collect()
+}
+
+/// The times of single steps beside the time that a frame has.
+pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
+    let count = trace.step_ns.len();
+    if count == 0 {
+        return Vec::new();
+    }
+    let points = trace.step_ns.iter().enumerate();
+    let points = points.map(|(i, ns)| [(i + 1) as f64 * trace.dt, ns * 1e-6]);
+    let end = count as f64 * trace.dt;
+    let level = |name: String, ms: f64| Series::new(name, vec![[0.0, ms], [end, ms]], Mark::Line);
+    let quantile = |share: f64| trace.quantile(share) * 1e-6;
+    let mut series = vec![
+        Series {
+            look: Some(Look {
+                colour: [128, 128, 128],
+                shape: Shape::Circle,
+                dashed: false,
+            }),
+            ..Series::new("a step", points.collect(), Mark::Points)
+        },
+        level(format!("Δt = {:.1} ms", trace.dt * 1e3), trace.dt * 1e3),
+    ];
+    for (name, share) in [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)] {
+        let ms = quantile(share);
+        series.push(level(format!("{name} {:.1} µs", ms * 1e3), ms));
+    }
+    one(Chart {
+        title: "time of each step".to_owned(),
+        x: Axis::linear("simulated time (s)"),
+        y: Axis::log("wall-clock time of the step (ms)"),
+        series,
+    })
+}
+
+/// Energies over time.
+pub(super) fn energies(extras: &Extras) -> Vec<Chart> {
+    let lines = extras
+        .energies
+        .iter()
+        .map(|e| Series::new(e.scheme.clone(), e.points.clone(), Mark::Line));
+    one(Chart {
+        title: "total energy of a swing from 0.3 rad, 24 segments, load/segment 10³".to_owned(),
+        x: Axis::linear("simulated time (s)"),
+        y: Axis::linear("change over the largest kinetic energy (1)"),
+        series: lines.collect(),
+    })
+}
+
+/// The blocks of S and of its factor, row 0 on top.
+pub(super) fn patterns(extras: &Extras) -> Vec<Chart> {
+    let chart = |p: &Pattern| {
+        let places = |blocks: &[[usize; 2]]| -> Vec<[f64; 2]> {
+            let place = |&[row, column]: &[usize; 2]| [column as f64, -(row as f64)];
+            blocks.iter().map(place).collect()
+        };
+        let of = |name: String, blocks: &[[usize; 2]], colour| Series {
+            look: Some(Look {
+                colour,
+                shape: Shape::Square,
+                dashed: false,
+            }),
+            ..Series::new(name, places(blocks), Mark::Points)
+        };
+        let end = p.blocks as f64;
+        Chart {
+            title: p.title.clone(),
+            x: Axis {
+                range: Some([-1.0, end]),
+                ..Axis::linear("block column")
+            },
+            y: Axis {
+                range: Some([-end, 1.0]),
+                ..Axis::linear("− block row")
+            },
+            series: vec![
+                of(
+                    format!("S: {} blocks", p.matrix.len()),
+                    &p.matrix,
+                    [0, 114, 178],
+                ),
+                of(
+                    format!("fill of its factor: {}", p.fill.len()),
+                    &p.fill,
+                    [213, 94, 0],
+                ),
+            ],
+        }
+    };
+    extras.patterns.iter().map(chart).collect()
+}
+
+fn has_points(chart: &Chart) -> bool {
+    chart.series.iter().any(|s| !s.points.is_empty())
+}
+
+/// The chart, unless it is empty.
+fn one(chart: Chart) -> Vec<Chart> {
+    Some(chart).filter(has_points).into_iter().collect()
+}

@@ -1,0 +1,417 @@
+//! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
+//! the time step, the times of single steps, energies, patterns.
+
+use crate::choice::Choice;
+use crate::ladder;
+use crate::linear;
+use crate::poses::Pose;
+use crate::reference;
+use crate::trajectory::{Timing, simulate, steps_in};
+use indicatif::ProgressBar;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+use std::time::{Duration, Instant};
+use taut_integrator::{GeometricStiffness, PhaseTimes, Scheme, StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Network, NetworkParams, Scene};
+use taut_solver::{BlockPattern, SymBlockMatrix};
+
+/// What [`measure`] found.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Extras {
+    /// Step against number of segments.
+    pub sizes: Vec<Size>,
+    /// Forward errors against mass ratio.
+    pub ladder: Vec<Rung>,
+    /// Condition of S at these mass ratios, as (ratio, ‖S‖₁ ‖S⁻¹‖₁).
+    pub conditions: Vec<[f64; 2]>,
+    /// Error of motions against Δt.
+    pub steps: Vec<Step>,
+    /// Times of the single steps of a run.
+    pub trace: Trace,
+    /// Total energies of a swing.
+    pub energies: Vec<Energies>,
+    /// Patterns of S and of its factor.
+    pub patterns: Vec<Pattern>,
+}
+
+/// What a step costs on a hoist of some size.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Size {
+    /// Backend and form.
+    pub backend: String,
+    /// Segments.
+    pub segments: usize,
+    /// A whole step, median \[ns].
+    pub step_ns: f64,
+}
+
+/// The error of a linear solve.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Rung {
+    /// Backend and form.
+    pub backend: String,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Refinements from the pieces.
+    pub refinements: usize,
+    /// Relative error of the multipliers against 32 digits.
+    #[serde(deserialize_with = "ladder::nan_for_null")]
+    pub forward_error: f64,
+}
+
+/// A motion with some Δt.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Step {
+    /// The scheme.
+    pub scheme: String,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Cost of a second of motion: median step times steps \[ns].
+    pub second_ns: f64,
+    /// Largest distance of the load from the reference \[m]; `None` for a run that ended early.
+    pub load_error_m: Option<f64>,
+}
+
+/// The times of the steps of a run.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Trace {
+    /// The scene and the solver.
+    pub title: String,
+    /// Δt \[s].
+    pub dt: f64,
+    /// One time a step \[ns].
+    pub step_ns: Vec<f64>,
+}
+
+impl Trace {
+    /// The time that a share of the steps keeps \[ns].
+    #[must_use]
+    pub fn quantile(&self, share: f64) -> f64 {
+        let mut sorted = self.step_ns.clone();
+        sorted.sort_by(f64::total_cmp);
+        let last = sorted.len().saturating_sub(1);
+        let at = (share * last as f64).round() as usize;
+        sorted.get(at).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// The energy of a swing with a scheme.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Energies {
+    /// The scheme.
+    pub scheme: String,
+    /// (time \[s], change of the total energy over the largest kinetic energy).
+    pub points: Vec<[f64; 2]>,
+}
+
+/// Where a symmetric matrix and its factor have blocks; lower triangles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Pattern {
+    /// The scene and the order.
+    pub title: String,
+    /// Number of block rows.
+    pub blocks: usize,
+    /// (row, column) of the matrix's blocks.
+    pub matrix: Vec<[usize; 2]>,
+    /// Of those that the factor has besides.
+    pub fill: Vec<[usize; 2]>,
+}
+
+/// Mass ratio of the scenes but those of the ladder.
+const RATIO: f64 = 1e3;
+const DT: f64 = 1.0 / 60.0;
+
+/// Measures all of them. `progress` advances once for each.
+///
+/// # Errors
+/// Where a scene or a step of the default solver fails; another solver's failure leaves its point out.
+pub fn measure(
+    choices: &[Choice],
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Extras, StepError> {
+    progress.set_length(6);
+    progress.set_position(0);
+    let done = |what: &'static str| {
+        progress.inc(1);
+        progress.set_message(what);
+    };
+    progress.set_message("cost against size");
+    let sizes = sizes(choices, quick)?;
+    done("error against mass ratio");
+    let (ladder, conditions) = mass_ratios(choices, quick)?;
+    done("error against Δt");
+    let steps = time_steps(quick)?;
+    done("step times");
+    let trace = trace(quick)?;
+    done("energies");
+    let energies = energies(quick)?;
+    done("patterns");
+    Ok(Extras {
+        sizes,
+        ladder,
+        conditions,
+        steps,
+        trace,
+        energies,
+        patterns: patterns()?,
+    })
+}
+
+/// A hoist in equilibrium whose anchor moves aside.
+fn hoist(segments: usize, mass_ratio: f64) -> HoistParams {
+    HoistParams {
+        segments,
+        mass_ratio,
+        seed: 1,
+        move_x: 0.5,
+        move_duration: 1.5,
+        ..HoistParams::default()
+    }
+}
+
+fn sizes(choices: &[Choice], quick: bool) -> Result<Vec<Size>, StepError> {
+    let numbers: &[usize] = if quick {
+        &[12, 50, 200]
+    } else {
+        &[12, 24, 50, 100, 200, 500, 1000, 2000]
+    };
+    let budget = Duration::from_millis(if quick { 5 } else { 25 });
+    let mut sizes = Vec::new();
+    for choice in choices {
+        if choice.backend.name() == "dense" || choice.check().is_err() {
+            continue;
+        }
+        for &segments in numbers {
+            let scene = reference::scene(&hoist(segments, RATIO))?;
+            let Some(step_ns) = median_step(scene, choice, budget) else {
+                break;
+            };
+            sizes.push(Size {
+                backend: choice.family(),
+                segments,
+                step_ns,
+            });
+            // A solver that is this slow shows its slope by then.
+            if step_ns > 2.0 * budget.as_nanos() as f64 {
+                break;
+            }
+        }
+    }
+    Ok(sizes)
+}
+
+/// The median time of a step after the first, which may allocate; `None` where one fails.
+fn median_step(scene: Scene, choice: &Choice, budget: Duration) -> Option<f64> {
+    let mut stepper = Stepper::new(scene, choice.plain_options(DT)).ok()?;
+    stepper.step().ok()?;
+    let start = Instant::now();
+    let mut times = Vec::new();
+    while times.len() < 2 || (times.len() < 300 && start.elapsed() < budget) {
+        times.push(stepper.step().ok()?.phases.total());
+    }
+    Some(Timing::of(times.into_iter()).median)
+}
+
+fn mass_ratios(choices: &[Choice], quick: bool) -> Result<(Vec<Rung>, Vec<[f64; 2]>), StepError> {
+    let decades = if quick { 2 } else { 1 };
+    let ratios: Vec<f64> = (0..=8).step_by(decades).map(|k| 10_f64.powi(k)).collect();
+    let config = linear::Config {
+        segments: vec![24],
+        ratios: ratios.clone(),
+        poses: vec![Pose::Bent],
+        choices: choices
+            .iter()
+            .filter(|c| !c.backend.is_iterative() && c.check().is_ok())
+            .cloned()
+            .collect(),
+        refinements: vec![0, 1],
+        ..linear::Config::quick()
+    };
+    let rows = linear::run(&config, &ProgressBar::hidden())?;
+    let rungs = rows.into_iter().filter(|r| r.error.is_none());
+    let rungs = rungs.map(|r| Rung {
+        backend: r.backend,
+        mass_ratio: r.mass_ratio,
+        refinements: r.refinements,
+        forward_error: r.forward_error,
+    });
+    let mut conditions = Vec::new();
+    for ratio in ratios {
+        let params = config.params(24, ratio)?;
+        let mut stepper = Stepper::new(params.build()?, StepOptions::default())?;
+        stepper.solve()?;
+        let (a, ..) = stepper.system();
+        if let Some(condition) = condition(a) {
+            conditions.push([ratio, condition]);
+        }
+    }
+    Ok((rungs.collect(), conditions))
+}
+
+/// ‖A‖₁ ‖A⁻¹‖₁; `None` where A is singular to rounding. Its inverse is made: cubic cost.
+fn condition(a: &SymBlockMatrix) -> Option<f64> {
+    let p = a.pattern();
+    let mut dense = DMatrix::<f64>::zeros(p.dim(), p.dim());
+    for j in 0..p.blocks() {
+        for k in p.column(j) {
+            let (rows, n) = (p.rows(p.row(k)), p.size(p.row(k)));
+            for (at, &value) in a.block(k).iter().enumerate() {
+                let (row, column) = (rows.start + at % n, p.rows(j).start + at / n);
+                dense[(row, column)] = value;
+                dense[(column, row)] = value;
+            }
+        }
+    }
+    let norm = |m: &DMatrix<f64>| {
+        let sums = m.column_iter().map(|c| c.iter().map(|x| x.abs()).sum());
+        sums.fold(0.0, f64::max)
+    };
+    let size = norm(&dense);
+    Some(size * norm(&dense.try_inverse()?))
+}
+
+/// The schemes that are compared, each with the stiffness that is its default.
+fn schemes() -> [Scheme; 3] {
+    [Scheme::default(), Scheme::Spook, Scheme::LinearlyImplicit]
+}
+
+fn options(scheme: Scheme, dt: f64) -> StepOptions {
+    StepOptions {
+        scheme,
+        dt,
+        stiffness: GeometricStiffness::inertia(scheme.default_alpha()),
+        ..StepOptions::default()
+    }
+}
+
+fn time_steps(quick: bool) -> Result<Vec<Step>, StepError> {
+    let time = if quick { 1.0 } else { 3.0 };
+    let rates: &[usize] = if quick {
+        &[60, 240]
+    } else {
+        &[30, 60, 120, 240, 480, 960]
+    };
+    let params = hoist(24, RATIO);
+    let substeps = reference::stable_substeps(&params, DT)?;
+    let frames = steps_in(time, DT);
+    let (exact, _) = reference::extrapolated(&params, DT, substeps, frames, 0..0)?;
+    let gap = reference::most_gap(&params)?;
+    let mut steps = Vec::new();
+    for scheme in schemes() {
+        for &rate in rates {
+            let dt = 1.0 / rate as f64;
+            let mut stepper = Stepper::new(reference::scene(&params)?, options(scheme, dt))?;
+            let run = simulate(&mut stepper, time, gap, |_| {});
+            // Positions at the ends of the longer of both steps.
+            let (ours, theirs) = (rate.div_ceil(60), 60_usize.div_ceil(rate));
+            let ends = run.samples.iter().skip(ours - 1).step_by(ours);
+            let exact = exact.load.iter().skip(theirs - 1).step_by(theirs);
+            let error = ends.zip(exact).map(|(s, x)| (s.load - x).norm());
+            let median = run.nanoseconds(PhaseTimes::total).median;
+            steps.push(Step {
+                scheme: scheme.to_string(),
+                dt,
+                second_ns: median * rate as f64,
+                load_error_m: run.failure.is_none().then(|| error.fold(0.0, f64::max)),
+            });
+        }
+    }
+    Ok(steps)
+}
+
+fn trace(quick: bool) -> Result<Trace, StepError> {
+    let options = StepOptions::default();
+    let title = format!(
+        "hoist of 24 segments, load 10³ segments, solver {}",
+        options.backend
+    );
+    let dt = options.dt;
+    let mut stepper = Stepper::new(reference::scene(&hoist(24, RATIO))?, options)?;
+    let count = steps_in(if quick { 5.0 } else { 60.0 }, dt);
+    let mut step_ns = Vec::with_capacity(count);
+    for _ in 0..count {
+        let start = Instant::now();
+        stepper.step()?;
+        step_ns.push(start.elapsed().as_nanos() as f64);
+    }
+    Ok(Trace { title, dt, step_ns })
+}
+
+fn energies(quick: bool) -> Result<Vec<Energies>, StepError> {
+    let time = if quick { 5.0 } else { 30.0 };
+    let params = HoistParams {
+        segments: 24,
+        mass_ratio: RATIO,
+        initial_angle: 0.3,
+        ..HoistParams::default()
+    };
+    let gap = reference::most_gap(&params)?;
+    let mut all = Vec::new();
+    for scheme in schemes() {
+        let mut stepper = Stepper::new(reference::scene(&params)?, options(scheme, DT))?;
+        let run = simulate(&mut stepper, time, gap, |_| {});
+        let largest = run
+            .samples
+            .iter()
+            .map(|s| s.energy.kinetic)
+            .fold(0.0, f64::max);
+        let Some(first) = run.samples.first().map(|s| s.energy.total()) else {
+            continue;
+        };
+        let change = |total: f64| (total - first) / largest;
+        let points = run
+            .samples
+            .iter()
+            .map(|s| [s.time, change(s.energy.total())]);
+        all.push(Energies {
+            scheme: scheme.to_string(),
+            points: points.collect(),
+        });
+    }
+    Ok(all)
+}
+
+fn patterns() -> Result<Vec<Pattern>, StepError> {
+    let network = |network| {
+        let params = NetworkParams {
+            segments: if network == Network::Net { 6 } else { 24 },
+            ..NetworkParams::new(network)
+        };
+        params.build()
+    };
+    let scenes = [
+        ("hoist of 24 segments", hoist(24, RATIO).build()?),
+        ("ring of 24 segments", network(Network::Ring)?),
+        ("net of 6 × 6 nodes", network(Network::Net)?),
+    ];
+    let mut patterns = Vec::new();
+    for (name, scene) in scenes {
+        let mut stepper = Stepper::new(scene, StepOptions::default())?;
+        stepper.solve()?;
+        let order = stepper.elimination().taken;
+        let p = stepper.system().0.pattern();
+        let blocks = |p: &BlockPattern| -> Vec<[usize; 2]> {
+            let columns = 0..p.blocks();
+            let of = |j| p.column(j).map(move |k| [p.row(k), j]);
+            columns.flat_map(of).collect()
+        };
+        let matrix = blocks(p);
+        let factor = taut_solver::factor_pattern(p).map_err(|source| StepError::Solve {
+            source,
+            culprit: None,
+            time: 0.0,
+        })?;
+        let mut fill = blocks(&factor);
+        fill.retain(|at| !matrix.contains(at));
+        patterns.push(Pattern {
+            title: format!("{name}, order {order}"),
+            blocks: p.blocks(),
+            matrix,
+            fill,
+        });
+    }
+    Ok(patterns)
+}

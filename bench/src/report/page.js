@@ -1,0 +1,16 @@
+for (const table of document.querySelectorAll("table.sortable")) {
+  const heads = [...table.querySelectorAll("th")];
+  heads.forEach((head, column) => head.addEventListener("click", () => {
+    const up = head.getAttribute("aria-sort") !== "ascending";
+    heads.forEach((h) => h.removeAttribute("aria-sort"));
+    head.setAttribute("aria-sort", up ? "ascending" : "descending");
+    const key = (row) => {
+      const cell = row.cells[column];
+      return cell.dataset.sort === undefined ? cell.textContent : Number(cell.dataset.sort);
+    };
+    const order = (a, b) => (typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b)));
+    const body = table.tBodies[0];
+    const rows = [...body.rows].sort((a, b) => order(key(a), key(b)) * (up ? 1 : -1));
+    body.append(...rows);
+  }));
+}
