@@ -12,7 +12,7 @@ use std::f64::consts::PI;
 
 #[test]
 fn mass_ratios_are_climbed_as_predicted() {
-    let unrefined = [
+    let rounding_of_s = [
         "S, unrefined: banded",
         "S, unrefined: faer:llt",
         "S, unrefined: faer:ldlt",
@@ -20,8 +20,10 @@ fn mass_ratios_are_climbed_as_predicted() {
         "S, unrefined: nalgebra-sparse",
         "S, unrefined: umfpack:refinement=0",
         "S, unrefined: dense:double",
+        "KKT, 1 refinement: faer:ldlt/kkt",
+        "KKT in single precision, 1 refinement, straight",
     ];
-    limited("H40", &unrefined);
+    limited("H40", &rounding_of_s);
 }
 
 #[test]
