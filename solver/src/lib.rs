@@ -182,7 +182,7 @@ pub enum Status {
     /// The iteration ran out of iterations; `x` is its last iterate.
     IterationLimit,
     /// The iteration makes no more progress above its tolerance (roundoff), or the refinement of a direct solution does
-    /// not contract ([`refine`]); `x` is the last iterate.
+    /// not contract ([`refine`], [`GeneralSolver::solve`]); `x` is the last iterate.
     Stalled,
 }
 

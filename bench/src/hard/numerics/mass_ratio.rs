@@ -97,9 +97,10 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         ..linear::Config::default()
     };
     let records = linear::run(&config, progress)?;
-    let singles: Vec<Single> = ratios
-        .par_iter()
-        .flat_map(|&ratio| [Pose::Straight, Pose::Bent].map(|pose| (ratio, pose)))
+    // All of the ladder, for where it ends is what is judged.
+    let singles: Vec<Single> = self::ratios(false)
+        .into_par_iter()
+        .flat_map(|ratio| [Pose::Straight, Pose::Bent].map(|pose| (ratio, pose)))
         .map(|(ratio, pose)| single(ratio, pose))
         .collect::<Result<_, _>>()?;
     let swings: Vec<Swing> = ratios
