@@ -5,8 +5,6 @@
 
 mod ticks;
 
-pub(crate) use ticks::power_of_ten;
-
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use std::fmt;

@@ -130,7 +130,7 @@ fn number(value: f64) -> String {
 }
 
 /// 10 with a raised exponent.
-pub(crate) fn power_of_ten(exponent: i32) -> String {
+fn power_of_ten(exponent: i32) -> String {
     let digits = exponent.to_string();
     let raised = digits.chars().map(|c| match c {
         '-' => '⁻',
