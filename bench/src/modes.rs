@@ -83,12 +83,14 @@ pub fn modes(scene: &Scene) -> Vec<Mode> {
 }
 
 /// Natural oscillations of a scene in equilibrium in which of each body's six coordinates (displacements along x, y, z,
-/// rotations about them) only `coordinates` move: by its symmetry the others do not. `None` where rows or masses are
+/// rotations about them) only `coordinates` move: by its symmetry the others do not, and static bodies never do. `None` where rows or masses are
 /// degenerate.
 #[must_use]
 pub fn natural(scene: &Scene, coordinates: &[usize]) -> Option<Natural> {
     let bodies = scene.bodies.len();
+    let free = |i: &usize| scene.bodies.is_dynamic(*i);
     let columns: Vec<usize> = (0..bodies)
+        .filter(free)
         .flat_map(|i| coordinates.iter().map(move |c| 6 * i + c))
         .collect();
     let system = System::new(scene, &columns);

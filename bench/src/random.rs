@@ -15,9 +15,14 @@ impl Random {
         Self(Xoshiro256PlusPlus::seed_from_u64(seed))
     }
 
+    /// 64 random bits.
+    pub fn bits(&mut self) -> u64 {
+        self.0.next_u64()
+    }
+
     /// Evenly distributed in −1 … 1.
     pub fn uniform(&mut self) -> f64 {
-        (self.0.next_u64() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
+        (self.bits() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
     }
 
     /// Evenly distributed in `from` … `to` on a logarithmic scale.
@@ -28,7 +33,7 @@ impl Random {
 
     /// A number below `n`.
     pub fn below(&mut self, n: usize) -> usize {
-        (self.0.next_u64() >> 33) as usize % n
+        (self.bits() >> 33) as usize % n
     }
 
     /// A vector with components in −`size` … `size`.

@@ -7,7 +7,7 @@ use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Winch};
 use taut_solver::SolveError;
 
 impl Stepper {
-    /// Replaces the impulses that the next solve starts from: those of another solve of the same scene. The geometric
+    /// Replaces the impulses that the next solve starts from, one a row \[N s, N m s]: those of another solve of the same scene. The geometric
     /// stiffness does not change: see [`set_tension`](Self::set_tension).
     ///
     /// # Errors
@@ -215,7 +215,7 @@ impl Stepper {
         Ok(())
     }
 
-    /// Sets control number `control` of the scene to `value` from the next step on: see
+    /// Sets control number `control` of the scene to `value`, a speed \[m/s or rad/s], from the next step on: see
     /// [`Scene::controls`](taut_model::Scene::controls). Allocates nothing.
     ///
     /// # Errors

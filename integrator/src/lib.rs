@@ -83,8 +83,9 @@
 //! | `products` | J v and Jᵀ μ |
 //! | `matrix_free` | S μ from the pieces, for backends that need no more of it |
 //! | `six`, `lanes` | six numbers a body, as vectors want them; rows in lanes |
-//! | `serde_forms` | options by their names, for `serde` |
+//! | `serde_forms` | options by their names, times in seconds, for `serde` |
 //! | `report` | what a step did, and the time of each phase |
+//! | `error` | [`StepError`]: why there is no step, with the names of constraints |
 
 mod access;
 mod assembly;

@@ -11,19 +11,20 @@ use taut_model::{Linearized, Scene};
 use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Energy {
-    /// ½ m v² + ½ ω·Iω.
+    /// ½ m v² + ½ ω·Iω \[J].
     pub kinetic: f64,
-    /// −m g·x, zero at the origin.
+    /// −m g·x, zero at the origin \[J].
     pub gravity: f64,
-    /// ½ ε λ².
+    /// ½ ε λ² \[J].
     pub elastic: f64,
 }
 
 impl Energy {
-    /// Their sum.
+    /// Their sum \[J].
     #[must_use]
     pub fn total(&self) -> f64 {
         self.kinetic + self.gravity + self.elastic
@@ -67,8 +68,9 @@ impl Stepper {
         &self.elimination
     }
 
-    /// The linear system of the last solve: matrix, right-hand side, solution as the backend and the refinement left
-    /// it. Its blocks stand in the order of [`elimination`](Self::elimination). Of a matrix-free backend the matrix holds
+    /// The linear system of the last solve: matrix n × n, right-hand side of length n, solution as the backend and the
+    /// refinement left it; n is the number of rows of S (1/kg, m/s, N s
+    /// on rows of lengths), or six a moving body and the rows of the KKT matrix. Its blocks stand in the order of [`elimination`](Self::elimination). Of a matrix-free backend the matrix holds
     /// what its preconditioner factorises alone; [`assembled`](Self::assembled) gives all of it.
     #[must_use]
     pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
@@ -180,8 +182,8 @@ impl Stepper {
             .sum::<f64>()
     }
 
-    /// The exact impulses of the next sub-step from the present state, to the last digit: the KKT system of the pieces M̃, J, Σ, c (as rounded
-    /// to doubles) in extended precision. The oracle for every form and backend. Allocates.
+    /// The exact impulses of the next sub-step from the present state, one a row \[N s, N m s], to the last digit: the KKT
+    /// system of the pieces M̃, J, Σ, c (as rounded to doubles) in extended precision. The oracle for every form and backend. Allocates.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).

@@ -183,7 +183,7 @@ impl fmt::Display for GeometricStiffness {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Guard {
-    /// Largest disagreement over lever arm that a step may have, > 0.
+    /// Largest disagreement over lever arm that a step may have, > 0, without unit.
     #[cfg_attr(feature = "serde", serde(with = "taut_model::unlimited"))]
     pub tolerance: f64,
     /// Steps (sub-steps of the options) after the redone one that go the same way at once, so that the shock's ringing is

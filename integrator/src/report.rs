@@ -33,8 +33,16 @@ impl Phase {
     ];
 }
 
-/// Wall-clock time of each phase of one step.
+/// Wall-clock time of each phase of one step; with `serde` in seconds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(
+    feature = "serde",
+    serde(
+        into = "crate::serde_forms::PhaseSeconds",
+        from = "crate::serde_forms::PhaseSeconds"
+    )
+)]
 pub struct PhaseTimes([Duration; Phase::ALL.len()]);
 
 impl PhaseTimes {
@@ -42,6 +50,12 @@ impl PhaseTimes {
     #[must_use]
     pub fn of(&self, phase: Phase) -> Duration {
         self.0[phase as usize]
+    }
+
+    /// Of the times of all phases, in order.
+    #[cfg(feature = "serde")]
+    pub(crate) fn from_times(times: [Duration; Phase::ALL.len()]) -> Self {
+        Self(times)
     }
 
     /// The share of each of `count`.
@@ -95,6 +109,7 @@ impl PhaseClock {
 /// What one step did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StepReport {
     /// Time at the end of the step \[s].
     pub time: f64,
@@ -115,7 +130,8 @@ pub struct StepReport {
     pub unconverged_substeps: usize,
     /// Whether the guard took a step back and redid it.
     pub redone: bool,
-    /// Largest disagreement that the guard found, accepted or not; 0 without guard.
+    /// Largest disagreement that the guard found, accepted or not, over the lever arm, without unit; 0 without guard.
+    #[cfg_attr(feature = "serde", serde(with = "taut_model::unlimited"))]
     pub disagreement: f64,
     /// Time of each phase.
     pub phases: PhaseTimes,

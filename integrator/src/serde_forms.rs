@@ -1,11 +1,12 @@
 //! How options are written with `serde`: by the names that they have on the command line, which read back to the last
-//! bit.
+//! bit; times of phases in seconds.
 
-use crate::{Elimination, Form, GeometricStiffness, SavedRun, Scheme};
+use crate::{Elimination, Form, GeometricStiffness, Phase, PhaseTimes, SavedRun, Scheme};
 use serde::de::{Deserialize, Deserializer, Error};
 use serde::ser::{Serialize, Serializer};
 use std::fmt::Display;
 use std::str::FromStr;
+use std::time::Duration;
 
 /// The text of anything that has one.
 pub(crate) mod text {
@@ -52,5 +53,46 @@ pub(crate) fn known_version<'de, D: Deserializer<'de>>(deserializer: D) -> Resul
             "version {other} of saved runs, where {} is what can be read: run the scene again",
             SavedRun::VERSION
         ))),
+    }
+}
+
+/// The time of each phase \[s].
+#[derive(serde::Serialize, serde::Deserialize)]
+pub(crate) struct PhaseSeconds {
+    linearize: f64,
+    assemble: f64,
+    factorize: f64,
+    solve: f64,
+    refine: f64,
+    update: f64,
+}
+
+impl From<PhaseTimes> for PhaseSeconds {
+    fn from(times: PhaseTimes) -> Self {
+        let [linearize, assemble, factorize, solve, refine, update] =
+            Phase::ALL.map(|phase| times.of(phase).as_secs_f64());
+        Self {
+            linearize,
+            assemble,
+            factorize,
+            solve,
+            refine,
+            update,
+        }
+    }
+}
+
+impl From<PhaseSeconds> for PhaseTimes {
+    fn from(s: PhaseSeconds) -> Self {
+        let seconds = [
+            s.linearize,
+            s.assemble,
+            s.factorize,
+            s.solve,
+            s.refine,
+            s.update,
+        ];
+        // What is no time counts as none.
+        Self::from_times(seconds.map(|s| Duration::try_from_secs_f64(s).unwrap_or_default()))
     }
 }

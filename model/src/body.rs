@@ -49,7 +49,8 @@ pub struct Body {
 }
 
 impl Body {
-    /// A body at rest at the origin, with the body frame along the world's.
+    /// A body of `mass` \[kg] and `inertia` (about its centre, body frame, \[kg m²]) at rest at the origin, with the body
+    /// frame along the world's.
     #[must_use]
     pub fn new(mass: f64, inertia: Matrix3<f64>) -> Self {
         Self {

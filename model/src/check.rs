@@ -12,12 +12,13 @@ use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// Result of [`check_jacobian`].
+#[non_exhaustive]
 #[derive(Debug, Clone, PartialEq)]
 pub struct JacobianCheck {
     /// Error of each row, relative to the largest entry of that row: entries on velocities and on angular velocities
     /// are each compared with the largest of their own part (at least 10⁻³ of the row's largest).
     pub relative_error: Vec<f64>,
-    /// Estimated error of the finite differences themselves, in the same measure.
+    /// Estimated error of the finite differences themselves, one a row, in the same measure.
     pub uncertainty: Vec<f64>,
     /// The largest of `relative_error`.
     pub max: f64,

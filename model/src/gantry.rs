@@ -42,7 +42,7 @@ pub struct Controls {
 }
 
 impl Controls {
-    /// The values in the order of the scene's controls: name and value.
+    /// The values in the order of the scene's controls: name and value \[m/s].
     #[must_use]
     pub fn values(&self) -> [(&'static str, f64); 2] {
         [
@@ -142,6 +142,7 @@ impl Default for GantryParams {
 }
 
 /// A gantry with all defaults worked out: [`GantryParams::resolve`].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedGantry {
     /// Length of a segment \[m].

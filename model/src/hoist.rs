@@ -44,6 +44,7 @@ impl JointKind {
 }
 
 /// How an end of the cable is held.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
@@ -56,6 +57,7 @@ pub enum End {
 }
 
 /// Which joint is a group of its own, for block Gauss–Seidel over groups \[SL §VI-A]. All others are one group.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]

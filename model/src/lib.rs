@@ -74,7 +74,10 @@
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | `unlimited` (feature `serde`) | limits that may be infinite, in formats that know finite numbers alone |
-//! | [`check_jacobian`] | any constraint's Jacobian against finite differences |
+//! | `check` | [`check_jacobian`]: any constraint's Jacobian against finite differences |
+//! | `motion` | [`Motion`]: prescribed motion of points of the world |
+//! | `seed` | small random velocities, from a number |
+//! | `error` | [`SceneError`]: what is wrong with a scene, and where |
 //!
 //! # Where this differs from the paper
 //! - Joint compliance \[SL (34)–(36)] holds with half segment lengths: here l is the distance between the centres of

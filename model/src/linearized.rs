@@ -40,7 +40,7 @@ impl Deref for Block {
 }
 
 impl Block {
-    /// The block row by row.
+    /// The block row by row: in each ∂φ̇/∂v (1, or rad/m where φ is an angle) and ∂φ̇/∂ω (m, or 1).
     #[must_use]
     pub fn rows(&self) -> &[[f64; 6]] {
         self.as_chunks().0
@@ -105,8 +105,8 @@ pub struct Linearized {
     pub compliance: Vec<f64>,
     /// Damping times τ, one a row \[s].
     pub damping: Vec<f64>,
-    /// The blocks of the constraints that are no joints abreast, see [`Slot::offset`]; any block is
-    /// [`Linearized::block`].
+    /// The blocks of the constraints that are no joints abreast, rows × 6 numbers each, row by row, see
+    /// [`Slot::offset`]; any block, with its units, is [`Linearized::block`].
     pub jacobian: Vec<f64>,
     /// Lever arms of these constraints' slots, zeros for all other slots.
     levers: Vec<Vector3<f64>>,

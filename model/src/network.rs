@@ -24,6 +24,7 @@ use crate::hoist::{JointKind, MAX_SEGMENTS};
 use crate::material::{Material, Stiffness};
 
 /// Which scene it is.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Network {
     /// A closed cable.
@@ -69,6 +70,7 @@ impl Network {
 }
 
 /// Where the world holds a net.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
@@ -160,6 +162,7 @@ impl Default for NetworkParams {
 }
 
 /// A network with all defaults worked out: [`NetworkParams::resolve`].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedNetwork {
     /// Length of a segment, or of a net's link \[m].

@@ -14,6 +14,7 @@ use crate::scene::Scene;
 use crate::seed;
 
 /// What a chain has besides its links: models (a) to (e) of \[SL §III, Fig. 1], and (f), which holds in space too.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum ChainModel {
     /// (a) Nothing.

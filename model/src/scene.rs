@@ -23,7 +23,8 @@ pub struct Control {
 pub struct Drive {
     /// The constraint that has the motor or the winch.
     pub constraint: usize,
-    /// Speed of the motor, or at which the winch pays out, over the value of the control.
+    /// Speed of the motor, or at which the winch pays out, over the value of the control:
+    /// without unit where the control is a speed in m/s, rad/m where a motor turns.
     pub gain: f64,
 }
 

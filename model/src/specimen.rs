@@ -28,6 +28,7 @@ use crate::scene::Scene;
 use crate::seed;
 
 /// What is done to a specimen: the load that it has when none is given.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Specimen {
     /// Pulled by F = YA/10: 10 % longer.
@@ -148,6 +149,7 @@ impl Default for SpecimenParams {
 }
 
 /// A specimen with all defaults worked out: [`SpecimenParams::resolve`].
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ResolvedSpecimen {
     /// Number N of segments.
@@ -160,7 +162,7 @@ pub struct ResolvedSpecimen {
     pub side: f64,
     /// Mass of the grip \[kg].
     pub grip_mass: f64,
-    /// Stiffness of the cable.
+    /// Stiffness of the cable \[N, N m²].
     pub stiffness: Stiffness,
     /// Force on the grip along the cable, or the tension that its bearing draws \[N].
     pub force: f64,

@@ -8,8 +8,10 @@
 use crate::error::expect_len;
 use crate::{DoubleDouble, GeneralMatrix, SolveError, SymBlockMatrix};
 
-/// Backward errors of an approximate solution.
+/// Backward errors of an approximate solution, without unit.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct BackwardError {
     /// η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞).
     pub normwise: f64,
@@ -29,7 +31,7 @@ pub fn norm_inf(v: &[f64]) -> f64 {
     })
 }
 
-/// b − A x with the sums in extended precision, rounded at the end. Allocates.
+/// b − A x with the sums in extended precision, rounded at the end; `b`, `x` and it of length `a.dim()`. Allocates.
 ///
 /// # Errors
 /// [`SolveError::Dimension`].
@@ -37,7 +39,7 @@ pub fn residual(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<Vec<f64>, So
     residual_of(a.dim(), |f| both_triangles(a, f), b, x)
 }
 
-/// Backward errors of `x` as a solution of A x = b. Allocates.
+/// Backward errors of `x` as a solution of A x = b, both of length `a.dim()`. Allocates.
 ///
 /// # Errors
 /// [`SolveError::Dimension`].
@@ -115,7 +117,7 @@ fn ratio(numerator: f64, denominator: f64) -> f64 {
     }
 }
 
-/// ‖x − x*‖∞ / ‖x*‖∞ (the absolute error where x* = 0).
+/// ‖x − x*‖∞ / ‖x*‖∞ of two vectors of equal length (the absolute error where x* = 0).
 #[must_use]
 pub fn forward_error(x: &[f64], exact: &[f64]) -> f64 {
     let difference: Vec<f64> = x.iter().zip(exact).map(|(x, e)| x - e).collect();

@@ -292,7 +292,7 @@ impl Backend {
         }
     }
 
-    /// The same backend with another tolerance; unchanged where it does not iterate.
+    /// The same backend with another tolerance, relative to ‖b‖₂; unchanged where it does not iterate.
     #[must_use]
     pub fn with_tolerance(&self, tolerance: f64) -> Self {
         match self {

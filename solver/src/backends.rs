@@ -1,4 +1,4 @@
-//! The backends, one file each, and the checks that all of them make.
+//! The backends, one file each.
 
 #[cfg(feature = "banded")]
 pub(crate) mod banded;
@@ -22,13 +22,11 @@ pub(crate) mod testing;
 pub(crate) mod umfpack;
 
 use crate::backend::Precision;
-use crate::error::expect_len;
 use crate::matrix::check_finite;
 use crate::{
-    Backend, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix,
+    Backend, DoubleDouble, FactorReport, GeneralMatrix, Phases, SolveError, SymBlockMatrix,
 };
 use dense::Dense;
-use std::sync::Arc;
 
 /// A backend at work on a matrix that need not be symmetric.
 pub(crate) enum General {
@@ -86,72 +84,6 @@ impl General {
             Self::Umfpack(work) => work.solve(b, x)?,
         }
         Ok(())
-    }
-}
-
-/// Which phases are behind a backend, and for which pattern.
-#[derive(Debug, Default)]
-pub(crate) struct Phases {
-    pattern: Option<Arc<BlockPattern>>,
-    factorized: bool,
-}
-
-impl Phases {
-    /// `analyze` succeeded.
-    pub(crate) fn analyzed(&mut self, pattern: &Arc<BlockPattern>) {
-        *self = Self {
-            pattern: Some(pattern.clone()),
-            factorized: false,
-        };
-    }
-
-    /// Checks what `factorize` is given; until [`factorized`](Self::factorized) no solve is allowed.
-    pub(crate) fn begin_factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        self.begin_unchecked(a)?;
-        a.check_finite()
-    }
-
-    /// The same for a factorisation that finds out by itself where numbers are not finite.
-    pub(crate) fn begin_unchecked(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        self.factorized = false;
-        self.check_pattern(a, "factorize")
-    }
-
-    /// `factorize` succeeded.
-    pub(crate) fn factorized(&mut self) {
-        self.factorized = true;
-    }
-
-    /// Checks what `solve` is given.
-    pub(crate) fn begin_solve(
-        &self,
-        a: &SymBlockMatrix,
-        b: &[f64],
-        x: &[f64],
-    ) -> Result<(), SolveError> {
-        self.check_pattern(a, "solve")?;
-        if !self.factorized {
-            return Err(SolveError::OutOfOrder {
-                called: "solve",
-                needs: "factorize",
-            });
-        }
-        expect_len("right-hand side", a.dim(), b.len())?;
-        expect_len("solution", a.dim(), x.len())?;
-        check_finite(a.pattern(), "right-hand side", b)
-    }
-
-    fn check_pattern(&self, a: &SymBlockMatrix, called: &'static str) -> Result<(), SolveError> {
-        let needs = "analyze";
-        let pattern = self
-            .pattern
-            .as_ref()
-            .ok_or(SolveError::OutOfOrder { called, needs })?;
-        if Arc::ptr_eq(pattern, a.pattern()) || **pattern == **a.pattern() {
-            Ok(())
-        } else {
-            Err(SolveError::PatternChanged)
-        }
     }
 }
 

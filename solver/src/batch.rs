@@ -62,7 +62,7 @@ impl BatchMatrix {
         self.count
     }
 
-    /// All values: stored value `v` of cable `c` is number `batch_index(pattern.stored_values(), v, c)`.
+    /// All values, `batch_len(pattern.stored_values(), count)` of them: stored value `v` of cable `c` is number `batch_index(pattern.stored_values(), v, c)`.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values

@@ -21,12 +21,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! # Mathematics
+//! A is n × n, symmetric, in blocks: of a cable, S = J M⁻¹ Jᵀ + Σ (positive definite) or the KKT matrix \[M Jᵀ; J −Σ]
+//! (quasi-definite). The direct solvers eliminate, P A Pᵀ = L D Lᵀ in blocks, L Lᵀ or L U; the iterative ones sweep over
+//! parts α of x, x_α ← x_α + A_αα⁻¹ (b − A x)_α, or minimise ½ xᵀA x − bᵀx over Krylov spaces (conjugate gradient).
+//! [`refine`] repeats x ← x + A⁻¹ r(x). How wrong an x is: η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) and ‖x − x*‖∞ / ‖x*‖∞
+//! ([`backward_error`], [`forward_error`]). Nothing here has a unit: numbers are in whatever units the caller's are.
+//!
 //! # Map
 //! | module | holds |
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
 //! | `general` | square matrices that are not symmetric, and who solves them |
 //! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
+//! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
+//! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
 //! | `slices` | matrices and vectors four block rows abreast, for products |
@@ -35,13 +44,17 @@
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double` | small dense blocks; extended-precision numbers |
+//! | `serde_forms` (feature `serde`) | numbers that may be NaN, backends as text |
 //!
 //! # Features
 //! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `faer`, `nalgebra-sparse`, `umfpack`.
 //! The dense solver is always there. **UMFPACK is GPL-2.0-or-later**: a binary built with that feature is a combined
 //! work under the GPL; the source of this crate stays MIT OR Apache-2.0.
+//!
+//! Besides these `serde`, on reports and errors of solutions, and on [`Backend`] as its text.
 
 mod accuracy;
+pub mod agreement;
 mod backend;
 mod backends;
 mod batch;
@@ -56,8 +69,11 @@ mod kernels;
 mod matrix;
 mod ordering;
 mod pattern;
+mod phases;
 mod reference;
 mod refine;
+#[cfg(feature = "serde")]
+mod serde_forms;
 #[allow(dead_code)] // where no backend that uses it is compiled in
 mod slices;
 
@@ -77,6 +93,7 @@ pub use ordering::{
     EliminationCost, elimination_cost, factor_pattern, minimum_degree, minimum_degree_within,
 };
 pub use pattern::BlockPattern;
+pub use phases::Phases;
 pub use reference::reference_solution;
 pub use refine::{RefineScratch, refine};
 
@@ -138,6 +155,7 @@ pub type Product<'a> = dyn FnMut(&[f64], &mut [f64]) + 'a;
 
 /// What an analysis found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct AnalyzeReport {
     /// Scalar entries that the factor will hold, where the backend factorises and knows it beforehand.
     pub factor_entries: Option<usize>,
@@ -145,14 +163,17 @@ pub struct AnalyzeReport {
 
 /// What a factorisation found.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FactorReport {
-    /// Estimate of the reciprocal condition number, where the backend makes one.
+    /// Estimate of the reciprocal condition number, 0 … 1 without unit, where the backend makes one.
     pub reciprocal_condition: Option<f64>,
 }
 
 /// How a solve ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Status {
     /// A direct backend solved the system.
     Direct,
@@ -161,18 +182,20 @@ pub enum Status {
     /// The iteration ran out of iterations; `x` is its last iterate.
     IterationLimit,
     /// The iteration makes no more progress above its tolerance (roundoff), or the refinement of a direct solution does
-    /// not contract ([`refine`]); `x` is the last iterate.
+    /// not contract ([`refine`], [`GeneralSolver::solve`]); `x` is the last iterate.
     Stalled,
 }
 
 /// What a solve did.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct SolveReport {
     /// How it ended.
     pub status: Status,
     /// Iterations made; 0 for direct backends.
     pub iterations: usize,
     /// ‖b − A x‖₂ / ‖b‖₂ as the iteration itself estimates it; NaN for direct backends, which do not compute it.
+    #[cfg_attr(feature = "serde", serde(with = "serde_forms::number_or_none"))]
     pub residual: f64,
 }
 
@@ -186,7 +209,7 @@ impl SolveReport {
     };
 
     /// The report of a direct solve.
-    pub(crate) const DIRECT: Self = Self {
+    pub const DIRECT: Self = Self {
         status: Status::Direct,
         iterations: 0,
         residual: f64::NAN,

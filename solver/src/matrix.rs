@@ -36,7 +36,7 @@ impl SymBlockMatrix {
         self.pattern.dim()
     }
 
-    /// All stored values, in the order of the pattern's stored blocks.
+    /// All stored values, `pattern.stored_values()` of them, in the order of the pattern's stored blocks.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
@@ -47,7 +47,7 @@ impl SymBlockMatrix {
         &mut self.values
     }
 
-    /// Stored block `k`, column-major.
+    /// Stored block `k`, `size(row) × size(column)` numbers, column-major.
     #[must_use]
     pub fn block(&self, k: usize) -> &[f64] {
         &self.values[self.pattern.values(k)]

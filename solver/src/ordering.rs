@@ -14,6 +14,7 @@ use std::collections::BinaryHeap;
 
 /// What a block LDLᵀ costs in some order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EliminationCost {
     /// Scalar entries of the block factor, diagonal blocks in full.
     pub entries: u64,

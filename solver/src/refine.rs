@@ -26,7 +26,7 @@ impl RefineScratch {
 
 /// Of the size of x, the last correction of a direct solver beyond which nothing is claimed of x: each correction is
 /// about this part of the one before it, so that x may still be wrong by as much of it.
-const CONTRACTION: f64 = 0.1;
+pub(crate) const CONTRACTION: f64 = 0.1;
 
 /// Improves `x` by `sweeps` corrections A d = r(x), x ← x + d, where `residual(x, r)` writes r. Returns the last
 /// correction's report with the iterations of all; its status is [`Status::Stalled`] where a direct solver's correction

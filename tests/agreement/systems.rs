@@ -1,3 +1,4 @@
+use taut_solver::agreement::{Claims, check};
 use taut_solver::{
     Backend, LinearSolver, RefineScratch, SolveError, SolveReport, Status, backward_error,
     forward_error, reference_solution, refine, residual,
@@ -156,6 +157,25 @@ fn compare(name: &str, systems: &[(System, Vec<f64>)], measured: Errors) {
     let what = ["backward error", "forward error", "backward error, refined"];
     for ((worst, what), measured) in worst.iter().zip(what).zip(measured) {
         worst.expect_measured(&format!("{name}, {what}"), measured);
+    }
+}
+
+/// What a backend from elsewhere is held to, all of ours meet; the tables above say how well.
+#[test]
+fn all_backends_pass_the_public_check() {
+    for name in DIRECT
+        .map(|d| d.0)
+        .into_iter()
+        .chain(ITERATIVE.map(|i| i.0))
+    {
+        let Some(mut solver) = create(name) else {
+            continue;
+        };
+        let backend: Backend = name.parse().expect("a known name");
+        let agreement = check(&mut *solver, &Claims::of(&backend));
+        let agreement = agreement.unwrap_or_else(|e| panic!("{name}: {e}"));
+        println!("{name}: {agreement:?}");
+        assert_eq!(agreement.iterations > 0, backend.is_iterative(), "{name}");
     }
 }
 

@@ -8,6 +8,7 @@ mod redundant;
 mod statics;
 
 use indicatif::ProgressBar;
+use taut_bench::Choice;
 use taut_bench::check::{Check, Verdict};
 
 /// The checks of a case, none of which fails.
@@ -18,4 +19,25 @@ fn checks(name: &str) -> Vec<Check> {
     let failed: Vec<_> = outcome.checks.iter().filter(failed).collect();
     assert!(failed.is_empty(), "{failed:#?}");
     outcome.checks
+}
+
+/// The checks of a case, of which those rows are at their limit and no others. A row that ends in the name of a solver is
+/// there where this is compiled in.
+fn limited(name: &str, rows: &[&str]) -> Vec<Check> {
+    let checks = checks(name);
+    let compiled = |row: &&str| {
+        let solver = row
+            .rsplit(": ")
+            .next()
+            .and_then(|s| s.parse::<Choice>().ok());
+        solver.is_none_or(|choice| choice.check().is_ok())
+    };
+    let mut expected: Vec<&str> = rows.iter().copied().filter(compiled).collect();
+    let limits = checks.iter().filter(|c| c.verdict == Verdict::Limit);
+    let mut found: Vec<&str> = limits.map(|c| c.case.as_str()).collect();
+    expected.sort_unstable();
+    found.sort_unstable();
+    assert_eq!(found, expected, "{name}: {checks:#?}");
+    assert!(checks.iter().any(|c| c.verdict == Verdict::Pass), "{name}");
+    checks
 }

@@ -1,38 +1,60 @@
 //! H40 to H54 but for those with modules of their own, and what the solvers claim.
 
-use crate::checks;
-use taut_bench::check::Verdict;
+use crate::limited;
 use taut_bench::hard::numerics::angles::joints::{Kind, Pose, jacobian_error};
 use taut_bench::hard::numerics::claims::{Finding, audit};
+use taut_bench::hard::numerics::ill_conditioned::{self, matrices};
 use taut_bench::hard::numerics::{long_run, rigid_limit};
 use taut_bench::hard::solvers;
 
 use indicatif::ProgressBar;
 use std::f64::consts::PI;
 
-fn passed(name: &str) -> usize {
-    let checks = checks(name);
-    checks.iter().filter(|c| c.verdict == Verdict::Pass).count()
-}
-
 #[test]
 fn mass_ratios_are_climbed_as_predicted() {
-    assert!(passed("H40") >= 8);
+    let rounding_of_s = [
+        "S, unrefined: banded",
+        "S, unrefined: faer:llt",
+        "S, unrefined: faer:ldlt",
+        "S, unrefined: faer:lu",
+        "S, unrefined: nalgebra-sparse",
+        "S, unrefined: umfpack:refinement=0",
+        "S, unrefined: dense:double",
+        "KKT, 1 refinement: faer:ldlt/kkt",
+        "KKT in single precision, 1 refinement, straight",
+    ];
+    limited("H40", &rounding_of_s);
 }
 
 #[test]
 fn angles_are_measured_up_to_their_singularities() {
-    assert!(passed("H43") >= 8);
+    let scalar_angles_and_a_fold = [
+        "Jacobian, paper: bend",
+        "Jacobian, paper: twist",
+        "Jacobian, paper: twist, alternative",
+        "Jacobian, links: angle",
+        "Jacobian, links: vector",
+        "whirled through the fold for 4 s, 1/60 s",
+    ];
+    limited("H43", &scalar_angles_and_a_fold);
 }
 
 #[test]
-fn direct_solvers_are_backward_stable_or_refuse() {
-    assert!(passed("H46") >= 8);
+fn direct_solvers_are_backward_stable_or_refuse_or_say_that_they_are_not() {
+    limited("H46", &["Wilkinson 60: dense:double"]);
+    let specimens = matrices::specimens(true);
+    let wilkinson = specimens.iter().filter(|s| s.growth > 1e16);
+    let lost: Vec<_> = wilkinson
+        .flat_map(ill_conditioned::rows)
+        .filter(|r| r.backward_error > Some(ill_conditioned::BAR))
+        .collect();
+    assert!(!lost.is_empty());
+    assert!(lost.iter().all(|r| !r.claimed), "{lost:#?}");
 }
 
 #[test]
 fn a_swing_goes_on_and_on() {
-    assert!(passed("H49") == 3);
+    limited("H49", &[]);
     let windows = long_run::run(20_000, &ProgressBar::hidden()).expect("steps");
     let steps: Vec<usize> = windows.iter().map(|w| w.steps).collect();
     assert_eq!(steps, [1200, 12_000, 20_000]);
@@ -40,7 +62,7 @@ fn a_swing_goes_on_and_on() {
 
 #[test]
 fn stiff_joints_come_to_rigid_ones() {
-    assert!(passed("H51") >= 4);
+    limited("H51", &[]);
     let direct = solvers().into_iter().find(|c| !c.backend.is_iterative());
     let limit = rigid_limit::limit(&direct.expect("a direct solver")).expect("solves");
     // Ten times the compliance, ten times the difference.
@@ -50,23 +72,36 @@ fn stiff_joints_come_to_rigid_ones() {
 
 #[test]
 fn degenerate_input_is_refused_or_runs() {
-    assert!(passed("H52") >= 40);
+    let pivots = [
+        "mass of 10⁻³⁰ kg: faer:lu/kkt",
+        "mass of 10³⁰ kg: faer:lu/kkt",
+    ];
+    let checks = limited("H52", &pivots);
+    assert!(checks.len() >= 40, "{checks:#?}");
 }
 
 #[test]
 fn runs_are_the_same_to_the_last_bit() {
-    assert!(passed("H53") >= 4);
+    limited("H53", &[]);
 }
 
 #[test]
 fn ladders_go_up() {
-    assert!(passed("H54") >= 2);
+    let unfinished = [
+        "time step: gauss-seidel:groups",
+        "iterations: load in 1 s: gauss-seidel:joints",
+        "iterations: load in 1 s: gauss-seidel:groups",
+        "iterations: load in 1 s: cg:none",
+        "iterations: load in 1 s: cg:jacobi",
+        "iterations: load in 1 s: cg:group",
+    ];
+    limited("H54", &unfinished);
 }
 
 #[test]
 fn no_solver_claims_what_is_not_so() {
-    let checks = checks("claims");
-    assert!(checks.iter().any(|c| c.verdict == Verdict::Pass));
+    // The rounding of a residual is more than 10⁻¹⁰ of a large right-hand side.
+    limited("claims", &["claims, by the letter: cg:jacobi"]);
 }
 
 /// The audit tells claims from mere answers: a solver with one iteration claims nothing, and is not good.

@@ -263,3 +263,29 @@ fn a_redone_step_is_not_advanced_again() {
     let error = stepper.advance().expect_err("nothing is solved");
     assert!(error.to_string().contains("solve"), "{error}");
 }
+
+/// Reports are written and read as they are, with what is no number and no limit in formats that know neither.
+#[test]
+fn reports_round_trip() {
+    for choice in compiled() {
+        let scene = HoistParams {
+            segments: 4,
+            ..HoistParams::default()
+        };
+        let scene = scene.build().expect("sound");
+        let mut stepper = Stepper::new(scene, choice.options(DT)).expect("sound");
+        let report = stepper.step().expect("a step");
+        let json = serde_json::to_string(&report).expect("writes");
+        let read: StepReport = serde_json::from_str(&json).expect("reads");
+        // NaN of a direct solver's residual differs from itself.
+        assert_eq!(
+            format!("{read:?}"),
+            format!("{report:?}"),
+            "{choice}: {json}"
+        );
+        let backend = serde_json::to_string(&choice.backend).expect("writes");
+        assert_eq!(backend, format!("\"{}\"", choice.backend), "{choice}");
+        let read: taut_solver::Backend = serde_json::from_str(&backend).expect("reads");
+        assert_eq!(read, choice.backend);
+    }
+}

@@ -285,7 +285,7 @@ pub fn matrix_and_rhs(data: &[u8]) -> bool {
         let mut x = guess.clone();
         let result = GeneralSolver::analyze(&backend, &general).and_then(|mut solver| {
             solver.factorize(&general)?;
-            solver.solve(&b, &mut x)
+            solver.solve(&general, &b, &mut x).map(|_| ())
         });
         any |= solved(result, &x, &backend);
     }

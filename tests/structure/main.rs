@@ -2,5 +2,7 @@
 
 /// Steps allocate nothing.
 mod allocations;
+/// What the README and the front pages say, against what is there.
+mod readme;
 /// Who imports whom, where features and unsafe code stand, what lies at the top level.
 mod sources;

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 /// The root of the workspace.
-fn root() -> PathBuf {
+pub(crate) fn root() -> PathBuf {
     let tests = Path::new(env!("CARGO_MANIFEST_DIR"));
     tests.parent().expect("the workspace is above").to_owned()
 }
 
-fn read(path: &Path) -> String {
+pub(crate) fn read(path: &Path) -> String {
     fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
 }
 
@@ -81,7 +81,7 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 }
 
 /// Each member and the packages of the workspace that it may know.
-const MAY_KNOW: [(&str, &[&str]); 7] = [
+pub(crate) const MAY_KNOW: [(&str, &[&str]); 7] = [
     ("solver/lanes", &[]),
     ("solver/umfpack", &[]),
     ("solver", &["taut-lanes", "taut-umfpack"]),
@@ -147,14 +147,16 @@ fn sources_name_only_the_crates_below_them() {
     }
 }
 
-/// Conditional compilation by feature stays where backends are made.
+/// Conditional compilation by feature stays where backends are made; `serde` brings attributes alone, and one module.
 #[test]
 fn features_stand_in_two_files_of_the_solver() {
     let allowed = ["solver/src/backend.rs", "solver/src/backends.rs"];
     let mut counted = 0;
     for (file, text) in rust_files("solver/src") {
         for (line, code) in code(&text) {
-            let has = code.contains("cfg") && words(code).any(|w| w == "feature");
+            let has = code.contains("cfg")
+                && words(code).any(|w| w == "feature")
+                && !words(code).any(|w| w == "serde");
             assert!(
                 !has || allowed.contains(&file.as_str()),
                 "{file}:{line}: {code}"
@@ -166,7 +168,7 @@ fn features_stand_in_two_files_of_the_solver() {
     assert!(counted >= 12, "{counted}");
 }
 
-/// Each feature of the solver is passed on under its own name by all who depend on it, and on by default nowhere where
+/// Each backend of the solver is passed on under its own name by all who depend on it, and on by default nowhere where
 /// it brings a licence.
 #[test]
 fn features_are_passed_on_by_name() {
@@ -189,7 +191,8 @@ fn features_are_passed_on_by_name() {
         ),
     ] {
         let own = features(folder);
-        for name in solver.keys().filter(|name| *name != "default") {
+        let backends = |name: &&String| !["default", "serde"].contains(&name.as_str());
+        for name in solver.keys().filter(backends) {
             let expected: BTreeSet<_> = through
                 .iter()
                 .map(|crate_| format!("{crate_}/{name}"))
@@ -284,6 +287,32 @@ fn the_top_level_holds_what_was_agreed() {
         .filter(|name| !name.starts_with('.') && name != "target")
         .collect();
     assert_eq!(found, agreed);
+}
+
+/// What is published says all that a registry shows, and brings its licences.
+#[test]
+fn published_packages_are_complete() {
+    for (folder, _) in MAY_KNOW {
+        let place = root().join(folder);
+        let manifest: Table = toml::from_str(&read(&place.join("Cargo.toml"))).expect("TOML");
+        let package = manifest["package"].as_table().expect("a table");
+        if package.get("publish").and_then(Value::as_bool) == Some(false) {
+            continue;
+        }
+        for key in ["description", "readme", "categories", "keywords"] {
+            assert!(package.contains_key(key), "{folder}: {key}");
+        }
+        let licences: &[&str] = match folder {
+            "solver/umfpack" => &["LICENSE-GPL-2.0"],
+            _ => &["LICENSE-MIT", "LICENSE-APACHE"],
+        };
+        for licence in licences {
+            assert!(
+                read(&place.join(licence)).len() > 500,
+                "{folder}: {licence}"
+            );
+        }
+    }
 }
 
 /// Every package has the workspace's version, edition, toolchain and lints, and says its licence.

@@ -23,6 +23,10 @@ const DENSE_ROWS: usize = 2000;
 /// What refinement is to reach: relative correction in the ∞-norm.
 const TARGET: f64 = 1e-24;
 
+/// What is enough where corrections get no smaller, since the rounding of the residual leaves them 10⁻³² times the condition
+/// number: it does not reach the last digit of a double.
+const ENOUGH: f64 = 1e-18;
+
 /// Sweeps at most.
 const SWEEPS: usize = 40;
 
@@ -76,11 +80,12 @@ fn refined(problem: &Problem<'_>, backend: &Backend, b: &[f64]) -> Option<Vec<f6
         let scale = x.iter().map(|x| x.to_f64().abs()).fold(0.0, f64::max);
         let change = norm_inf(&d);
         let change = if scale == 0.0 { change } else { change / scale };
-        if change <= TARGET {
+        let contracts = change <= 0.3 * before;
+        if change <= TARGET || (change <= ENOUGH && !contracts) {
             return Some(x.into_iter().map(DoubleDouble::to_f64).collect());
         }
         // The first correction is the solution itself.
-        if !change.is_finite() || (before <= 1.0 && change > 0.3 * before) {
+        if !change.is_finite() || (before <= 1.0 && !contracts) {
             return None;
         }
         before = change;

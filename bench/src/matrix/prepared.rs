@@ -4,7 +4,7 @@ use super::Matrix;
 use super::order::{MOST, Ordered, keeps_order, ordered};
 use taut_solver::{
     AnalyzeReport, Backend, FactorReport, GeneralMatrix, GeneralSolver, LinearSolver, SolveError,
-    SolveReport, Status, SymBlockMatrix,
+    SolveReport, SymBlockMatrix,
 };
 
 /// A matrix with what the backends share: its order of elimination, or why there is none.
@@ -106,14 +106,7 @@ impl Prepared<'_> {
     /// [`SolveError`].
     pub fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<SolveReport, SolveError> {
         match &mut self.work {
-            Work::General(solver, _) => {
-                solver.solve(b, x)?;
-                Ok(SolveReport {
-                    status: Status::Direct,
-                    iterations: 0,
-                    residual: f64::NAN,
-                })
-            }
+            Work::General(solver, a) => solver.solve(a, b, x),
             Work::Symmetric {
                 solver,
                 a,

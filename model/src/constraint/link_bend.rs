@@ -32,6 +32,7 @@ use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
 /// How a [`LinkBend`] measures bending.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(
     any(feature = "serde", feature = "toml"),

@@ -24,7 +24,8 @@ pub struct ControlEntry {
 pub struct DriveEntry {
     /// Name of the joint or cable.
     pub joint: String,
-    /// Speed of its motor, or at which its winch pays out, over the value of the control.
+    /// Speed of its motor, or at which its winch pays out, over the value of the control: without unit, or
+    /// rad/m where a motor turns.
     #[serde(default = "one")]
     pub gain: f64,
 }

@@ -28,6 +28,23 @@
 //! dispatch(Level::best(), Axpy(2.0, &[1.0; 4], &mut y));
 //! assert_eq!(y, [3.0, 4.0, 5.0, 6.0]);
 //! ```
+//!
+//! # Mathematics
+//! Of numbers x, a, b in each lane: `mul_add` is fl(x a + b), `neg_mul_add` fl(b − x a), rounded once or twice as said;
+//! `max` and `min` give the second where either is NaN. [`functions`] has arcsin, arctan, sin x / x and cos near zero, by
+//! polynomials; [`vector`] has 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold what
+//! the caller puts there.
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | the root | [`Lanes`], [`Isa`], [`Kernel`], [`dispatch`]: what a kernel is written over |
+//! | `level` | [`Level`]: what the processor has, and `TAUT_SIMD`, which asks for less |
+//! | [`functions`] | elementary functions of lanes |
+//! | [`vector`] | vectors and matrices whose components are lanes |
+//! | `halves` | [`Halves`] and [`Quad`]: vectors that split into two and four |
+//! | `twice` | two vectors as one of twice the lanes, where registers are shorter |
+//! | `x86` | SSE2, AVX2 and AVX-512 by intrinsics: the only unsafe code |
 
 pub mod functions;
 mod halves;

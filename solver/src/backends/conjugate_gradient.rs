@@ -172,8 +172,9 @@ impl Plan {
         }
     }
 
-    /// The iteration from the residual in `r` until the recurrence claims `target` (a 2-norm of the residual) or
-    /// `limit` iterations are made.
+    /// The iteration from the residual in `r` until the recurrence claims `target` (a 2-norm of the residual), or roundoff
+    /// of what it began with, below which it says nothing of the residual and runs on into underflow, or `limit`
+    /// iterations are made.
     fn iterate(
         &mut self,
         pattern: &BlockPattern,
@@ -184,6 +185,7 @@ impl Plan {
     ) -> Result<usize, SolveError> {
         let identity = matches!(self.inside, Inside::Identity);
         let mut square = dot(&v.r, &v.r);
+        let target = target.max(f64::EPSILON * square.sqrt());
         let mut rz = if identity {
             square
         } else {
@@ -447,6 +449,51 @@ mod tests {
                 assert_eq!(report.status, Status::Converged, "{preconditioner:?}");
                 let error = backward_error(&good, &b, &x).expect("finite");
                 assert!(error.normwise < 1e-12, "{preconditioner:?}: {error:?}");
+            }
+        }
+    }
+
+    /// With a tolerance that cannot be met an iteration ends where rounding does, and says so.
+    #[test]
+    fn no_tolerance_at_all_ends_in_a_stall() {
+        let couplings: Vec<_> = (1..9).map(|i| (i - 1, i)).collect();
+        let grouped = BlockPattern::new(&[2; 9], &couplings).expect("a pattern");
+        let grouped = grouped
+            .with_groups(vec![0, 0, 0, 1, 1, 1, 2, 2, 2])
+            .expect("groups");
+        let preconditioners = [
+            Preconditioner::None,
+            Preconditioner::BlockJacobi,
+            Preconditioner::Group,
+        ];
+        for preconditioner in preconditioners {
+            // Of large and small numbers, which go over and under sooner.
+            for scale in [1.0, 1e120, 1e-120] {
+                let a = chain(scale);
+                let mut grouped = SymBlockMatrix::zeros(Arc::new(grouped.clone()));
+                grouped.values_mut().copy_from_slice(a.values());
+                let a = grouped;
+                let options = CgOptions {
+                    preconditioner,
+                    tolerance: 0.0,
+                    iterations: 20_000,
+                    ..CgOptions::default()
+                };
+                let mut solver = ConjugateGradient::new(options).expect("sound options");
+                solver.analyze(a.pattern()).expect("analysed");
+                solver.factorize(&a).expect("definite");
+                let b: Vec<_> = (0..a.dim()).map(|i| 0.1 + (i as f64).cos()).collect();
+                let mut x = vec![0.0; a.dim()];
+                let report = solver.solve(&a, &b, &mut x);
+                let report = report.unwrap_or_else(|e| panic!("{preconditioner:?} {scale:e}: {e}"));
+                assert_eq!(
+                    report.status,
+                    Status::Stalled,
+                    "{preconditioner:?} {scale:e}"
+                );
+                assert!(report.iterations < 200, "{preconditioner:?}: {report:?}");
+                let error = backward_error(&a, &b, &x).expect("finite");
+                assert!(error.normwise < 1e-15, "{preconditioner:?}: {error:?}");
             }
         }
     }

@@ -3,11 +3,16 @@
 //!
 //! For the parts α in turn: x_α ← x_α + A_αα⁻¹ (b − A x)_α. It converges for every positive definite A, at a rate
 //! that the mass ratio sets: 1 − ρ ≈ 1/(N R) for a chain of N masses under a load of R masses.
+//!
+//! Of a singular A it finds a solution if there is one. If there is none, each sweep at last moves x by the same d, a
+//! null vector of A, and the residual stays. An iteration that ends so without having converged tells it from slow
+//! convergence by the sweep itself, which without b leaves a null vector as it is.
 
 mod sweep;
 
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
+use crate::block_ldlt::NOISE;
 use crate::groups::Groups;
 use crate::matrix::check_finite;
 use crate::slices::Slices;
@@ -38,7 +43,17 @@ struct Plan {
     /// Residual and correction, length `dim`.
     residual: Vec<f64>,
     correction: Vec<f64>,
+    /// x before the last sweep that is allowed, then by what that changed it, length `dim`.
+    change: Vec<f64>,
+    zeros: Vec<f64>,
 }
+
+/// Part of itself by which the residual of a sweep has fallen, below which the matrix may be singular: rounding of x, which
+/// a null vector has been added to at every sweep, leaves less.
+const STILL: f64 = 1e-9;
+
+/// Sweeps without b between two looks at what they leave.
+const PURIFY: usize = 4;
 
 impl GaussSeidel {
     pub(crate) fn new(options: GaussSeidelOptions) -> Result<Self, SolveError> {
@@ -72,6 +87,8 @@ impl Plan {
             inverted: false,
             residual: vec![0.0; pattern.dim()],
             correction: vec![0.0; pattern.dim()],
+            change: vec![0.0; pattern.dim()],
+            zeros: vec![0.0; pattern.dim()],
         })
     }
 
@@ -124,6 +141,68 @@ impl Plan {
             }
         }
         sum
+    }
+}
+
+impl Plan {
+    /// The block with the largest part of a null vector d of A, where d is what the last sweep changed x by. `change` holds
+    /// x before it. What the rounding of x has left in d fades in up to `limit` sweeps without b.
+    fn null_vector(&mut self, a: &SymBlockMatrix, x: &[f64], limit: usize) -> Option<usize> {
+        let mut d = std::mem::take(&mut self.change);
+        for (d, x) in d.iter_mut().zip(x) {
+            *d = x - *d;
+        }
+        let largest = crate::norm_inf(&d);
+        let mut found = None;
+        if largest > 0.0 && largest.is_finite() {
+            // Of size 1, so that no square over- or underflows.
+            d.iter_mut().for_each(|d| *d /= largest);
+            let zeros = std::mem::take(&mut self.zeros);
+            let mut before = f64::INFINITY;
+            for _ in 0..limit.div_ceil(PURIFY) {
+                for _ in 0..PURIFY {
+                    self.sweep(&zeros, &mut d);
+                }
+                let rest = self.product_over_terms(a, &d);
+                if rest <= NOISE * f64::EPSILON {
+                    let most = (0..d.len()).max_by(|&i, &j| d[i].abs().total_cmp(&d[j].abs()));
+                    found = most.map(|row| a.pattern().block_of_row(row));
+                    break;
+                }
+                // A vector that is none stays as it is, but for what it slowly loses.
+                if rest > 0.99 * before {
+                    break;
+                }
+                before = rest;
+            }
+            self.zeros = zeros;
+        }
+        self.change = d;
+        found
+    }
+
+    /// maxᵢ |A d|ᵢ / (|A| |d|)ᵢ.
+    fn product_over_terms(&mut self, a: &SymBlockMatrix, d: &[f64]) -> f64 {
+        let (sums, terms) = (&mut self.residual, &mut self.correction);
+        sums.fill(0.0);
+        terms.fill(0.0);
+        let mut add = |i: usize, term: f64| {
+            sums[i] += term;
+            terms[i] += term.abs();
+        };
+        a.for_each_lower(|i, j, a| {
+            add(i, a * d[j]);
+            if i != j {
+                add(j, a * d[i]);
+            }
+        });
+        let ratios =
+            sums.iter().zip(&*terms).map(
+                |(sum, terms)| {
+                    if *sum == 0.0 { 0.0 } else { sum.abs() / terms }
+                },
+            );
+        ratios.fold(0.0, f64::max)
     }
 }
 
@@ -180,15 +259,31 @@ impl LinearSolver for GaussSeidel {
             check_solution(a, x)?;
         }
         check_finite(a.pattern(), "guess", x)?;
+        if norm == 0.0 {
+            // Numbers whose squares underflow: there is no telling.
+            plan.sweep(b, x);
+            check_solution(a, x)?;
+            return Ok(SolveReport {
+                status: Status::Stalled,
+                iterations: 1,
+                residual: f64::INFINITY,
+            });
+        }
         let mut report = SolveReport {
             status: Status::IterationLimit,
             iterations: 0,
             residual: f64::INFINITY,
         };
+        let mut fallen = 1.0;
         while report.iterations < self.options.iterations {
+            if report.iterations + 1 == self.options.iterations {
+                plan.change.copy_from_slice(x);
+            }
             let met = plan.sweep(b, x).sqrt();
             report.iterations += 1;
+            let before = report.residual;
             report.residual = if met == 0.0 { 0.0 } else { met / norm };
+            fallen = 1.0 - report.residual / before;
             if report.residual <= self.options.tolerance {
                 report.status = Status::Converged;
                 break;
@@ -198,6 +293,78 @@ impl LinearSolver for GaussSeidel {
             }
         }
         check_solution(a, x)?;
+        if report.status == Status::IterationLimit
+            && fallen < STILL
+            && let Some(block) = plan.null_vector(a, x, self.options.iterations)
+        {
+            return Err(SolveError::Singular { block });
+        }
         Ok(report)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ring of springs that nothing holds, or that `held` holds at one place: with 0 singular, its null vector 1.
+    fn ring(held: f64) -> SymBlockMatrix {
+        let n = 12;
+        let couplings: Vec<_> = (0..n).map(|i| ((i + 1) % n, i)).collect();
+        let pattern = BlockPattern::new(&vec![1; n], &couplings).expect("a pattern");
+        let halves = (0..n as u32).map(|i| i / 6).collect();
+        let pattern = Arc::new(pattern.with_groups(halves).expect("groups"));
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        a.values_mut().fill(-0.7);
+        for j in 0..n {
+            a.block_mut(pattern.column(j).start)[0] = 1.4 + if j == 3 { held } else { 0.0 };
+        }
+        a
+    }
+
+    fn solve(
+        a: &SymBlockMatrix,
+        partition: Partition,
+        iterations: usize,
+        b: &[f64],
+    ) -> Result<SolveReport, SolveError> {
+        let mut solver = GaussSeidel::new(GaussSeidelOptions {
+            partition,
+            iterations,
+            ..GaussSeidelOptions::default()
+        })?;
+        solver.analyze(a.pattern())?;
+        solver.factorize(a)?;
+        solver.solve(a, b, &mut vec![0.0; b.len()])
+    }
+
+    /// Without a solution an iteration that had the time to see it says so; with one it converges; a solution that is
+    /// far away, or too little time, leave it at its limit.
+    #[test]
+    fn a_system_without_a_solution_is_told_from_slow_convergence() {
+        let mut balanced: Vec<f64> = (0..12).map(|i| f64::from(i * i % 7)).collect();
+        balanced[0] -= balanced.iter().sum::<f64>();
+        let mut unbalanced = balanced.clone();
+        unbalanced[5] += 1.0;
+        for partition in [Partition::Joints, Partition::Groups] {
+            let solved = |held, iterations, b: &[f64]| solve(&ring(held), partition, iterations, b);
+            let status = |held, iterations, b: &[f64]| {
+                let report = solved(held, iterations, b).expect("no error");
+                report.status
+            };
+            for scale in [1.0, 1e100, 1e-100] {
+                let b: Vec<f64> = unbalanced.iter().map(|b| b * scale).collect();
+                let found = solved(0.0, 1000, &b);
+                assert!(
+                    matches!(found, Err(SolveError::Singular { .. })),
+                    "{partition:?} {scale:e}: {found:?}"
+                );
+            }
+            assert_eq!(status(0.0, 1000, &balanced), Status::Converged);
+            assert_eq!(status(0.0, 3, &unbalanced), Status::IterationLimit);
+            for held in [1e-6, 1e-12] {
+                assert_eq!(status(held, 1000, &unbalanced), Status::IterationLimit);
+            }
+        }
     }
 }

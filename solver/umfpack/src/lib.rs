@@ -19,6 +19,19 @@
 //! # Ok::<(), taut_umfpack::Error>(())
 //! ```
 //!
+//! # Mathematics
+//!
+//! Of a square A of n rows, scaled by rows with R: P R A Q = L U, where Q is chosen in the analysis to keep fill small and
+//! P in the factorisation, for stability; then x = Q U⁻¹ L⁻¹ P R b, refined by x ← x + A⁻¹(b − A x). Numbers have no unit.
+//!
+//! # Map
+//!
+//! | module | holds |
+//! |---|---|
+//! | the root | [`Symbolic`], [`Numeric`], [`Options`], [`Error`]: checked input, owned handles |
+//! | `ffi` | the C interface; the only unsafe code |
+//! | `build.rs` | finds the library or compiles it; leaves its constants to `ffi` |
+//!
 //! # Arrays
 //!
 //! A matrix of dimension `n` is three arrays: `col_ptr` of length `n + 1` starts at 0, does not
@@ -50,6 +63,7 @@ mod ffi;
 use std::fmt;
 
 /// Where the linked library comes from.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BuildInfo {
     /// The version of UMFPACK, such as `6.3.3`, as its header gave it to the build.
@@ -68,6 +82,7 @@ pub fn build_info() -> BuildInfo {
 }
 
 /// How UMFPACK orders and pivots.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Strategy {
     /// UMFPACK decides by the pattern and the diagonal.
@@ -80,6 +95,7 @@ pub enum Strategy {
 }
 
 /// What UMFPACK divides each row by before it factorises.
+#[non_exhaustive]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scaling {
     /// Nothing.

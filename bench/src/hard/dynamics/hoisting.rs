@@ -28,8 +28,9 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
     let adiabatic = (LENGTHS[0] / LENGTHS[1]).powf(0.75);
     let mut checks = Vec::new();
     for &speed in speeds {
-        let exact = of_equation(speed) / ANGLE;
-        let ours = of_cable(speed)? / ANGLE;
+        let [exact, law_exact] = of_equation(speed);
+        let (exact, [ours, law]) = (exact / ANGLE, of_cable(speed)?);
+        let ours = ours / ANGLE;
         checks.push(
             Check::within(
                 format!("hoist at {speed} m/s: growth of the amplitude"),
@@ -43,6 +44,16 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
             )
             .by("relative, against the pendulum of variable length"),
         );
+        checks.push(
+            Check::within(
+                format!("hoist at {speed} m/s: amplitude × L^(3/4)"),
+                "kept".to_owned(),
+                format!("× {law:.5}, the equation's × {law_exact:.5}"),
+                (law - 1.0).abs(),
+                BAR,
+            )
+            .by("from start to end of the hoist, of the oscillation of θ L^(3/4), whose rate the haul is part of"),
+        );
     }
     Ok(Outcome {
         checks,
@@ -55,8 +66,19 @@ fn amplitude(angle: f64, rate: f64, length: f64) -> f64 {
     angle.hypot(rate / (GRAVITY / length).sqrt())
 }
 
-/// Amplitude after the hoist, by the equation.
-fn of_equation(speed: f64) -> f64 {
+/// What a slow hoist keeps: the amplitude of x = θ L^(3/4), which swings with the frequency of the length it has, while
+/// the cable is hauled at `speed` (m/s).
+fn adiabatic(angle: f64, rate: f64, length: f64, speed: f64) -> f64 {
+    let scale = length.powf(0.75);
+    amplitude(
+        angle * scale,
+        (rate - 0.75 * speed / length * angle) * scale,
+        length,
+    )
+}
+
+/// Amplitude after the hoist, by the equation, and what has become of the adiabatic one during it.
+fn of_equation(speed: f64) -> [f64; 2] {
     let time = (LENGTHS[0] - LENGTHS[1]) / speed;
     let steps = (time * 2000.0).ceil();
     let h = time / steps;
@@ -76,7 +98,12 @@ fn of_equation(speed: f64) -> f64 {
             y[k] += h / 6.0 * (a[k] + 2.0 * (b[k] + c[k]) + d[k]);
         }
     }
-    amplitude(y[0], y[1], LENGTHS[1])
+    let [before, after] = LENGTHS;
+    let start = adiabatic(ANGLE, 0.0, before, speed);
+    [
+        amplitude(y[0], y[1], after),
+        adiabatic(y[0], y[1], after, speed) / start,
+    ]
 }
 
 /// A load on a massless cable with a winch.
@@ -111,8 +138,8 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![scene])
 }
 
-/// Amplitude after the hoist, of the load on its cable, over two periods.
-fn of_cable(speed: f64) -> Result<f64, ExperimentError> {
+/// The same of the load on its cable, the amplitude from two periods.
+fn of_cable(speed: f64) -> Result<[f64; 2], ExperimentError> {
     let options = StepOptions {
         dt: DT,
         ..StepOptions::default()
@@ -120,15 +147,25 @@ fn of_cable(speed: f64) -> Result<f64, ExperimentError> {
     let mut stepper = Stepper::new(scene(), options)?;
     stepper.set_control(0, speed)?;
     let hoisted = ((LENGTHS[0] - LENGTHS[1]) / speed / DT).ceil() as usize;
-    for _ in 0..hoisted {
+    let angle = |stepper: &Stepper| {
+        let x = stepper.scene().bodies.position[0];
+        (x.x / -x.z).atan()
+    };
+    // Angles of the last three instants at which the cable still runs.
+    let mut last = [0.0; 3];
+    for _ in 1..hoisted {
         stepper.step()?;
+        last = [last[1], last[2], angle(&stepper)];
     }
+    let length = LENGTHS[0] - speed * DT * (hoisted - 2) as f64;
+    let rate = (last[2] - last[0]) / (2.0 * DT);
+    let kept = adiabatic(last[1], rate, length, speed) / adiabatic(ANGLE, 0.0, LENGTHS[0], speed);
+    stepper.step()?;
     let period = std::f64::consts::TAU * (LENGTHS[1] / GRAVITY).sqrt();
     let mut largest = 0.0_f64;
     for _ in 0..(2.0 * period / DT) as usize {
         stepper.step()?;
-        let x = stepper.scene().bodies.position[0];
-        largest = largest.max((x.x / -x.z).atan().abs());
+        largest = largest.max(angle(&stepper).abs());
     }
-    Ok(largest)
+    Ok([largest, kept])
 }

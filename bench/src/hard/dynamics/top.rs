@@ -30,6 +30,8 @@ const ORDER_BAR: f64 = 0.1;
 const MOMENTUM_BAR: f64 = 1e-10;
 /// Largest drift of the energy: its mean over the last tenth beside the first tenth's, relative.
 const DRIFT_BAR: f64 = 1e-3;
+/// Widest band of the energy over (ωΔt)² that passes.
+const BAND_BAR: f64 = 0.1;
 
 fn body_rate(speed: f64) -> Vector3<f64> {
     Vector3::from(START) * speed
@@ -189,6 +191,7 @@ fn kept(speed: f64, steps: usize) -> Result<Vec<Check>, ExperimentError> {
         |n| format!("has a hundred times the energy after {n} steps"),
     );
     let name = |what: &str| format!("ωΔt = {:.3}, {steps} steps: {what}", speed * dt);
+    let band = (largest - least) / first;
     Ok(vec![
         Check::within(
             name("angular momentum"),
@@ -201,7 +204,7 @@ fn kept(speed: f64, steps: usize) -> Result<Vec<Check>, ExperimentError> {
         Check::within(
             name("energy"),
             "no drift".to_owned(),
-            format!("{drift:.1e} in a band of {:.1e}", (largest - least) / first),
+            format!("{drift:.1e}"),
             drift,
             DRIFT_BAR,
         )
@@ -209,6 +212,14 @@ fn kept(speed: f64, steps: usize) -> Result<Vec<Check>, ExperimentError> {
         .noting(format!(
             "with the torque taken explicitly the body {explicit}"
         )),
+        Check::within(
+            name("energy band"),
+            format!("≤ {BAND_BAR} (ωΔt)²"),
+            format!("{band:.1e}"),
+            band / (speed * dt).powi(2),
+            BAND_BAR,
+        )
+        .by("largest less least energy, relative, over (ωΔt)²: a scheme of second order"),
     ])
 }
 

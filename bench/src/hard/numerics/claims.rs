@@ -1,10 +1,10 @@
-//! Claimed against verified: what every solver says of its solves in the scenes of all hard cases, beside a check that
-//! shares nothing with it.
+//! Claimed against verified: what every solver says of its solves in the scenes of all hard cases and of the matrices of
+//! H46, beside a check that shares as little with it as can be ([`mod@verify`] says what).
 //!
 //! The reference solver steps each scene. At some instants every solver, at its defaults, the iterative ones with other
 //! tolerances and limits of iterations besides, solves the system of the next step, in a stepper of its own. Its claim
 //! is its status: direct, or converged. Verified is the residual r of what came out, computed from the pieces M̃, J,
-//! Σ, c and not from the S that was formed of them, in double-double arithmetic ([`mod@verify`]). A claim is true where
+//! Σ, c and not from the S that was formed of them, in double-double arithmetic. A claim is true where
 //!
 //! ```text
 //! ‖r‖₂ ≤ τ ‖b‖₂   or   η = ‖r‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) ≤ 10⁻¹⁴
@@ -13,20 +13,22 @@
 //! with the tolerance τ of an iteration, which is what it stops by; a direct solver has the second alone, and an
 //! iteration may have it, since what rounds the entries of A and x is more than its residual then. A good η goes with
 //! a poor x where A is ill-conditioned: the largest error of the multipliers against 32 digits among the claims stands
-//! beside.
+//! beside. Counted apart are the claims of iterations that are false by the letter, the first inequality alone: where
+//! rounding leaves a residual above τ ‖b‖, the iteration's own estimate cannot see it.
 
+mod matrices;
+mod report;
 pub mod verify;
 
-use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::check::{ExperimentError, Outcome, csv};
 use crate::choice::Choice;
-use crate::hard::{self, together};
+use crate::hard;
+use crate::hard::numerics::ill_conditioned::matrices::specimens;
 use crate::reference::Snapshot;
 use crate::scenes::reference_choice;
-use crate::table::{error, table, text};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::fmt::Write;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{Backend, CgOptions, Status, forward_error};
@@ -82,6 +84,8 @@ pub struct Solve {
     pub backward_error: f64,
     /// The residual over what was claimed of it: at most 1 where the claim is true.
     pub over_claim: f64,
+    /// The same by the letter: of an iteration ‖r‖₂/‖b‖₂ over its tolerance, whatever rounding leaves.
+    pub over_letter: f64,
     /// ‖μ − μ*‖∞/‖μ*‖∞ against 32 digits, for small scenes.
     pub forward_error: Option<f64>,
     /// Of a false claim of a direct solver: by how much one more refinement changes x, relative. Where it does not
@@ -91,13 +95,17 @@ pub struct Solve {
     pub finding: Finding,
 }
 
-/// The solvers at their defaults, and the iterative ones with other tolerances and limits.
+/// The solvers of steps.
 fn choices() -> Vec<(Choice, String)> {
     let free = Backend::ConjugateGradient(CgOptions {
         matrix_free: true,
         ..CgOptions::default()
     });
-    let all = Choice::all().into_iter().chain([Choice::schur(free)]);
+    variants(Choice::all().into_iter().chain([Choice::schur(free)]))
+}
+
+/// Solvers at their defaults, and the iterative ones with other tolerances and limits.
+fn variants(all: impl Iterator<Item = Choice>) -> Vec<(Choice, String)> {
     let mut choices = Vec::new();
     for choice in all.filter(|c| c.check().is_ok()) {
         let with = |backend: Backend| Choice {
@@ -174,31 +182,68 @@ fn follow(
                 continue;
             }
             let solve = state.solve(&choice);
-            let (status, told, seen, finding) = match &solve {
-                Ok(s) => (s.status.as_str(), s.told, s.seen, s.finding(&choice)),
-                Err(e) => (e.as_str(), None, Seen::NONE, Finding::Refused),
-            };
-            found.solves.push(Solve {
-                scene: name.to_owned(),
-                step,
-                rows,
-                backend: choice.family(),
-                variant,
-                status: status.to_owned(),
-                claimed_residual: told,
-                residual: seen.residual,
-                backward_error: seen.backward_error,
-                over_claim: seen.over(tolerance(&choice.backend)),
-                forward_error: seen.forward_error,
-                next_change: match finding {
-                    Finding::False => state.next_change(&choice),
-                    _ => None,
-                },
-                finding,
-            });
+            let place = Place { name, step, rows };
+            let mut solve = Solve::of(&place, &choice, variant, &solve);
+            if solve.finding == Finding::False {
+                solve.next_change = state.next_change(&choice);
+            }
+            found.solves.push(solve);
         }
     }
     Ok(())
+}
+
+/// Where a solve was made.
+struct Place<'a> {
+    name: &'a str,
+    step: usize,
+    rows: usize,
+}
+
+impl Solve {
+    fn of(
+        place: &Place<'_>,
+        choice: &Choice,
+        variant: String,
+        solved: &Result<Done, String>,
+    ) -> Self {
+        let (status, told, seen, finding) = match solved {
+            Ok(s) => (s.status.as_str(), s.told, s.seen, s.finding(choice)),
+            Err(e) => (e.as_str(), None, Seen::NONE, Finding::Refused),
+        };
+        let tolerance = tolerance(&choice.backend);
+        Self {
+            scene: place.name.to_owned(),
+            step: place.step,
+            rows: place.rows,
+            backend: choice.family(),
+            variant,
+            status: status.to_owned(),
+            claimed_residual: told,
+            residual: seen.residual,
+            backward_error: seen.backward_error,
+            over_claim: seen.over(tolerance),
+            over_letter: seen.over_letter(tolerance),
+            forward_error: seen.forward_error,
+            next_change: None,
+            finding,
+        }
+    }
+
+    /// Where it was, and by what.
+    fn place(&self) -> String {
+        let solver = format!("{} {}", self.backend, self.variant);
+        format!("{}, step {}, {}", self.scene, self.step, solver.trim_end())
+    }
+
+    fn is_claim(&self) -> bool {
+        matches!(self.finding, Finding::True | Finding::False)
+    }
+
+    /// Whether it is a claim that is false by the letter; one that is no number is.
+    fn is_false_by_the_letter(&self) -> bool {
+        self.is_claim() && (self.over_letter.is_nan() || self.over_letter > 1.0)
+    }
 }
 
 /// The common state of an instant.
@@ -237,6 +282,11 @@ impl Seen {
     fn over(&self, tolerance: Option<f64>) -> f64 {
         let rounding = self.backward_error / ROUNDING;
         tolerance.map_or(rounding, |t| rounding.min(self.residual / t))
+    }
+
+    /// The same without what rounding excuses.
+    fn over_letter(&self, tolerance: Option<f64>) -> f64 {
+        tolerance.map_or(self.backward_error / ROUNDING, |t| self.residual / t)
     }
 }
 
@@ -326,7 +376,7 @@ impl State {
     }
 }
 
-/// Audits all scenes of all cases, or one of each; `progress` advances once for each scene.
+/// Audits all scenes of all cases, or one of each, and the matrices of H46; `progress` advances once for each of them.
 ///
 /// # Errors
 /// A case whose scenes cannot be built.
@@ -338,8 +388,9 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
         let named = all.into_iter().take(some);
         scenes.extend(named.map(|s| (format!("{} {}", case.name, s.name), s)));
     }
-    let instants: &[usize] = if quick { &[3] } else { &[1, 10, 40] };
-    progress.set_length(scenes.len() as u64);
+    let instants: &[usize] = if quick { &[3] } else { &[1, 10, 40, 300] };
+    let specimens = specimens(quick);
+    progress.set_length((scenes.len() + specimens.len()) as u64);
     let audits: Vec<Audit> = scenes
         .par_iter()
         .with_max_len(1)
@@ -354,6 +405,15 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
         whole.solves.extend(part.solves);
         whole.ended.extend(part.ended);
     }
+    let alone: Vec<Vec<Solve>> = specimens
+        .par_iter()
+        .map(|specimen| {
+            let found = matrices::audit(specimen);
+            progress.inc(1);
+            found
+        })
+        .collect();
+    whole.solves.extend(alone.into_iter().flatten());
     Ok(whole)
 }
 
@@ -364,111 +424,9 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
 pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let audit = run(quick, progress)?;
     Ok(Outcome {
-        checks: checks(&audit.solves),
-        text: tables(&audit),
+        checks: report::checks(&audit.solves),
+        text: report::tables(&audit),
         csv: csv(&audit.solves)?,
         ..Outcome::default()
     })
-}
-
-/// The names of a key in the order in which they come.
-fn distinct<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
-    let mut found = Vec::new();
-    for key in keys {
-        if !found.contains(&key) {
-            found.push(key);
-        }
-    }
-    found
-}
-
-/// A row for each solver: no claim of it is false.
-fn checks(solves: &[Solve]) -> Vec<Check> {
-    let backends = distinct(solves.iter().map(|s| s.backend.as_str()));
-    let rows = backends.into_iter().map(|backend| {
-        let own = solves.iter().filter(|s| s.backend == backend);
-        let count = |f: Finding| own.clone().filter(|s| s.finding == f).count();
-        let (holds, fails) = (count(Finding::True), count(Finding::False));
-        let ours = format!("{fails} of {}", holds + fails);
-        let bar = "claims that are false; a claim: the tolerance is met, or the backward error is within 10⁻¹⁴";
-        let reference = "no false claim".to_owned();
-        let mut check = Check::within("", reference, ours, fails as f64, 0.0).by(bar);
-        let wrong = own.filter(|s| s.finding == Finding::False);
-        if let Some(worst) = wrong.max_by(|a, b| a.over_claim.total_cmp(&b.over_claim)) {
-            check.note = format!(
-                "worst: {}, step {}, {} {}, {:.1e} times what it claims (η = {:.1e}, ‖r‖/‖b‖ = {:.1e})",
-                worst.scene,
-                worst.step,
-                worst.backend,
-                worst.variant,
-                worst.over_claim,
-                worst.backward_error,
-                worst.residual
-            );
-            if let Some(change) = worst.next_change {
-                let _ = write!(
-                    check.note,
-                    "; one more refinement changes x by {:.0} %: ",
-                    100.0 * change
-                );
-                check.note.push_str(if change > 0.1 {
-                    "the matrix is singular to rounding, which elimination without pivoting does not see"
-                } else {
-                    "it was not refined enough"
-                });
-            }
-        }
-        (backend.to_owned(), check)
-    });
-    let mut checks = together("claims", rows.collect());
-    if solves.is_empty() {
-        let none = "no scene was solved".to_owned();
-        checks.push(Check::claim("claims", "", none, Verdict::NotYet, ""));
-    }
-    checks
-}
-
-/// Claimed against verified, a row for each solver and variant; then what could not be followed.
-fn tables(audit: &Audit) -> String {
-    let solves = &audit.solves;
-    let scenes = distinct(solves.iter().map(|s| s.scene.as_str()));
-    let mut out = format!(
-        "Claimed against verified: {} solves in {} scenes of the hard cases. Largest residual of the claims over\n\
-         what was claimed; largest error of their multipliers against 32 digits, and where.\n",
-        solves.len(),
-        scenes.len()
-    );
-    let mut t = table(&[
-        "solver", "claimed,", "claimed,", "not,", "honest", "refused", "residual", "error", "where",
-    ]);
-    t.add_row(["", "true", "false", "true", "failure", "", "/claim", "", ""]);
-    let keys = solves.iter();
-    for (backend, variant) in distinct(keys.map(|s| (s.backend.as_str(), s.variant.as_str()))) {
-        let own = solves
-            .iter()
-            .filter(|s| (s.backend.as_str(), s.variant.as_str()) == (backend, variant));
-        let count = |f: Finding| own.clone().filter(|s| s.finding == f).count().to_string();
-        let claims = own
-            .clone()
-            .filter(|s| matches!(s.finding, Finding::True | Finding::False));
-        let over = claims.clone().map(|s| s.over_claim).max_by(f64::total_cmp);
-        let size = |s: &Solve| s.forward_error.unwrap_or(0.0);
-        let worst = claims.max_by(|a, b| size(a).total_cmp(&size(b)));
-        t.add_row([
-            format!("{backend} {variant}").trim_end().to_owned(),
-            count(Finding::True),
-            count(Finding::False),
-            count(Finding::Modest),
-            count(Finding::Honest),
-            count(Finding::Refused),
-            error(over),
-            error(worst.and_then(|s| s.forward_error)),
-            worst.map_or_else(String::new, |s| format!("{} @{}", s.scene, s.step)),
-        ]);
-    }
-    out.push_str(&text(&t));
-    for ended in &audit.ended {
-        let _ = writeln!(out, "not followed to the end: {ended}");
-    }
-    out
 }

@@ -30,8 +30,8 @@ const STEPS: usize = 60;
 /// What an input has to end in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Expected {
-    /// A typed error.
-    Refused,
+    /// A typed error that names this.
+    Refused(&'static str),
     /// A run that stays finite.
     Sound,
     /// One of both.
@@ -128,17 +128,18 @@ fn spoiled(options: StepOptions, spoil: fn(&mut taut_model::Bodies)) -> Found {
 
 fn judged(expected: Expected, found: &Found) -> Check {
     let reference = match expected {
-        Expected::Refused => "a typed error",
-        Expected::Sound => "runs, finite",
-        Expected::Either => "a typed error, or finite",
+        Expected::Refused(what) => format!("a typed error that names {what}"),
+        Expected::Sound => "runs, finite".to_owned(),
+        Expected::Either => "a typed error, or finite".to_owned(),
+    };
+    let names_it = |e: &str| match expected {
+        Expected::Refused(what) => e.contains(what),
+        Expected::Sound => false,
+        Expected::Either => true,
     };
     let pass = |good: bool| if good { Verdict::Pass } else { Verdict::Fail };
     let (ours, verdict, note) = match found {
-        Found::Refused(e) => (
-            "refused".to_owned(),
-            pass(expected != Expected::Sound),
-            e.clone(),
-        ),
+        Found::Refused(e) => ("refused".to_owned(), pass(names_it(e)), e.clone()),
         Found::Stopped(step, e) => (
             format!("refused at step {step}"),
             pass(expected == Expected::Either),
@@ -146,12 +147,12 @@ fn judged(expected: Expected, found: &Found) -> Check {
         ),
         Found::Finite => (
             format!("{STEPS} steps"),
-            pass(expected != Expected::Refused),
+            pass(!matches!(expected, Expected::Refused(_))),
             String::new(),
         ),
         Found::NotFinite => ("NaN or ∞".to_owned(), Verdict::Fail, String::new()),
     };
-    Check::claim("", reference, ours, verdict, note)
+    Check::claim("", &reference, ours, verdict, note)
 }
 
 /// The scenes that run.
@@ -190,7 +191,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             // A scene that is refused gets as far as no solver.
             let reference = [reference_choice()];
             let own = match (input.expected, input.make) {
-                (Expected::Refused, Make::Scene(_) | Make::Options(_)) => &reference[..],
+                (Expected::Refused(_), Make::Scene(_) | Make::Options(_)) => &reference[..],
                 _ => &choices,
             };
             let ends = own.iter().map(|choice| {

@@ -1,7 +1,8 @@
 //! H53: the same bits over runs and threads, and every solver close to the reference.
 //!
 //! A run depends on its scene and options alone: not on the run before it, on another stepper beside it, or on how many
-//! threads the program has. What it leaves is compared bit by bit. Solvers differ by rounding, which a motion that is
+//! threads the program has. A step is one thread's work, of every solver, so that threads can only matter by what
+//! steppers would share. What it leaves is compared bit by bit. Solvers differ by rounding, which a motion that is
 //! not chaotic keeps small: after a second all loads are within 10⁻¹⁰ of the cable's length of the reference's.
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};

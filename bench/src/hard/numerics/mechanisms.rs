@@ -149,6 +149,8 @@ pub struct Run {
     pub time: f64,
     /// Largest deviation of the total energy from its start, over the largest kinetic energy.
     pub drift: f64,
+    /// Most that the total energy ever gained over its start, over the largest kinetic energy.
+    pub gain: f64,
     /// Change of the total energy from start to end, over the largest kinetic energy.
     pub change: f64,
     /// Largest gap of a hinge \[m].
@@ -170,11 +172,12 @@ pub fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
     let trajectory = simulate(&mut stepper, TIME, MOST_GAP, |_| {});
     let samples = &trajectory.samples;
     let kinetic = samples.iter().map(|s| s.energy.kinetic).fold(0.0, f64::max);
-    let apart = samples.iter().map(|s| (s.energy.total() - start).abs());
+    let apart = samples.iter().map(|s| s.energy.total() - start);
     let size = |m: f64, x: f64| if x > m || x.is_nan() { x } else { m };
     Ok(Run {
         time: stepper.time(),
-        drift: apart.fold(0.0, size) / kinetic,
+        drift: apart.clone().map(f64::abs).fold(0.0, size) / kinetic,
+        gain: apart.fold(0.0, size) / kinetic,
         change: samples
             .last()
             .map_or(f64::NAN, |s| s.energy.total() - start)
@@ -207,7 +210,7 @@ pub fn steps() -> Vec<(&'static str, StepOptions)> {
             "paper",
             with(Scheme::LinearlyImplicit, GeometricStiffness::Off, None),
         ),
-        ("spook", with(Scheme::Spook, spook, standard.guard)),
+        (SPOOK, with(Scheme::Spook, spook, standard.guard)),
         (
             SUBSTEPPED,
             StepOptions {
@@ -218,11 +221,18 @@ pub fn steps() -> Vec<(&'static str, StepOptions)> {
     ]
 }
 
+/// Name of the trapezoidal step.
+const SPOOK: &str = "spook";
+
 /// Name of the step that is short enough for the singular position.
 const SUBSTEPPED: &str = "default, 8 sub-steps";
 
 /// Largest deviation of the energy, over the largest kinetic energy, that passes.
 const ENERGY_BAR: f64 = 1e-3;
+
+/// Largest loss of the default and of the paper's step that is still a limit at 1/60 s: most of the motion is left. Ours
+/// may gain nothing beyond [`ENERGY_BAR`].
+const LOSS_BAR: f64 = 0.5;
 
 /// The checks of the mechanisms.
 ///
@@ -258,14 +268,22 @@ pub fn checks(quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, Experim
     Ok(checks.collect::<Result<_, StepError>>()?)
 }
 
-/// With compliance the default step has to finish, and in sub-steps to keep the energy too; elsewhere the end of a run is
-/// a limit, as long as it is told, and so is a change of energy that is more than the bar.
+/// With compliance the default step has to finish without gaining energy, and in sub-steps to keep it too; elsewhere the
+/// end of a run is a limit, as long as it is told, and so is a loss up to [`LOSS_BAR`]. Spook, which is there to be
+/// compared with, has no damping that would keep it from ringing in the singular position: it only has to stay finite.
 fn judged(case: String, run: &Run, compliant: bool, step: &str) -> Check {
     let finite = run.force.is_finite() && run.gap.is_finite() && run.drift.is_finite();
     let ours = compliant && step.starts_with("default");
     let verdict = match &run.failure {
         None if finite && run.drift <= ENERGY_BAR => Verdict::Pass,
-        None if finite && step != SUBSTEPPED => Verdict::Limit,
+        None if finite && step == SPOOK => Verdict::Limit,
+        None if finite
+            && step != SUBSTEPPED
+            && run.drift <= LOSS_BAR
+            && (run.gain <= ENERGY_BAR || !ours) =>
+        {
+            Verdict::Limit
+        }
         // Refused before anything moved, with the joint's name.
         Some(_) if !compliant && run.time == 0.0 => Verdict::Pass,
         Some(_) if !ours => Verdict::Limit,
@@ -277,15 +295,20 @@ fn judged(case: String, run: &Run, compliant: bool, step: &str) -> Check {
         "10 s, or a typed error"
     };
     let found = match run.failure {
-        None => format!("gap {:.1e} m, ΔE {:+.1e}", run.gap, run.change),
+        None => format!(
+            "gap {:.1e} m, ΔE {:+.1e}, at most {:+.1e}",
+            run.gap, run.change, run.gain
+        ),
         Some(_) => format!("ends at {:.2} s", run.time),
     };
     Check {
         error: run.failure.is_none().then_some(run.drift),
         bar: run.failure.is_none().then_some(ENERGY_BAR),
-        criterion: "error: largest deviation of the total energy over the largest kinetic energy, ΔE: that at the end; the \
-                    bar is one for sub-steps, which resolve the passage through the singular position"
-            .to_owned(),
+        criterion: format!(
+            "error: largest deviation of the total energy over the largest kinetic energy, ΔE: that at the end, at most: \
+             the largest gain; the bar is one for sub-steps, which resolve the passage through the singular position; \
+             without them a loss of {LOSS_BAR} is the limit, of the default no gain"
+        ),
         ..Check::claim(
             case,
             reference,

@@ -8,8 +8,9 @@
 //! written here from the swing and the twist of the relative rotation.
 
 use super::buckling::{DISTURBANCE, Run, Threshold, check};
-use crate::check::{ExperimentError, Outcome};
+use crate::check::{Check, ExperimentError, Outcome, Parts, Verdict};
 use crate::hard::special::root;
+use crate::modes::natural;
 use crate::paper::specimens::largest;
 use indicatif::ProgressBar;
 use nalgebra::{Complex, Matrix3, Rotation3, UnitQuaternion, Vector3};
@@ -144,6 +145,55 @@ fn off_plane(scene: &Scene) -> f64 {
     largest(scene.bodies.position.iter().map(|p| p.z.abs()))
 }
 
+/// Unstable modes of the flat ring at a twist.
+fn unstable(n: usize, turns: f64) -> Result<usize, SceneError> {
+    let mut ring = scene(n, turns)?;
+    ring.bodies.velocity.fill(Vector3::zeros());
+    let modes = natural(&ring, &[0, 1, 2, 3, 4, 5]);
+    let squares = modes.map_or_else(Vec::new, |m| m.squares);
+    Ok(squares.iter().filter(|w| **w < -SMALL).count())
+}
+
+/// What a mode's ω² has to exceed to be told from those of the ring's six free motions \[1/s²].
+const SMALL: f64 = 1e-2;
+
+/// A mode of more waves: a ring held flat until then has two more unstable modes, in sine and in cosine, beyond its twist.
+fn higher(n: usize, waves: usize) -> Result<Check, ExperimentError> {
+    let (curve, exact) = (michell(waves), chain(n, waves));
+    let (mut low, mut high) = ((1.0 - BAR) * exact, (1.0 + BAR) * exact);
+    let (below, above) = (unstable(n, low)?, unstable(n, high)?);
+    for _ in 0..8 {
+        let middle = 0.5 * (low + high);
+        if unstable(n, middle)? > below {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    let found = 0.5 * (low + high);
+    let check = Check::within(
+        format!("GJ/EI = {RATIO}, N = {n}, {waves} waves, turns"),
+        format!("{curve:.6}; chain {exact:.6}"),
+        format!("{found:.5}; {below} unstable modes below, {above} above"),
+        (found / curve - 1.0).abs(),
+        BAR,
+    )
+    .by("relative to the continuum's, by halving the bracket; modes of the ring at rest")
+    .split(Parts {
+        algebraic: Some((found / exact - 1.0).abs()),
+        time: None,
+        space: Some((exact / curve - 1.0).abs()),
+    });
+    Ok(if above == below + 2 {
+        check
+    } else {
+        Check {
+            verdict: Verdict::Fail,
+            ..check
+        }
+    })
+}
+
 /// H11.
 ///
 /// # Errors
@@ -166,6 +216,10 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         let halvings = if quick { 0 } else { 11 };
         let case = format!("GJ/EI = {RATIO}, N = {n}, turns");
         checks.extend(check(&case, threshold, halvings, run, (&ring, off_plane))?);
+        // A wave of fewer segments is that of the chain, not of the continuum.
+        for waves in [3, 4].into_iter().filter(|w| 16 * w <= n) {
+            checks.push(higher(n, waves)?);
+        }
         progress.inc(1);
     }
     Ok(Outcome {

@@ -113,62 +113,62 @@ fn beside(scene: &mut Scene) {
 }
 
 macro_rules! inputs {
-    ($($name:literal, $expected:ident, $kind:ident($make:expr);)*) => {
+    ($($name:literal, $expected:expr, $kind:ident($make:expr);)*) => {
         &[$(Input { name: $name, expected: $expected, make: Make::$kind($make) }),*]
     };
 }
 
 /// All of them.
 pub(super) const INPUTS: &[Input] = inputs! {
-    "no body", Refused, Scene(|| Ok(Scene::new("empty")));
-    "zero mass", Refused, Scene(|| changed(|s| s.bodies.mass[1] = 0.0));
-    "negative mass", Refused, Scene(|| changed(|s| s.bodies.mass[1] = -1.0));
-    "mass NaN", Refused, Scene(|| changed(|s| s.bodies.mass[1] = f64::NAN));
-    "mass ∞", Refused, Scene(|| changed(|s| s.bodies.mass[1] = f64::INFINITY));
-    "indefinite inertia", Refused, Scene(|| changed(|s| s.bodies.inertia[1][(0, 0)] = -1.0));
-    "unsymmetric inertia", Refused, Scene(|| changed(|s| s.bodies.inertia[1][(0, 1)] = 1.0));
-    "zero inertia", Refused, Scene(|| changed(|s| s.bodies.inertia[1] = Matrix3::zeros()));
-    "position NaN", Refused, Scene(|| changed(|s| s.bodies.position[0].x = f64::NAN));
-    "velocity ∞", Refused, Scene(|| changed(|s| s.bodies.velocity[0].x = f64::INFINITY));
-    "gravity NaN", Refused, Scene(|| changed(|s| s.gravity.z = f64::NAN));
-    "axes not orthonormal", Refused, Scene(|| changed(|s| {
+    "no body", Refused("[[body]]"), Scene(|| Ok(Scene::new("empty")));
+    "zero mass", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = 0.0));
+    "negative mass", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = -1.0));
+    "mass NaN", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = f64::NAN));
+    "mass ∞", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = f64::INFINITY));
+    "indefinite inertia", Refused("segment-2"), Scene(|| changed(|s| s.bodies.inertia[1][(0, 0)] = -1.0));
+    "unsymmetric inertia", Refused("segment-2"), Scene(|| changed(|s| s.bodies.inertia[1][(0, 1)] = 1.0));
+    "zero inertia", Refused("segment-2"), Scene(|| changed(|s| s.bodies.inertia[1] = Matrix3::zeros()));
+    "position NaN", Refused("segment-1"), Scene(|| changed(|s| s.bodies.position[0].x = f64::NAN));
+    "velocity ∞", Refused("segment-1"), Scene(|| changed(|s| s.bodies.velocity[0].x = f64::INFINITY));
+    "gravity NaN", Refused("gravity"), Scene(|| changed(|s| s.gravity.z = f64::NAN));
+    "axes not orthonormal", Refused("joint-1"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.frames[0].axes *= 2.0;
         }
     }));
-    "compliance negative", Refused, Scene(|| changed(|s| {
+    "compliance negative", Refused("joint-1"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.law.stretch = Some(RowLaw::new(-1.0, 0.0));
         }
     }));
-    "compliance NaN", Refused, Scene(|| changed(|s| {
+    "compliance NaN", Refused("joint-1"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.law.stretch = Some(RowLaw::new(f64::NAN, 0.0));
         }
     }));
-    "joint on a body that is not there", Refused, Scene(|| changed(|s| {
+    "joint on a body that is not there", Refused("number 99"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.frames[1] = Frame::body(99, Vector3::zeros());
         }
     }));
-    "joint of a body with itself", Refused, Scene(|| changed(|s| {
+    "joint of a body with itself", Refused("segment-1"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.frames[1] = joint.frames[0];
         }
     }));
-    "cable of length 0", Refused, Scene(|| with(|p| p.length = 0.0));
-    "cable of length NaN", Refused, Scene(|| with(|p| p.length = f64::NAN));
-    "link of length 0", Refused, Scene(|| Ok(linked(0.0)));
-    "no segments", Refused, Scene(|| with(|p| p.segments = 0));
-    "usize::MAX segments", Refused, Scene(|| with(|p| p.segments = usize::MAX));
-    "time step 0", Refused, Options(|o| o.dt = 0.0);
-    "time step NaN", Refused, Options(|o| o.dt = f64::NAN);
+    "cable of length 0", Refused("length"), Scene(|| with(|p| p.length = 0.0));
+    "cable of length NaN", Refused("length"), Scene(|| with(|p| p.length = f64::NAN));
+    "link of length 0", Refused("link"), Scene(|| Ok(linked(0.0)));
+    "no segments", Refused("segments"), Scene(|| with(|p| p.segments = 0));
+    "usize::MAX segments", Refused("segments"), Scene(|| with(|p| p.segments = usize::MAX));
+    "time step 0", Refused("`dt`"), Options(|o| o.dt = 0.0);
+    "time step NaN", Refused("`dt`"), Options(|o| o.dt = f64::NAN);
     "time step 10⁻³²⁰ s", Either, Options(|o| o.dt = 1e-320);
     "time step 10³⁰⁰ s", Either, Options(|o| o.dt = 1e300);
-    "no sub-steps", Refused, Options(|o| o.substeps = 0);
-    "state with NaN", Refused, State(|b| b.position[1].y = f64::NAN);
-    "state with ∞", Refused, State(|b| b.velocity[1].y = f64::INFINITY);
-    "orientation NaN", Refused, State(|b| {
+    "no sub-steps", Refused("`substeps`"), Options(|o| o.substeps = 0);
+    "state with NaN", Refused("joint-1"), State(|b| b.position[1].y = f64::NAN);
+    "state with ∞", Refused("joint-1"), State(|b| b.velocity[1].y = f64::INFINITY);
+    "orientation NaN", Refused("joint-1"), State(|b| {
         b.orientation[1] = UnitQuaternion::new_unchecked(Quaternion::new(1.0, f64::NAN, 0.0, 0.0));
     });
     "speed of 10²⁰⁰ m/s", Either, State(|b| b.velocity[1].y = 1e200);

@@ -19,8 +19,9 @@
 //! The smallest θ is π/2N at R = 1 and 1/√((N−1) R) for heavy loads: ln 10⁶ (N−1) R sweeps to 10⁻⁶.
 //!
 //! **Compliance.** Σ = σ, ε/Δt² for all links, adds σ to the diagonal: λ_min ≥ σ, and κ lies near 1/(1/κ₀ + σ/4). The
-//! slowest vector is almost that of the rigid chain, all ones, whose quotient with D gives the rate
-//! μ = (1/R + N σ)/(2 (N−1) + 1/R + N σ).
+//! slowest vector of a Jacobi iteration, (L + U) v = m D v, is positive: m is the largest root of the recurrence
+//! d₀ m v₀ = v₁, dₖ m vₖ = vₖ₋₁ + vₖ₊₁, dₙ m vₙ = vₙ₋₁. A sweep of Gauss–Seidel takes the vector m^k vₖ down by m²; an error
+//! e has the share zᵀ(D − L)e / zᵀ(D − L)x of it, with zₖ = m^(−k) vₖ.
 
 use crate::choice::Choice;
 use crate::hard::numerics::extended_solution;
@@ -71,15 +72,10 @@ impl Chain {
         1.0 / (1.0 / rigid + 0.25 * self.cap)
     }
 
-    /// −ln ρ: what a sweep of Gauss–Seidel takes off the logarithm of the error.
+    /// −ln ρ: what a sweep of Gauss–Seidel takes off the logarithm of the error of a chain without compliance.
     #[must_use]
     pub fn rate(&self) -> f64 {
         let n = self.particles as f64;
-        if self.cap > 0.0 {
-            let stiff = self.ratio.recip() + n * self.cap;
-            let quotient = stiff / (2.0 * (n - 1.0) + stiff);
-            return -2.0 * (-quotient).ln_1p();
-        }
         // tan θ tan (N−1)θ grows from 0 without bound up to the pole.
         let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2 / (n - 1.0));
         for _ in 0..200 {
@@ -94,10 +90,50 @@ impl Chain {
         -(-low.sin().powi(2)).ln_1p()
     }
 
-    /// Sweeps of Gauss–Seidel to 10⁻⁶.
+    /// Sweeps of Gauss–Seidel to 10⁻⁶ of a chain without compliance, were all of the error its slowest mode.
     #[must_use]
     pub fn sweeps(&self) -> f64 {
         -GOAL.ln() / self.rate()
+    }
+
+    /// Sweeps of Gauss–Seidel from zero to 10⁻⁶ of the solution `exact`, from the slowest mode's rate and share of it.
+    #[must_use]
+    pub fn sweeps_to(&self, exact: &[f64]) -> f64 {
+        let n = self.particles;
+        let diagonal = |k: usize| {
+            let rigid = match k {
+                0 => 1.0,
+                _ if k + 1 == n => 1.0 + self.ratio.recip(),
+                _ => 2.0,
+            };
+            rigid + self.cap
+        };
+        // Beyond the largest root everything stays positive, what the load's row leaves too.
+        let vector = |m: f64| {
+            let mut v = vec![1.0, diagonal(0) * m];
+            for k in 1..n {
+                v.push(diagonal(k) * m * v[k] - v[k - 1]);
+            }
+            v
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..200 {
+            let middle = 0.5 * (low + high);
+            if vector(middle).iter().all(|x| *x > 0.0) {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        let v = vector(high);
+        let x: Vec<f64> = (0..n).map(|k| high.powi(k as i32) * v[k]).collect();
+        // zᵀ(D − L)e; L is 1 below the diagonal.
+        let share = |e: &[f64]| -> f64 {
+            let row = |k: usize| diagonal(k) * e[k] - if k > 0 { e[k - 1] } else { 0.0 };
+            (0..n).map(|k| v[k] / high.powi(k as i32) * row(k)).sum()
+        };
+        let part = (share(exact) / share(&x)).abs() * norm_inf(&x) / norm_inf(exact);
+        (part / GOAL).ln() / (-2.0 * high.ln())
     }
 
     /// Impulses μ = Δt g Σ m of the links, the world's first, of a chain without compliance.
@@ -191,7 +227,11 @@ pub fn measure(chain: &Chain, most_sweeps: usize) -> Result<Row, StepError> {
         cap: chain.cap,
         predicted_condition: chain.condition(),
         condition: a.norm_inf() * norm_inf(&sums),
-        predicted_sweeps: chain.sweeps(),
+        predicted_sweeps: if chain.cap > 0.0 {
+            chain.sweeps_to(&exact)
+        } else {
+            chain.sweeps()
+        },
         sweeps,
         extrapolated,
         cg: cg(Preconditioner::None)?,
@@ -282,6 +322,11 @@ mod tests {
             let found = Chain::new(24, 1e5, cap).condition();
             assert!((found / condition - 1.0).abs() < 0.02, "{cap}: {found}");
         }
+        // Without compliance the recurrence has the formula's rate: the share does not depend on the goal.
+        let chain = Chain::new(24, 1e3, 0.0);
+        let ones: Vec<f64> = vec![1.0; 24];
+        let slowest = chain.sweeps_to(&ones);
+        assert!((slowest / chain.sweeps() - 1.0).abs() < 0.01, "{slowest}");
         // π/2N at R = 1.
         let rate = Chain::new(24, 1.0, 0.0).rate();
         let exact = -2.0 * (std::f64::consts::PI / 48.0).cos().ln();

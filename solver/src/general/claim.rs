@@ -1,0 +1,192 @@
+//! Whether what a direct solver made is a solution: one residual, and corrections where that is not small.
+//!
+//! Elimination with exchanges of rows is backward stable as long as entries do not grow in it. They may, by 2ⁿ⁻¹ at
+//! most (Wilkinson 1961), and then a well-conditioned matrix ends in an x without a digit. What an elimination did
+//! shows in the backward error of its x,
+//!
+//! ```text
+//! η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞)
+//! ```
+//!
+//! which is claimed to be small where it is at most 2 (k + 2) u, with k entries in the longest row and u = 2⁻⁵³: that
+//! is what refinement with residuals in doubles reaches at the least, whatever made the factors, if it contracts
+//! (Skeel 1980; Higham, *Accuracy and Stability of Numerical Algorithms*, 12.1 and 12.2), and the residual itself is
+//! computed to (k + 1) u of the same. So an x above it is corrected, and nothing is claimed of one that a correction
+//! does not bring nearer.
+
+use crate::error::SolveError;
+use crate::refine::CONTRACTION;
+use crate::{GeneralMatrix, Status, norm_inf};
+
+/// Corrections at most: each takes off a digit or is the last.
+const SWEEPS: usize = 16;
+
+/// What judges the solutions of matrices of one pattern.
+pub(super) struct Judge {
+    /// Largest backward error that is claimed.
+    bar: f64,
+    /// ‖A‖∞.
+    norm: f64,
+    residual: Vec<f64>,
+    correction: Vec<f64>,
+}
+
+impl Judge {
+    /// For matrices of the pattern of `a`. Allocates.
+    pub(super) fn new(a: &GeneralMatrix) -> Self {
+        let mut lengths = vec![0_usize; a.dim()];
+        a.for_each(|r, _, _| lengths[r] += 1);
+        let longest = lengths.into_iter().max().unwrap_or(0);
+        Self {
+            bar: (longest + 2) as f64 * f64::EPSILON,
+            norm: 0.0,
+            residual: vec![0.0; a.dim()],
+            correction: vec![0.0; a.dim()],
+        }
+    }
+
+    /// Takes the norm of a matrix that is factorised.
+    pub(super) fn factorized(&mut self, a: &GeneralMatrix) {
+        let sums = &mut self.residual;
+        sums.fill(0.0);
+        a.for_each(|r, _, a| sums[r] += a.abs());
+        self.norm = norm_inf(sums);
+    }
+
+    /// Judges x, as `solve` made it from b, and corrects it where that is called for: [`Status::Direct`], or
+    /// [`Status::Stalled`] of what is no solution, or a sum too large to tell.
+    pub(super) fn settle(
+        &mut self,
+        a: &GeneralMatrix,
+        b: &[f64],
+        x: &mut [f64],
+        mut solve: impl FnMut(&[f64], &mut [f64]) -> Result<(), SolveError>,
+    ) -> Result<Status, SolveError> {
+        let mut before = f64::INFINITY;
+        for _ in 0..=SWEEPS {
+            self.residual.copy_from_slice(b);
+            a.for_each(|r, c, a| self.residual[r] -= a * x[c]);
+            let scale = self.norm * norm_inf(x) + norm_inf(b);
+            let size = norm_inf(&self.residual);
+            if scale.is_finite() && size <= self.bar * scale {
+                return Ok(Status::Direct);
+            }
+            // Not a number, or no nearer by half.
+            if !(scale.is_finite() && size <= 0.5 * before) {
+                break;
+            }
+            before = size;
+            solve(&self.residual, &mut self.correction)?;
+            let change = norm_inf(&self.correction);
+            if change.is_nan() || change > CONTRACTION * norm_inf(x) {
+                break;
+            }
+            for (x, d) in x.iter_mut().zip(&self.correction) {
+                *x += d;
+            }
+        }
+        Ok(Status::Stalled)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Backend, GeneralMatrix, Status, backward_error_general, solve_general};
+
+    /// 1 on the diagonal and in the last column, −15/16 below: entries grow by (31/16)ⁿ⁻¹. Every place is stored, so that
+    /// no order of columns is better than another by the pattern.
+    fn wilkinson(n: usize) -> GeneralMatrix {
+        let entry = |r: usize, c: usize| match r.cmp(&c) {
+            _ if c == n - 1 => 1.0,
+            std::cmp::Ordering::Equal => 1.0,
+            std::cmp::Ordering::Greater => -15.0 / 16.0,
+            std::cmp::Ordering::Less => 0.0,
+        };
+        let places = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
+        GeneralMatrix::from_entries(n, places.map(|(r, c)| (r, c, entry(r, c))).collect()).unwrap()
+    }
+
+    fn noise(n: usize) -> Vec<f64> {
+        (0..n).map(|i| ((i * i) as f64).sin()).collect()
+    }
+
+    fn all() -> impl Iterator<Item = Backend> {
+        let names = [
+            "umfpack",
+            "umfpack:refinement=0",
+            "faer:lu",
+            "dense",
+            "dense:extended",
+        ];
+        let backends = names.map(|n| n.parse::<Backend>().unwrap());
+        backends.into_iter().filter(Backend::is_compiled)
+    }
+
+    /// Where all digits are lost nothing is claimed; where some are left they are made more; what is claimed is so.
+    #[test]
+    fn growth_of_the_entries_is_corrected_or_told() {
+        for backend in all() {
+            for n in [12, 24, 36, 60] {
+                let (a, b) = (wilkinson(n), noise(n));
+                let (x, report) = solve_general(&backend, &a, &b).unwrap();
+                let error = backward_error_general(&a, &b, &x).unwrap().normwise;
+                let place = format!("{backend}, {n} rows: {report:?}, {error:e}");
+                assert_eq!(report.status == Status::Direct, error <= 1e-14, "{place}");
+                if n <= 24 || backend.to_string() == "dense:extended" {
+                    assert_eq!(report.status, Status::Direct, "{place}");
+                }
+                if n == 60 && backend.to_string() == "dense:double" {
+                    assert_eq!(report.status, Status::Stalled, "{place}");
+                    assert!(error > 1e-3, "{place}");
+                }
+            }
+        }
+    }
+
+    /// Full matrices of noise, sparse ones, rows of sizes from 10⁻¹²⁰ to 10¹²⁰: all claimed.
+    #[test]
+    fn ordinary_matrices_are_claimed() {
+        for n in [1, 2, 7, 40, 120] {
+            let value =
+                |r: usize, c: usize| ((1 + r * 7919 + c * 104_729 + r * c * 31) as f64).sin();
+            let full = (0..n).flat_map(|r| (0..n).map(move |c| (r, c)));
+            let near = full
+                .clone()
+                .filter(|(r, c)| (r * 5 + c * 3) % 7 < 2 || r == c);
+            let size = |r: usize| 10_f64.powi((r * 53 % 241) as i32 - 120);
+            let full: Vec<_> = full.map(|(r, c)| (r, c, value(r, c))).collect();
+            let near: Vec<_> = near.map(|(r, c)| (r, c, value(r, c))).collect();
+            let scaled = near.iter().map(|&(r, c, v)| (r, c, size(r) * v)).collect();
+            for (entries, sized) in [(full, false), (near, false), (scaled, true)] {
+                let a = GeneralMatrix::from_entries(n, entries).unwrap();
+                let mut b = noise(n);
+                if sized {
+                    b.iter_mut().enumerate().for_each(|(r, b)| *b *= size(r));
+                }
+                for backend in all() {
+                    // A matrix may turn out singular to rounding for one that does not scale its rows.
+                    let Ok((x, report)) = solve_general(&backend, &a, &b) else {
+                        assert!(sized, "{backend} {n}");
+                        continue;
+                    };
+                    let error = backward_error_general(&a, &b, &x).unwrap().normwise;
+                    assert_eq!(report.status, Status::Direct, "{backend} {n} {error:e}");
+                    assert!(error <= 1e-14, "{backend} {n} {error:e}");
+                }
+            }
+        }
+    }
+
+    /// A residual or a norm that overflows tells nothing, and nothing is claimed then; zero is its own solution.
+    #[test]
+    fn what_cannot_be_judged_is_not_claimed() {
+        let a = GeneralMatrix::from_entries(2, vec![(0, 0, 1e200), (1, 1, 1e-200)]).unwrap();
+        for backend in all() {
+            if let Ok((x, report)) = solve_general(&backend, &a, &[1.0, 1.0]) {
+                assert_eq!(report.status, Status::Stalled, "{backend} {x:?}");
+            }
+            let zero = solve_general(&backend, &a, &[0.0, 0.0]).unwrap();
+            assert_eq!((zero.0, zero.1.status), (vec![0.0; 2], Status::Direct));
+        }
+    }
+}
