@@ -659,11 +659,13 @@ fn mark_fastest(records: &mut [Record]) {
 impl Record {
     /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
     pub(crate) fn within(&self, level: f64) -> Option<Fastest> {
-        let sound = self.error.is_none() && self.elongation_error? <= level;
+        let held = self.error.is_none() && self.failure.is_none();
+        let sound = held && self.elongation_error? <= level;
         if !sound || !self.step_ns.is_finite() {
             return None;
         }
-        let refined = self.forward_error_unrefined > level;
+        // An error that is no number is within nothing.
+        let refined = self.forward_error_unrefined.is_nan() || self.forward_error_unrefined > level;
         let step_ns = if refined {
             self.step_ns
         } else {

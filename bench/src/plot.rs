@@ -3,11 +3,13 @@
 //! Colours are those of Okabe and Ito, which colour-blind readers can tell apart; every series also has its own place
 //! in the legend. The paper is white, whatever the reader's theme.
 
+mod ticks;
+
 use plotters::coord::Shift;
-use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 use std::fmt;
 use std::ops::Range;
+use ticks::Scale;
 
 /// Colours of series, in order; after the last the first comes again.
 const COLOURS: [RGBColor; 7] = [
@@ -35,6 +37,8 @@ pub struct Axis {
     pub log: bool,
     /// Its ends; those of the data where there are none.
     pub range: Option<[f64; 2]>,
+    /// Whether it grows downwards or to the left.
+    pub reversed: bool,
 }
 
 impl Axis {
@@ -61,6 +65,11 @@ impl Axis {
         if self.log { value.log10() } else { value }
     }
 
+    /// The axis that holds all `values`, with a margin.
+    fn scale(&self, values: impl Iterator<Item = f64>) -> Scale {
+        Scale::new(self.ends(values), self.log, self.reversed)
+    }
+
     /// The ends of the axis that holds all `values`, with a margin.
     fn ends(&self, values: impl Iterator<Item = f64>) -> Range<f64> {
         if let Some([low, high]) = self.range {
@@ -82,58 +91,6 @@ impl Axis {
         let margin = (0.04 * (high - low)).max(if high > low { 0.0 } else { least });
         low - margin..high + margin
     }
-
-    /// The text at a place of an axis with the given ends. Where there are decades enough, only they have a text.
-    fn tick(&self, place: f64, ends: &Range<f64>) -> String {
-        let span = ends.end - ends.start;
-        if !self.log {
-            // What is left of a sum that should be zero.
-            return number(if place.abs() < 1e-9 * span {
-                0.0
-            } else {
-                place
-            });
-        }
-        let nearest = place.round();
-        if (place - nearest).abs() < 1e-9 {
-            power_of_ten(nearest as i32)
-        } else if span < 2.0 {
-            number(10_f64.powf(place))
-        } else {
-            String::new()
-        }
-    }
-}
-
-/// Three digits, with a power of ten where the number is large or small.
-fn number(value: f64) -> String {
-    let size = value.abs();
-    if size < 1e-300 {
-        "0".to_owned()
-    } else if (1e-3..1e5).contains(&size) {
-        let digits = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
-        let text = format!("{value:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text
-        }
-    } else {
-        format!("{value:.1e}")
-    }
-}
-
-/// 10 with a raised exponent.
-fn power_of_ten(exponent: i32) -> String {
-    let digits = exponent.to_string();
-    let raised = digits.chars().map(|c| match c {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
-    });
-    "10".chars().chain(raised).collect()
 }
 
 /// How a series is drawn.
@@ -144,6 +101,8 @@ pub enum Mark {
     Line,
     /// Lines with a dot at each point.
     LineAndPoints,
+    /// A staircase: lines, with a dot at every second point, the upper end of each stair.
+    Stairs,
     /// Dots.
     Points,
     /// Bars from zero, as wide as the distance of the first two points.
@@ -152,7 +111,7 @@ pub enum Mark {
 
 impl Mark {
     fn has_points(self) -> bool {
-        matches!(self, Self::Points | Self::LineAndPoints)
+        matches!(self, Self::Points | Self::LineAndPoints | Self::Stairs)
     }
 }
 
@@ -284,7 +243,7 @@ fn drawn(charts: &[Chart], on_paper: bool) -> Result<String, PlotError> {
     Ok(text)
 }
 
-type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+type Plane<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Scale, Scale>>;
 
 fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), PlotError> {
     let places = |series: &Series| -> Vec<(f64, f64)> {
@@ -295,10 +254,10 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
             .collect()
     };
     let all: Vec<_> = chart.series.iter().map(places).collect();
-    let x = chart.x.ends(all.iter().flatten().map(|p| p.0));
+    let x = chart.x.scale(all.iter().flatten().map(|p| p.0));
     let bars = chart.series.iter().any(|s| s.mark == Mark::Bars);
     let zero = bars.then_some(0.0);
-    let y = chart.y.ends(all.iter().flatten().map(|p| p.1).chain(zero));
+    let y = chart.y.scale(all.iter().flatten().map(|p| p.1).chain(zero));
     let rows = legend_rows(chart);
     let (area, below) = area.split_vertically(PANEL.1 as i32 - LEGEND_ROW * rows.len() as i32);
     let mut plane = ChartBuilder::on(&area)
@@ -306,16 +265,14 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
         .margin(12)
         .x_label_area_size(46)
         .y_label_area_size(72)
-        .build_cartesian_2d(x.clone(), y.clone())
+        .build_cartesian_2d(x, y)
         .map_err(failed)?;
     plane
         .configure_mesh()
         .x_desc(&chart.x.label)
         .y_desc(&chart.y.label)
-        .x_label_formatter(&|v| chart.x.tick(*v, &x))
-        .y_label_formatter(&|v| chart.y.tick(*v, &y))
-        .x_labels(8)
-        .y_labels(8)
+        .x_labels(ticks::MOST)
+        .y_labels(ticks::MOST)
         .light_line_style(TRANSPARENT)
         .bold_line_style(RGBColor(128, 128, 128).mix(0.3))
         .label_style(("sans-serif", 13))
@@ -323,16 +280,35 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
         .draw()
         .map_err(failed)?;
     for (i, (series, points)) in chart.series.iter().zip(&all).enumerate() {
-        // Later points are smaller, so that those under them are seen; those with a look of their own tell themselves
-        // apart by it.
-        let radius = match (points.len(), series.look) {
-            (401.., _) => 1,
-            (_, Some(_)) => 3,
-            _ => (6 - i as i32).max(2),
-        };
-        draw_series(&mut plane, series.mark, points, (series.look(i), radius))?;
+        let later = (chart.series.len() - 1 - i) as i32;
+        let size = Size::of(series, points.len(), later);
+        draw_series(&mut plane, series.mark, points, (series.look(i), size))?;
     }
     draw_legend(chart, &rows, &below)
+}
+
+/// How large points and lines are, in pixels.
+#[derive(Debug, Clone, Copy)]
+struct Size {
+    radius: i32,
+    line: u32,
+}
+
+impl Size {
+    /// Of a series before `later` others. Those are smaller, so that what is under them is seen.
+    fn of(series: &Series, points: usize, later: i32) -> Self {
+        let radius = match series.mark {
+            _ if points > 400 => 1,
+            Mark::Points => 3,
+            _ if series.look.is_some() => 3 + (later / 4).min(2),
+            _ => 3 + later.min(3),
+        };
+        let thick = series.look.is_none() && points <= 400;
+        Self {
+            radius,
+            line: 2 + if thick { later.min(3) as u32 } else { 0 },
+        }
+    }
 }
 
 fn colour(look: Look) -> RGBColor {
@@ -344,7 +320,7 @@ fn colour(look: Look) -> RGBColor {
 const LEGEND_ROW: i32 = 20;
 
 /// Width of the legend's key, and an estimate of that of a letter, in pixels.
-const LEGEND_KEY: i32 = 34;
+const LEGEND_KEY: i32 = 46;
 const LEGEND_LETTER: i32 = 7;
 
 /// The named series in rows that fit below the panel: (series, left end).
@@ -378,9 +354,9 @@ fn draw_legend(
         for &(i, x) in row {
             let look = chart.series[i].look(i);
             let pieces: &[(i32, i32)] = if look.dashed {
-                &[(0, 5), (11, 16)]
+                &[(0, 6), (10, 18), (22, 28)]
             } else {
-                &[(0, 16)]
+                &[(0, 28)]
             };
             for &(from, to) in pieces {
                 let ends = [(x + from, y + 6), (x + to, y + 8)];
@@ -388,10 +364,10 @@ fn draw_legend(
                 area.draw(&piece).map_err(failed)?;
             }
             if chart.series[i].mark.has_points() {
-                draw_point(area, (x + 8, y + 7), look, 3)?;
+                draw_point(area, (x + 14, y + 7), look, 4)?;
             }
             let name = chart.series[i].name.clone();
-            let text = Text::new(name, (x + 22, y), ("sans-serif", 13));
+            let text = Text::new(name, (x + 34, y), ("sans-serif", 13));
             area.draw(&text).map_err(failed)?;
         }
     }
@@ -402,7 +378,7 @@ fn draw_series(
     plane: &mut Plane<'_, '_>,
     mark: Mark,
     points: &[(f64, f64)],
-    (look, radius): (Look, i32),
+    (look, size): (Look, Size),
 ) -> Result<(), PlotError> {
     let colour = colour(look);
     if mark == Mark::Bars {
@@ -413,8 +389,8 @@ fn draw_series(
         };
         plane.draw_series(points.iter().map(bar)).map_err(failed)?;
     }
-    if matches!(mark, Mark::Line | Mark::LineAndPoints) {
-        let (points, style) = (points.iter().copied(), colour.stroke_width(2));
+    if matches!(mark, Mark::Line | Mark::LineAndPoints | Mark::Stairs) {
+        let (points, style) = (points.iter().copied(), colour.stroke_width(size.line));
         if look.dashed {
             let line = DashedLineSeries::new(points, 6, 4, style);
             plane.draw_series(line).map_err(failed)?;
@@ -427,9 +403,11 @@ fn draw_series(
         let area = plane.plotting_area();
         let (left, top) = area.get_pixel_range();
         let pixels = area.strip_coord_spec();
-        for p in points {
+        let every = if mark == Mark::Stairs { 2 } else { 1 };
+        for p in points.iter().skip(every - 1).step_by(every) {
             let (x, y) = area.map_coordinate(p);
-            draw_point(&pixels, (x - left.start, y - top.start), look, radius)?;
+            let at = (x - left.start, y - top.start);
+            draw_point(&pixels, at, look, size.radius)?;
         }
     }
     Ok(())
@@ -455,15 +433,6 @@ fn draw_point(
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_and_powers_are_short() {
-        assert_eq!(
-            [0.0, 1.0, 0.25, 1234.0, 1e7].map(number),
-            ["0", "1", "0.25", "1234", "1.0e7"]
-        );
-        assert_eq!([-12, 0, 3].map(power_of_ten), ["10⁻¹²", "10⁰", "10³"]);
-    }
 
     #[test]
     fn a_chart_holds_its_title_axes_names_and_points() {

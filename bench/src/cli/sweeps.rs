@@ -301,7 +301,7 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
 
 /// What the columns of the sweep's tables are.
 const KERNELS_LEGEND: &str = "\
-ns/joint: factorisation and solve of the assembled system, least of the samples; median: of the samples; × banded: over
+ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded: over
 banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
 multipliers against the KKT system in extended precision. All take turns on the same matrices. +refine: with one
 refinement from the pieces, by the step's clock; umfpack: with its own refinement, its default; batch: 8 cables side by

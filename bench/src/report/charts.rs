@@ -99,7 +99,7 @@ pub(super) fn profiles(scores: &[Scores]) -> Vec<Chart> {
     let chart = |s: &Scores| {
         let profiles = s.profiles().into_iter().filter(|(_, p)| !p.is_empty());
         let lines = profiles.map(|(name, points)| Series {
-            mark: Mark::Line,
+            mark: Mark::Stairs,
             ..series(&name, points)
         });
         Chart {
@@ -279,7 +279,8 @@ pub(super) fn patterns(extras: &Extras) -> Vec<Chart> {
             },
             y: Axis {
                 range: Some([-end, 1.0]),
-                ..Axis::linear("− block row")
+                reversed: true,
+                ..Axis::linear("block row")
             },
             series: vec![
                 of(

@@ -278,8 +278,8 @@ fn claims(records: &[Record]) -> Option<Section> {
                 Cell::number(claimed.to_string(), claimed as f64),
                 Cell::number(verified.to_string(), verified as f64),
                 Cell::number(
-                    (claimed - verified).to_string(),
-                    (claimed - verified) as f64,
+                    claimed.saturating_sub(verified).to_string(),
+                    claimed.saturating_sub(verified) as f64,
                 ),
             ]
         })

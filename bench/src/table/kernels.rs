@@ -49,9 +49,9 @@ fn rows(case: &[Record]) -> String {
     let mut t = table(&[
         "solver",
         "ns/joint",
-        "median",
+        "median ns",
         "× banded",
-        "median",
+        "median ×",
         "samples",
         "normwise",
         "compon.",

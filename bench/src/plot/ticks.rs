@@ -1,0 +1,199 @@
+//! Where an axis has its ticks, and what stands at them: decades on a logarithmic axis, with 2 and 5 between them where
+//! there are few, else round numbers.
+
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use std::ops::Range;
+
+/// Most ticks of an axis.
+pub(super) const MOST: usize = 10;
+
+/// An axis between two places, with its ticks. Places are logarithms on a logarithmic one, negative on a reversed one.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Scale {
+    ends: Range<f64>,
+    ticks: Vec<f64>,
+    log: bool,
+    reversed: bool,
+}
+
+impl Scale {
+    pub(super) fn new(ends: Range<f64>, log: bool, reversed: bool) -> Self {
+        let span = ends.end - ends.start;
+        let ends = if span.is_finite() && span > 0.0 {
+            ends
+        } else {
+            0.0..1.0
+        };
+        let ticks = if log { decades(&ends) } else { round(&ends) };
+        Self {
+            ends,
+            ticks,
+            log,
+            reversed,
+        }
+    }
+}
+
+/// Multiples of 1, 2 or 5 times a power of ten, at most nine of them.
+fn round(ends: &Range<f64>) -> Vec<f64> {
+    let span = ends.end - ends.start;
+    let unit = 10_f64.powf((span / 8.0).log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|k| k * unit);
+    let step = steps.into_iter().find(|s| span / s <= 8.0);
+    let step = step.unwrap_or(span / 8.0);
+    let first = (ends.start / step).ceil();
+    let ticks = (0..MOST).map(|k| (first + k as f64) * step);
+    ticks.take_while(|t| *t <= ends.end).collect()
+}
+
+/// Places of powers of ten; with 2 and 5 times them where there are no more than two, round numbers where there are
+/// none of these.
+fn decades(ends: &Range<f64>) -> Vec<f64> {
+    let span = ends.end - ends.start;
+    let every = (span / 8.0).ceil().max(1.0);
+    let first = (ends.start / every).ceil();
+    let whole = (0..MOST).map(|k| (first + k as f64) * every);
+    let whole: Vec<f64> = whole.take_while(|t| *t <= ends.end).collect();
+    if whole.len() > 2 {
+        return whole;
+    }
+    let low = ends.start.floor();
+    let between = (0..4).flat_map(|k| [1.0_f64, 2.0, 5.0].map(|m| low + f64::from(k) + m.log10()));
+    let between: Vec<f64> = between.filter(|t| ends.contains(t)).collect();
+    if between.len() > 2 {
+        return between;
+    }
+    let values = 10_f64.powf(ends.start)..10_f64.powf(ends.end);
+    round(&values).into_iter().map(f64::log10).collect()
+}
+
+impl Ranged for Scale {
+    type FormatOption = NoDefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let share = (value - self.ends.start) / (self.ends.end - self.ends.start);
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+        self.ticks.clone()
+    }
+
+    fn range(&self) -> Range<f64> {
+        self.ends.clone()
+    }
+}
+
+impl ValueFormatter<f64> for Scale {
+    fn format_ext(&self, place: &f64) -> String {
+        let place = *place;
+        if self.log {
+            let nearest = place.round();
+            // A narrow axis has plain numbers only.
+            return if (place - nearest).abs() > 1e-9 || (0.0..3.5).contains(&nearest) {
+                number(10_f64.powf(place))
+            } else {
+                power_of_ten(nearest as i32)
+            };
+        }
+        let place = if self.reversed { -place } else { place };
+        let span = self.ends.end - self.ends.start;
+        // What is left of a sum that should be zero.
+        number(if place.abs() < 1e-9 * span {
+            0.0
+        } else {
+            place
+        })
+    }
+}
+
+/// Three digits, with a power of ten where the number is large or small.
+fn number(value: f64) -> String {
+    let size = value.abs();
+    if size < 1e-300 {
+        "0".to_owned()
+    } else if (1e-3..1e5).contains(&size) {
+        let digits = (2 - size.log10().floor() as i32).clamp(0, 5) as usize;
+        let text = format!("{value:.digits$}");
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    } else {
+        let exponent = size.log10().floor() as i32;
+        let digits = format!("{:.1}", value / 10_f64.powi(exponent));
+        let digits = digits.trim_end_matches(".0");
+        format!("{digits}·{}", power_of_ten(exponent))
+    }
+}
+
+/// 10 with a raised exponent.
+fn power_of_ten(exponent: i32) -> String {
+    let digits = exponent.to_string();
+    let raised = digits.chars().map(|c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        digit => char::from_u32('⁰' as u32 + digit as u32 - '0' as u32).unwrap_or(digit),
+    });
+    "10".chars().chain(raised).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(ends: Range<f64>, log: bool) -> Vec<String> {
+        let scale = Scale::new(ends, log, false);
+        scale.ticks.iter().map(|t| scale.format_ext(t)).collect()
+    }
+
+    #[test]
+    fn numbers_and_powers_are_short() {
+        assert_eq!(
+            [0.0, 1.0, 0.25, 1234.0, 1e7, -2.5e-9].map(number),
+            ["0", "1", "0.25", "1234", "1·10⁷", "-2.5·10⁻⁹"]
+        );
+        assert_eq!([-12, 0, 3].map(power_of_ten), ["10⁻¹²", "10⁰", "10³"]);
+    }
+
+    #[test]
+    fn a_logarithmic_axis_has_powers_of_ten() {
+        assert_eq!(
+            shown(-16.2..0.3, true),
+            ["10⁻¹⁵", "10⁻¹²", "10⁻⁹", "10⁻⁶", "10⁻³", "1"]
+        );
+        assert_eq!(shown(0.8..3.1, true), ["10", "100", "1000"]);
+        assert_eq!(shown(0.0..1.6, true), ["1", "2", "5", "10", "20"]);
+        assert_eq!(
+            shown(-16.1..-14.9, true),
+            ["10⁻¹⁶", "2·10⁻¹⁶", "5·10⁻¹⁶", "10⁻¹⁵"]
+        );
+    }
+
+    #[test]
+    fn a_linear_axis_has_round_numbers_and_no_axis_too_many() {
+        assert_eq!(
+            shown(-0.4..61.0, false),
+            ["0", "10", "20", "30", "40", "50", "60"]
+        );
+        for exponent in -30..30 {
+            for factor in [1.0, 1.7, 3.0, 7.9] {
+                let ends = -0.3 * 10_f64.powi(exponent)..factor * 10_f64.powi(exponent);
+                let count = shown(ends, false).len();
+                assert!((3..=MOST).contains(&count), "{exponent}: {count}");
+            }
+        }
+        for span in [1e-3, 0.2, 1.0, 3.0, 12.0, 90.0, 1e3] {
+            let count = shown(-3.21..span - 3.21, true).len();
+            assert!((2..=MOST).contains(&count), "{span}: {count}");
+        }
+        // What has no ends is drawn too.
+        for ends in [f64::NAN..1.0, 1.0..1.0, f64::MIN..f64::MAX] {
+            assert_eq!(Scale::new(ends, false, false).range(), 0.0..1.0);
+        }
+    }
+}
