@@ -170,7 +170,7 @@ impl Plan {
                     break;
                 }
                 // A vector that is none stays as it is, but for what it slowly loses.
-                if rest > 0.99 * before {
+                if rest.is_nan() || rest > 0.99 * before {
                     break;
                 }
                 before = rest;
@@ -202,7 +202,8 @@ impl Plan {
                     if *sum == 0.0 { 0.0 } else { sum.abs() / terms }
                 },
             );
-        ratios.fold(0.0, f64::max)
+        // Where sums overflow there is no telling.
+        ratios.fold(0.0, |most, r| if r > most || r.is_nan() { r } else { most })
     }
 }
 

@@ -3,6 +3,7 @@
 //!
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
+use super::worse;
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::hard::{solvers, together};
 use crate::inputs::Inputs;
@@ -144,7 +145,7 @@ fn distance(a: &Run, b: &Run, which: usize) -> f64 {
     let pairs = a.path.iter().zip(&b.path);
     pairs
         .map(|(a, b)| (a[which] - b[which]).norm())
-        .fold(0.0, f64::max)
+        .fold(0.0, worse)
 }
 
 fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row {
@@ -305,7 +306,7 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         };
         let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let pairs = stepper.multipliers().iter().zip(&exact);
-        let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / largest;
+        let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, worse) / largest;
         let mut check = Check::within(
             "",
             "32 digits".to_owned(),
