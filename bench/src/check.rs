@@ -6,6 +6,7 @@ use serde::Serialize;
 use std::fmt;
 use taut_integrator::StepError;
 use taut_model::SceneError;
+use taut_solver::{SolveReport, Status};
 
 /// A reference beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -29,6 +30,11 @@ pub struct Check {
     /// The condition of a claim that holds only under one; the cause of a failure.
     pub note: String,
 }
+
+/// Most that the error of an answer may be, relative to the exact one, of which the solver says itself that it has not
+/// converged. On a definite system neither Gauss–Seidel nor conjugate gradient ever leaves the distance from the solution
+/// that it starts with, in the norm of energy; in that of the largest component this is room for it, and no more.
+pub const UNCONVERGED: f64 = 10.0;
 
 /// Where an error comes from, in the criterion's measure. A part is `None` where it is not measured, or does not exist.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
@@ -195,6 +201,30 @@ impl Check {
     #[must_use]
     pub fn is_beyond(&self) -> bool {
         matches!((self.error, self.bar), (Some(error), Some(bar)) if error > bar || error.is_nan())
+    }
+
+    /// The same row of a solver that says `said` of its answer: an error beyond the bar is a limit where it does not claim
+    /// to have converged, and the error is within [`UNCONVERGED`]; what it did stands in the note.
+    #[must_use]
+    pub fn unless_claimed(mut self, said: &SolveReport) -> Self {
+        let near = self.error.is_some_and(|e| e <= UNCONVERGED);
+        if self.verdict != Verdict::Fail || said.is_claim() || !near {
+            return self;
+        }
+        self.verdict = Verdict::Limit;
+        self.note = match said.status {
+            Status::IterationLimit => format!(
+                "says that it has not converged: {} iterations leave a residual of {:.0e}",
+                said.iterations, said.residual
+            ),
+            _ if said.iterations > 0 => format!(
+                "says that it stalled: after {} iterations rounding keeps the residual at {:.0e}",
+                said.iterations, said.residual
+            ),
+            _ => "says that its refinement does not contract: the matrix is singular to rounding"
+                .to_owned(),
+        };
+        self
     }
 
     /// The same row with a note.

@@ -13,7 +13,7 @@ mod swing;
 
 pub use band::{Band, BandCase};
 pub use spin::{Spin, free_cable};
-pub use swing::{Amplitude, Swing, amplitude};
+pub use swing::{Amplitude, Pendulum, Swing, pendulum};
 
 use crate::table::{error, table, text};
 use indicatif::ProgressBar;

@@ -85,6 +85,15 @@ pub fn not_yet() -> Vec<Check> {
     NOT_YET.map(row).to_vec()
 }
 
+/// The larger of two errors; one that is no number is the largest.
+pub(crate) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}
+
 /// The scenes of a case that has none to be stepped.
 pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(Vec::new())

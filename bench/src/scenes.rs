@@ -24,7 +24,7 @@ use serde::Serialize;
 use std::time::Duration;
 use taut_integrator::{Elimination, StepError};
 use taut_model::{Network, NetworkParams};
-use taut_solver::Backend;
+use taut_solver::{Backend, SolveReport};
 
 /// What a direct solver with refinement is to reach: relative error of the multipliers and of the load's place.
 pub const BAR: f64 = 1e-8;
@@ -166,6 +166,9 @@ pub struct Record {
     pub refinements: usize,
     /// What the solver claims of its solve: `direct`, `converged`, `limit`, `stalled`.
     pub status: String,
+    /// The same as the solver reports it.
+    #[serde(skip)]
+    pub said: Option<SolveReport>,
     /// Whole step, median \[ns].
     pub step_ns: f64,
     /// Whole step, minimum \[ns].

@@ -1,11 +1,11 @@
 //! Runs a stepper and records what a user of the simulation would see: the load, energies, gaps, times, stability.
 
+use crate::hard::worse;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_integrator::{Energy, PhaseTimes, StepError, Stepper};
 use taut_model::{Constraint, RowKind, Scene};
-use taut_solver::Status;
 
 /// The state after a step, in the numbers that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,6 +39,8 @@ pub struct Trajectory {
     pub samples: Vec<Sample>,
     /// Why and when it ended early.
     pub failure: Option<Failure>,
+    /// The error of the step, where it was a step that failed.
+    pub error: Option<StepError>,
     /// Steps whose iteration claimed convergence.
     pub claimed: usize,
     /// Steps in which it was left undecided which rows are at their bounds.
@@ -180,19 +182,17 @@ pub fn simulate_driven(
                     time: stepper.time(),
                     reason: e.to_string(),
                 });
+                trajectory.error = Some(e);
                 return trajectory;
             }
         };
-        trajectory.claimed += usize::from(matches!(
-            report.solve.status,
-            Status::Converged | Status::Direct
-        ));
+        trajectory.claimed += usize::from(report.solve.is_claim());
         trajectory.undecided += usize::from(report.undecided > 0);
         let sample = Sample {
             time: report.time,
             load: load_position(stepper.scene()),
             energy: stepper.energy(),
-            violation: gaps(stepper).fold(0.0, |m, g| if g > m || g.is_nan() { g } else { m }),
+            violation: gaps(stepper).fold(0.0, worse),
             gap_sum: gaps(stepper).sum(),
             iterations: report.iterations,
             solves: report.solves,

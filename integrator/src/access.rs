@@ -7,8 +7,8 @@ use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Winch};
 use taut_solver::SolveError;
 
 impl Stepper {
-    /// Replaces the impulses that the next solve starts from, one a row \[N s, N m s]: those of another solve of the same scene. The geometric
-    /// stiffness does not change: see [`set_tension`](Self::set_tension).
+    /// Replaces the impulses that the next solve starts from, one a row \[N s, N m s]: those of another solve of the same
+    /// scene. The geometric stiffness does not change: see [`set_tension`](Self::set_tension).
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`].
@@ -49,25 +49,44 @@ impl Stepper {
         })
     }
 
-    /// Puts the bodies into another state of the same scene, at a time; multipliers stay (they are zero after a step that failed), the past is taken to be like
-    /// that state, velocities are taken as they are, and each twist row unwraps to the angle within half a turn of its
-    /// last one. Allocates nothing.
+    /// Puts the bodies into another state of the same scene, at a time \[s]; multipliers stay (they are zero after a step
+    /// that failed), the past is taken to be like that state, velocities are taken as they are, and each twist row unwraps
+    /// to the angle within half a turn of its last one. Allocates nothing. Where it fails nothing has changed.
     ///
     /// # Errors
-    /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs.
+    /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs, [`StepError::Scene`] with the
+    /// name of a body whose state is not finite, whose orientation has not the norm 1, or that is static and moves, and
+    /// [`StepError::NotControllable`] where the time is not finite.
     pub fn set_state(&mut self, bodies: &Bodies, time: f64) -> Result<(), StepError> {
-        let (expected, found) = (self.scene.bodies.len(), bodies.len());
-        if expected != found {
-            let source = SolveError::Dimension {
-                what: "bodies",
-                expected,
-                found,
-            };
-            return Err(StepError::Solve {
-                source,
-                culprit: None,
-                time,
-            });
+        let expected = self.scene.bodies.len();
+        for found in [
+            bodies.position.len(),
+            bodies.orientation.len(),
+            bodies.velocity.len(),
+            bodies.angular_velocity.len(),
+            bodies.mobility.len(),
+        ] {
+            if expected != found {
+                let source = SolveError::Dimension {
+                    what: "bodies",
+                    expected,
+                    found,
+                };
+                return Err(StepError::Solve {
+                    source,
+                    culprit: None,
+                    time: self.time,
+                });
+            }
+        }
+        for (i, name) in self.scene.body_names.iter().enumerate() {
+            bodies.validate_state(i, name)?;
+        }
+        if !time.is_finite() {
+            return Err(refused(
+                "the time of a state".to_owned(),
+                "is not finite: give the seconds since the run began",
+            ));
         }
         let own = &mut self.scene.bodies;
         own.position.copy_from_slice(&bodies.position);
@@ -96,7 +115,8 @@ impl Stepper {
     /// change with time.
     ///
     /// # Errors
-    /// [`SolveError::Dimension`] in [`StepError::Solve`] where there is no body `body`.
+    /// [`SolveError::Dimension`] in [`StepError::Solve`] where there is no body `body`, [`StepError::NotControllable`] with
+    /// its name where a component is not finite.
     pub fn set_load(
         &mut self,
         body: usize,
@@ -115,6 +135,12 @@ impl Stepper {
                 culprit: None,
                 time: self.time,
             });
+        }
+        if !force.iter().chain(&torque).all(|x| x.is_finite()) {
+            return Err(refused(
+                format!("body `{}`", self.scene.body_names[body]),
+                "got a force or a torque that is not finite",
+            ));
         }
         bodies.force[body] = force;
         bodies.torque[body] = torque;
@@ -139,9 +165,13 @@ impl Stepper {
                 "is not driven: make its mobility `driven`",
             ));
         }
-        if !(velocity.sum() + angular_velocity.sum()).is_finite() {
+        if !velocity
+            .iter()
+            .chain(&angular_velocity)
+            .all(|x| x.is_finite())
+        {
             return Err(refused(
-                format!("body {body}"),
+                format!("body `{}`", self.scene.body_names[body]),
                 "got a velocity that is not finite",
             ));
         }
@@ -336,9 +366,41 @@ mod tests {
         assert!((stepper.scene().bodies.velocity[0].x - 2.0 * dt).abs() < 1e-15);
         let error = stepper.set_load(1, Vector3::zeros(), Vector3::zeros());
         assert!(matches!(error, Err(StepError::Solve { .. })));
-        stepper
-            .set_load(0, Vector3::x() * f64::NAN, Vector3::zeros())
-            .unwrap();
-        assert!(matches!(stepper.step(), Err(StepError::NonFinite { .. })));
+        for bad in [f64::NAN, f64::INFINITY] {
+            let error = stepper.set_load(0, Vector3::x() * bad, Vector3::zeros());
+            let message = error.unwrap_err().to_string();
+            assert!(message.starts_with("body `ball` got"), "{message}");
+        }
+        // What was refused acts on nothing.
+        stepper.step().unwrap();
+    }
+
+    #[test]
+    fn a_state_that_is_none_is_refused_whole() {
+        let scene = taut_model::HoistParams::default().build().unwrap();
+        let mut stepper = Stepper::new(
+            scene,
+            StepOptions {
+                backend: options().backend,
+                ..StepOptions::default()
+            },
+        )
+        .unwrap();
+        stepper.step().unwrap();
+        let (before, time) = (stepper.scene().clone(), stepper.time());
+        let mut short = before.bodies.clone();
+        short.velocity.pop();
+        let mut unlike = before.bodies.clone();
+        unlike.position[0].x = 7.0;
+        unlike.position[2].x = f64::NAN;
+        for (bodies, at, named) in [
+            (&short, 0.0, "bodies"),
+            (&unlike, 0.0, "segment-3"),
+            (&before.bodies, f64::NAN, "time"),
+        ] {
+            let message = stepper.set_state(bodies, at).unwrap_err().to_string();
+            assert!(message.contains(named), "{message}");
+            assert_eq!((stepper.scene(), stepper.time()), (&before, time));
+        }
     }
 }

@@ -28,8 +28,8 @@ pub mod systems;
 mod refusals;
 
 use crate::{
-    Backend, BlockPattern, LinearSolver, SolveError, SolveReport, Status, SymBlockMatrix,
-    backward_error, forward_error, reference_solution,
+    Backend, BlockPattern, LinearSolver, SolveError, Status, SymBlockMatrix, backward_error,
+    forward_error, reference_solution,
 };
 use std::fmt;
 use std::sync::Arc;
@@ -188,11 +188,6 @@ fn plain_system() -> Result<System, Disagreement> {
         .map_err(|e| fault("a pattern", "plain", e.to_string()))
 }
 
-/// Whether a solve claims a solution.
-fn claims_success(report: &SolveReport) -> bool {
-    matches!(report.status, Status::Direct | Status::Converged)
-}
-
 impl Examination<'_> {
     /// A phase that has to succeed.
     fn must<R>(
@@ -214,7 +209,7 @@ impl Examination<'_> {
     fn compare(&mut self, a: &SymBlockMatrix, b: &[f64], name: &str) -> Result<(), Disagreement> {
         let mut x = vec![0.0; a.dim()];
         let report = Self::must(self.solver.solve(a, b, &mut x), "solve succeeds", name)?;
-        if !claims_success(&report) {
+        if !report.is_claim() {
             let found = format!("{report:?}");
             return Err(fault("a solve ends in a solution", name, found));
         }

@@ -208,6 +208,12 @@ impl SolveReport {
         residual: 0.0,
     };
 
+    /// Whether it says that x is a solution: direct, or converged.
+    #[must_use]
+    pub fn is_claim(&self) -> bool {
+        matches!(self.status, Status::Direct | Status::Converged)
+    }
+
     /// The report of a direct solve.
     pub const DIRECT: Self = Self {
         status: Status::Direct,

@@ -1,7 +1,10 @@
 use proptest::prelude::*;
+use std::fmt::Debug;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::sync::mpsc;
+use std::thread;
+use std::time::Duration;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::SceneSource;
 use taut_model::named::NAMES;
@@ -10,6 +13,23 @@ use taut_tests::fuzzing::{self, TARGETS};
 
 /// No input takes longer: small scenes take milliseconds, and this machine may be busy.
 const LONGEST: Duration = Duration::from_secs(60);
+
+/// Does something with an input; one that takes too long, and so perhaps for ever, ends the tests and is printed.
+fn in_time<R>(input: &(impl Debug + ?Sized), work: impl FnOnce() -> R) -> R {
+    let (done, waiting) = mpsc::channel::<()>();
+    thread::scope(|threads| {
+        threads.spawn(move || {
+            if waiting.recv_timeout(LONGEST) == Err(mpsc::RecvTimeoutError::Timeout) {
+                eprintln!("still at it after {LONGEST:?}: {input:?}");
+                std::process::abort();
+            }
+        });
+        let result = work();
+        // Dropped by a panic as well, which ends the wait.
+        drop(done);
+        result
+    })
+}
 
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig {
@@ -42,9 +62,7 @@ fn the_fuzzers_seeds_do_no_harm() {
         let mut far = 0;
         for (path, data) in &seeds {
             println!("{}", path.display());
-            let start = Instant::now();
-            far += usize::from(target(data));
-            assert!(start.elapsed() < LONGEST, "{}", path.display());
+            far += usize::from(in_time(path, || target(data)));
         }
         assert!(
             !seeds.is_empty() && far > 0,
@@ -172,7 +190,7 @@ fn scene_files_that_are_mutated_are_refused_or_run() {
     );
     proptest!(config(400), |(which in any::<prop::sample::Index>(), changes in changes())| {
         let text = mutated(&texts[which.index(texts.len())], &changes);
-        let _ = fuzzing::scene_file(text.as_bytes());
+        let _ = in_time(&text, || fuzzing::scene_file(text.as_bytes()));
     });
 }
 
@@ -192,14 +210,14 @@ fn rarity() -> impl Strategy<Value = u8> {
 #[test]
 fn scenes_of_any_numbers_are_refused_or_run() {
     proptest!(config(1500), |(data in bytes(rarity(), 400))| {
-        let _ = fuzzing::scene_builder(&data);
+        let _ = in_time(&data, || fuzzing::scene_builder(&data));
     });
 }
 
 #[test]
 fn systems_of_any_numbers_are_refused_or_solved() {
     proptest!(config(600), |(data in bytes(rarity(), 600))| {
-        let _ = fuzzing::matrix_and_rhs(&data);
+        let _ = in_time(&data, || fuzzing::matrix_and_rhs(&data));
     });
 }
 
@@ -215,7 +233,7 @@ const MARKETS: [&str; 4] = [
 fn matrix_market_texts_that_are_mutated_are_refused_or_solved() {
     proptest!(config(1500), |(which in 0..MARKETS.len(), changes in changes())| {
         let text = mutated(MARKETS[which], &changes);
-        let _ = fuzzing::matrix_market(text.as_bytes());
+        let _ = in_time(&text, || fuzzing::matrix_market(text.as_bytes()));
     });
 }
 
@@ -241,7 +259,7 @@ fn saved_runs_that_are_mutated_are_refused_or_go_on() {
     assert!(texts.iter().all(|text| fuzzing::saved_run(text.as_bytes())));
     proptest!(config(400), |(which in 0..texts.len(), changes in changes())| {
         let text = mutated(&texts[which], &changes);
-        let _ = fuzzing::saved_run(text.as_bytes());
+        let _ = in_time(&text, || fuzzing::saved_run(text.as_bytes()));
     });
 }
 
@@ -249,7 +267,7 @@ fn saved_runs_that_are_mutated_are_refused_or_go_on() {
 fn bytes_that_are_no_text_do_no_harm() {
     proptest!(config(400), |(data in prop::collection::vec(any::<u8>(), 0..300))| {
         for (_, target) in TARGETS {
-            let _ = target(&data);
+            let _ = in_time(&data, || target(&data));
         }
     });
 }

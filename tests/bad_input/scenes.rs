@@ -221,35 +221,67 @@ fn compiled_names() -> usize {
 /// What spoils a state.
 type Fault = fn(&mut Bodies);
 
-const FAULTS: [(&str, Fault); 5] = [
-    ("position NaN", |b| b.position[1].y = f64::NAN),
-    ("position inf", |b| b.position[1].y = f64::INFINITY),
-    ("velocity NaN", |b| b.velocity[2].x = f64::NAN),
-    ("angular velocity NaN", |b| {
-        b.angular_velocity[0].z = f64::NAN
+/// States that are none, and what of them an error has to name.
+const FAULTS: [(&str, Fault); 6] = [
+    ("`segment-2`: position is NaN", |b| {
+        b.position[1].y = f64::NAN;
     }),
-    ("orientation NaN", |b| {
+    ("`segment-2`: position is inf", |b| {
+        b.position[1].y = f64::INFINITY;
+    }),
+    ("`segment-3`: velocity is NaN", |b| {
+        b.velocity[2].x = f64::NAN;
+    }),
+    ("`segment-1`: angular velocity is NaN", |b| {
+        b.angular_velocity[0].z = f64::NAN;
+    }),
+    ("`segment-2`: norm of the orientation is NaN", |b| {
         b.orientation[1] = UnitQuaternion::new_unchecked(Quaternion::new(1.0, f64::NAN, 0.0, 0.0));
+    }),
+    ("`segment-2`: norm of the orientation is 2", |b| {
+        b.orientation[1] = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
     }),
 ];
 
-/// Puts a stepper into a state with a fault; what the step says, and the good state.
-fn step_from_fault(choice: &Choice, fault: Fault) -> (Stepper, Bodies, Result<(), StepError>) {
+#[test]
+fn a_state_that_is_none_is_refused_by_the_body() {
+    let mut stepper = Stepper::new(small(), StepOptions::default()).expect("sound");
+    let good = stepper.scene().bodies.clone();
+    for (named, fault) in FAULTS {
+        let mut bad = good.clone();
+        fault(&mut bad);
+        match stepper.set_state(&bad, 0.0) {
+            Err(e @ StepError::Scene(_)) => {
+                assert!(e.to_string().contains(named), "{e}, not {named}");
+            }
+            other => panic!("{named}: {other:?}"),
+        }
+    }
+}
+
+/// States of finite numbers that nothing finite follows from.
+const OVERFLOWS: [(&str, Fault); 3] = [
+    ("speed 1e200", |b| b.velocity[2].x = 1e200),
+    ("speed 1e300", |b| b.velocity[0].y = 1e300),
+    ("spin 1e300", |b| b.angular_velocity[0].z = 1e300),
+];
+
+/// Puts a stepper into a state that overflows; what its steps say, and the good state.
+fn step_from_overflow(choice: &Choice, fault: Fault) -> (Stepper, Bodies, Result<(), StepError>) {
     let mut stepper = Stepper::new(small(), choice.options(DT)).expect("sound");
     let good = stepper.scene().bodies.clone();
     let mut bad = good.clone();
     fault(&mut bad);
-    let found = stepper
-        .set_state(&bad, 0.0)
-        .and_then(|()| stepper.step().map(|_| ()));
+    stepper.set_state(&bad, 0.0).expect("finite");
+    let found = (0..100).try_for_each(|_| stepper.step().map(|_| ()));
     (stepper, good, found)
 }
 
 #[test]
-fn a_state_that_is_not_finite_stops_the_step() {
+fn a_state_that_overflows_stops_the_step() {
     for choice in taut_tests::compiled() {
-        for (what, fault) in FAULTS {
-            let (_, _, found) = step_from_fault(&choice, fault);
+        for (what, fault) in OVERFLOWS {
+            let (_, _, found) = step_from_overflow(&choice, fault);
             let typed = match &found {
                 Err(StepError::NonFinite { .. }) => true,
                 Err(StepError::Solve { source, .. }) => {
@@ -271,8 +303,8 @@ fn a_good_state_after_a_bad_one_is_as_good_as_new() {
         let good = fresh.scene().bodies.clone();
         fresh.set_state(&good, 0.0).expect("same scene");
         fresh.step().expect("sound");
-        for (what, fault) in FAULTS {
-            let (mut stepper, good, _) = step_from_fault(&choice, fault);
+        for (what, fault) in OVERFLOWS {
+            let (mut stepper, good, _) = step_from_overflow(&choice, fault);
             let again = stepper.set_state(&good, 0.0).and_then(|()| stepper.step());
             let error = forward_error(stepper.multipliers(), fresh.multipliers());
             if again.is_err() || error.is_nan() || error > 1e-9 {

@@ -1,4 +1,4 @@
-//! H20 to H27 and H31 to H34.
+//! The gantry and H20 to H34.
 
 use crate::checks;
 use taut_bench::check::{Check, Verdict};
@@ -10,6 +10,7 @@ fn largest(checks: &[Check], what: &str, count: usize) -> f64 {
     let own = checks.iter().filter(|c| c.case.contains(what));
     let errors: Vec<f64> = own.map(|c| c.error.expect("a number")).collect();
     assert!(errors.len() >= count, "{what}: {errors:?}");
+    assert!(errors.iter().all(|e| e.is_finite()), "{what}: {errors:?}");
     errors.into_iter().fold(0.0, f64::max)
 }
 
@@ -55,6 +56,62 @@ fn falls_snaps_and_flights() {
         largest(&found, ": angular momentum", 2) < 3e-11,
         "{found:#?}"
     );
+}
+
+/// H28: the amplitude of a swing that is hoisted follows the equation of its motion, and its adiabatic invariant.
+#[test]
+fn a_hoisted_swing_keeps_its_invariant() {
+    let found = checks("H28");
+    assert!(
+        largest(&found, "growth of the amplitude", 1) < 1e-3,
+        "{found:#?}"
+    );
+    assert!(largest(&found, "L^(3/4)", 1) < 5e-4, "{found:#?}");
+}
+
+/// H29: cranes swing with the frequencies of the double pendulum, the gantry with those of its own modes.
+#[test]
+fn cranes_have_the_frequencies_of_their_hooks_and_loads() {
+    let found = checks("H29");
+    for (what, count, bar) in [
+        ("free rail", 1, 2e-6),
+        ("slow", 2, 2e-6),
+        ("fast", 2, 5e-5),
+        ("turning", 1, 1e-5),
+    ] {
+        assert!(largest(&found, what, count) < bar, "{what}: {found:#?}");
+    }
+    assert!(
+        found.iter().all(|c| c.verdict == Verdict::Pass),
+        "{found:#?}"
+    );
+}
+
+/// H30: force and way of a tackle of n parts are the n-th part, with every solver.
+#[test]
+fn tackles_multiply_forces() {
+    let found = checks("H30");
+    assert!(largest(&found, "Atwood", 2) < 1e-12, "{found:#?}");
+    assert!(largest(&found, "parts at rest", 11) < 2e-9, "{found:#?}");
+    assert!(largest(&found, "hauled in", 11) < 1e-12, "{found:#?}");
+    assert!(
+        found.iter().all(|c| c.verdict == Verdict::Pass),
+        "{found:#?}"
+    );
+}
+
+/// The gantry keeps to the same drive in finer steps, and every direct solver to its multipliers in 32 digits.
+#[test]
+fn the_gantry_is_driven_to_the_end() {
+    let found = checks("gantry");
+    assert!(largest(&found, ": hook", 1) < 5e-3, "{found:#?}");
+    assert!(largest(&found, "e5: load", 1) < 2e-3, "{found:#?}");
+    let solvers = found.iter().filter(|c| c.case.contains("multipliers"));
+    for check in solvers {
+        let slow = check.case.ends_with("gauss-seidel:joints");
+        let expected = if slow { Verdict::Limit } else { Verdict::Pass };
+        assert_eq!(check.verdict, expected, "{check:#?}");
+    }
 }
 
 /// H33: in each step a deformation mode is multiplied by the roots of the scheme's characteristic polynomial.

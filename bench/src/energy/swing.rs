@@ -46,11 +46,20 @@ pub struct Swing {
     pub failure: Option<Failure>,
 }
 
-/// The amplitude of the pendulum's motion in a swing sampled every `dt` (s): that of the sinusoid which fits two periods
+/// The pendulum's motion in a swing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pendulum {
+    /// Its amplitude \[m].
+    pub amplitude: f64,
+    /// Root mean square of what is of other frequencies \[m].
+    pub rest: f64,
+}
+
+/// The pendulum's motion in a swing sampled every `dt` (s): that of the sinusoid which fits two periods
 /// from time `from` (s) on best, frequency included, so that the cable's own modes do not count. `rate` (rad/s) is a first
 /// guess of its frequency. `None` where there are not enough samples. Sample i belongs to the time (i + 1) `dt`.
 #[must_use]
-pub fn amplitude(x: &[f64], dt: f64, from: f64, rate: f64) -> Option<f64> {
+pub fn pendulum(x: &[f64], dt: f64, from: f64, rate: f64) -> Option<Pendulum> {
     let first = ((from / dt).round() as usize).saturating_sub(1);
     let count = (2.0 * TAU / (rate * dt)).round() as usize;
     let x = x.get(first..first.checked_add(count)?)?;
@@ -75,7 +84,14 @@ pub fn amplitude(x: &[f64], dt: f64, from: f64, rate: f64) -> Option<f64> {
         fit = normal.lu().solve(&right)?;
         rate += fit[3];
     }
-    Some(fit[1].hypot(fit[2]))
+    let rest = x.iter().enumerate().map(|(i, x)| {
+        let (sin, cos) = (rate * (i as f64 - middle) * dt).sin_cos();
+        (x - fit[0] - fit[1] * cos - fit[2] * sin).powi(2)
+    });
+    Some(Pendulum {
+        amplitude: fit[1].hypot(fit[2]),
+        rest: (rest.sum::<f64>() / count as f64).sqrt(),
+    })
 }
 
 const FIT_PASSES: usize = 12;
@@ -90,9 +106,9 @@ pub(super) fn run(
     let params = moved(config.segments, mass_ratio, true);
     let dt = config.dt / finer as f64;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options(setting, dt, true))?;
-    let pendulum = (params.length + params.exact_elongation()) / params.gravity;
+    let length_over_gravity = (params.length + params.exact_elongation()) / params.gravity;
     let [early, late] = config.moments;
-    let rate = pendulum.sqrt().recip();
+    let rate = length_over_gravity.sqrt().recip();
     let steps = ((late + 2.0 * TAU / rate) / dt).ceil() as usize + 1;
     let mut swing = Swing {
         mass_ratio,
@@ -118,7 +134,7 @@ pub(super) fn run(
         }
         x.push(load_position(stepper.scene()).x - MOVE);
     }
-    let at = |moment| amplitude(&x, dt, moment, rate);
+    let at = |moment| Some(pendulum(&x, dt, moment, rate)?.amplitude);
     swing.amplitudes = at(early)
         .zip(at(late))
         .map(|(early_m, late_m)| Amplitude { early_m, late_m });
@@ -153,10 +169,10 @@ mod tests {
         };
         let x: Vec<f64> = (1..2400).map(sample).collect();
         for from in [0.0, 1.234, 5.0, 20.0] {
-            let found = amplitude(&x, dt, from, 1.0).unwrap();
+            let found = pendulum(&x, dt, from, 1.0).unwrap().amplitude;
             assert!((found / 0.3 - 1.0).abs() < 2e-4, "{found}");
         }
-        assert_eq!(amplitude(&x, dt, 33.0, 1.0), None);
-        assert_eq!(amplitude(&x, dt, 1e9, 1.0), None);
+        assert_eq!(pendulum(&x, dt, 33.0, 1.0), None);
+        assert_eq!(pendulum(&x, dt, 1e9, 1.0), None);
     }
 }

@@ -20,7 +20,7 @@ pub mod top;
 pub mod torsion;
 pub mod waves;
 
-use super::Case;
+use super::{Case, worse};
 use taut_model::{Control, Drive};
 
 /// The cases.
@@ -122,15 +122,6 @@ pub const CASES: &[Case] = &[
         scenes: damping::gap_at_the_start,
     },
 ];
-
-/// The larger of two errors; one that is no number is the largest.
-fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        a.max(b)
-    }
-}
 
 /// A control that hauls in the cable which is the scene's first constraint, metres a second.
 fn hauling(name: &str) -> Control {

@@ -159,6 +159,7 @@ pub(super) fn row(config: &Config, case: &Case, task: &Task) -> Record {
         dt: config.dt,
         refinements: options.refinements,
         status: String::new(),
+        said: None,
         step_ns: f64::NAN,
         step_ns_min: f64::NAN,
         solve_ns: f64::NAN,
@@ -193,6 +194,7 @@ fn algebra(case: &Case, options: StepOptions, row: &mut Record) -> Result<(), St
     })?;
     let report = stepper.solve()?;
     row.iterations_used = report.iterations;
+    row.said = Some(report.solve);
     row.status = match report.solve.status {
         Status::Direct => "direct",
         Status::Converged => "converged",

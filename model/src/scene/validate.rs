@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
-use crate::body::Mobility;
+use crate::body::{Bodies, Mobility};
 use crate::constraint::{Constraint, Distance, MasslessCable};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
@@ -13,6 +13,34 @@ use crate::motion::Motion;
 
 /// Largest deviation of AᵀA from the identity that a frame's axes may have.
 const AXES_TOLERANCE: f64 = 1e-9;
+
+impl Bodies {
+    /// Checks position, orientation and velocities of body number `i`, which errors call `name`: finite, of unit norm, and
+    /// none of a static body. Allocates for an error only.
+    ///
+    /// # Errors
+    /// [`SceneError::BadValue`] with the body and the quantity.
+    ///
+    /// # Panics
+    /// Where there is no body `i`.
+    pub fn validate_state(&self, i: usize, name: &str) -> Result<(), SceneError> {
+        let of = |quantity: &str| format!("body `{name}`: {quantity}");
+        finite(|| of("position"), self.position[i].iter())?;
+        finite(|| of("velocity"), self.velocity[i].iter())?;
+        finite(|| of("angular velocity"), self.angular_velocity[i].iter())?;
+        let rates = self.velocity[i].amax().max(self.angular_velocity[i].amax());
+        if self.mobility[i] == Mobility::Static && rates != 0.0 {
+            let needs = "0 for a static body: make it driven to move it";
+            check(of("velocity"), rates, false, needs)?;
+        }
+        let norm = self.orientation[i].as_vector().norm();
+        if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
+            let needs = "a unit quaternion (scalar first)";
+            check(of("norm of the orientation"), norm, false, needs)?;
+        }
+        Ok(())
+    }
+}
 
 impl Scene {
     /// Checks that the scene can be simulated: finite numbers, positive masses, definite inertias, orthonormal axes,
@@ -121,21 +149,10 @@ impl Scene {
         if !(b.mass[i] > 0.0 && b.mass[i].is_finite()) {
             check(of("mass"), b.mass[i], false, "> 0 kg")?;
         }
-        finite(|| of("position"), b.position[i].iter())?;
-        finite(|| of("velocity"), b.velocity[i].iter())?;
-        finite(|| of("angular velocity"), b.angular_velocity[i].iter())?;
+        b.validate_state(i, &self.body_names[i])?;
         finite(|| of("force"), b.force[i].iter())?;
         finite(|| of("torque"), b.torque[i].iter())?;
         finite(|| of("inertia"), b.inertia[i].iter())?;
-        let rates = b.velocity[i].amax().max(b.angular_velocity[i].amax());
-        let still = b.mobility[i] != Mobility::Static || rates == 0.0;
-        let needs = "0 for a static body: make it driven to move it";
-        check(of("velocity"), rates, still, needs)?;
-        let norm = b.orientation[i].as_vector().norm();
-        if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
-            let needs = "a unit quaternion (scalar first)";
-            check(of("norm of the orientation"), norm, false, needs)?;
-        }
         if positive_definite(&b.inertia[i]) {
             return Ok(());
         }

@@ -1,6 +1,6 @@
 //! What a backend has to refuse, and what it may refuse or solve but not answer wrongly.
 
-use super::{Disagreement, Examination, claims_success, fault, plain_system};
+use super::{Disagreement, Examination, fault, plain_system};
 use crate::{BlockPattern, SolveError, SymBlockMatrix, backward_error};
 use std::sync::Arc;
 
@@ -172,7 +172,7 @@ impl Examination<'_> {
         let lost = lost || (f64::from_bits(1)..1e-290).contains(&a.norm_inf());
         let bar = self.claims.backward_error;
         // At the ends of the range of numbers the error itself overflows.
-        if claims_success(&report) && error > bar && error.is_finite() && !lost {
+        if report.is_claim() && error > bar && error.is_finite() && !lost {
             let found = format!("{:?} with a backward error of {error:.1e}", report.status);
             return Err(fault("no wrong answer is called a solution", name, found));
         }

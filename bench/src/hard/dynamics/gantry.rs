@@ -15,7 +15,6 @@ use std::fmt::Write;
 use std::time::Instant;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{GantryParams, Scene};
-use taut_solver::Status;
 
 /// The drive: a minute.
 pub const DRIVE: &str = include_str!("gantry.csv");
@@ -25,6 +24,8 @@ const DT: f64 = 1.0 / 60.0;
 const BAR: f64 = 0.02;
 /// The same between the reference and one in steps twice as long.
 const REFERENCE_BAR: f64 = 2e-3;
+/// Most that the slowest step may take, with what else the machine does in between \[s].
+const WORST_BAR: f64 = 1.0;
 /// Largest relative error of the multipliers that passes.
 const SOLVER_BAR: f64 = 1e-8;
 
@@ -49,7 +50,7 @@ struct Row {
     load_error_m: f64,
     reference_error_m: f64,
     realtime_factor: f64,
-    /// The step that 999 of 1000 are not slower than; the first, which may allocate, is left out.
+    /// The step that 99 of 100 are not slower than; the first, which may allocate, is left out.
     late_step_s: f64,
     worst_step_s: f64,
     redone: usize,
@@ -151,7 +152,7 @@ fn distance(a: &Run, b: &Run, which: usize) -> f64 {
 fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row {
     let mut later = ours.spent.get(1..).unwrap_or_default().to_vec();
     later.sort_by(f64::total_cmp);
-    let late = later.len().saturating_sub(1 + later.len() / 1000);
+    let late = later.len().saturating_sub(1 + later.len() / 100);
     let at = |i: usize| later.get(i).copied().unwrap_or(f64::NAN);
     Row {
         ratio,
@@ -192,26 +193,28 @@ fn checks(row: &Row, ours: &Run) -> Vec<Check> {
         .by("largest distance over the whole drive, m")
     };
     let late = Check::within(
-        case("all but the slowest 0.1 % of the steps"),
+        case("all but the slowest 1 % of the steps"),
         "16.7 ms a frame".to_owned(),
         format!("{:.3} ms", 1e3 * row.late_step_s),
         row.late_step_s,
         DT,
     )
     .by("seconds, wall clock");
-    // What else the machine does comes in here, which is no fault of the step's.
-    let in_time = row.worst_step_s <= DT;
-    let worst = Check::claim(
+    let mut worst = Check::within(
         case("slowest step"),
-        "16.7 ms a frame",
+        "16.7 ms a frame".to_owned(),
         format!("{:.3} ms", 1e3 * row.worst_step_s),
-        if in_time {
-            Verdict::Pass
-        } else {
-            Verdict::Limit
-        },
-        "",
-    );
+        row.worst_step_s,
+        DT,
+    )
+    .by("seconds, wall clock");
+    // What else the machine does comes in here, which is no fault of the step's.
+    if worst.verdict == Verdict::Fail && row.worst_step_s <= WORST_BAR {
+        worst.verdict = Verdict::Limit;
+        worst = worst.noting(
+            "the system took the processor away: all but 1 % of the steps are judged above",
+        );
+    }
     let reference = Check::within(
         case("the reference"),
         "steps twice as long".to_owned(),
@@ -307,22 +310,16 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let pairs = stepper.multipliers().iter().zip(&exact);
         let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, worse) / largest;
-        let mut check = Check::within(
+        let check = Check::within(
             "",
             "32 digits".to_owned(),
             format!("{error:.1e}"),
             error,
             SOLVER_BAR,
-        );
-        let claimed = matches!(report.solve.status, Status::Direct | Status::Converged);
-        if !claimed && check.verdict == Verdict::Fail {
-            // It says so itself.
-            check.verdict = Verdict::Limit;
-        }
-        found.push((
-            choice.family(),
-            check.by("multipliers, relative to the largest"),
-        ));
+        )
+        .by("multipliers, relative to the largest")
+        .unless_claimed(&report.solve);
+        found.push((choice.family(), check));
     }
     Ok(together(
         &format!("{parts} falls a cable, multipliers"),

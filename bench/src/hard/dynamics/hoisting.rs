@@ -5,6 +5,7 @@
 //! steps that leave nothing of their own.
 
 use crate::check::{Check, ExperimentError, Outcome};
+use crate::hard::worse;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_integrator::{StepOptions, Stepper};
@@ -165,7 +166,7 @@ fn of_cable(speed: f64) -> Result<[f64; 2], ExperimentError> {
     let mut largest = 0.0_f64;
     for _ in 0..(2.0 * period / DT) as usize {
         stepper.step()?;
-        largest = largest.max(angle(&stepper).abs());
+        largest = worse(largest, angle(&stepper).abs());
     }
     Ok([largest, kept])
 }

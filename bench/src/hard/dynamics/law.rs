@@ -71,6 +71,13 @@ pub fn roots(c: &[f64]) -> Vec<[f64; 2]> {
     roots
 }
 
+/// What an elastic mode with ω Δt = `phase` keeps of its amplitude in a step.
+#[must_use]
+pub fn modulus(scheme: Scheme, phase: f64) -> f64 {
+    let roots = roots(&recurrence(scheme, [phase * phase, 0.0], 0.0));
+    roots.first().map_or(f64::NAN, |[modulus, _]| *modulus)
+}
+
 /// The frequency \[rad/s] at which a scheme runs a mode of frequency `omega` (rad/s) that is elastic alone.
 #[must_use]
 pub fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {

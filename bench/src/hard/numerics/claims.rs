@@ -31,7 +31,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
-use taut_solver::{Backend, CgOptions, Status, forward_error};
+use taut_solver::{Backend, CgOptions, forward_error};
 use verify::verify;
 
 /// What rounding leaves of a residual, as a normwise backward error.
@@ -140,6 +140,8 @@ fn tolerance(backend: &Backend) -> Option<f64> {
 /// What was solved, and why some scenes were not.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Audit {
+    /// The scenes and matrices.
+    pub audited: Vec<String>,
     /// The solves.
     pub solves: Vec<Solve>,
     /// Scenes that ended before their last instant, and how.
@@ -149,7 +151,10 @@ pub struct Audit {
 /// Audits a scene after those numbers of steps, ascending.
 #[must_use]
 pub fn audit(name: &str, scene: &Scene, instants: &[usize]) -> Audit {
-    let mut found = Audit::default();
+    let mut found = Audit {
+        audited: vec![name.to_owned()],
+        ..Audit::default()
+    };
     if let Err(e) = follow(name, scene, instants, &mut found) {
         found.ended.push(format!("{name}: {e}"));
     }
@@ -365,7 +370,7 @@ impl State {
         let exact = self.exact.as_deref();
         Ok(Done {
             status: format!("{:?}", report.solve.status),
-            claimed: matches!(report.solve.status, Status::Direct | Status::Converged),
+            claimed: report.solve.is_claim(),
             told: Some(report.solve.residual).filter(|r| r.is_finite()),
             seen: Seen {
                 residual: verified.residual,
@@ -388,7 +393,7 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
         let named = all.into_iter().take(some);
         scenes.extend(named.map(|s| (format!("{} {}", case.name, s.name), s)));
     }
-    let instants: &[usize] = if quick { &[3] } else { &[1, 10, 40, 300] };
+    let instants: &[usize] = if quick { &[0, 3] } else { &[0, 1, 10, 40, 300] };
     let specimens = specimens(quick);
     progress.set_length((scenes.len() + specimens.len()) as u64);
     let audits: Vec<Audit> = scenes
@@ -402,9 +407,11 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
         .collect();
     let mut whole = Audit::default();
     for part in audits {
+        whole.audited.extend(part.audited);
         whole.solves.extend(part.solves);
         whole.ended.extend(part.ended);
     }
+    whole.audited.extend(specimens.iter().map(matrices::name));
     let alone: Vec<Vec<Solve>> = specimens
         .par_iter()
         .map(|specimen| {
@@ -424,7 +431,7 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
 pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let audit = run(quick, progress)?;
     Ok(Outcome {
-        checks: report::checks(&audit.solves),
+        checks: report::checks(&audit),
         text: report::tables(&audit),
         csv: csv(&audit.solves)?,
         ..Outcome::default()

@@ -7,7 +7,7 @@
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
-use crate::hard::{solvers, together};
+use crate::hard::{solvers, together, worse};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -16,7 +16,6 @@ use taut_model::{
     Body, Constraint, Cosserat, Frame, JointLaw, Material, RowLaw, Scene, SceneError, Spherical,
     Stiffness,
 };
-use taut_solver::Status;
 
 /// Relative bar of the tension.
 pub const BAR: f64 = 1e-8;
@@ -98,9 +97,7 @@ fn tension_error(stepper: &Stepper) -> f64 {
         let mu = &stepper.multipliers()[rows.row_range(c)];
         (mu[0].hypot(mu[1]).hypot(mu[2]) / dt - EA * STRAIN).abs() / (EA * STRAIN)
     };
-    (0..rows.constraints())
-        .map(tension)
-        .fold(0.0, |m, e| if e > m || e.is_nan() { e } else { m })
+    (0..rows.constraints()).map(tension).fold(0.0, worse)
 }
 
 /// The error of the tension in static equilibrium, or after `seconds` of a damped run from the unstrained cable, which
@@ -163,7 +160,7 @@ pub fn rigid(choice: &Choice, seconds: f64, plain: bool) -> Result<Rigid, StepEr
         match stepper.step() {
             Ok(report) => {
                 unconverged += report.unconverged_substeps;
-                let claims = matches!(report.solve.status, Status::Direct | Status::Converged);
+                let claims = report.solve.is_claim();
                 claimed += usize::from(claims);
             }
             Err(e) => {

@@ -13,7 +13,7 @@
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;
-use crate::hard::together;
+use crate::hard::{together, worse};
 use crate::poses::{self, Pose};
 use crate::reference::{Converged, converged, scene};
 use crate::scenes::reference_choice;
@@ -42,6 +42,9 @@ const MONOTONE: f64 = 1.0 + 1e-9;
 
 /// By what an error may be larger than the one before where no step is promised to be better.
 pub const RELAPSE: f64 = 10.0;
+
+/// What the last error of a ladder may be of the first one, at most.
+const IMPROVED: f64 = 0.5;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -115,7 +118,7 @@ fn distance(options: &StepOptions, substeps: usize, exact: &Converged) -> Option
         ..options.clone()
     };
     let mut stepper = Stepper::new(scene(&params()).ok()?, options).ok()?;
-    let mut worst = 0.0_f64;
+    let mut worst = 0.0;
     for load in &exact.load {
         for _ in 0..substeps {
             stepper.step().ok()?;
@@ -124,7 +127,7 @@ fn distance(options: &StepOptions, substeps: usize, exact: &Converged) -> Option
         if way.is_nan() || way > params().length {
             return None;
         }
-        worst = worst.max(way);
+        worst = worse(worst, way);
     }
     Some(worst)
 }
@@ -180,6 +183,15 @@ fn monotone(case: String, rungs: &[&Rung], bar: Bar) -> Check {
         .by("largest ratio of an error to the one before it on the ladder, above the reference's own or rounding");
     if lost > 0 {
         check.note = format!("{lost} of {} runs are lost", rungs.len());
+    }
+    // Up it has to go in any case: the top better than the bottom.
+    let size = |r: Option<&&Rung>| r.and_then(|r| r.error).unwrap_or(bar.lost).min(bar.lost);
+    let (first, last) = (size(rungs.first()), size(rungs.last()));
+    let climbs = last <= bar.floor || last < IMPROVED * first;
+    if !climbs {
+        check.verdict = Verdict::Fail;
+        check.note = format!("from {first:.1e} it comes to {last:.1e}: no better");
+        return check;
     }
     if check.verdict == Verdict::Pass && lost == 0 {
         return check;
@@ -273,7 +285,7 @@ fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, StepError> {
 /// Largest distance of two ways.
 fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
     let each = a.iter().zip(b).map(|(a, b)| (a - b).norm());
-    each.fold(0.0, |m, d| if d > m || d.is_nan() { d } else { m })
+    each.fold(0.0, worse)
 }
 
 /// The two ladders of iterations.

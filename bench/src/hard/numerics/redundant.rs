@@ -8,11 +8,11 @@
 
 use crate::check::{Check, Verdict};
 use crate::choice::Choice;
-use crate::hard::{solvers, together};
+use crate::hard::{solvers, together, worse};
 use nalgebra::Vector3;
 use taut_integrator::{StepError, Stepper};
 use taut_model::{Body, Constraint, Frame, RowLaw, Scene, SceneError, Spherical};
-use taut_solver::Status;
+use taut_solver::SolveReport;
 
 /// Relative bar of a share.
 pub const BAR: f64 = 1e-8;
@@ -26,10 +26,12 @@ const GRAVITY: f64 = 9.81;
 pub enum Found {
     /// An answer.
     Shares {
-        /// The force of each joint over its share m g/k of the weight, without unit.
+        /// The force of each joint, upwards, over its share m g/k of the weight, without unit.
         shares: Vec<f64>,
-        /// Whether the solver claims that it is one: direct, or converged.
-        claimed: bool,
+        /// What of its force points sideways, over the same.
+        across: Vec<f64>,
+        /// What the solver says of it.
+        said: SolveReport,
     },
     /// A typed error.
     Refused {
@@ -41,12 +43,13 @@ pub enum Found {
 }
 
 impl Found {
-    /// Largest deviation of a share from 1; ∞ where there are none.
+    /// Largest distance of a share from 1 upwards and 0 sideways; ∞ where there are none.
     #[must_use]
     pub fn uneven(&self) -> f64 {
         match self {
-            Self::Shares { shares, .. } => {
-                shares.iter().map(|s| (s - 1.0).abs()).fold(0.0, largest)
+            Self::Shares { shares, across, .. } => {
+                let each = shares.iter().zip(across);
+                each.map(|(s, a)| (s - 1.0).hypot(*a)).fold(0.0, worse)
             }
             Self::Refused { .. } => f64::INFINITY,
         }
@@ -62,10 +65,6 @@ impl Found {
             Self::Refused { .. } => f64::INFINITY,
         }
     }
-}
-
-fn largest(a: f64, b: f64) -> f64 {
-    if b > a || b.is_nan() { b } else { a }
 }
 
 /// The ball on `copies` equal joints of compliance `compliance` (m/N), in equilibrium.
@@ -100,15 +99,13 @@ pub fn solve(copies: usize, compliance: f64, choice: &Choice) -> Result<Found, S
         Ok(report) => {
             let share = MASS * GRAVITY / copies as f64;
             let rows = stepper.multipliers().chunks_exact(3);
-            let of = |mu: &[f64]| {
-                // What points sideways counts as well.
-                let across = mu[0].hypot(mu[1]) / DT / share;
-                // Side a is the world, so the force on the ball is −λ.
-                -mu[2] / DT / share + across
-            };
+            // Side a is the world, so the force on the ball is −λ.
+            let of = |mu: &[f64]| (-mu[2] / DT / share, mu[0].hypot(mu[1]) / DT / share);
+            let (shares, across) = rows.map(of).unzip();
             Ok(Found::Shares {
-                shares: rows.map(of).collect(),
-                claimed: matches!(report.solve.status, Status::Direct | Status::Converged),
+                shares,
+                across,
+                said: report.solve,
             })
         }
         Err(StepError::Solve {
@@ -159,14 +156,8 @@ pub fn checks() -> Result<Vec<Check>, StepError> {
 fn shared(copies: usize, found: &Found) -> Check {
     let reference = format!("m g/{copies} each");
     match found {
-        Found::Shares { shares, claimed } => {
-            let ours = forces(shares);
-            let mut check = Check::within("", reference, ours, found.uneven(), BAR);
-            if check.verdict == Verdict::Fail && !claimed {
-                check.verdict = Verdict::Limit;
-                "says that it has not converged".clone_into(&mut check.note);
-            }
-            check
+        Found::Shares { shares, said, .. } => {
+            Check::within("", reference, forces(shares), found.uneven(), BAR).unless_claimed(said)
         }
         Found::Refused { message, .. } => Check::claim(
             "",
@@ -198,7 +189,12 @@ fn rigid(found: &Found) -> Check {
                 _ => Verdict::Fail,
             };
             let ours = format!("{}: {norm}", forces(shares));
-            Check::claim("", reference, ours, verdict, "")
+            let note = if verdict == Verdict::Limit {
+                "joint by joint the first takes all that is to be carried, and leaves the others what they started with"
+            } else {
+                ""
+            };
+            Check::claim("", reference, ours, verdict, note)
         }
         Found::Refused { culprit, message } => {
             let named = culprit.as_deref().unwrap_or("no joint");

@@ -6,12 +6,17 @@ use crate::choice::Choice;
 use crate::hard::numerics::ill_conditioned::{matrices::Specimen, solve};
 use crate::matrix::prepared::Problem;
 use crate::matrix::solve::backends;
-use taut_solver::{Status, forward_error};
+use taut_solver::forward_error;
+
+/// What a matrix is called in the audit.
+pub(super) fn name(specimen: &Specimen) -> String {
+    format!("H46 {}", specimen.name)
+}
 
 /// Audits a matrix.
 pub(super) fn audit(specimen: &Specimen) -> Vec<Solve> {
     let problem = Problem::new(&specimen.matrix);
-    let name = format!("H46 {}", specimen.name);
+    let name = name(specimen);
     let place = Place {
         name: &name,
         step: 0,
@@ -24,7 +29,7 @@ pub(super) fn audit(specimen: &Specimen) -> Vec<Solve> {
             let verified = alone(&specimen.matrix, &specimen.b, &x);
             Done {
                 status: format!("{:?}", report.status),
-                claimed: matches!(report.status, Status::Direct | Status::Converged),
+                claimed: report.is_claim(),
                 told: Some(report.residual).filter(|r| r.is_finite()),
                 seen: Seen {
                     residual: verified.residual,

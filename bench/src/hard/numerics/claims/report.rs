@@ -2,7 +2,7 @@
 
 use super::{Audit, Finding, Solve};
 use crate::check::{Check, Verdict};
-use crate::hard::together;
+use crate::hard::{together, worse};
 use crate::table::{error, table, text};
 use std::fmt::Write;
 
@@ -37,7 +37,8 @@ fn counted(solves: &[Solve], wrong: impl Fn(&Solve) -> bool) -> Vec<(&str, usize
 }
 
 /// A row for each solver: no claim of it is false.
-pub(super) fn checks(solves: &[Solve]) -> Vec<Check> {
+pub(super) fn checks(audit: &Audit) -> Vec<Check> {
+    let solves = &audit.solves;
     let is_false = |s: &Solve| s.finding == Finding::False;
     let counts = counted(solves, is_false).into_iter();
     let rows = counts.map(|(backend, count, ours)| {
@@ -72,11 +73,36 @@ pub(super) fn checks(solves: &[Solve]) -> Vec<Check> {
     });
     let mut checks = together("claims", rows.collect());
     checks.extend(by_the_letter(solves));
-    if solves.is_empty() {
-        let none = "no scene was solved".to_owned();
-        checks.push(Check::claim("claims", "", none, Verdict::NotYet, ""));
-    }
+    checks.push(everywhere(audit));
     checks
+}
+
+/// Every scene and every matrix has solves that were looked at.
+fn everywhere(audit: &Audit) -> Check {
+    let unsolved = |name: &&String| audit.solves.iter().all(|s| &s.scene != *name);
+    let none: Vec<&str> = audit
+        .audited
+        .iter()
+        .filter(unsolved)
+        .map(String::as_str)
+        .collect();
+    let all = audit.audited.len();
+    let ours = format!("{} of {all}", all - none.len());
+    // Nothing audited is nothing verified.
+    let missing = if all == 0 {
+        f64::INFINITY
+    } else {
+        none.len() as f64
+    };
+    Check::within(
+        "scenes and matrices that were solved",
+        "all".to_owned(),
+        ours,
+        missing,
+        0.0,
+    )
+    .by("those without a solve by any solver")
+    .noting(none.join(", "))
 }
 
 /// A row for each solver: no claim of it is false by the letter, or those that are have a residual at rounding.
@@ -97,7 +123,7 @@ fn by_the_letter(solves: &[Solve]) -> Vec<Check> {
                 worst.residual
             );
             if wrong().all(|s| s.finding == Finding::True) {
-                let most = wrong().map(|s| s.backward_error).fold(0.0, f64::max);
+                let most = wrong().map(|s| s.backward_error).fold(0.0, worse);
                 check.verdict = Verdict::Limit;
                 let _ = write!(
                     check.note,

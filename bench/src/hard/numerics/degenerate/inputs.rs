@@ -166,9 +166,9 @@ pub(super) const INPUTS: &[Input] = inputs! {
     "time step 10⁻³²⁰ s", Either, Options(|o| o.dt = 1e-320);
     "time step 10³⁰⁰ s", Either, Options(|o| o.dt = 1e300);
     "no sub-steps", Refused("`substeps`"), Options(|o| o.substeps = 0);
-    "state with NaN", Refused("joint-1"), State(|b| b.position[1].y = f64::NAN);
-    "state with ∞", Refused("joint-1"), State(|b| b.velocity[1].y = f64::INFINITY);
-    "orientation NaN", Refused("joint-1"), State(|b| {
+    "state with NaN", Refused("segment-2"), State(|b| b.position[1].y = f64::NAN);
+    "state with ∞", Refused("segment-2"), State(|b| b.velocity[1].y = f64::INFINITY);
+    "orientation NaN", Refused("segment-2"), State(|b| {
         b.orientation[1] = UnitQuaternion::new_unchecked(Quaternion::new(1.0, f64::NAN, 0.0, 0.0));
     });
     "speed of 10²⁰⁰ m/s", Either, State(|b| b.velocity[1].y = 1e200);
