@@ -279,6 +279,7 @@ impl Examination<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::SolveReport;
     use crate::{AnalyzeReport, FactorReport, Phases};
 
     /// The dense solver with one fault, for each fault that is looked for.

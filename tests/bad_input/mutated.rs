@@ -15,7 +15,7 @@ use taut_tests::fuzzing::{self, TARGETS};
 const LONGEST: Duration = Duration::from_secs(60);
 
 /// Does something with an input; one that takes too long, and so perhaps for ever, ends the tests and is printed.
-fn in_time<R>(input: &(impl Debug + ?Sized), work: impl FnOnce() -> R) -> R {
+fn in_time<R>(input: &(impl Debug + Sync + ?Sized), work: impl FnOnce() -> R) -> R {
     let (done, waiting) = mpsc::channel::<()>();
     thread::scope(|threads| {
         threads.spawn(move || {

@@ -1,6 +1,6 @@
 //! What a backend has to refuse, and what it may refuse or solve but not answer wrongly.
 
-use super::{Disagreement, Examination, fault, plain_system};
+use super::{Disagreement, Examination, System, fault, plain_system};
 use crate::{BlockPattern, SolveError, SymBlockMatrix, backward_error};
 use std::sync::Arc;
 
@@ -54,38 +54,30 @@ impl Examination<'_> {
     pub(super) fn phases_have_an_order(&mut self) -> Result<(), Disagreement> {
         let system = plain_system()?;
         let (a, name) = (&system.a, &system.name);
-        let mut x = vec![0.0; a.dim()];
         refused(
             self.solver.factorize(a),
             out_of_order,
             "factorize before analyze is refused",
             name,
         )?;
-        let early = "solve before analyze is refused";
-        refused(
-            self.solver.solve(a, &system.b, &mut x),
-            out_of_order,
-            early,
-            name,
-        )?;
+        self.comes_too_early(&system, "solve before analyze is refused")?;
         let asked = "analyze succeeds";
         Self::must(self.solver.analyze(a.pattern()), asked, name)?;
-        let early = "solve before factorize is refused";
-        refused(
-            self.solver.solve(a, &system.b, &mut x),
-            out_of_order,
-            early,
-            name,
-        )?;
+        self.comes_too_early(&system, "solve before factorize is refused")?;
         self.prepare(&system)?;
         Self::must(self.solver.analyze(a.pattern()), asked, name)?;
-        let early = "a new analysis forgets the factorisation";
-        refused(
-            self.solver.solve(a, &system.b, &mut x),
-            out_of_order,
-            early,
-            name,
-        )
+        self.comes_too_early(&system, "a new analysis forgets the factorisation")
+    }
+
+    /// A solve that something has to come before.
+    fn comes_too_early(
+        &mut self,
+        system: &System,
+        asked: &'static str,
+    ) -> Result<(), Disagreement> {
+        let mut x = vec![0.0; system.a.dim()];
+        let solved = self.solver.solve(&system.a, &system.b, &mut x);
+        refused(solved, out_of_order, asked, &system.name)
     }
 
     pub(super) fn bad_input_is_refused(&mut self) -> Result<(), Disagreement> {
@@ -118,7 +110,7 @@ impl Examination<'_> {
         let asked = "a matrix with NaN is refused";
         refused(self.solver.factorize(&nan), not_finite, asked, name)?;
         let asked = "a failed factorisation leaves nothing to solve with";
-        refused(self.solver.solve(a, b, &mut x), out_of_order, asked, name)?;
+        self.comes_too_early(&system, asked)?;
         // Nor does it do lasting harm.
         self.agrees(&system)
     }

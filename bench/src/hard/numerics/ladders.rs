@@ -200,7 +200,10 @@ fn monotone(case: String, rungs: &[&Rung], bar: Bar) -> Check {
         check.verdict = Verdict::Fail;
     } else {
         check.verdict = Verdict::Limit;
-        let limit = format!("FAIL beyond × {RELAPSE}: nothing promises each step of it");
+        let limit = format!(
+            "what a solve leaves undone, or a step takes explicitly, the next one has to deal with: nothing promises that \
+             every step is better; FAIL beyond × {RELAPSE}"
+        );
         check.note = match check.note.as_str() {
             "" => limit,
             lost => format!("{lost}; {limit}"),
