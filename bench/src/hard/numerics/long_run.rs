@@ -9,6 +9,7 @@
 //! little less tells. What a change of the length has beyond that of the energy is drift.
 
 use crate::check::{Check, ExperimentError, Outcome, csv};
+use crate::pace;
 use crate::table::{error, table, text};
 use crate::trajectory::gaps;
 use indicatif::ProgressBar;
@@ -77,7 +78,7 @@ fn swinging(move_x: f64) -> Result<Stepper, StepError> {
     let dt = options.dt;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
     for _ in 0..=crate::trajectory::steps_in(params.move_duration, dt) {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
     }
     Ok(stepper)
 }
@@ -97,7 +98,7 @@ fn swings(stepper: &mut Stepper) -> Result<Swings, StepError> {
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     let (mut sum, mut gap, mut kinetic, mut weights) = (0.0, 0.0, 0.0_f64, 0.0);
     for n in 0..WINDOW {
-        stepper.step()?;
+        pace::step(stepper)?;
         let energy = stepper.energy();
         let total = energy.total();
         (least, most) = (least.min(total), most.max(total));
@@ -130,7 +131,7 @@ pub fn run(steps: usize, progress: &ProgressBar) -> Result<Vec<Window>, StepErro
     let mut first: Option<(Swings, f64)> = None;
     for end in ends {
         while made + WINDOW < end {
-            stepper.step()?;
+            pace::step(&mut stepper)?;
             made += 1;
         }
         let now = swings(&mut stepper)?;

@@ -74,7 +74,7 @@ pub(super) fn checks(solves: &[Solve]) -> Vec<Check> {
     checks.extend(by_the_letter(solves));
     if solves.is_empty() {
         let none = "no scene was solved".to_owned();
-        checks.push(Check::claim("claims", "", none, Verdict::NotYet, ""));
+        checks.push(Check::claim("claims", "", none, Verdict::Fail, ""));
     }
     checks
 }
@@ -159,4 +159,15 @@ pub(super) fn tables(audit: &Audit) -> String {
         let _ = writeln!(out, "not followed to the end: {ended}");
     }
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_audit_of_nothing_has_failed() {
+        let verdicts: Vec<Verdict> = checks(&[]).iter().map(|c| c.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Fail]);
+    }
 }
