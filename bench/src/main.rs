@@ -449,7 +449,7 @@ fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = ladder::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}; {MARK}\n{}",
+        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         config.scene.length,
         config.scene.resolve()?.segment_mass,

@@ -192,7 +192,8 @@ fn scene_table(records: &[Record]) -> String {
             marks(&r.fastest_at),
         ]);
     }
-    let runs = |r: &Record| r.error.is_none() && r.failure.is_none();
+    let ended = |r: &Record| r.iterations == 0 || r.iterations_used < r.iterations as f64;
+    let runs = |r: &Record| r.error.is_none() && r.failure.is_none() && ended(r);
     mark_columns(
         &mut t,
         records,

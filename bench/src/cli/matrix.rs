@@ -215,7 +215,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
     if args.json.as_deref() != Some(Path::new("-")) {
         let text = table::solved(&results);
         output::print(&format!(
-            "{}\n{SOLVE_LEGEND}; {MARK}\n{text}",
+            "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
             Machine::current()
         ))?;
     }
@@ -269,7 +269,7 @@ pub(crate) fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     let tables: String = results.iter().map(table::compared).collect();
-    let text = format!("{}\n{BENCH_LEGEND}; {MARK}\n{tables}", Machine::current());
+    let text = format!("{}\n{BENCH_LEGEND}\n{MARK}\n{tables}", Machine::current());
     deliver(console, args.json.as_deref(), "matrix", &text, &results)
 }
 

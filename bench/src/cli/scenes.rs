@@ -52,7 +52,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = scenes::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\ncables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; {}\n{}; {MARK}\n{}",
+        "{}\ncables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; {}\n{}\n{MARK}\n{}",
         Machine::current(),
         1.0 / config.dt,
         scenes::bar(),

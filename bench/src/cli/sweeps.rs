@@ -283,9 +283,9 @@ fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 
 /// What the columns of the sweep's tables are.
 const LINEAR_LEGEND: &str = "\
-Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements. Iterative
-solvers start from zero, and each of their solves has at most 1000 iterations, unless they name their own, to 1e-12; cells are compared by
-their last error";
+Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
+the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name their
+own, to 1e-12";
 
 fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
@@ -312,7 +312,7 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let records = linear::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n{LINEAR_LEGEND}; {MARK}\n{}",
+        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n{LINEAR_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         config.max_strain,
         1.0 / config.step.dt,
@@ -358,7 +358,7 @@ fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = kernels::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread\n{KERNELS_LEGEND}; {MARK}\n{}",
+        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread\n{KERNELS_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         table::kernels(&results)
     );
@@ -421,7 +421,7 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = iterative::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n{ITERATIVE_LEGEND}; {MARK}\n{}",
+        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n{ITERATIVE_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         iterative::ANGLE,
         iterative::WARM_UP,

@@ -75,7 +75,7 @@ fn rows_table(rows: &[Record]) -> String {
     mark_columns(
         &mut t,
         rows,
-        keeps_bar,
+        counts,
         &[
             (3, |r| Some(r.step_ns)),
             (4, |r| Some(r.solve_ns)),
@@ -87,6 +87,11 @@ fn rows_table(rows: &[Record]) -> String {
         ],
     );
     text(&t)
+}
+
+/// Whether it is one of those that are compared: what failed, missed the bar or ran out of iterations is not.
+fn counts(r: &Record) -> bool {
+    keeps_bar(r) && (r.iterations == 0 || r.iterations_used < r.iterations)
 }
 
 /// Whether it neither failed nor missed the bar.
@@ -150,7 +155,7 @@ fn loops(records: &[Record]) -> String {
     }
     for (i, &n) in columns.iter().enumerate() {
         let of = |solver: &(&str, usize)| {
-            let kept = find(n, *solver).filter(|r| keeps_bar(r));
+            let kept = find(n, *solver).filter(|r| counts(r));
             ((), kept.map(|r| r.solve_ns_min))
         };
         mark_least(&mut t, 2 + i, &solvers.iter().map(of).collect::<Vec<_>>());
