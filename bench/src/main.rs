@@ -44,7 +44,7 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     bench: BenchArgs,
-    /// Says nothing but what was asked for: tables and data, no progress, no notes of what was written where
+    /// Tables and data only: no progress, no notes of what was written where
     #[arg(long, short, global = true)]
     quiet: bool,
 }

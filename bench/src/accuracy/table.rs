@@ -255,7 +255,7 @@ fn solvers(results: &Results) -> String {
     }
     format!(
         "\nThe default with every solver, {} segments, Cosserat joints: error of the load (mm) and median step, beside \
-         other runs; * least of the stable runs\n{}",
+         other runs;\n* least of the stable runs\n{}",
         fewest.unwrap_or(0),
         text(&out)
     )

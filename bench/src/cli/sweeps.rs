@@ -284,8 +284,8 @@ fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 /// What the columns of the sweep's tables are.
 const LINEAR_LEGEND: &str = "\
 Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
-the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name their
-own, to 1e-12";
+the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
+their own, to 1e-12";
 
 fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
@@ -330,8 +330,8 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 
 /// What the columns of the sweep's tables are.
 const KERNELS_LEGEND: &str = "\
-ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded: over
-banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
+ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded:
+over banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
 multipliers against the KKT system in extended precision. All take turns on the same matrices. +refine: with one
 refinement from the pieces, by the step's clock; umfpack: with its own refinement, its default; batch: 8 cables side by
 side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the filling of the band";

@@ -94,7 +94,7 @@ fn tables_fit_into_120_columns() {
     let main_job = "--quick --segments 24 --ratios 1e5 --iterations 10,100 --time 0.1";
     for arguments in [
         main_job,
-        "bench --scene ring,net --quick --segments 4",
+        "bench --scene ring,net --quick --segments 8",
         "bench --matrix a.mtx --quick",
         "bench --sweep accuracy --quick --segments 4 --ratios 100 --time 0.1",
         "bench --sweep engines --quick --segments 4 --ratios 100 --time 0.1",
