@@ -449,7 +449,8 @@ fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = ladder::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}\n{MARK}\n{}",
+        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n\
+         {BENCH_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         config.scene.length,
         config.scene.resolve()?.segment_mass,
@@ -466,10 +467,7 @@ fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         &results.records,
     )?;
     let only_json = args.json.as_deref() == Some(Path::new("-"));
-    let console = Console {
-        quiet: console.quiet || only_json,
-    };
-    cli::report::of_main_job(&config, &results, args.quick, console)
+    cli::report::of_main_job(&config, &results, args.quick, console, only_json)
 }
 
 /// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard

@@ -38,12 +38,14 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Measures what the rows do not hold and writes the page with its data; a note of where it is.
+/// Measures what the rows do not hold and writes the page with its data; a note of where it is, unless standard output is for
+/// the rows only.
 pub(crate) fn of_main_job(
     config: &Config,
     results: &Results,
     quick: bool,
     console: Console,
+    only_json: bool,
 ) -> Result<(), Failure> {
     let bar = console.progress(0);
     let extras = report::measure(&config.choices, quick, &bar)?;
@@ -70,6 +72,7 @@ pub(crate) fn of_main_job(
         .and_then(|()| Ok(output::write_json(Path::new(DATA), &report)?));
     match written {
         Err(e) => eprintln!("taut: {e}"),
+        Ok(()) if only_json => {}
         Ok(()) => console.note(&format!("report written to {PAGE}"))?,
     }
     Ok(())

@@ -312,7 +312,8 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let records = linear::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n{LINEAR_LEGEND}\n{MARK}\n{}",
+        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n\
+         {LINEAR_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         config.max_strain,
         1.0 / config.step.dt,
@@ -421,7 +422,8 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = iterative::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n{ITERATIVE_LEGEND}\n{MARK}\n{}",
+        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n\
+         {ITERATIVE_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         iterative::ANGLE,
         iterative::WARM_UP,
