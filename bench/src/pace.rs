@@ -84,8 +84,8 @@ impl Pace {
         (steps > 0 && seconds > 0.0).then(|| (steps as f64 / seconds, simulated / seconds))
     }
 
-    /// What a bar says: steps a second and the real-time factor, simulated time over that of the clock; where nothing was
-    /// simulated the bar's own units a second.
+    /// What a bar says: steps a second and the real-time factor, simulated time over that of the clock; where nothing
+    /// was simulated the bar's own units a second.
     #[must_use]
     pub fn text(&self, units_per_second: f64) -> String {
         match self.rates() {

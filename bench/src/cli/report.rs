@@ -38,8 +38,8 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Measures what the rows do not hold and writes the page with its data; a note of where it is, unless standard output is for
-/// the rows only.
+/// Measures what the rows do not hold and writes the page with its data; a note of where it is, unless standard output is
+/// for the rows only.
 pub(crate) fn of_main_job(
     config: &Config,
     results: &Results,
