@@ -48,6 +48,7 @@ fn a_pipe_holds_no_escape_sequence_unless_forced() {
         let forced = output(&at, arguments, &[("CLICOLOR_FORCE", "1")]);
         assert!(forced.contains(ESCAPE), "{arguments}: {forced:?}");
     }
+    assert!(!output(&at, "solve a.mtx", &[]).contains(ESCAPE));
     let forced = output(&at, "solve a.mtx", &[("CLICOLOR_FORCE", "1")]);
     let marked = forced.split(BOLD).skip(1).filter(|rest| {
         let value = rest.split(ESCAPE).next();
