@@ -100,18 +100,18 @@ mod tests {
         ];
         let styled = shown(&rows);
         let plain = plain(&styled);
-        let expected = "\
- group  value  next
- a        2.5     x
- a       0.25*    x
- b        7.5*    x
- a       0.25*    x
- b        NaN     x
- a          -     x
- c        1.5     x
- b       -inf     x
-";
-        assert_eq!(plain, expected);
+        let expected = [
+            " group  value  next",
+            " a        2.5     x",
+            " a       0.25*    x",
+            " b        7.5*    x",
+            " a       0.25*    x",
+            " b        NaN     x",
+            " a          -     x",
+            " c        1.5     x",
+            " b       -inf     x",
+        ];
+        assert_eq!(plain.lines().collect::<Vec<_>>(), expected);
         assert_eq!(styled.matches("\u{1b}[1m").count(), 3, "{styled:?}");
         assert!(styled.contains("\u{1b}[1m0.25*\u{1b}[0m"), "{styled:?}");
     }
