@@ -3,7 +3,7 @@
 
 use comfy_table::{Attribute, Cell, Color, Row, Table};
 
-/// What the mark of [`mark_least`] is, for the legends.
+/// What the mark of a best value is, for the legends.
 pub const MARK: &str =
     "*: the least of its column, apart from what failed, became unstable or ran out of iterations";
 
