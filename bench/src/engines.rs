@@ -282,7 +282,7 @@ mod tests {
             assert!(times.iter().all(|ns| ns.is_finite() && *ns > 0.0), "{r:?}");
         }
         assert_eq!(records[0].over_ours, 1.0);
-        let text = tables(&records, &config);
+        let text = crate::table::plain(&tables(&records, &config));
         assert!(text.lines().all(|line| line.chars().count() <= 120));
     }
 
@@ -298,7 +298,7 @@ mod tests {
         config.time = 0.5;
         let records = run(&config, &ProgressBar::hidden()).expect("sound");
         assert!(records.iter().all(|r| !r.within));
-        let text = tables(&records, &config);
+        let text = crate::table::plain(&tables(&records, &config));
         assert!(
             text.contains("leapfrog: 1e-7 % not reached; best of"),
             "{text}"

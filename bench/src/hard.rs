@@ -30,6 +30,22 @@ pub struct Case {
     pub scenes: fn() -> Result<Vec<Scene>, ExperimentError>,
 }
 
+impl Case {
+    /// Measures it, whole or quick. A case that comes to no check at all has failed.
+    ///
+    /// # Errors
+    /// As the case's own function.
+    pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+        let mut outcome = (self.run)(quick, progress)?;
+        if outcome.checks.is_empty() {
+            let ours = "nothing was measured".to_owned();
+            let check = Check::claim(self.title, "", ours, Verdict::Fail, "");
+            outcome.checks.push(check);
+        }
+        Ok(outcome)
+    }
+}
+
 /// All cases: statics, dynamics, numerics, in the order of their names.
 pub fn cases() -> impl Iterator<Item = Case> {
     [statics::CASES, dynamics::CASES, numerics::CASES]
@@ -195,6 +211,17 @@ mod tests {
         assert!(e.starts_with("no case is called `H99`: choose one of "));
         assert!(cases().all(|c| e.contains(c.name)), "{e}");
         assert_eq!(named("h42").unwrap().name, "H42");
+    }
+
+    #[test]
+    fn a_case_without_checks_has_failed() {
+        let case = Case {
+            run: |_, _| Ok(Outcome::default()),
+            ..named("H42").unwrap()
+        };
+        let outcome = case.outcome(true, &ProgressBar::hidden()).unwrap();
+        let verdicts: Vec<Verdict> = outcome.checks.iter().map(|c| c.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Fail]);
     }
 
     #[test]

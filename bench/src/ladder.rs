@@ -12,6 +12,7 @@
 //! stopped early would set it off and be paid for up to a hundred times a step.
 
 use crate::choice::Choice;
+use crate::pace;
 use crate::reference::{self, Reference};
 use crate::statics;
 use crate::trajectory::{Failure, Timing, Trajectory, simulate, steps_in};
@@ -614,7 +615,7 @@ fn time_row(config: &Config, case: &Case, choice: &Choice) -> Result<[f64; 4], S
         stepper.set_multipliers(&cold)?;
         for (i, state) in case.reference.states.iter().enumerate() {
             state.put(&mut stepper)?;
-            let report = stepper.step()?;
+            let report = pace::step(&mut stepper)?;
             if i > 0 {
                 reports.push(report);
             }

@@ -53,6 +53,7 @@
 //! | `report` | the report as one HTML file |
 //! | `choice` | a backend and a form as one value, with its text form |
 //! | `cache` | references kept in files |
+//! | `pace` | how fast simulations go, for progress bars |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
 
 pub mod accuracy;
@@ -72,6 +73,7 @@ pub mod machine;
 pub mod matrix;
 pub mod modes;
 pub mod output;
+pub mod pace;
 pub mod paper;
 pub mod plot;
 pub mod poses;

@@ -3,16 +3,17 @@
 
 mod cli;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
+use cli::console::Console;
 use cli::hard::HardArgs;
 use cli::matrix::{DumpArgs, MatricesArgs, SolveArgs};
 use cli::paper::PaperArgs;
+use cli::parse;
 use cli::report::ReportArgs;
 use cli::scene::SceneArgs;
 use cli::scenes;
 use cli::sweeps::{self, Sweep};
 use cli::track::TrackArgs;
-use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -20,6 +21,7 @@ use taut_bench::allocations::Counting;
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
+use taut_bench::table::MARK;
 use taut_bench::{Choice, output, table, trajectory};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::{HoistParams, Network};
@@ -33,14 +35,18 @@ static ALLOCATOR: Counting = Counting;
     name = "taut",
     version,
     about,
-    args_conflicts_with_subcommands = true,
-    max_term_width = 110
+    override_usage = "taut [OPTIONS]\n       taut [--quiet] <COMMAND>",
+    max_term_width = 110,
+    after_help = "Examples:\n  taut\n  taut --quick\n  taut run hoist --time 10"
 )]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
     #[command(flatten)]
     bench: BenchArgs,
+    /// Tables and data only: no progress, no notes of what was written where
+    #[arg(long, short, global = true)]
+    quiet: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -57,7 +63,7 @@ enum Command {
     Static(StaticArgs),
     /// Simulates a named scene or a TOML file
     #[command(
-        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30 && taut run --resume gantry.json --time 30"
+        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30"
     )]
     Run(cli::run::RunArgs),
     /// Writes a scene as TOML with the meaning of every key: what `taut run FILE` reads back to the identical run
@@ -91,6 +97,7 @@ enum Command {
     #[command(after_help = cli::report::AFTER_HELP)]
     Report(ReportArgs),
     /// Lists the backends, which are compiled in, and their licences
+    #[command(after_help = "Example: taut backends")]
     Backends,
 }
 
@@ -227,7 +234,7 @@ impl<E: std::error::Error> From<E> for Failure {
 }
 
 fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let cli = match parse::parse(std::env::args_os()) {
         Ok(cli) => cli,
         Err(e) if e.use_stderr() => {
             // One line, as for every other bad input.
@@ -235,7 +242,7 @@ fn main() -> ExitCode {
             let paragraph = text.lines().map(str::trim).take_while(|l| !l.is_empty());
             let line = paragraph.collect::<Vec<_>>().join(" ");
             let line = line.trim_start_matches("error: ");
-            eprintln!("taut: {line} (see `{} --help`)", asked_for());
+            eprintln!("taut: {line} (see `{} --help`)", parse::asked_for());
             return ExitCode::from(2);
         }
         Err(help) => help.exit(),
@@ -244,19 +251,20 @@ fn main() -> ExitCode {
         eprintln!("taut: TAUT_SIMD: {e}");
         return ExitCode::from(2);
     }
+    let console = Console { quiet: cli.quiet };
     let done = match cli.command {
-        None => bench(&cli.bench),
-        Some(Command::Bench(args)) => bench(&args),
-        Some(Command::Static(args)) => hang(&args),
-        Some(Command::Run(args)) => cli::run::run(&args),
+        None => bench(&cli.bench, console),
+        Some(Command::Bench(args)) => bench(&args, console),
+        Some(Command::Static(args)) => hang(&args, console),
+        Some(Command::Run(args)) => cli::run::run(&args, console),
         Some(Command::Scene(args)) => cli::scene::run(&args),
-        Some(Command::Paper(args)) => cli::paper::run(&args),
-        Some(Command::Hard(args)) => cli::hard::run(&args),
-        Some(Command::Dump(args)) => cli::matrix::dump(&args),
+        Some(Command::Paper(args)) => cli::paper::run(&args, console),
+        Some(Command::Hard(args)) => cli::hard::run(&args, console),
+        Some(Command::Dump(args)) => cli::matrix::dump(&args, console),
         Some(Command::Solve(args)) => cli::matrix::solve(&args),
-        Some(Command::Matrices(args)) => cli::matrix::matrices(&args),
-        Some(Command::Track(args)) => cli::track::run(&args),
-        Some(Command::Report(args)) => cli::report::run(&args),
+        Some(Command::Matrices(args)) => cli::matrix::matrices(&args, console),
+        Some(Command::Track(args)) => cli::track::run(&args, console),
+        Some(Command::Report(args)) => cli::report::run(&args, console),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
     match done {
@@ -270,14 +278,6 @@ fn main() -> ExitCode {
             ExitCode::from(1)
         }
     }
-}
-
-/// The command that the arguments begin with, as it is called.
-fn asked_for() -> String {
-    let first = std::env::args().nth(1);
-    let command = Cli::command();
-    let known = first.and_then(|name| Some(command.find_subcommand(name)?.get_name().to_owned()));
-    known.map_or("taut".to_owned(), |name| format!("taut {name}"))
 }
 
 /// A number, or a fraction of two.
@@ -296,13 +296,6 @@ fn number(text: &str) -> Result<f64, String> {
 fn count(text: &str) -> Result<usize, String> {
     let number = text.trim().parse::<usize>();
     number.map_err(|_| format!("`{text}` is no whole number from 0 on"))
-}
-
-/// A bar on a terminal, nothing elsewhere.
-fn progress(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{msg:18} {wide_bar} {pos}/{len} {elapsed}");
-    let bar = ProgressBar::new(length);
-    style.map_or_else(|_| bar.clone(), |style| bar.clone().with_style(style))
 }
 
 fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Failure> {
@@ -441,22 +434,23 @@ Iterations a step (to 2 % above 64) that hold the hanging cable for half a secon
 A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
 joints; for a bent, swinging one see `taut bench`.";
 
-fn bench(args: &BenchArgs) -> Result<(), Failure> {
+fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     if !args.matrices.is_empty() {
-        return cli::matrix::bench(args);
+        return cli::matrix::bench(args, console);
     }
     if !args.scenes.is_empty() {
-        return scenes::run(args);
+        return scenes::run(args, console);
     }
     if let Some(sweep) = args.sweep {
-        return sweeps::run(sweep, args);
+        return sweeps::run(sweep, args, console);
     }
     let config = config(args)?;
-    let bar = progress(0);
+    let bar = console.progress(0);
     let results = ladder::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n{BENCH_LEGEND}\n{}",
+        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n\
+         {BENCH_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         config.scene.length,
         config.scene.resolve()?.segment_mass,
@@ -465,14 +459,21 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
         config.time,
         table::ladder(&results)
     );
-    deliver(args.json.as_deref(), "bench", &text, &results.records)?;
+    deliver(
+        console,
+        args.json.as_deref(),
+        "bench",
+        &text,
+        &results.records,
+    )?;
     let only_json = args.json.as_deref() == Some(Path::new("-"));
-    cli::report::of_main_job(&config, &results, args.quick, only_json)
+    cli::report::of_main_job(&config, &results, args.quick, console, only_json)
 }
 
 /// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard
 /// output they stand there alone.
 fn deliver(
+    console: Console,
     json: Option<&Path>,
     name: &str,
     text: &str,
@@ -491,13 +492,13 @@ fn deliver(
         eprintln!("taut: {e}");
         return Ok(());
     }
-    if !only_json {
-        output::print(&format!("\nrows written to {}\n", default.display()))?;
+    if only_json {
+        return Ok(());
     }
-    Ok(())
+    console.note(&format!("\nrows written to {}", default.display()))
 }
 
-fn hang(args: &StaticArgs) -> Result<(), Failure> {
+fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
     let named = !args.backends.is_empty();
     let fits = |c: &Choice| named || (c.check().is_ok() && c.backend.name() != "dense");
     let config = statics::Config {
@@ -514,12 +515,12 @@ fn hang(args: &StaticArgs) -> Result<(), Failure> {
             "`--limit` is 0: it must be at least 1".to_owned(),
         ));
     }
-    let bar = progress(0).with_message("static");
+    let bar = console.progress(0).with_message("static");
     let results = statics::sweep(&config, &bar)?;
     bar.finish_and_clear();
     if args.json.as_deref() != Some(Path::new("-")) {
         output::print(&format!(
-            "Released unstretched and damped to rest, one refinement: elongation\n{}\n{NEEDED_LEGEND}\n{}",
+            "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{}\n{NEEDED_LEGEND}\n{}",
             table::settled(&results.settled),
             table::needed(&results.needed)
         ))?;

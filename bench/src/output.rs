@@ -34,12 +34,18 @@ impl std::error::Error for FileError {
     }
 }
 
-/// Prints to standard output. A reader that has gone away is not an error: it has read what it wanted.
+/// Prints a text for people to standard output, with its colours and bold type where they are seen and wanted: on a
+/// terminal, unless `NO_COLOR` or `CLICOLOR=0` is set, or wherever `CLICOLOR_FORCE` is. A reader that has gone away is
+/// not an error: it has read what it wanted.
 ///
 /// # Errors
 /// [`FileError`].
 pub fn print(text: &str) -> Result<(), FileError> {
-    let mut out = std::io::stdout().lock();
+    put(&mut anstream::stdout().lock(), text)
+}
+
+/// Writes a text as it is to a stream of the program's own.
+fn put(out: &mut impl Write, text: &str) -> Result<(), FileError> {
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(FileError {
             path: "-".into(),
@@ -102,7 +108,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
         source,
     };
     if path == Path::new("-") {
-        return print(text);
+        return put(&mut std::io::stdout().lock(), text);
     }
     if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).map_err(failed)?;

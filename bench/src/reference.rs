@@ -1,6 +1,7 @@
 //! The motion that the steps at Δt = 1/60 s are judged by: the paper's step at a time step so small that it is stable,
 //! sampled at the frames, and its first-order error taken away by extrapolation from two such time steps.
 
+use crate::pace;
 use crate::trajectory::load_position;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -203,7 +204,7 @@ pub fn compute(
             });
         }
         for _ in 0..substeps {
-            stepper.step()?;
+            pace::step(&mut stepper)?;
         }
         reference.load.push(load_position(stepper.scene()));
     }

@@ -418,7 +418,7 @@ mod tests {
             assert!(r.within_bar.is_none_or(|kept| kept), "{r:?}");
             assert_eq!(r.within_bar.is_some(), r.iterations == 0, "{r:?}");
         }
-        let text = text_tables(&results);
+        let text = crate::table::plain(&text_tables(&results));
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");
     }

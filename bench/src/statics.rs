@@ -5,6 +5,7 @@
 //! ratios has nothing to grow from: what is measured here is the solver.
 
 use crate::choice::Choice;
+use crate::pace;
 use crate::trajectory::load_position;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -59,7 +60,7 @@ pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepErr
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options.clone())?;
     let mut claimed = 0;
     for _ in 0..HOLD_STEPS {
-        let report = stepper.step()?;
+        let report = pace::step(&mut stepper)?;
         claimed += usize::from(report.solve.status == Status::Converged);
     }
     let elongation = elongation(&params, stepper.scene());
@@ -111,7 +112,7 @@ pub fn settle(
     let (mut steps, mut last, mut quiet) = (0, f64::INFINITY, 0);
     let mut since_quiet = f64::INFINITY;
     while steps < limit && quiet < 30 {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         steps += 1;
         last = elongation(&params, stepper.scene());
         if (last - since_quiet).abs() <= rest {

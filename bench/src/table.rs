@@ -1,16 +1,20 @@
-//! Tables for people: aligned text, numbers short enough to read.
+//! Tables for people: aligned text, numbers short enough to read. The texts hold ANSI sequences for what stands out,
+//! which [`crate::output::print`] leaves out where they would not be seen, and [`plain`] everywhere.
 
 mod check;
 mod iterative;
 mod kernels;
 mod linear;
 mod matrix;
+mod style;
 
 pub use check::checks;
 pub use iterative::iterative;
 pub use kernels::kernels;
 pub use linear::linear;
 pub use matrix::{compared, solved, suite};
+pub use style::MARK;
+pub(crate) use style::{mark_columns, mark_least, verdict};
 
 use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
@@ -22,7 +26,11 @@ use taut_solver::Backend;
 /// An empty table with right-aligned columns but the first.
 pub(crate) fn table(header: &[&str]) -> Table {
     let mut table = Table::new();
-    table.load_style(NOTHING).set_header(header);
+    table
+        .load_style(NOTHING)
+        .enforce_styling()
+        .set_header(header);
+    table.style_text_only();
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
@@ -37,6 +45,12 @@ pub(crate) fn text(table: &Table) -> String {
         out.push('\n');
     }
     out
+}
+
+/// A text without ANSI sequences.
+#[must_use]
+pub fn plain(text: &str) -> String {
+    anstream::adapter::strip_str(text).to_string()
 }
 
 /// A number of nanoseconds with a unit, three digits.
@@ -178,6 +192,22 @@ fn scene_table(records: &[Record]) -> String {
             marks(&r.fastest_at),
         ]);
     }
+    let ended = |r: &Record| r.iterations == 0 || r.iterations_used < r.iterations as f64;
+    let runs = |r: &Record| r.error.is_none() && r.failure.is_none() && ended(r);
+    mark_columns(
+        &mut t,
+        records,
+        runs,
+        &[
+            (2, |r| Some(r.step_ns)),
+            (3, |r| Some(r.solve_ns)),
+            (4, |r| Some(r.backward_error_componentwise)),
+            (5, |r| Some(r.forward_error)),
+            (6, |r| Some(r.forward_error_unrefined)),
+            (7, |r| r.elongation_error),
+            (8, |r| r.load_error_m),
+        ],
+    );
     text(&t)
 }
 
@@ -255,6 +285,10 @@ pub fn settled(rows: &[Settled]) -> String {
             error(Some(r.sideways_m)),
         ]);
     }
+    let rows = rows
+        .iter()
+        .map(|r| ((r.segments, r.mass_ratio), Some(r.error)));
+    mark_least(&mut t, 5, &rows.collect::<Vec<_>>());
     text(&t)
 }
 
@@ -271,6 +305,7 @@ pub fn needed(rows: &[Needed]) -> String {
     let mut header = vec!["solver", "segments", "ratio", "start"];
     header.extend(headers.iter().map(String::as_str));
     let mut t = table(&header);
+    let mut cells: Vec<&[Needed]> = Vec::new();
     for group in rows.chunk_by(|a, b| {
         (&a.backend, a.segments, a.mass_ratio, a.warm_start)
             == (&b.backend, b.segments, b.mass_ratio, b.warm_start)
@@ -288,6 +323,17 @@ pub fn needed(rows: &[Needed]) -> String {
                 .map_or(format!("> {}", r.limit), |n| n.to_string())
         }));
         t.add_row(row);
+        cells.push(group);
+    }
+    for i in 0..levels.len() {
+        let of = |group: &&[Needed]| {
+            let iterations = group.get(i).and_then(|r| r.iterations);
+            (
+                (group[0].segments, group[0].mass_ratio),
+                iterations.map(|n| n as f64),
+            )
+        };
+        mark_least(&mut t, 4 + i, &cells.iter().map(of).collect::<Vec<_>>());
     }
     text(&t)
 }

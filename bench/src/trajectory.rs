@@ -1,6 +1,7 @@
 //! Runs a stepper and records what a user of the simulation would see: the load, energies, gaps, times, stability.
 
 use crate::hard::worse;
+use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
@@ -175,7 +176,7 @@ pub fn simulate_driven(
         ..Trajectory::default()
     };
     for _ in 0..steps {
-        let report = match before_step(stepper).and_then(|()| stepper.step()) {
+        let report = match before_step(stepper).and_then(|()| pace::step(stepper)) {
             Ok(report) => report,
             Err(e) => {
                 trajectory.failure = Some(Failure {

@@ -1,7 +1,7 @@
 //! The sweep's tables for people.
 
 use super::{Case, Drive, Record, Results};
-use crate::table::{nanoseconds, ratio, table, text};
+use crate::table::{mark_least, nanoseconds, ratio, table, text};
 use std::fmt::Write;
 use taut_model::JointKind;
 
@@ -14,8 +14,8 @@ pub fn tables(results: &Results) -> String {
         let uncertainty = group.iter().map(|r| r.reference_m).fold(0.0, f64::max);
         let _ = writeln!(
             out,
-            "\n{}, {} segments, {}: error of the load, horizontal/vertical (mm)\n† time of the end (s); reference to \
-             {:.0e} mm",
+            "\n{}, {} segments, {}: error of the load, horizontal/vertical (mm)\n† time of the end (s); * least error of \
+             the rows at the same Δt; reference to {:.0e} mm",
             joint(case.joint),
             case.segments,
             drive(case.drive),
@@ -88,15 +88,26 @@ fn motions(group: &[&Record]) -> String {
     let mut header = vec!["setting".to_owned(), "1/Δt".to_owned()];
     header.extend(ratios.iter().map(|r| ratio(*r)));
     let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
-    for (setting, dt) in rows {
+    let find = |ratio: f64, (setting, dt): (&str, f64)| {
+        let own =
+            |r: &&&Record| (r.case.mass_ratio, r.setting.as_str(), r.dt) == (ratio, setting, dt);
+        group.iter().find(own)
+    };
+    for &(setting, dt) in &rows {
         let mut cells = vec![setting.to_owned(), format!("{:.0}", 1.0 / dt)];
         for &ratio in &ratios {
-            let found = group
-                .iter()
-                .find(|r| r.case.mass_ratio == ratio && r.setting == setting && r.dt == dt);
+            let found = find(ratio, (setting, dt));
             cells.push(found.map_or_else(String::new, |r| cell(r)));
         }
         out.add_row(cells);
+    }
+    // Of the rows at the same time step.
+    for (i, &ratio) in ratios.iter().enumerate() {
+        let of = |row: &(&str, f64)| {
+            let stable = find(ratio, *row).filter(|r| r.stable);
+            (row.1, stable.map(|r| r.error()))
+        };
+        mark_least(&mut out, 2 + i, &rows.iter().map(of).collect::<Vec<_>>());
     }
     text(&out)
 }
@@ -208,7 +219,12 @@ fn solvers(results: &Results) -> String {
             rows.push(row);
         }
     }
-    for row in rows {
+    let find = |ratio: f64, row: (&str, usize, usize)| {
+        runs.iter().find(|r| {
+            (r.backend.as_str(), r.iterations, r.refinements) == row && r.case.mass_ratio == ratio
+        })
+    };
+    for &row in &rows {
         let count = |n: usize| {
             if n == 0 {
                 "-".to_owned()
@@ -218,10 +234,7 @@ fn solvers(results: &Results) -> String {
         };
         let mut cells = vec![row.0.to_owned(), count(row.1), row.2.to_string()];
         for &ratio in &ratios {
-            let found = runs.iter().find(|r| {
-                (r.backend.as_str(), r.iterations, r.refinements) == row
-                    && r.case.mass_ratio == ratio
-            });
+            let found = find(ratio, row);
             cells.push(found.map_or_else(String::new, |r| {
                 if r.stable {
                     mm(r.error())
@@ -233,9 +246,16 @@ fn solvers(results: &Results) -> String {
         }
         out.add_row(cells);
     }
+    for (i, &ratio) in ratios.iter().enumerate() {
+        let stable = |row: &(&str, usize, usize)| find(ratio, *row).filter(|r| r.stable);
+        let errors = rows.iter().map(|row| ((), stable(row).map(|r| r.error())));
+        mark_least(&mut out, 3 + 2 * i, &errors.collect::<Vec<_>>());
+        let times = rows.iter().map(|row| ((), stable(row).map(|r| r.step_ns)));
+        mark_least(&mut out, 4 + 2 * i, &times.collect::<Vec<_>>());
+    }
     format!(
         "\nThe default with every solver, {} segments, Cosserat joints: error of the load (mm) and median step, beside \
-         other runs\n{}",
+         other runs;\n* least of the stable runs\n{}",
         fewest.unwrap_or(0),
         text(&out)
     )

@@ -1,7 +1,8 @@
 //! `taut hard`: the hard cases, reference beside ours.
 
 use super::checks;
-use crate::{Failure, progress};
+use super::console::Console;
+use crate::Failure;
 use clap::Args;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ pass, FAIL: our own bar on our error; limit: where something of ours ends, and s
 the notes below the table that it needs";
 
 /// Runs the cases, prints their tables. Code 1 where a bar of our own is missed.
-pub(crate) fn run(args: &HardArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
     let only_json = args.json.as_deref() == Some(Path::new("-"));
     let mut cases = if args.cases.is_empty() {
         hard::cases().collect()
@@ -44,8 +45,8 @@ pub(crate) fn run(args: &HardArgs) -> Result<(), Failure> {
     let whole = args.cases.is_empty();
     let mut all = Vec::new();
     for case in cases {
-        let bar = progress(0).with_message(case.name);
-        let outcome = (case.run)(args.quick, &bar)?;
+        let bar = console.progress(0).with_message(case.name);
+        let outcome = case.outcome(args.quick, &bar)?;
         bar.finish_and_clear();
         if !only_json {
             output::print(&format!(

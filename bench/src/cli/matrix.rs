@@ -1,7 +1,8 @@
 //! `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
 
+use super::console::Console;
 use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, StepArgs, deliver, overrides, progress, step_options};
+use crate::{BenchArgs, Failure, StepArgs, deliver, overrides, step_options};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -10,7 +11,8 @@ use taut_bench::machine::Machine;
 use taut_bench::matrix::dump::{self, Label};
 use taut_bench::matrix::solve::{self, Config, Results};
 use taut_bench::matrix::{System, suite};
-use taut_bench::{output, run, table};
+use taut_bench::table::MARK;
+use taut_bench::{output, pace, run, table};
 use taut_integrator::Stepper;
 use taut_solver::Backend;
 
@@ -95,7 +97,7 @@ each block row; compon.: componentwise backward error; error: relative error of 
 of repeats";
 
 /// Writes the system of a step.
-pub(crate) fn dump(args: &DumpArgs) -> Result<(), Failure> {
+pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
     let inputs = match &args.controls {
         None => Inputs::default(),
@@ -125,10 +127,10 @@ pub(crate) fn dump(args: &DumpArgs) -> Result<(), Failure> {
         comments: comments(args, &prepared.scene),
     };
     let mut stepper = Stepper::new(prepared.scene, options)?;
-    let bar = progress(args.at).with_message("dump");
+    let bar = console.progress(args.at).with_message("dump");
     for _ in 0..args.at {
         inputs.apply(&mut stepper)?;
-        let stepped = stepper.step();
+        let stepped = pace::step(&mut stepper);
         stepped.map_err(|e| Failure::Unstable(e.to_string()))?;
         bar.inc(1);
     }
@@ -212,7 +214,10 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
     let results = measured(&system, &config(&args.backends)?)?;
     if args.json.as_deref() != Some(Path::new("-")) {
         let text = table::solved(&results);
-        output::print(&format!("{}\n{SOLVE_LEGEND}\n{text}", Machine::current()))?;
+        output::print(&format!(
+            "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
+            Machine::current()
+        ))?;
     }
     if let Some(path) = &args.json {
         output::write_json(path, &results)?;
@@ -221,7 +226,7 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
 }
 
 /// `taut bench --matrix`: speed against error on systems from files.
-pub(crate) fn bench(args: &BenchArgs) -> Result<(), Failure> {
+pub(crate) fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let unread = [
         ("--sweep", args.sweep.is_some()),
         ("--scene", !args.scenes.is_empty()),
@@ -254,7 +259,9 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<(), Failure> {
     // All are read before any is measured.
     let read = |path: &PathBuf| System::read(path, None, None);
     let systems: Vec<System> = args.matrices.iter().map(read).collect::<Result<_, _>>()?;
-    let bar = progress(systems.len() as u64).with_message("matrix");
+    let bar = console
+        .progress(systems.len() as u64)
+        .with_message("matrix");
     let mut results = Vec::new();
     for system in &systems {
         results.push(measured(system, &config)?);
@@ -262,20 +269,20 @@ pub(crate) fn bench(args: &BenchArgs) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     let tables: String = results.iter().map(table::compared).collect();
-    let text = format!("{}\n{BENCH_LEGEND}\n{tables}", Machine::current());
-    deliver(args.json.as_deref(), "matrix", &text, &results)
+    let text = format!("{}\n{BENCH_LEGEND}\n{MARK}\n{tables}", Machine::current());
+    deliver(console, args.json.as_deref(), "matrix", &text, &results)
 }
 
 /// Writes the graded set.
-pub(crate) fn matrices(args: &MatricesArgs) -> Result<(), Failure> {
-    let bar = progress(0).with_message("matrices");
+pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Failure> {
+    let bar = console.progress(0).with_message("matrices");
     let entries = suite::generate(&suite::cases(args.quick), &args.out, args.gzip, &bar)?;
     bar.finish_and_clear();
     if args.json.as_deref() != Some(Path::new("-")) {
         let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
-        output::print(&format!(
-            "{}\n{} systems, {:.1} MB, listed in {}\n",
-            table::suite(&entries),
+        output::print(&table::suite(&entries))?;
+        console.note(&format!(
+            "\n{} systems, {:.1} MB, listed in {}",
             entries.len(),
             bytes as f64 / 1e6,
             args.out.join("index.csv").display()

@@ -1,7 +1,8 @@
 //! `taut paper`: the paper's tables, figures and claims, ours beside theirs.
 
 use super::checks;
-use crate::{Failure, progress};
+use super::console::Console;
+use crate::Failure;
 use clap::Args;
 use serde::Serialize;
 use std::collections::HashSet;
@@ -49,7 +50,7 @@ struct Record<'a> {
 }
 
 /// Runs the experiments, prints their tables, writes their files. Code 1 where a bar of our own is missed.
-pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
     let only_json = args.json.as_deref() == Some(Path::new("-"));
     let mut names = args.names.clone();
     if names.is_empty() {
@@ -65,7 +66,7 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
     }
     let mut all = Vec::new();
     for experiment in names {
-        let bar = progress(0).with_message(experiment.name());
+        let bar = console.progress(0).with_message(experiment.name());
         let outcome = experiment.run(args.quick, &bar)?;
         bar.finish_and_clear();
         let file = |extension| args.out.join(format!("{}.{extension}", experiment.name()));
@@ -96,10 +97,8 @@ pub(crate) fn run(args: &PaperArgs) -> Result<(), Failure> {
     }
     if !only_json {
         output::print(&checks::summary(&all))?;
-        output::print(&format!(
-            "\nrows, checks and charts written to {}\n",
-            args.out.display()
-        ))?;
+        let at = args.out.display();
+        console.note(&format!("\nrows, checks and charts written to {at}"))?;
     }
     if let Some(path) = &args.json {
         output::write_json(path, &all)?;

@@ -1,6 +1,7 @@
 //! `taut report`: the page of a report or of rows that were written before.
 
-use crate::{Failure, progress};
+use super::console::Console;
+use crate::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use taut_bench::ladder::{Config, Results};
@@ -28,23 +29,25 @@ const PAGE: &str = "target/taut/report.html";
 const DATA: &str = "target/taut/report.json";
 
 /// Reads the file, writes the page.
-pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
     let report = report::read(&args.from)?;
     report::write(&report, &args.out)?;
     if args.out != Path::new("-") {
-        output::print(&format!("report written to {}\n", args.out.display()))?;
+        console.note(&format!("report written to {}", args.out.display()))?;
     }
     Ok(())
 }
 
-/// Measures what the rows do not hold and writes the page with its data; where it is, unless `quiet`.
+/// Measures what the rows do not hold and writes the page with its data; a note of where it is, unless standard output is
+/// for the rows only.
 pub(crate) fn of_main_job(
     config: &Config,
     results: &Results,
     quick: bool,
-    quiet: bool,
+    console: Console,
+    only_json: bool,
 ) -> Result<(), Failure> {
-    let bar = progress(0);
+    let bar = console.progress(0);
     let extras = report::measure(&config.choices, quick, &bar)?;
     bar.finish_and_clear();
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -69,8 +72,8 @@ pub(crate) fn of_main_job(
         .and_then(|()| Ok(output::write_json(Path::new(DATA), &report)?));
     match written {
         Err(e) => eprintln!("taut: {e}"),
-        Ok(()) if quiet => {}
-        Ok(()) => output::print(&format!("report written to {PAGE}\n"))?,
+        Ok(()) if only_json => {}
+        Ok(()) => console.note(&format!("report written to {PAGE}"))?,
     }
     Ok(())
 }

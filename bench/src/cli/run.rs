@@ -1,6 +1,7 @@
 //! `taut run`: simulates a scene, or goes on with a run that was saved.
 
-use crate::{Failure, StepArgs, number, overrides, progress, step_options, steps};
+use super::console::Console;
+use crate::{Failure, StepArgs, number, overrides, step_options, steps};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use taut_bench::inputs::Inputs;
@@ -76,7 +77,7 @@ fn save_at(args: &RunArgs, start: f64) -> Result<Option<f64>, Failure> {
 }
 
 /// Runs, and writes what is asked for.
-pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     let given = [&args.out, &args.json, &args.save];
     let to_stdout = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
     if given.iter().filter(|path| to_stdout(path)).count() > 1 {
@@ -94,7 +95,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<(), Failure> {
         )));
     }
     let save_at = save_at(args, stepper.time())?;
-    let bar = progress(count as u64);
+    let bar = console
+        .progress(count as u64)
+        .with_message(stepper.scene().name.clone());
     let (summary, trajectory, saved) =
         run::run(&mut stepper, &yardstick, &inputs, args.time, save_at, &bar);
     bar.finish_and_clear();

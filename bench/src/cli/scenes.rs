@@ -1,9 +1,11 @@
 //! `taut bench --scene NAME,…`: every solver on cables with branches and loops.
 
+use super::console::Console;
 use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, choices, deliver, progress, take_ratios};
+use crate::{BenchArgs, Failure, choices, deliver, take_ratios};
 use taut_bench::machine::Machine;
 use taut_bench::scenes::{self, Config};
+use taut_bench::table::MARK;
 use taut_model::Network;
 
 /// The network of that name.
@@ -13,7 +15,7 @@ pub(crate) fn network(name: &str) -> Result<Network, String> {
 }
 
 /// Runs the benchmark on the scenes named.
-pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let unread = [
         ("--sweep", args.sweep.is_some()),
         ("--dt", !args.dt.is_empty()),
@@ -46,16 +48,16 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         ));
     }
     config.choices = choices(&args.backends)?;
-    let bar = progress(0);
+    let bar = console.progress(0);
     let results = scenes::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\ncables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; {}\n{}\n{}",
+        "{}\ncables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; {}\n{}\n{MARK}\n{}",
         Machine::current(),
         1.0 / config.dt,
         scenes::bar(),
         scenes::LEGEND,
         scenes::text_tables(&results)
     );
-    deliver(args.json.as_deref(), "scenes", &text, &results)
+    deliver(console, args.json.as_deref(), "scenes", &text, &results)
 }

@@ -1,8 +1,10 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
-use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
+use super::console::Console;
+use crate::{BenchArgs, Failure, choices, deliver, positive, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
+use taut_bench::table::MARK;
 use taut_bench::{accuracy, energy, engines, iterative, kernels, linear, shocks, stability, table};
 
 /// The sweeps that there are.
@@ -62,17 +64,17 @@ impl Sweep {
 }
 
 /// Runs a sweep.
-pub(crate) fn run(sweep: Sweep, args: &BenchArgs) -> Result<(), Failure> {
+pub(crate) fn run(sweep: Sweep, args: &BenchArgs, console: Console) -> Result<(), Failure> {
     refuse_without_effect(sweep, args)?;
     match sweep {
-        Sweep::Accuracy => accuracy(args),
-        Sweep::Shocks => shocks(args),
-        Sweep::Stability => stability(args),
-        Sweep::Energy => energy(args),
-        Sweep::Linear => linear(args),
-        Sweep::Kernels => kernels(args),
-        Sweep::Iterative => iterative(args),
-        Sweep::Engines => engines(args),
+        Sweep::Accuracy => accuracy(args, console),
+        Sweep::Shocks => shocks(args, console),
+        Sweep::Stability => stability(args, console),
+        Sweep::Energy => energy(args, console),
+        Sweep::Linear => linear(args, console),
+        Sweep::Kernels => kernels(args, console),
+        Sweep::Iterative => iterative(args, console),
+        Sweep::Engines => engines(args, console),
     }
 }
 
@@ -112,7 +114,7 @@ pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
     numbers
 }
 
-fn accuracy(args: &BenchArgs) -> Result<(), Failure> {
+fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
         accuracy::Config::quick()
     } else {
@@ -156,7 +158,7 @@ fn accuracy(args: &BenchArgs) -> Result<(), Failure> {
             config.time
         )));
     }
-    let bar = progress(0).with_message(Sweep::Accuracy.name());
+    let bar = console.progress(0).with_message(Sweep::Accuracy.name());
     let results = accuracy::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -166,6 +168,7 @@ fn accuracy(args: &BenchArgs) -> Result<(), Failure> {
         accuracy::tables(&results)
     );
     deliver(
+        console,
         args.json.as_deref(),
         Sweep::Accuracy.name(),
         &text,
@@ -173,7 +176,7 @@ fn accuracy(args: &BenchArgs) -> Result<(), Failure> {
     )
 }
 
-fn shocks(args: &BenchArgs) -> Result<(), Failure> {
+fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
         shocks::Config::quick()
     } else {
@@ -187,20 +190,26 @@ fn shocks(args: &BenchArgs) -> Result<(), Failure> {
             config.time
         )));
     }
-    let bar = progress(0).with_message(Sweep::Shocks.name());
+    let bar = console.progress(0).with_message(Sweep::Shocks.name());
     let results = shocks::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!("{}\n{}", Machine::current(), shocks::table(&results));
-    deliver(args.json.as_deref(), Sweep::Shocks.name(), &text, &results)
+    deliver(
+        console,
+        args.json.as_deref(),
+        Sweep::Shocks.name(),
+        &text,
+        &results,
+    )
 }
 
-fn stability(args: &BenchArgs) -> Result<(), Failure> {
+fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let config = if args.quick {
         stability::Config::quick()
     } else {
         stability::Config::default()
     };
-    let bar = progress(0).with_message(Sweep::Stability.name());
+    let bar = console.progress(0).with_message(Sweep::Stability.name());
     let records = stability::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -209,6 +218,7 @@ fn stability(args: &BenchArgs) -> Result<(), Failure> {
         stability::text_tables(&records, &config)
     );
     deliver(
+        console,
         args.json.as_deref(),
         Sweep::Stability.name(),
         &text,
@@ -216,13 +226,13 @@ fn stability(args: &BenchArgs) -> Result<(), Failure> {
     )
 }
 
-fn energy(args: &BenchArgs) -> Result<(), Failure> {
+fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let config = if args.quick {
         energy::Config::quick()
     } else {
         energy::Config::default()
     };
-    let bar = progress(0).with_message(Sweep::Energy.name());
+    let bar = console.progress(0).with_message(Sweep::Energy.name());
     let results = energy::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -230,10 +240,16 @@ fn energy(args: &BenchArgs) -> Result<(), Failure> {
         Machine::current(),
         energy::text_tables(&results, &config)
     );
-    deliver(args.json.as_deref(), Sweep::Energy.name(), &text, &results)
+    deliver(
+        console,
+        args.json.as_deref(),
+        Sweep::Energy.name(),
+        &text,
+        &results,
+    )
 }
 
-fn engines(args: &BenchArgs) -> Result<(), Failure> {
+fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
         engines::Config::quick()
     } else {
@@ -248,7 +264,7 @@ fn engines(args: &BenchArgs) -> Result<(), Failure> {
             config.time
         )));
     }
-    let bar = progress(0);
+    let bar = console.progress(0);
     let records = engines::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -256,15 +272,22 @@ fn engines(args: &BenchArgs) -> Result<(), Failure> {
         Machine::current(),
         engines::tables(&records, &config)
     );
-    deliver(args.json.as_deref(), Sweep::Engines.name(), &text, &records)
+    deliver(
+        console,
+        args.json.as_deref(),
+        Sweep::Engines.name(),
+        &text,
+        &records,
+    )
 }
 
 /// What the columns of the sweep's tables are.
 const LINEAR_LEGEND: &str = "\
-Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements. Iterative
-solvers start from zero, and each of their solves has at most 1000 iterations, unless they name their own, to 1e-12";
+Each cell: relative errors of the multipliers against extended precision, ∞-norm, with 0, 1, 2 refinements, compared by
+the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
+their own, to 1e-12";
 
-fn linear(args: &BenchArgs) -> Result<(), Failure> {
+fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
         linear::Config::quick()
     } else {
@@ -285,29 +308,36 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
             }
         }
     }
-    let bar = progress(0).with_message(Sweep::Linear.name());
+    let bar = console.progress(0).with_message(Sweep::Linear.name());
     let records = linear::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n{LINEAR_LEGEND}\n{}",
+        "{}\nhoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n\
+         {LINEAR_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         config.max_strain,
         1.0 / config.step.dt,
         config.step.scheme,
         table::linear(&records, &config.omissions())
     );
-    deliver(args.json.as_deref(), Sweep::Linear.name(), &text, &records)
+    deliver(
+        console,
+        args.json.as_deref(),
+        Sweep::Linear.name(),
+        &text,
+        &records,
+    )
 }
 
 /// What the columns of the sweep's tables are.
 const KERNELS_LEGEND: &str = "\
-ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded: over
-banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
+ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded:
+over banded's of the same table; normwise, compon.: backward errors on the system solved; error: relative error of the
 multipliers against the KKT system in extended precision. All take turns on the same matrices. +refine: with one
 refinement from the pieces, by the step's clock; umfpack: with its own refinement, its default; batch: 8 cables side by
 side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the filling of the band";
 
-fn kernels(args: &BenchArgs) -> Result<(), Failure> {
+fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
         kernels::Config::quick()
     } else {
@@ -325,15 +355,21 @@ fn kernels(args: &BenchArgs) -> Result<(), Failure> {
             }
         }
     }
-    let bar = progress(0).with_message(Sweep::Kernels.name());
+    let bar = console.progress(0).with_message(Sweep::Kernels.name());
     let results = kernels::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread\n{KERNELS_LEGEND}\n{}",
+        "{}\nhoist: hanging at an angle, Δt = 1/60 s, one thread\n{KERNELS_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         table::kernels(&results)
     );
-    deliver(args.json.as_deref(), Sweep::Kernels.name(), &text, &results)
+    deliver(
+        console,
+        args.json.as_deref(),
+        Sweep::Kernels.name(),
+        &text,
+        &results,
+    )
 }
 
 /// What the cells of the sweep's tables are.
@@ -343,7 +379,7 @@ pieces to the multipliers (assembly, factorisation, solve), × the direct solver
 row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
 reached; guess: the step before is as near as that";
 
-fn iterative(args: &BenchArgs) -> Result<(), Failure> {
+fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = if args.quick {
         iterative::Config::quick()
     } else {
@@ -382,11 +418,12 @@ fn iterative(args: &BenchArgs) -> Result<(), Failure> {
             ));
         }
     };
-    let bar = progress(0).with_message(Sweep::Iterative.name());
+    let bar = console.progress(0).with_message(Sweep::Iterative.name());
     let results = iterative::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
-        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n{ITERATIVE_LEGEND}\n{}",
+        "{}\nhoist at {} rad and networks, state after {} steps of 1/{:.0} s, up to {} iterations\n\
+         {ITERATIVE_LEGEND}\n{MARK}\n{}",
         Machine::current(),
         iterative::ANGLE,
         iterative::WARM_UP,
@@ -395,6 +432,7 @@ fn iterative(args: &BenchArgs) -> Result<(), Failure> {
         table::iterative(&results, config.limit)
     );
     deliver(
+        console,
         args.json.as_deref(),
         Sweep::Iterative.name(),
         &text,

@@ -1,6 +1,7 @@
 //! `taut track`: per-step figures against the baseline.
 
-use crate::{Failure, progress};
+use super::console::Console;
+use crate::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -14,11 +15,12 @@ const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
-Instructions are counted in a second build of this program:
+Instructions are counted in a second build of this program. The script `.ci/track` makes it and passes on its arguments:
+`.ci/track --update` rewrites the baseline. A commit that changes the baseline says why.
+Examples:
+  taut track --quick
   RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo build --release --locked --target-dir target/x86-64-v3
-  taut track --icount-binary target/x86-64-v3/release/taut
-The script `.ci/track` does both and passes on its arguments: `.ci/track --update` rewrites the baseline.
-A commit that changes the baseline says why.";
+  taut track --icount-binary target/x86-64-v3/release/taut";
 
 #[derive(Debug, Args)]
 pub(crate) struct TrackArgs {
@@ -60,7 +62,7 @@ const BUDGET: Duration = Duration::from_millis(400);
 const QUICK_BUDGET: Duration = Duration::from_millis(50);
 
 /// Measures, prints the comparison. Code 1 where a figure fails.
-pub(crate) fn run(args: &TrackArgs) -> Result<(), Failure> {
+pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     if args.toolchain {
         return Ok(output::print(&format!("{}\n", track::toolchain()))?);
     }
@@ -84,7 +86,7 @@ pub(crate) fn run(args: &TrackArgs) -> Result<(), Failure> {
     };
     // What all are measured from and against; another solver would take hours over the largest scenes.
     Choice::schur(Backend::Banded).check()?;
-    let bar = progress(0);
+    let bar = console.progress(0);
     let figures = track::run(&config, &bar);
     bar.finish_and_clear();
     let rows = track::compare(&figures, &baseline);

@@ -1,6 +1,7 @@
 //! The energy of a swing over very many steps.
 
 use super::{MOVE_TIME, moved, options};
+use crate::pace;
 use crate::trajectory::{Failure, steps_in};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -109,7 +110,7 @@ pub(super) fn run(
     let mut windows = Vec::with_capacity(steps / WINDOW);
     let mut energies = Vec::with_capacity(WINDOW);
     for step in 0..still + steps {
-        match stepper.step() {
+        match pace::step(&mut stepper) {
             Ok(report) => band.redone += usize::from(report.redone),
             Err(e) => {
                 band.failure = Some(Failure {

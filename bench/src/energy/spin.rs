@@ -4,6 +4,7 @@
 //! exactly loses angular momentum at some order in Δt, and this is that order.
 
 use super::{Setting, options};
+use crate::pace;
 use crate::trajectory::{Failure, steps_in};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
@@ -154,7 +155,7 @@ pub(super) fn run(setting: Setting, dt: f64, time: f64) -> Result<Spin, StepErro
                 reason,
             })
         };
-        if let Err(e) = stepper.step() {
+        if let Err(e) = pace::step(&mut stepper) {
             spin.failure = failed(e.to_string());
             return Ok(spin);
         }

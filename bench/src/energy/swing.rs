@@ -1,6 +1,7 @@
 //! The amplitude of the load's swing, early and late.
 
 use super::{Config, MOVE, Setting, moved, options};
+use crate::pace;
 use crate::trajectory::{Failure, load_position};
 use nalgebra::{Matrix4, Vector4};
 use serde::Serialize;
@@ -122,7 +123,7 @@ pub(super) fn run(
     };
     let mut x = Vec::with_capacity(steps);
     for _ in 0..steps {
-        match stepper.step() {
+        match pace::step(&mut stepper) {
             Ok(report) => swing.redone += usize::from(report.redone),
             Err(e) => {
                 swing.failure = Some(Failure {

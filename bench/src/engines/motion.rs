@@ -4,6 +4,7 @@
 //! T = g cos θ × (mass below): the load then swings and does not bounce. At rest θ = 0, and the exact elongation is
 //! Σ T/k. The chain of point masses puts half a segment's mass at each of its ends, which gives it the same one.
 
+use crate::pace;
 use crate::reference;
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
@@ -159,7 +160,7 @@ fn stepped(
     let mut load = Vec::with_capacity(frames);
     for _ in 0..frames {
         for _ in 0..substeps {
-            stepper.step()?;
+            pace::step(&mut stepper)?;
         }
         load.push(crate::trajectory::load_position(stepper.scene()));
     }

@@ -1,7 +1,7 @@
 //! The results as text.
 
 use super::{Config, Record};
-use crate::table::{nanoseconds, ratio, table, text};
+use crate::table::{mark_columns, nanoseconds, ratio, table, text};
 use comfy_table::CellAlignment;
 use std::fmt::Write;
 
@@ -13,7 +13,8 @@ pub fn tables(records: &[Record], config: &Config) -> String {
         "hoist: L = 10 m, segments of 1 kg, YA = 2·10⁷ N; one frame of 1/60 s on one thread. Swing: straight at {} rad,\n\
          released from rest, {} s. elong.: of the resting cable, against the analytic one; load: largest distance of the\n\
          swinging load from our own step at 1/7680 s; both in % of L. Rivals: the cheapest setting within {bar} %, by\n\
-         powers of two, none beyond {} a frame tried; their cables have no bending and no torsion.\n",
+         powers of two, none beyond {} a frame tried; their cables have no bending and no torsion. *: the least of the\n\
+         rows within {bar} %.\n",
         config.angle,
         config.time,
         nanoseconds(config.longest_ns),
@@ -59,6 +60,18 @@ fn rows(cable: &[Record], bar: &str) -> String {
             let _ = writeln!(remarks, "{}: {}", r.engine, remark(r, bar));
         }
     }
+    mark_columns(
+        &mut t,
+        cable,
+        |r| r.within,
+        &[
+            (2, |r| r.outcome.elongation_error),
+            (3, |r| r.outcome.load_error),
+            (4, |r| Some(r.outcome.frame_ns_min)),
+            (5, |r| Some(r.outcome.frame_ns)),
+            (6, |r| Some(r.ns_per_joint)),
+        ],
+    );
     text(&t) + &remarks
 }
 

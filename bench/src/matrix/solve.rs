@@ -20,6 +20,12 @@ pub const DENSE_ROWS: usize = 1500;
 /// The same for nalgebra-sparse, whose analysis is quadratic.
 pub const NALGEBRA_ROWS: usize = 30_000;
 
+/// What a direct backend claims.
+const DIRECT: &str = "direct";
+
+/// What a backend claims whose iteration met its tolerance.
+const CONVERGED: &str = "converged";
+
 /// What a backend claims that ran out of iterations.
 const LIMIT: &str = "limit";
 
@@ -145,6 +151,12 @@ impl Record {
     #[must_use]
     pub fn total_ns(&self) -> f64 {
         self.factorize_ns + self.solve_ns
+    }
+
+    /// Whether it came to an end of its own: it is direct, or its iteration converged.
+    #[must_use]
+    pub fn ended(&self) -> bool {
+        [DIRECT, CONVERGED].contains(&self.status.as_str())
     }
 }
 
@@ -369,8 +381,8 @@ fn row(
         iterations: limit_of(backend),
         iterations_used: report.iterations,
         status: match report.status {
-            Status::Direct => "direct",
-            Status::Converged => "converged",
+            Status::Direct => DIRECT,
+            Status::Converged => CONVERGED,
             Status::IterationLimit => LIMIT,
             _ => "stalled",
         }

@@ -10,6 +10,7 @@
 //! the ones that can be read); a ratio with two readings is shown with both, and the nearer one counts.
 
 use crate::check::{Check, ExperimentError, Outcome, csv};
+use crate::pace;
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table;
 use crate::trajectory::steps_in;
@@ -203,7 +204,7 @@ pub(super) fn drop_chain(
         .collect();
     let mut violation = 0.0_f64;
     for _ in 0..steps_in(time, stepper.options().dt) {
-        if stepper.step().is_err() {
+        if pace::step(&mut stepper).is_err() {
             violation = f64::INFINITY;
         }
         for &row in &links {

@@ -1,7 +1,10 @@
 //! The networks for people: a table for each case, loops, growth.
 
 use super::{BAR, Record, Results};
-use crate::table::{error, nanoseconds, omissions, ratio, table, text};
+use crate::table::{
+    error, mark_columns, mark_least, nanoseconds, omissions, ratio, table, text, verdict,
+};
+use comfy_table::Cell;
 use std::fmt::Write;
 use taut_model::Network;
 
@@ -51,7 +54,7 @@ fn rows_table(rows: &[Record]) -> String {
         "entries", "bar",
     ]);
     for r in rows {
-        t.add_row([
+        let row = [
             // The longest name of an order makes the table too wide.
             r.backend.replace("minimum-degree", "min-deg"),
             iterations(r),
@@ -64,10 +67,36 @@ fn rows_table(rows: &[Record]) -> String {
             error(r.forward_error_unrefined),
             error(r.load_difference),
             r.factor_entries.map_or_else(String::new, |n| n.to_string()),
-            mark(r).to_owned(),
-        ]);
+        ];
+        let mut row = row.map(Cell::new).to_vec();
+        row.push(verdict(mark(r), Some(keeps_bar(r)).filter(|kept| !kept)));
+        t.add_row(row);
     }
+    mark_columns(
+        &mut t,
+        rows,
+        counts,
+        &[
+            (3, |r| Some(r.step_ns)),
+            (4, |r| Some(r.solve_ns)),
+            (5, |r| Some(r.solve_ns_min)),
+            (6, |r| Some(r.solve_ns_per_row)),
+            (7, |r| r.forward_error),
+            (8, |r| r.forward_error_unrefined),
+            (9, |r| r.load_difference),
+        ],
+    );
     text(&t)
+}
+
+/// Whether it is one of those that are compared: what failed, missed the bar or ran out of iterations is not.
+fn counts(r: &Record) -> bool {
+    keeps_bar(r) && (r.iterations == 0 || r.iterations_used < r.iterations)
+}
+
+/// Whether it neither failed nor missed the bar.
+fn keeps_bar(r: &Record) -> bool {
+    mark(r).is_empty()
 }
 
 fn mark(r: &Record) -> &'static str {
@@ -104,7 +133,13 @@ fn loops(records: &[Record]) -> String {
     let mut header = vec!["solver".to_owned(), "iter".to_owned()];
     header.extend(columns.iter().map(|n| format!("N = {n}")));
     let mut t = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
-    for (backend, limit) in solvers {
+    let find = |n: usize, (backend, limit): (&str, usize)| {
+        ring.iter().find(|r| {
+            (r.size, r.backend.as_str(), r.iterations) == (n, backend, limit)
+                && r.mass_ratio == first.mass_ratio
+        })
+    };
+    for &(backend, limit) in &solvers {
         let mut cells = vec![backend.to_owned()];
         cells.push(if limit == 0 {
             String::new()
@@ -112,15 +147,18 @@ fn loops(records: &[Record]) -> String {
             limit.to_string()
         });
         cells.extend(columns.iter().map(|&n| {
-            let own = ring.iter().find(|r| {
-                (r.size, r.backend.as_str(), r.iterations) == (n, backend, limit)
-                    && r.mass_ratio == first.mass_ratio
-            });
-            own.map_or_else(String::new, |r| {
+            find(n, (backend, limit)).map_or_else(String::new, |r| {
                 format!("{} {}", nanoseconds(r.solve_ns_min), error(r.forward_error))
             })
         }));
         t.add_row(cells);
+    }
+    for (i, &n) in columns.iter().enumerate() {
+        let of = |solver: &(&str, usize)| {
+            let kept = find(n, *solver).filter(|r| counts(r));
+            ((), kept.map(|r| r.solve_ns_min))
+        };
+        mark_least(&mut t, 2 + i, &solvers.iter().map(of).collect::<Vec<_>>());
     }
     format!(
         "\nClosing a loop: linear solve (minimum) and error of the multipliers, ring of N segments, ratio {}\n{}",

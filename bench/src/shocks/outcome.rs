@@ -1,6 +1,7 @@
 //! What a run through a shock comes to, and the verdicts on it.
 
 use super::scene::{Shock, scene};
+use crate::pace;
 use crate::trajectory::{Failure, Timing, gaps, load_position, steps_in};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -186,7 +187,7 @@ pub fn measure(
     let from = shock.end() - 1e-9;
     let mut counted = false;
     for _ in 0..steps_in(time, dt) {
-        let report = match stepper.step() {
+        let report = match pace::step(&mut stepper) {
             Ok(report) => report,
             Err(e) => {
                 run.fail(stepper.time(), e.to_string());

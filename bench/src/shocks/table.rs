@@ -205,7 +205,7 @@ mod tests {
         };
         let results = run(&config, &indicatif::ProgressBar::hidden()).unwrap();
         assert_eq!(results.outcomes.len(), 3 * 8);
-        let text = table(&results);
+        let text = crate::table::plain(&table(&results));
         let widest = text.lines().map(|l| l.chars().count()).max();
         assert!(widest <= Some(120), "{widest:?}\n{text}");
         let failures = results.outcomes[..8].iter().filter(|r| r.fails()).count();

@@ -1,6 +1,6 @@
 //! Iterations and times to given errors, a table for each case, then where iterations win.
 
-use super::{ratio, table, text};
+use super::{mark_least, ratio, table, text};
 use crate::iterative::{Record, Results, Start, verdicts};
 use std::fmt::Write;
 
@@ -45,10 +45,21 @@ fn errors(rows: &[Record]) -> String {
         );
         t.add_row(row);
     }
+    // Of each row the times of all columns.
+    let reached = |r: &&Record| r.iterations.and(r.ns).filter(|_| r.failure.is_none());
+    let mut times: Vec<Vec<Option<f64>>> = Vec::new();
+    if !direct.is_empty() {
+        times.push(direct.iter().chain(&direct).map(reached).collect());
+    }
     for solver in iterative.chunk_by(|a, b| a.backend == b.backend) {
         let mut row = vec![solver[0].backend.clone()];
         row.extend(solver.iter().map(|r| cell(r)));
         t.add_row(row);
+        times.push(solver.iter().map(reached).collect());
+    }
+    for column in 1..header.len() {
+        let of = |row: &Vec<Option<f64>>| ((), row.get(column - 1).copied().flatten());
+        mark_least(&mut t, column, &times.iter().map(of).collect::<Vec<_>>());
     }
     text(&t)
 }
@@ -146,6 +157,7 @@ fn unreached(records: &[Record]) -> String {
 mod tests {
     use super::*;
     use crate::iterative::{Config, run};
+    use crate::table::plain;
     use indicatif::ProgressBar;
     use std::time::Duration;
     use taut_model::Network;
@@ -161,7 +173,7 @@ mod tests {
             ..Config::default()
         };
         let results = run(&config, &ProgressBar::hidden()).unwrap();
-        let text = iterative(&results, config.limit);
+        let text = plain(&iterative(&results, config.limit));
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");
         for words in [

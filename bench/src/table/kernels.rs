@@ -1,8 +1,8 @@
 //! What one solve costs, a table for each case, and the targets.
 
-use super::{error, ratio, table, text};
+use super::{error, mark_columns, ratio, table, text, verdict};
 use crate::kernels::{Record, Results, Target};
-use comfy_table::CellAlignment;
+use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
 
 /// A table for each case, then what the targets come to, then what was left out.
@@ -76,6 +76,18 @@ fn rows(case: &[Record]) -> String {
             number(r.forward_error),
         ]);
     }
+    mark_columns(
+        &mut t,
+        case,
+        |r| r.error.is_none(),
+        &[
+            (1, |r| Some(r.ns_per_joint)),
+            (2, |r| Some(r.ns_per_joint_median)),
+            (6, |r| Some(r.backward_error)),
+            (7, |r| Some(r.backward_error_componentwise)),
+            (8, |r| Some(r.forward_error)),
+        ],
+    );
     let mut out = text(&t);
     for (r, reason) in case.iter().filter_map(|r| Some((r, r.error.as_ref()?))) {
         let _ = writeln!(out, "  {}: {reason}", r.solver);
@@ -102,19 +114,19 @@ fn targets(targets: &[Target]) -> String {
             unit => format!("{sign} {bar} {unit}"),
         };
         let segments = target.segments.map_or_else(String::new, |n| n.to_string());
+        let reached = match target.reached {
+            Some(true) => "reached",
+            Some(false) => "not reached",
+            None => "not measured",
+        };
         t.add_row([
-            target.what.clone(),
-            bar,
-            figure(target.worst),
-            segments,
-            figure(target.worst_median),
-            figure(target.best),
-            match target.reached {
-                Some(true) => "reached",
-                Some(false) => "not reached",
-                None => "not measured",
-            }
-            .to_owned(),
+            Cell::new(&target.what),
+            Cell::new(bar),
+            Cell::new(figure(target.worst)),
+            Cell::new(segments),
+            Cell::new(figure(target.worst_median)),
+            Cell::new(figure(target.best)),
+            verdict(reached, target.reached),
         ]);
     }
     text(&t)
@@ -124,6 +136,7 @@ fn targets(targets: &[Target]) -> String {
 mod tests {
     use super::*;
     use crate::kernels::{Config, run};
+    use crate::table::plain;
     use indicatif::ProgressBar;
     use std::time::Duration;
 
@@ -135,7 +148,7 @@ mod tests {
             ..Config::default()
         };
         let results = run(&config, &ProgressBar::hidden()).unwrap();
-        let shown = kernels(&results);
+        let shown = plain(&kernels(&results));
         let width = shown.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{shown}");
         assert!(shown.contains("5 segments, 6 joints of 3 rows, mass ratio 1000"));
@@ -154,7 +167,7 @@ mod tests {
         };
         let mut results = run(&config, &ProgressBar::hidden()).unwrap();
         results.records[0].error = Some("too hot".to_owned());
-        let shown = kernels(&results);
+        let shown = plain(&kernels(&results));
         assert!(
             shown.contains("failed") && shown.contains("dense:double: too hot"),
             "{shown}"

@@ -1,6 +1,6 @@
 //! Forward errors over mass ratios, a table for each cable.
 
-use super::{error, ratio, table, text};
+use super::{error, mark_least, ratio, table, text};
 use crate::ladder::Omission;
 use crate::linear::{BAR, BAR_RATIO, Record, Verdict, verdicts};
 use std::fmt::Write;
@@ -44,17 +44,33 @@ fn errors(cable: &[Record], ratios: &[f64]) -> String {
     let of_first = cable.iter().filter(|r| Some(r.mass_ratio) == first);
     let mut solvers: Vec<&Record> = of_first.collect();
     solvers.dedup_by_key(|r| &r.options);
-    for solver in solvers {
+    let own = |ratio: f64, solver: &Record| {
+        let options = solver.options.clone();
+        let own = move |r: &&Record| r.mass_ratio == ratio && r.options == options;
+        cable.iter().filter(own)
+    };
+    for solver in &solvers {
         let mut row = vec![solver.backend.clone()];
         row.extend(ratios.iter().map(|ratio| {
-            let own = |r: &&Record| r.mass_ratio == *ratio && r.options == solver.options;
-            let errors = cable.iter().filter(own).map(|r| match r.error {
+            let errors = own(*ratio, solver).map(|r| match r.error {
                 Some(_) => "failed".to_owned(),
                 None => format!("{:.0e}", r.forward_error),
             });
             errors.collect::<Vec<_>>().join(" ")
         }));
         t.add_row(row);
+    }
+    for (i, ratio) in ratios.iter().enumerate() {
+        let refined = |solver: &&Record| {
+            let last = own(*ratio, solver).max_by_key(|r| r.refinements);
+            let last = last.filter(|r| r.error.is_none());
+            ((), last.map(|r| r.forward_error))
+        };
+        mark_least(
+            &mut t,
+            1 + i,
+            &solvers.iter().map(refined).collect::<Vec<_>>(),
+        );
     }
     text(&t)
 }
@@ -103,6 +119,7 @@ fn bar(verdicts: &[Verdict]) -> String {
 mod tests {
     use super::*;
     use crate::linear::{Config, run};
+    use crate::table::plain;
     use indicatif::ProgressBar;
 
     #[test]
@@ -113,7 +130,7 @@ mod tests {
         };
         let records = run(&config, &ProgressBar::hidden()).unwrap();
         assert_eq!(columns(&records), [1.0, 1e3, 1e6, 1e9, 1e12]);
-        let text = linear(&records, &config.omissions());
+        let text = plain(&linear(&records, &config.omissions()));
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");
         assert!(text.contains("straight, 3 segments") && text.contains("bent, 3 segments"));

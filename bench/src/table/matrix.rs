@@ -1,6 +1,6 @@
 //! Every backend on a matrix, and the index of the graded set.
 
-use super::{error, nanoseconds, table, text};
+use super::{error, mark_columns, nanoseconds, table, text};
 use crate::ladder::Omission;
 use crate::matrix::solve::{About, Record, Results};
 use crate::matrix::suite::{Entry, Topology};
@@ -103,6 +103,19 @@ pub fn solved(results: &Results) -> String {
             r.status.clone(),
         ]);
     }
+    mark_columns(
+        &mut t,
+        &results.records,
+        Record::ended,
+        &[
+            (1, |r| Some(r.analyze_ns)),
+            (2, |r| Some(r.factorize_ns)),
+            (3, |r| Some(r.solve_ns)),
+            (4, |r| Some(r.backward_error)),
+            (5, |r| Some(r.backward_error_componentwise)),
+            (6, |r| r.forward_error),
+        ],
+    );
     format!(
         "{}{}{}",
         heading(&results.about),
@@ -129,7 +142,7 @@ pub fn compared(results: &Results) -> String {
     ]);
     let mut records: Vec<&Record> = results.records.iter().collect();
     records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
-    for r in records {
+    for r in &records {
         t.add_row([
             r.backend.clone(),
             iterations(r),
@@ -148,6 +161,20 @@ pub fn compared(results: &Results) -> String {
             r.status.clone(),
         ]);
     }
+    mark_columns(
+        &mut t,
+        &records,
+        |r| r.ended(),
+        &[
+            (2, |r| Some(r.total_ns())),
+            (4, |r| Some(r.ns_per_block_row)),
+            (5, |r| Some(r.analyze_ns)),
+            (6, |r| Some(r.factorize_ns)),
+            (7, |r| Some(r.solve_ns)),
+            (8, |r| Some(r.backward_error_componentwise)),
+            (9, |r| r.forward_error),
+        ],
+    );
     format!(
         "{}{}{}",
         heading(&results.about),

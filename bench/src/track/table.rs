@@ -2,8 +2,8 @@
 
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
-use crate::table::{error, nanoseconds, table};
-use comfy_table::{CellAlignment, ContentArrangement};
+use crate::table::{error, nanoseconds, table, verdict};
+use comfy_table::{Cell, CellAlignment, ContentArrangement};
 use std::fmt::Write;
 
 /// Most characters of a line of the notes.
@@ -37,24 +37,29 @@ pub fn text(rows: &[Row]) -> String {
             case = &row.case;
             t.add_row([case]);
         }
-        let mut verdict = row.verdict.to_string();
+        let mut judged = row.verdict.to_string();
         if !row.note.is_empty() {
             let known = notes.iter().position(|n| *n == row.note);
             let index = known.unwrap_or_else(|| {
                 notes.push(&row.note);
                 notes.len() - 1
             });
-            let _ = write!(verdict, " ({})", index + 1);
+            let _ = write!(judged, " ({})", index + 1);
         }
         let ratio = row.baseline.zip(row.now).map(|(before, now)| now / before);
         let ratio = ratio.filter(|r| r.is_finite());
+        let good = match row.verdict {
+            Verdict::Pass | Verdict::Better => Some(true),
+            Verdict::Fail => Some(false),
+            _ => None,
+        };
         t.add_row([
-            format!("  {}", row.measure),
-            number(&row.measure, row.baseline),
-            number(&row.measure, row.now) + &least(rows, row),
-            ratio.map_or_else(String::new, |r| format!("{r:.3}")),
-            row.bar.map_or_else(String::new, bar),
-            verdict,
+            Cell::new(format!("  {}", row.measure)),
+            Cell::new(number(&row.measure, row.baseline)),
+            Cell::new(number(&row.measure, row.now) + &least(rows, row)),
+            Cell::new(ratio.map_or_else(String::new, |r| format!("{r:.3}"))),
+            Cell::new(row.bar.map_or_else(String::new, bar)),
+            verdict(judged, good),
         ]);
     }
     let mut out = crate::table::text(&t);
@@ -134,6 +139,7 @@ fn summary(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::table::plain;
 
     #[test]
     fn figures_stand_under_their_case_with_their_notes_below() {
@@ -157,7 +163,7 @@ mod tests {
             row(Measure::Ratio2, 12.0, Verdict::Shown, ""),
             row(Measure::Min2, 1234.0, Verdict::Shown, ""),
         ];
-        let text = text(&rows);
+        let text = plain(&text(&rows));
         assert_eq!(text.matches("gauss-seidel:groups").count(), 1);
         assert!(text.contains("0.900") && text.contains("better"), "{text}");
         assert!(

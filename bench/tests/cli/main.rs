@@ -1,5 +1,7 @@
 //! The command line as its users meet it: exit codes, what goes to which stream, files for programs.
 
+/// What goes to which stream and how wide it is, colours, `--quiet`.
+mod appearance;
 /// `taut paper`, `taut hard`, `taut static`: records of checks.
 mod checks;
 /// The gantry, driven by tables of inputs.
@@ -39,6 +41,9 @@ fn program(folder: &PathBuf, arguments: &str) -> Command {
         .current_dir(folder)
         .args(arguments.split_whitespace())
         .stdin(Stdio::null());
+    for variable in ["NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
+        command.env_remove(variable);
+    }
     command
 }
 

@@ -193,11 +193,8 @@ fn the_benchmark_of_a_matrix_sorts_and_compares() {
         }
     }
     let table = good(&at, "bench --matrix hoist_1.mtx --quick --iterations 5");
-    assert!(
-        table.contains("ns/block") && table.contains("rows written to"),
-        "{table}"
-    );
-    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    assert!(table.contains("ns/block"), "{table}");
+    assert!(at.join("target/taut/matrix.json").exists());
     refused(
         &at,
         "bench --matrix hoist_1.mtx --ratios 1",

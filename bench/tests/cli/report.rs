@@ -46,7 +46,7 @@ fn made(name: &str) -> std::path::PathBuf {
         &at,
         "bench --quick --segments 4 --ratios 10,100 --iterations 5,50 --backends banded,faer:ldlt/kkt,cg:jacobi",
     );
-    assert!(stdout.ends_with("report written to target/taut/report.html\n"));
+    assert!(!stdout.contains("written to"), "{stdout}");
     at
 }
 

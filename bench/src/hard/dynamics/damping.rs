@@ -10,6 +10,7 @@
 use super::{law, worse};
 use crate::check::{Check, ExperimentError, Outcome, Parts};
 use crate::hard::{solvers, together};
+use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_integrator::{GeometricStiffness, Scheme, StepOptions, Stepper};
@@ -146,7 +147,7 @@ fn record(
     let mut stepper = Stepper::new(scene, options)?;
     let mut x = vec![coordinate(stepper.scene())];
     for _ in 0..steps {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         x.push(coordinate(stepper.scene()));
     }
     Ok(x)

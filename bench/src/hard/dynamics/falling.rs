@@ -14,6 +14,7 @@ use super::worse;
 use crate::check::{Check, ExperimentError, Outcome, Parts};
 use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f};
 use crate::hard::{solvers, together};
+use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
@@ -108,7 +109,7 @@ fn fall(scene: Scene, options: StepOptions, time: f64) -> Result<Fall, StepError
         ..Fall::default()
     };
     for _ in 0..(time / dt) as usize {
-        found.redone += usize::from(stepper.step()?.redone);
+        found.redone += usize::from(pace::step(&mut stepper)?.redone);
         let energy = (stepper.energy().total() - start) / (weight * LENGTH);
         found.gain = worse(found.gain, energy);
         found.energy.push(energy);

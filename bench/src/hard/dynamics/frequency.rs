@@ -7,6 +7,7 @@
 
 use crate::check::ExperimentError;
 use crate::hard::special::root;
+use crate::pace;
 use nalgebra::{DMatrix, DVector};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::Scene;
@@ -25,7 +26,7 @@ pub fn record(
     let mut stepper = Stepper::new(scene, options)?;
     let mut samples = vec![measure(stepper.scene())];
     for _ in 0..(time / dt) as usize {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         samples.push(measure(stepper.scene()));
     }
     Ok(samples)

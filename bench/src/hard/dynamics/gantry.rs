@@ -7,6 +7,7 @@ use super::worse;
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::hard::{solvers, together};
 use crate::inputs::Inputs;
+use crate::pace;
 use crate::trajectory::steps_in;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -113,7 +114,9 @@ fn drive(scene: Scene, time: f64, finer: usize) -> Result<Run, StepError> {
     let mut run = Run::default();
     for n in 1..=steps_in(time, DT) * finer {
         let start = Instant::now();
-        let step = inputs.apply(&mut stepper).and_then(|()| stepper.step());
+        let step = inputs
+            .apply(&mut stepper)
+            .and_then(|()| pace::step(&mut stepper));
         run.spent.push(start.elapsed().as_secs_f64());
         match step {
             Ok(report) => run.redone += usize::from(report.redone),

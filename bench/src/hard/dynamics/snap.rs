@@ -12,6 +12,7 @@ use super::line::{Hold, Line};
 use super::worse;
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::{solvers, together};
+use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_integrator::{StepError, StepOptions, Stepper};
@@ -183,7 +184,7 @@ fn peak(scene: Scene, options: StepOptions, time: f64) -> Result<Peak, StepError
         rise: f64::NEG_INFINITY,
     };
     for n in 1..=(time / dt) as usize {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         found.tension = worse(found.tension, -stepper.multipliers()[0] / dt);
         let z = stepper.scene().bodies.position[0].z;
         found.rise = worse(found.rise, z - start - hoisted * n as f64 * dt);
@@ -239,7 +240,7 @@ fn sudden_speed() -> Result<Check, ExperimentError> {
     let transit = LENGTH / speed;
     let row = 6 * SEGMENTS + 2;
     while stepper.time() < 1.8 * transit {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         if stepper.time() > 0.2 * transit {
             sum += (stepper.multipliers()[row] / dt).abs();
             count += 1.0;

@@ -12,6 +12,7 @@
 use super::worse;
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::{solvers, together};
+use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper};
@@ -113,7 +114,7 @@ fn fly(options: StepOptions, time: f64) -> Result<Flight, StepError> {
         let lever = stepper.scene().bodies.orientation[0] * half;
         let torque = lever.cross(&force) + Vector3::from(MOMENT) * share;
         stepper.set_load(0, force, torque)?;
-        found.redone += usize::from(stepper.step()?.redone);
+        found.redone += usize::from(pace::step(&mut stepper)?.redone);
         let after = stepper.scene();
         if (n + 1) % each == 0 {
             found

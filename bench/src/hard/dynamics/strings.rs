@@ -15,6 +15,7 @@ use super::shape::Shape;
 use crate::check::{Check, ExperimentError, Outcome, Parts};
 use crate::hard::{solvers, together};
 use crate::modes::natural;
+use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -182,7 +183,7 @@ fn every_solver(quick: bool) -> Result<Vec<Check>, ExperimentError> {
         }
         let mut stepper = Stepper::new(scene.clone(), choice.plain_options(dt))?;
         for _ in 0..steps {
-            stepper.step()?;
+            pace::step(&mut stepper)?;
         }
         let ours = stepper.scene().bodies.position[middle].z / start;
         let error = (ours - exact).abs();

@@ -18,6 +18,7 @@ use super::{law, worse};
 use crate::check::{Check, ExperimentError, Outcome, Parts, Verdict};
 use crate::hard::{solvers, together};
 use crate::modes::natural;
+use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -178,7 +179,7 @@ fn arrivals() -> Result<Vec<Check>, ExperimentError> {
     let mut seen = [const { Vec::new() }; 3];
     for _ in 0..steps {
         // The velocity after a step is that of its middle.
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         for (samples, j) in seen.iter_mut().zip(watched) {
             samples.push(stepper.scene().bodies.velocity[j - 1].z);
         }
@@ -226,7 +227,7 @@ fn ringing(options: StepOptions, damping: f64) -> Result<f64, ExperimentError> {
     let mut stepper = Stepper::new(scene, options)?;
     let mut worst = 0.0;
     for n in 0..(1.0 / dt) as usize {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
         if (n as f64) * dt >= 0.75 {
             let down = start - stepper.scene().bodies.position[SEGMENTS - 1].z;
             worst = worse(worst, (down / rest - 1.0).abs());

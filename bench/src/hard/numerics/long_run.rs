@@ -12,6 +12,7 @@
 use crate::check::{Check, ExperimentError, Outcome, csv};
 use crate::hard::dynamics::{frequency, law};
 use crate::hard::worse;
+use crate::pace;
 use crate::table::{error, table, text};
 use crate::trajectory::{gaps, load_position};
 use indicatif::ProgressBar;
@@ -82,7 +83,7 @@ fn swinging(move_x: f64) -> Result<Stepper, StepError> {
     let dt = options.dt;
     let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
     for _ in 0..=crate::trajectory::steps_in(params.move_duration, dt) {
-        stepper.step()?;
+        pace::step(&mut stepper)?;
     }
     Ok(stepper)
 }
@@ -106,7 +107,7 @@ fn swings(stepper: &mut Stepper) -> Result<Swings, StepError> {
     let mut aside = Vec::with_capacity(WINDOW);
     let anchor = stepper.scene().bodies.position[0].x;
     for n in 0..WINDOW {
-        stepper.step()?;
+        pace::step(stepper)?;
         let energy = stepper.energy();
         let total = energy.total();
         (least, most) = (least.min(total), most.max(total));
@@ -147,7 +148,7 @@ pub fn run(steps: usize, progress: &ProgressBar) -> Result<Vec<Window>, StepErro
     let mut first: Option<(Swings, f64)> = None;
     for end in ends {
         while made + WINDOW < end {
-            stepper.step()?;
+            pace::step(&mut stepper)?;
             made += 1;
         }
         let now = swings(&mut stepper)?;

@@ -13,6 +13,7 @@
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;
 use crate::hard::{solvers, together, worse};
+use crate::pace;
 use crate::table::{error, table, text};
 use crate::trajectory::load_position;
 use indicatif::ProgressBar;
@@ -152,7 +153,7 @@ fn motion(quick: bool) -> Result<Vec<(f64, f64)>, StepError> {
     let place = |compliance: f64| -> Result<_, StepError> {
         let mut stepper = Stepper::new(scene(compliance)?, StepOptions::default())?;
         for _ in 0..crate::trajectory::steps_in(1.0, DT) {
-            stepper.step()?;
+            pace::step(&mut stepper)?;
         }
         Ok(load_position(stepper.scene()))
     };

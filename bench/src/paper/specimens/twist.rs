@@ -26,6 +26,7 @@
 
 use super::{BAR, Joint, MATERIALS, SEGMENTS, largest, params, read, settle};
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::pace;
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table::{error, table, text};
 use indicatif::ProgressBar;
@@ -426,7 +427,7 @@ fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
             let push = Vector3::new(0.0, 1.0 + cosine, sine) * PUSH;
             stepper.set_load(n / 3, push, Vector3::zeros())?;
         }
-        let step = stepper.step();
+        let step = pace::step(&mut stepper);
         held.turns = share * motion.turns;
         held.time_s = k as f64 * motion.dt;
         let bodies = &stepper.scene().bodies;

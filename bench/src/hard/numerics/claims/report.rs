@@ -186,3 +186,14 @@ pub(super) fn tables(audit: &Audit) -> String {
     }
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_audit_of_nothing_has_failed() {
+        let verdicts: Vec<Verdict> = checks(&[]).iter().map(|c| c.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Fail]);
+    }
+}

@@ -1,0 +1,129 @@
+//! From the program's arguments to a command.
+
+use crate::Cli;
+use clap::error::ErrorKind;
+use clap::parser::ValueSource;
+use clap::{Arg, CommandFactory, FromArgMatches};
+use std::ffi::OsString;
+
+/// The arguments as a command. Options of the main job stand before no other command.
+pub(crate) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
+    let mut cli = Cli::command();
+    let matches = cli.clone().try_get_matches_from(arguments)?;
+    let given =
+        |a: &&Arg| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine);
+    let own = cli
+        .get_arguments()
+        .filter(|a| !a.is_global_set())
+        .find(given);
+    if let (Some(command), Some(option)) = (matches.subcommand_name(), own) {
+        let option = option.get_long().unwrap_or_default();
+        let message = format!("`--{option}` stands before `{command}`: put it after it");
+        return Err(cli.error(ErrorKind::ArgumentConflict, message));
+    }
+    Cli::from_arg_matches(&matches)
+}
+
+/// The command that the arguments begin with, as it is called.
+pub(crate) fn asked_for() -> String {
+    let first = std::env::args()
+        .skip(1)
+        .find(|a| !["-q", "--quiet"].contains(&a.as_str()));
+    let command = Cli::command();
+    let known = first.and_then(|name| Some(command.find_subcommand(name)?.get_name().to_owned()));
+    known.map_or("taut".to_owned(), |name| format!("taut {name}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Command;
+
+    fn parsed(line: &str) -> Result<Cli, clap::Error> {
+        parse(line.split_whitespace().map(OsString::from))
+    }
+
+    #[test]
+    fn quiet_stands_before_and_after_every_command() {
+        for line in [
+            "taut --quiet",
+            "taut -q --quick",
+            "taut --quick --quiet",
+            "taut --quiet bench",
+            "taut bench --quiet --quick",
+            "taut bench --sweep linear -q",
+            "taut run hoist --quiet",
+            "taut -q run hoist",
+            "taut backends --quiet",
+        ] {
+            let cli = parsed(line).unwrap_or_else(|e| panic!("{line}: {e}"));
+            assert!(cli.quiet, "{line}");
+        }
+        for line in ["taut", "taut bench", "taut --quick", "taut run hoist"] {
+            assert!(!parsed(line).unwrap().quiet, "{line}");
+        }
+        let cli = parsed("taut -q bench --segments 3 --quick").unwrap();
+        match cli.command {
+            Some(Command::Bench(args)) => assert_eq!((args.segments, args.quick), (vec![3], true)),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn options_of_the_main_job_stand_before_no_command() {
+        for (line, option) in [
+            ("taut --quick bench", "--quick"),
+            ("taut -q --segments 3 static", "--segments"),
+            ("taut --sweep linear bench", "--sweep"),
+        ] {
+            let error = parsed(line).unwrap_err();
+            assert_eq!(error.kind(), ErrorKind::ArgumentConflict, "{line}");
+            assert!(error.to_string().contains(option), "{line}: {error}");
+        }
+    }
+
+    /// The commands in a help text: lines that begin with `taut`, each of them one or several.
+    fn examples(help: &str) -> Vec<String> {
+        let lines = help.lines().map(str::trim);
+        let lines = lines.map(|l| l.strip_prefix("Example: ").unwrap_or(l));
+        let commands = lines.filter(|l| l.split(' ').next() == Some("taut"));
+        let commands = commands.flat_map(|l| l.split("&&"));
+        // Where the output goes is the shell's.
+        let own = commands.map(|c| c.split(" > ").next().unwrap_or(c));
+        own.map(|c| c.trim().to_owned()).collect()
+    }
+
+    #[test]
+    fn every_help_ends_with_an_example_that_is_understood() {
+        let cli = Cli::command();
+        let mut seen = 0;
+        for command in std::iter::once(&cli).chain(cli.get_subcommands()) {
+            let name = command.get_name();
+            let help = command.get_after_help().map(ToString::to_string);
+            let help = help.unwrap_or_else(|| panic!("`{name}` has no example"));
+            let last = help.lines().last().map(examples).unwrap_or_default();
+            assert!(
+                help.contains("Example") && !last.is_empty(),
+                "{name}: {help}"
+            );
+            for example in examples(&help) {
+                parsed(&example).unwrap_or_else(|e| panic!("{example}: {e}"));
+                seen += 1;
+            }
+            assert!(
+                help.contains(&format!("taut {name}")) || name == "taut",
+                "{help}"
+            );
+        }
+        assert!(seen > cli.get_subcommands().count(), "{seen}");
+        assert_eq!(
+            examples("Examples:\n  taut a --b > c && taut d\nother taut"),
+            ["taut a --b", "taut d"]
+        );
+    }
+
+    #[test]
+    fn the_definition_of_the_command_line_is_sound() {
+        Cli::command().debug_assert();
+    }
+}

@@ -1,0 +1,146 @@
+//! What stands out in a table: best values and verdicts. The styles are ANSI sequences, which [`crate::output::print`]
+//! leaves out where they would not be seen.
+
+use comfy_table::{Attribute, Cell, Color, Row, Table};
+
+/// What the mark of a best value is, for the legends.
+pub const MARK: &str =
+    "*: the least of its column, apart from what failed, became unstable or ran out of iterations";
+
+/// Marks the least value of a column in each group of rows: a `*` after it, in bold, in place of the blank before the
+/// next column. `rows` holds the group and the value of each row; none, and what is no finite number, is never marked.
+/// All of several equal values are; what has no rival in its group is not.
+pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
+    let number = |(_, value): &(G, Option<f64>)| value.filter(|v| v.is_finite());
+    let best = |row: &(G, Option<f64>)| {
+        let rivals = || rows.iter().filter(|(group, _)| *group == row.0);
+        let least = rivals().filter_map(number).reduce(f64::min);
+        least.is_some() && number(row) == least && rivals().nth(1).is_some()
+    };
+    let marks: Vec<bool> = rows.iter().map(best).collect();
+    if !marks.contains(&true) {
+        return;
+    }
+    if let Some(column) = t.column_mut(column) {
+        column.set_padding((1, 0));
+    }
+    if let Some(header) = t.header().map(|row| with_mark(row, column, false)) {
+        t.set_header(header);
+    }
+    for (i, best) in marks.into_iter().enumerate() {
+        if let Some(row) = t.row_mut(i) {
+            *row = with_mark(row, column, best);
+        }
+    }
+}
+
+/// What a record has in a column.
+type Value<R> = fn(&R) -> Option<f64>;
+
+/// [`mark_least`] of several columns, each with its value of a record; those that do not count are never marked.
+pub(crate) fn mark_columns<R>(
+    t: &mut Table,
+    records: &[R],
+    counts: impl Fn(&R) -> bool,
+    columns: &[(usize, Value<R>)],
+) {
+    for (column, value) in columns {
+        let of = |r| ((), value(r).filter(|_| counts(r)));
+        mark_least(t, *column, &records.iter().map(of).collect::<Vec<_>>());
+    }
+}
+
+/// The row with a mark, or a blank as wide, in a column.
+fn with_mark(row: &Row, column: usize, best: bool) -> Row {
+    let cells = row.cell_iter().enumerate().map(|(i, cell)| match best {
+        _ if i != column => cell.clone(),
+        true => Cell::new(format!("{}*", cell.content())).add_attribute(Attribute::Bold),
+        false => Cell::new(format!("{} ", cell.content())),
+    });
+    cells.collect::<Vec<_>>().into()
+}
+
+/// A verdict: green where it is good, red where it is bad.
+pub(crate) fn verdict(text: impl ToString, good: Option<bool>) -> Cell {
+    let cell = Cell::new(text);
+    match good {
+        Some(true) => cell.fg(Color::Green),
+        Some(false) => cell.fg(Color::Red).add_attribute(Attribute::Bold),
+        None => cell,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::{plain, table, text};
+
+    /// A table of groups and values, with the marks.
+    fn shown(rows: &[(&str, Option<f64>)]) -> String {
+        let mut t = table(&["group", "value", "next"]);
+        for (group, value) in rows {
+            let value = value.map_or("-".to_owned(), |v| v.to_string());
+            t.add_row([(*group).to_owned(), value, "x".to_owned()]);
+        }
+        mark_least(&mut t, 1, rows);
+        text(&t)
+    }
+
+    #[test]
+    fn the_least_of_each_group_is_marked_in_bold() {
+        let rows = [
+            ("a", Some(2.5)),
+            ("a", Some(0.25)),
+            ("b", Some(7.5)),
+            ("a", Some(0.25)),
+            ("b", Some(f64::NAN)),
+            ("a", None),
+            ("c", Some(1.5)),
+            ("b", Some(f64::NEG_INFINITY)),
+        ];
+        let styled = shown(&rows);
+        let plain = plain(&styled);
+        let expected = [
+            " group  value  next",
+            " a        2.5     x",
+            " a       0.25*    x",
+            " b        7.5*    x",
+            " a       0.25*    x",
+            " b        NaN     x",
+            " a          -     x",
+            " c        1.5     x",
+            " b       -inf     x",
+        ];
+        assert_eq!(plain.lines().collect::<Vec<_>>(), expected);
+        assert_eq!(styled.matches("\u{1b}[1m").count(), 3, "{styled:?}");
+        assert!(styled.contains("\u{1b}[1m0.25*\u{1b}[0m"), "{styled:?}");
+    }
+
+    #[test]
+    fn nothing_is_marked_where_nothing_counts() {
+        let rows = [("a", None), ("a", Some(f64::NAN)), ("b", Some(1.0))];
+        let styled = shown(&rows);
+        assert!(!styled.contains(['*', '\u{1b}']), "{styled:?}");
+    }
+
+    #[test]
+    fn marks_take_no_room() {
+        let rows = [("a", Some(1.0)), ("a", Some(2.0))];
+        let width = |t: &str| plain(t).lines().map(str::len).max();
+        let unmarked = shown(&rows.map(|(group, _)| (group, None)));
+        assert_eq!(width(&shown(&rows)), width(&unmarked));
+    }
+
+    #[test]
+    fn verdicts_have_colours() {
+        let mut t = table(&["case", "verdict"]);
+        t.add_row([Cell::new("a"), verdict("pass", Some(true))]);
+        t.add_row([Cell::new("b"), verdict("FAIL", Some(false))]);
+        t.add_row([Cell::new("c"), verdict("limit", None)]);
+        let styled = text(&t);
+        let lines: Vec<&str> = styled.lines().collect();
+        assert!(lines[1].contains('\u{1b}') && lines[2].contains('\u{1b}'));
+        assert!(!lines[3].contains('\u{1b}'), "{styled:?}");
+        assert!(plain(&styled).ends_with("limit\n"), "{styled:?}");
+    }
+}

@@ -1,0 +1,122 @@
+use crate::{folder, good, program, text};
+use std::fs;
+use std::path::PathBuf;
+
+/// What stands out begins with it.
+const ESCAPE: char = '\u{1b}';
+
+const BOLD: &str = "\u{1b}[1m";
+
+const SPD: &str =
+    "%%MatrixMarket matrix coordinate real symmetric\n3 3 4\n1 1 4\n2 1 1\n2 2 3\n3 3 2\n";
+
+/// Standard output of a good run in an environment, with nothing on standard error.
+fn output(folder: &PathBuf, arguments: &str, environment: &[(&str, &str)]) -> String {
+    let mut command = program(folder, arguments);
+    let output = command.envs(environment.iter().copied()).output();
+    let output = output.unwrap_or_else(|e| panic!("`taut {arguments}`: {e}"));
+    let place = format!("`taut {arguments}` with {environment:?}");
+    assert_eq!(text(&output.stderr), "", "{place}");
+    assert_eq!(output.status.code(), Some(0), "{place}");
+    text(&output.stdout).to_owned()
+}
+
+/// A folder with a matrix in `a.mtx`.
+fn with_matrix(name: &str) -> PathBuf {
+    let at = folder(name);
+    fs::write(at.join("a.mtx"), SPD).expect("writable");
+    at
+}
+
+#[test]
+fn a_pipe_holds_no_escape_sequence_unless_forced() {
+    let at = with_matrix("colours");
+    for arguments in ["hard H50 --quick", "--help", "run --help"] {
+        let plain: &[&[(&str, &str)]] = &[
+            &[],
+            &[("NO_COLOR", "1")],
+            &[("CLICOLOR", "1")],
+            &[("NO_COLOR", "1"), ("CLICOLOR_FORCE", "1")],
+        ];
+        for environment in plain {
+            let shown = output(&at, arguments, environment);
+            assert!(
+                !shown.contains(ESCAPE),
+                "{arguments} {environment:?}: {shown:?}"
+            );
+        }
+        let forced = output(&at, arguments, &[("CLICOLOR_FORCE", "1")]);
+        assert!(forced.contains(ESCAPE), "{arguments}: {forced:?}");
+    }
+    assert!(!output(&at, "solve a.mtx", &[]).contains(ESCAPE));
+    let forced = output(&at, "solve a.mtx", &[("CLICOLOR_FORCE", "1")]);
+    let marked = forced.split(BOLD).skip(1).filter(|rest| {
+        let value = rest.split(ESCAPE).next();
+        value.is_some_and(|v| v.ends_with('*'))
+    });
+    if cfg!(feature = "banded") {
+        // Of two solvers and more each of six columns has a best one.
+        assert!(marked.count() >= 6, "{forced:?}");
+    }
+    let json = output(&at, "solve a.mtx --json -", &[("CLICOLOR_FORCE", "1")]);
+    assert!(!json.contains(ESCAPE), "{json:?}");
+}
+
+#[test]
+fn best_values_are_marked_and_the_mark_explained() {
+    let at = with_matrix("marks");
+    let shown = good(&at, "solve a.mtx");
+    let legend = shown.lines().position(|l| l.starts_with("*: the least"));
+    let legend = legend.unwrap_or_else(|| panic!("{shown}"));
+    let rows: Vec<&str> = shown.lines().skip(legend + 1).collect();
+    let marked = rows.iter().any(|r| r.contains('*'));
+    assert_eq!(marked, cfg!(feature = "banded"), "{shown}");
+    let one = good(&at, "solve a.mtx --backend dense");
+    let rows: Vec<&str> = one.lines().skip(legend + 1).collect();
+    assert!(rows.iter().all(|r| !r.contains('*')), "{one}");
+}
+
+#[test]
+fn quiet_runs_print_what_was_asked_for_and_nothing_else() {
+    let at = with_matrix("quiet");
+    let listed = good(&at, "backends");
+    for arguments in ["backends --quiet", "-q backends"] {
+        assert_eq!(good(&at, arguments), listed, "{arguments}");
+    }
+    let table = good(&at, "--quiet bench --matrix a.mtx --quick");
+    assert!(
+        table.contains("ns/block") && !table.contains("written"),
+        "{table}"
+    );
+    let run = good(&at, "run hoist --set segments=2 --time 0.1 -q");
+    assert!(run.contains("verdict"), "{run}");
+}
+
+#[test]
+fn tables_fit_into_120_columns() {
+    let at = with_matrix("narrow");
+    let main_job = "--quick --segments 24 --ratios 1e5 --iterations 10,100 --time 0.1";
+    for arguments in [
+        main_job,
+        "bench --scene ring,net --quick --segments 8",
+        "bench --matrix a.mtx --quick",
+        "bench --sweep accuracy --quick --segments 4 --ratios 100 --time 0.1",
+        "bench --sweep engines --quick --segments 4 --ratios 100 --time 0.1",
+        "bench --sweep iterative --quick --segments 4 --ratios 100 --iterations 20",
+        "bench --sweep kernels --quick --segments 4 --ratios 100",
+        "bench --sweep linear --quick --segments 4 --ratios 100,1e12",
+        "bench --sweep shocks --quick --ratios 100 --time 1",
+        "static --segments 100 --ratios 1e5 --limit 2 --backends banded/kkt,cg:group",
+        "run hoist --set segments=2 --time 0.1",
+        "solve a.mtx",
+        "backends",
+    ] {
+        if arguments.contains("banded") && !cfg!(all(feature = "banded", feature = "cg")) {
+            continue;
+        }
+        let shown = good(&at, arguments);
+        for line in shown.lines() {
+            assert!(line.chars().count() <= 120, "{arguments}: {line}");
+        }
+    }
+}
