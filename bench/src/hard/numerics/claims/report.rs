@@ -193,7 +193,13 @@ mod tests {
 
     #[test]
     fn an_audit_of_nothing_has_failed() {
-        let verdicts: Vec<Verdict> = checks(&[]).iter().map(|c| c.verdict).collect();
-        assert_eq!(verdicts, [Verdict::Fail]);
+        let unsolved = Audit {
+            audited: vec!["a scene".to_owned()],
+            ..Audit::default()
+        };
+        for audit in [Audit::default(), unsolved] {
+            let verdicts: Vec<Verdict> = checks(&audit).iter().map(|c| c.verdict).collect();
+            assert_eq!(verdicts, [Verdict::Fail], "{audit:?}");
+        }
     }
 }
