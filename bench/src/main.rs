@@ -17,7 +17,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use taut_bench::allocations::Counting;
-use taut_bench::ladder::{self, Config};
+use taut_bench::ladder::{self, Config, Omission};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::{Choice, output, table, trajectory};
@@ -465,14 +465,37 @@ fn bench(args: &BenchArgs) -> Result<(), Failure> {
         config.time,
         table::ladder(&results)
     );
-    deliver(args.json.as_deref(), "bench", &text, &results.records)?;
+    deliver_rows(args.json.as_deref(), "bench", &text, &results.records)?;
     let only_json = args.json.as_deref() == Some(Path::new("-"));
     cli::report::of_main_job(&config, &results, args.quick, only_json)
 }
 
+/// Prints the tables, writes the rows, as [`deliver_rows`] does, and the page.
+fn deliver(
+    json: Option<&Path>,
+    name: &str,
+    text: &str,
+    rows: &impl Serialize,
+) -> Result<(), Failure> {
+    deliver_leaving_out(json, name, text, rows, &[])
+}
+
+/// The same where solvers were left out.
+fn deliver_leaving_out(
+    json: Option<&Path>,
+    name: &str,
+    text: &str,
+    rows: &impl Serialize,
+    omissions: &[Omission],
+) -> Result<(), Failure> {
+    deliver_rows(json, name, text, rows)?;
+    let only_json = json == Some(Path::new("-"));
+    cli::report::of_rows(name, rows, text, omissions, only_json)
+}
+
 /// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard
 /// output they stand there alone.
-fn deliver(
+fn deliver_rows(
     json: Option<&Path>,
     name: &str,
     text: &str,

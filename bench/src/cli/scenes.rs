@@ -1,7 +1,7 @@
 //! `taut bench --scene NAME,…`: every solver on cables with branches and loops.
 
 use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, choices, deliver, progress, take_ratios};
+use crate::{BenchArgs, Failure, choices, deliver_leaving_out, progress, take_ratios};
 use taut_bench::machine::Machine;
 use taut_bench::scenes::{self, Config};
 use taut_model::Network;
@@ -57,5 +57,11 @@ pub(crate) fn run(args: &BenchArgs) -> Result<(), Failure> {
         scenes::LEGEND,
         scenes::text_tables(&results)
     );
-    deliver(args.json.as_deref(), "scenes", &text, &results)
+    deliver_leaving_out(
+        args.json.as_deref(),
+        "scenes",
+        &text,
+        &results,
+        &results.omissions,
+    )
 }

@@ -1,6 +1,8 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
-use crate::{BenchArgs, Failure, choices, deliver, positive, progress, steps, take_ratios};
+use crate::{
+    BenchArgs, Failure, choices, deliver, deliver_leaving_out, positive, progress, steps, take_ratios,
+};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
 use taut_bench::{accuracy, energy, engines, iterative, kernels, linear, shocks, stability, table};
@@ -296,7 +298,13 @@ fn linear(args: &BenchArgs) -> Result<(), Failure> {
         config.step.scheme,
         table::linear(&records, &config.omissions())
     );
-    deliver(args.json.as_deref(), Sweep::Linear.name(), &text, &records)
+    deliver_leaving_out(
+        args.json.as_deref(),
+        Sweep::Linear.name(),
+        &text,
+        &records,
+        &config.omissions(),
+    )
 }
 
 /// What the columns of the sweep's tables are.
@@ -333,7 +341,13 @@ fn kernels(args: &BenchArgs) -> Result<(), Failure> {
         Machine::current(),
         table::kernels(&results)
     );
-    deliver(args.json.as_deref(), Sweep::Kernels.name(), &text, &results)
+    deliver_leaving_out(
+        args.json.as_deref(),
+        Sweep::Kernels.name(),
+        &text,
+        &results,
+        &results.omissions,
+    )
 }
 
 /// What the cells of the sweep's tables are.
@@ -394,10 +408,11 @@ fn iterative(args: &BenchArgs) -> Result<(), Failure> {
         config.limit,
         table::iterative(&results, config.limit)
     );
-    deliver(
+    deliver_leaving_out(
         args.json.as_deref(),
         Sweep::Iterative.name(),
         &text,
         &results.records,
+        &results.omissions,
     )
 }

@@ -6,29 +6,43 @@ use super::score::Scores;
 use crate::ladder::Record;
 use crate::plot::{Axis, Chart, Look, Mark, Series, Shape};
 
-/// How a solver looks, by its name.
-pub(super) fn look(backend: &str) -> Look {
-    let (name, variant) = backend.split_once([':', '/', ' ']).unwrap_or((backend, ""));
+/// How a solver looks, by its name; nothing for what is none.
+pub(super) fn known_look(solver: &str) -> Option<Look> {
+    let split = solver.split_once([':', '/', ' ', '+']);
+    let (name, variant) = split.unwrap_or((solver, ""));
     let colour = match name {
-        "banded" => [0, 114, 178],
+        "banded" | "batch" => [0, 114, 178],
         "faer" => [0, 158, 115],
         "nalgebra-sparse" => [86, 180, 233],
         "umfpack" => [213, 94, 0],
         "gauss-seidel" => [230, 159, 0],
         "cg" => [204, 121, 167],
-        _ => [128, 128, 128],
+        "dense" => [128, 128, 128],
+        "lapack" => [0, 0, 0],
+        _ => return None,
     };
-    let shape = match variant.split(['/', ':']).next().unwrap_or("") {
-        "ldlt" | "jacobi" | "groups" => Shape::Triangle,
+    let shape = match variant.split(['/', ':', '+']).next().unwrap_or("") {
+        _ if name == "batch" => Shape::Square,
+        "ldlt" | "jacobi" | "groups" | "refine" | "upper" => Shape::Triangle,
         "lu" | "group" => Shape::Square,
         "none" => Shape::Cross,
         _ => Shape::Circle,
     };
-    Look {
+    Some(Look {
         colour,
         shape,
-        dashed: backend.ends_with("/kkt"),
-    }
+        dashed: solver.ends_with("/kkt"),
+    })
+}
+
+/// The same, grey for a solver that is not known.
+fn look(backend: &str) -> Look {
+    let grey = Look {
+        colour: [128, 128, 128],
+        shape: Shape::Circle,
+        dashed: false,
+    };
+    known_look(backend).unwrap_or(grey)
 }
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
@@ -39,7 +53,7 @@ fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
 }
 
 /// Values in the order of their first appearance, each once.
-fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+pub(super) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut seen = Vec::new();
     for value in values {
         if !seen.contains(&value) {
@@ -50,7 +64,7 @@ fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
 }
 
 /// Smallest error that is drawn: what is exact to the last bit stands there.
-const FLOOR: f64 = 1e-17;
+pub(super) const FLOOR: f64 = 1e-17;
 
 /// Work against precision: a step's time over the error of the multipliers, a curve for each solver over its iterations
 /// and refinements; one chart for each scene.
