@@ -533,7 +533,8 @@ fn measure_algebra(
             let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
             let scale = if norm(b) > 0.0 { norm(b) } else { 1.0 };
             let size = norm(&r) / scale;
-            verified += usize::from(hard_claims::over_letter(size, errors.normwise, tolerance) <= 1.0);
+            verified +=
+                usize::from(hard_claims::over_letter(size, errors.normwise, tolerance) <= 1.0);
             to_rounding += usize::from(hard_claims::over(size, errors.normwise, tolerance) <= 1.0);
         }
     }

@@ -20,7 +20,10 @@ pub fn command(arguments: &[String]) -> String {
         words.push(format!("TAUT_SIMD={}", quoted(&simd)));
     }
     if TARGET_CPU != "generic" {
-        words.push(format!("RUSTFLAGS={}", quoted(&format!("-C target-cpu={TARGET_CPU}"))));
+        words.push(format!(
+            "RUSTFLAGS={}",
+            quoted(&format!("-C target-cpu={TARGET_CPU}"))
+        ));
     }
     words.push("cargo run".to_owned());
     if !cfg!(debug_assertions) {
@@ -39,6 +42,10 @@ pub fn command(arguments: &[String]) -> String {
 
 /// A word as a shell reads it back. None holds a NUL, which no argument can.
 fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
     shlex::try_quote(word).map_or_else(|_| word.to_owned(), std::borrow::Cow::into_owned)
 }
 

@@ -2,8 +2,8 @@
 
 use crate::{Failure, progress};
 use clap::Args;
-use std::path::{Path, PathBuf};
 use serde::Serialize;
+use std::path::{Path, PathBuf};
 use taut_bench::ladder::{Config, Omission, Results};
 use taut_bench::output;
 use taut_bench::report::{self, Report, ReportError};
@@ -59,7 +59,9 @@ pub(crate) fn run(args: &ReportArgs) -> Result<(), Failure> {
 /// The arguments that the program was called with.
 fn arguments() -> Vec<String> {
     let arguments = std::env::args_os().skip(1);
-    arguments.map(|a| a.to_string_lossy().into_owned()).collect()
+    arguments
+        .map(|a| a.to_string_lossy().into_owned())
+        .collect()
 }
 
 /// Measures what the rows do not hold and writes the page with its data; where it is, unless `quiet`.

@@ -1,7 +1,8 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
 use crate::{
-    BenchArgs, Failure, choices, deliver, deliver_leaving_out, positive, progress, steps, take_ratios,
+    BenchArgs, Failure, choices, deliver, deliver_leaving_out, positive, progress, steps,
+    take_ratios,
 };
 use clap::ValueEnum;
 use taut_bench::machine::Machine;

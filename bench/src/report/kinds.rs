@@ -4,7 +4,7 @@
 use super::Other;
 use super::charts::{FLOOR, distinct, known_look};
 use super::sheets::{Row, cell, heading};
-use crate::plot::{Axis, Chart, Mark, Series};
+use crate::plot::{Axis, Chart, Look, Mark, Series};
 use serde_json::Value;
 use std::borrow::Cow;
 
@@ -33,6 +33,8 @@ struct Plan {
     list: &'static str,
     /// Rows that take part: one of these values in this column.
     only: Option<(&'static str, &'static [&'static str])>,
+    /// Columns in which a row that takes part has what the first row has.
+    as_first: &'static [&'static str],
     /// Columns that the rows of a panel share; a row without a value takes part in all.
     panels: &'static [&'static str],
     /// Columns that the rows of a series share: its name.
@@ -41,6 +43,8 @@ struct Plan {
     y: Quantity,
     /// Whether of points above each other only the lowest is shown.
     lowest: bool,
+    /// Series without which a panel says nothing.
+    least: usize,
     mark: Mark,
 }
 
@@ -79,11 +83,13 @@ const PLAIN: Plan = Plan {
     text: "",
     list: "",
     only: None,
+    as_first: &[],
     panels: &[],
     series: &["backend"],
     x: error(&[], ""),
     y: error(&[], ""),
     lowest: false,
+    least: 1,
     mark: Mark::LineAndPoints,
 };
 
@@ -100,9 +106,29 @@ const KINDS: &[Kind] = &[
                 list: "records",
                 panels: &["segments", "mass_ratio", "joint", "drive"],
                 series: &["setting"],
-                x: error(&["horizontal_m"], "largest horizontal error of the load (m)"),
+                x: error(
+                    &["horizontal_m"],
+                    "largest horizontal error of the load (m)",
+                ),
                 y: positive(&["cost"], "cost of a simulated second (ms)", 1e3),
                 only: Some(("stable", &["yes"])),
+                as_first: &["backend", "refinements", "iterations"],
+                ..PLAIN
+            },
+            Plan {
+                id: "solvers",
+                title: "Solvers",
+                text: "The default step with every solver. Along a curve: iterations, or refinements.",
+                list: "records",
+                panels: &["segments", "mass_ratio"],
+                x: error(
+                    &["horizontal_m"],
+                    "largest horizontal error of the load (m)",
+                ),
+                y: positive(&["step_ns"], "whole step (µs)", 1e-3),
+                only: Some(("stable", &["yes"])),
+                as_first: &["setting", "dt", "joint", "drive"],
+                least: 2,
                 ..PLAIN
             },
         ],
@@ -134,7 +160,11 @@ const KINDS: &[Kind] = &[
                 panels: &["joint_rows", "mass_ratio", "segments"],
                 series: &["solver"],
                 x: error(&["forward_error"], "relative error of the multipliers (1)"),
-                y: positive(&["ns_per_joint"], "factorise and solve, per joint (ns)", 1.0),
+                y: positive(
+                    &["ns_per_joint"],
+                    "factorise and solve, per joint (ns)",
+                    1.0,
+                ),
                 ..PLAIN
             },
             Plan {
@@ -145,7 +175,11 @@ const KINDS: &[Kind] = &[
                 panels: &["joint_rows", "mass_ratio"],
                 series: &["solver"],
                 x: positive(&["segments"], "segments (1)", 1.0),
-                y: positive(&["ns_per_joint"], "factorise and solve, per joint (ns)", 1.0),
+                y: positive(
+                    &["ns_per_joint"],
+                    "factorise and solve, per joint (ns)",
+                    1.0,
+                ),
                 ..PLAIN
             },
         ],
@@ -206,7 +240,11 @@ const KINDS: &[Kind] = &[
             list: "records",
             panels: &["matrix"],
             x: error(&["forward_error"], "relative error of x (1)"),
-            y: positive(&["factorize_ns", "solve_ns"], "factorise and solve (µs)", 1e-3),
+            y: positive(
+                &["factorize_ns", "solve_ns"],
+                "factorise and solve (µs)",
+                1e-3,
+            ),
             ..PLAIN
         }],
     },
@@ -233,7 +271,7 @@ const KINDS: &[Kind] = &[
         plans: &[Plan {
             id: "energy",
             title: "Energy over time",
-            text: "Mean of each window of steps minus that of the first, over the energy of the swing.",
+            text: "Mean of each window of steps minus that of the first, over the largest kinetic energy of the first.",
             list: "bands",
             panels: &["segments", "mass_ratio"],
             series: &["scheme", "stiffness", "guarded"],
@@ -259,7 +297,19 @@ const KINDS: &[Kind] = &[
         name: "shocks",
         title: "kicks, jerks and drops",
         mark: ("outcomes", "excess_gap"),
-        plans: &[],
+        plans: &[Plan {
+            id: "errors",
+            title: "Error after a shock",
+            text: "Where the load is at the end, against a finer step. A run that was lost is not shown; the motion after some \
+                   shocks is chaotic.",
+            list: "outcomes",
+            only: Some(("finite", &["yes"])),
+            panels: &["shock", "length"],
+            series: &["setting"],
+            x: positive(&["ratio"], "load/segment mass ratio (1)", 1.0),
+            y: error(&["error_m"], "distance of the load from the reference (m)"),
+            ..PLAIN
+        }],
     },
 ];
 
@@ -276,7 +326,11 @@ pub(super) fn title(name: &str) -> &'static str {
 pub(super) fn name_of(rows: &Value) -> Option<&'static str> {
     let is = |kind: &&Kind| {
         let (list, column) = kind.mark;
-        let list = if list.is_empty() { Some(rows) } else { rows.get(list) };
+        let list = if list.is_empty() {
+            Some(rows)
+        } else {
+            rows.get(list)
+        };
         let first = list.and_then(Value::as_array).and_then(|rows| rows.first());
         first.is_some_and(|row| row.get(column).is_some())
     };
@@ -326,23 +380,40 @@ impl Plan {
             shown(row, column).is_some_and(|text| values.contains(&text.as_str()))
         };
         let mut rows = rows_of(data, self.list);
-        rows.retain(takes_part);
+        let first = rows.first().cloned().unwrap_or_default();
+        let like_first = |row: &Row| self.as_first.iter().all(|c| row.get(*c) == first.get(*c));
+        rows.retain(|row| takes_part(row) && like_first(row));
+        let names = distinct(rows.iter().map(|row| self.name(row)));
         let key = |row: &Row| -> Vec<Option<String>> {
-            self.panels.iter().map(|column| shown(row, column)).collect()
+            self.panels
+                .iter()
+                .map(|column| shown(row, column))
+                .collect()
         };
-        let panels = distinct(rows.iter().map(key).filter(|key| key.iter().all(Option::is_some)));
+        let panels = distinct(
+            rows.iter()
+                .map(key)
+                .filter(|key| key.iter().all(Option::is_some)),
+        );
         let all = panels.len();
         let chart = |panel: &Vec<Option<String>>| {
             let fits = |row: &&Row| {
                 let own = key(row);
-                own.iter().zip(panel).all(|(own, panel)| own.is_none() || own == panel)
+                own.iter()
+                    .zip(panel)
+                    .all(|(own, panel)| own.is_none() || own == panel)
             };
-            self.chart(panel, &rows.iter().filter(fits).collect::<Vec<_>>())
+            self.chart(panel, &rows.iter().filter(fits).collect::<Vec<_>>(), &names)
         };
         let charts = panels.iter().take(MOST_PANELS).map(chart);
-        let charts = charts.filter(|chart| !chart.series.is_empty()).collect();
+        let charts = charts
+            .filter(|chart| chart.series.len() >= self.least)
+            .collect();
         let text = if all > MOST_PANELS {
-            Cow::from(format!("{} The first {MOST_PANELS} of {all} panels; the rows below hold all.", self.text))
+            Cow::from(format!(
+                "{} The first {MOST_PANELS} of {all} panels; the rows below hold all.",
+                self.text
+            ))
         } else {
             Cow::from(self.text)
         };
@@ -354,22 +425,31 @@ impl Plan {
         }
     }
 
-    fn chart(&self, panel: &[Option<String>], rows: &[&Row]) -> Chart {
+    /// A panel of the rows, whose series have their looks by their places in `names`.
+    fn chart(&self, panel: &[Option<String>], rows: &[&Row], names: &[String]) -> Chart {
         let parts = self.panels.iter().zip(panel).filter_map(|(column, value)| {
             let value = value.as_ref()?;
             let is_word = value.chars().next().is_some_and(char::is_alphabetic);
-            Some(if is_word { value.clone() } else { format!("{} {value}", heading(column)) })
+            Some(if is_word {
+                value.clone()
+            } else {
+                format!("{} {value}", heading(column))
+            })
         });
-        let names = distinct(rows.iter().map(|row| self.name(row)));
-        let series = names.into_iter().filter_map(|name| {
-            let own = rows.iter().filter(|row| self.name(row) == name);
+        let series = names.iter().enumerate().filter_map(|(place, name)| {
+            let own = rows.iter().filter(|row| self.name(row) == *name);
             let mut points: Vec<[f64; 2]> = own.flat_map(|row| self.points(row)).collect();
             if self.lowest {
                 points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
                 points.dedup_by_key(|point| point[0]);
             }
+            // Of lines alone each second one is dashed: those below are seen.
+            let by_place = Look {
+                dashed: self.mark == Mark::Line && place % 2 == 1,
+                ..Look::by_place(place)
+            };
             let series = Series {
-                look: known_look(&name),
+                look: Some(known_look(name).unwrap_or(by_place)),
                 ..Series::new(name, points, self.mark)
             };
             (!series.points.is_empty()).then_some(series)
@@ -383,17 +463,24 @@ impl Plan {
     }
 
     fn name(&self, row: &Row) -> String {
-        let parts = self.series.iter().filter_map(|column| match row.get(*column)? {
-            Value::Bool(true) => Some(heading(column)),
-            Value::Bool(false) => None,
-            _ => shown(row, column),
-        });
+        let parts = self
+            .series
+            .iter()
+            .filter_map(|column| match row.get(*column)? {
+                Value::Bool(true) => Some(heading(column)),
+                Value::Bool(false) => None,
+                _ => shown(row, column),
+            });
         parts.collect::<Vec<_>>().join(", ")
     }
 
     /// The points of a row: one, or those of a list, which lie evenly over its `steps`.
     fn points(&self, row: &Row) -> Vec<[f64; 2]> {
-        let list = self.y.columns.first().and_then(|column| row.get(*column)?.as_array());
+        let list = self
+            .y
+            .columns
+            .first()
+            .and_then(|column| row.get(*column)?.as_array());
         let Some(list) = list else {
             let point = self.x.of(row).zip(self.y.of(row));
             return point.map(|(x, y)| [x, y]).into_iter().collect();
@@ -424,6 +511,10 @@ impl Quantity {
             sum += row.get(*column)?.as_f64()?;
         }
         let value = sum * self.factor;
-        Some(if self.floor > 0.0 { value.max(self.floor) } else { value })
+        Some(if self.floor > 0.0 {
+            value.max(self.floor)
+        } else {
+            value
+        })
     }
 }

@@ -7,7 +7,10 @@ const README: &str = include_str!("../../../README.md");
 /// The points of the section, each in one line.
 fn points() -> Vec<String> {
     let section = README.split("\n## ").find(|s| s.starts_with("Limits\n"));
-    let (_, text) = section.unwrap_or_default().split_once('\n').unwrap_or_default();
+    let (_, text) = section
+        .unwrap_or_default()
+        .split_once('\n')
+        .unwrap_or_default();
     text.split("\n- ")
         .skip(1)
         .map(|point| point.split_whitespace().collect::<Vec<_>>().join(" "))
@@ -43,7 +46,8 @@ mod tests {
     fn the_readme_has_limits() {
         let points = points();
         assert!(points.len() > 6, "{points:?}");
-        let full = |point: &&String| point.len() > 20 && point.ends_with('.') && !point.contains('\n');
+        let full =
+            |point: &&String| point.len() > 20 && point.ends_with('.') && !point.contains('\n');
         assert!(points.iter().all(|p| full(&p)), "{points:?}");
     }
 

@@ -2,6 +2,7 @@
 
 use super::cells::{Cell, sortable};
 use super::charts::{self, decade};
+use super::measure::Trace;
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::{Report, ReportError};
@@ -55,15 +56,7 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
              cable of 24 segments, the material stiff enough for the load.",
             &charts::mass_ratios(extras),
         )?,
-        figures(
-            "trace",
-            "Times of single steps",
-            &format!(
-                "{}. What stands out is the system taking the processor away.",
-                extras.trace.title
-            ),
-            &charts::trace(&extras.trace),
-        )?,
+        trace(&extras.trace)?,
         figures(
             "energy",
             "Energy over time",
@@ -82,6 +75,32 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
     .into_iter()
     .flatten()
     .collect())
+}
+
+/// The times of single steps, and what most of them keep.
+fn trace(trace: &Trace) -> Result<Option<Section>, ReportError> {
+    let text = format!(
+        "{}. What stands out is the system taking the processor away.",
+        trace.title
+    );
+    let charts = charts::trace(trace);
+    let section = figures("trace", "Times of single steps", &text, &charts)?;
+    let row = |(name, ns): (&str, f64)| {
+        vec![
+            Cell::text(name),
+            Cell::number(nanoseconds(ns), ns),
+            Cell::number(format!("{:.3} %", 100.0 * ns * 1e-9 / trace.dt), ns),
+        ]
+    };
+    let rows: Vec<Vec<Cell>> = trace.quantiles().into_iter().map(row).collect();
+    let table = sortable(
+        &["share of the steps", "step", "of the frame's time"],
+        &rows,
+    );
+    Ok(section.map(|section| Section {
+        body: html! { (section.body) (table) },
+        ..section
+    }))
 }
 
 /// The shifted geometric means of all levels.

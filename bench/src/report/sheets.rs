@@ -23,10 +23,17 @@ pub(super) struct Sheet {
     rows: Vec<Vec<Cell>>,
 }
 
+/// What the main list of rows is called.
+const RECORDS: &str = "records";
+
 /// The tables of a benchmark.
 pub(super) fn sheets(other: &Other) -> Vec<Sheet> {
     let mut lists = Vec::new();
-    collect(&other.name, &other.rows, &mut lists);
+    let items = other.rows.as_array().map_or(&[][..], Vec::as_slice);
+    let has_lists = |item: &Value| item.as_object().is_some_and(|o| o.values().any(is_list));
+    let plain = !items.is_empty() && !items.iter().any(has_lists);
+    let name = if plain { RECORDS } else { &other.name };
+    collect(name, &other.rows, &mut lists);
     lists.into_iter().filter_map(Sheet::of).collect()
 }
 
@@ -40,7 +47,12 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
         }
         Value::Object(object) => {
             let mut row = Row::new();
-            flatten("", object, &mut row);
+            let mut own = object.values().filter(|value| !is_list(value));
+            match (own.next(), own.next()) {
+                // What is said of the lists alone needs no name.
+                (Some(Value::Object(about)), None) => flatten("", about, &mut row),
+                _ => flatten("", object, &mut row),
+            }
             if !row.is_empty() {
                 match lists.iter_mut().find(|(known, _)| known == name) {
                     Some((_, rows)) => rows.push(row),
@@ -86,22 +98,34 @@ impl Sheet {
             }
         }
         let nothing = |v: &Value| v.is_null() || v.as_array().is_some_and(Vec::is_empty);
-        let filled = |key: &&String| rows.iter().any(|r| r.get(*key).is_some_and(|v| !nothing(v)));
+        let filled = |key: &&String| {
+            rows.iter()
+                .any(|r| r.get(*key).is_some_and(|v| !nothing(v)))
+        };
         keys.retain(filled);
         if keys.is_empty() {
             return None;
         }
-        let same = |key: &&String| rows.len() > 1 && rows.iter().all(|r| r.get(*key) == rows[0].get(*key));
+        let same =
+            |key: &&String| rows.len() > 1 && rows.iter().all(|r| r.get(*key) == rows[0].get(*key));
         let (shared, columns): (Vec<&String>, Vec<&String>) = keys.into_iter().partition(same);
-        let shared = shared.iter().map(|key| (heading(key), cell(key, &rows[0][*key]).text));
-        let has_numbers = |key: &String| rows.iter().any(|r| r.get(key).is_some_and(Value::is_number));
+        let shared = shared
+            .iter()
+            .map(|key| (heading(key), cell(key, &rows[0][*key]).text));
+        let has_numbers = |key: &String| {
+            rows.iter()
+                .any(|r| r.get(key).is_some_and(Value::is_number))
+        };
         let numbers: Vec<bool> = columns.iter().map(|key| has_numbers(key)).collect();
         let row = |row: &Row| {
-            let cells = columns.iter().zip(&numbers).map(|(key, number)| match row.get(*key) {
-                None | Some(Value::Null) if *number => Cell::none(),
-                None => cell(key, &Value::Null),
-                Some(value) => cell(key, value),
-            });
+            let cells = columns
+                .iter()
+                .zip(&numbers)
+                .map(|(key, number)| match row.get(*key) {
+                    None | Some(Value::Null) if *number => Cell::none(),
+                    None => cell(key, &Value::Null),
+                    Some(value) => cell(key, value),
+                });
             cells.collect()
         };
         Some(Self {
@@ -115,7 +139,7 @@ impl Sheet {
     /// The table as a part of the page.
     pub(super) fn section(&self) -> Section {
         let title = match self.name.as_str() {
-            "records" => "All rows".to_owned(),
+            RECORDS => "All rows".to_owned(),
             "omissions" => "Left out".to_owned(),
             name => {
                 let name = words(name);
@@ -152,9 +176,11 @@ fn is_time(key: &str) -> bool {
 
 /// What stands above a column. Nanoseconds have their unit in each cell.
 pub(super) fn heading(key: &str) -> String {
-    let unit = |suffix: &str, unit: &str| Some(format!("{} ({unit})", words(key.strip_suffix(suffix)?)));
+    let unit =
+        |suffix: &str, unit: &str| Some(format!("{} ({unit})", words(key.strip_suffix(suffix)?)));
     match key {
         "dt" => "Δt (s)".to_owned(),
+        "ns" => "time".to_owned(),
         key if is_time(key) => words(&key.replace("_ns", "")),
         key => unit("_m", "m")
             .or_else(|| unit("_s", "s"))
@@ -218,7 +244,11 @@ mod tests {
 
     fn texts(sheet: &Sheet) -> Vec<Vec<&str>> {
         let row = |row: &Vec<Cell>| row.iter().map(|c| c.text.as_str()).collect();
-        sheet.rows.iter().map(row as fn(&Vec<Cell>) -> Vec<&str>).collect()
+        sheet
+            .rows
+            .iter()
+            .map(row as fn(&Vec<Cell>) -> Vec<&str>)
+            .collect()
     }
 
     #[test]
@@ -237,17 +267,24 @@ mod tests {
         let [matrix, records] = &sheets(&other)[..] else {
             panic!("two tables")
         };
-        assert_eq!(matrix.headings, ["about matrix", "about dim"]);
+        assert_eq!(matrix.headings, ["matrix", "dim"]);
         assert_eq!(texts(matrix), [["a", "3"], ["b", "4"]]);
         assert_eq!(records.headings, ["solve", "load (m)"]);
         assert_eq!(texts(records), [["1.50 µs", "0.25"], ["–", "1e-9"]]);
-        let shared = [("matrix", "a"), ("Δt (s)", "0.5")].map(|(a, b)| (a.to_owned(), b.to_owned()));
+        let shared =
+            [("matrix", "a"), ("Δt (s)", "0.5")].map(|(a, b)| (a.to_owned(), b.to_owned()));
         assert_eq!(records.shared, shared);
     }
 
     #[test]
     fn what_holds_no_rows_has_no_tables() {
-        for rows in [json!([]), json!({ "records": [] }), json!(3), json!([[1, 2]]), json!([{}])] {
+        for rows in [
+            json!([]),
+            json!({ "records": [] }),
+            json!(3),
+            json!([[1, 2]]),
+            json!([{}]),
+        ] {
             let other = Other {
                 name: "x".to_owned(),
                 rows,
