@@ -2,8 +2,8 @@
 //!
 //! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of the
 //! main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws, `main_job`
-//! puts them together. Of every other benchmark `kinds` says what its plots show, `sheets` makes tables of its rows.
-//! `page` writes, `cells` are its tables, `limits` is what it says of known limits.
+//! puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these, `sheets` makes
+//! tables of its rows. `page` writes, `cells` are its tables, `limits` is what it says of known limits.
 
 mod cells;
 mod charts;
@@ -12,6 +12,7 @@ mod limits;
 mod main_job;
 mod measure;
 mod page;
+mod plans;
 mod score;
 mod sheets;
 

@@ -30,6 +30,9 @@ pub(super) fn sortable(headings: &[impl AsRef<str>], rows: &[Vec<Cell>]) -> Mark
     }
 }
 
+/// Letters of a cell that stand in one line.
+const MOST_LETTERS: usize = 60;
+
 /// A cell: its text, and the number that it is sorted by.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Cell {
@@ -67,17 +70,18 @@ impl Cell {
     }
 
     fn markup(&self) -> Markup {
-        let class = match (self.number.is_some(), self.best) {
-            (true, true) => "number best",
-            (true, false) => "number",
-            (false, true) => "best",
-            (false, false) => "",
-        };
+        let classes = [
+            ("number", self.number.is_some()),
+            ("best", self.best),
+            ("long", self.text.chars().count() > MOST_LETTERS),
+        ];
+        let classes = classes.iter().filter(|(_, is)| *is).map(|(name, _)| *name);
+        let class = classes.collect::<Vec<_>>().join(" ");
         // As a script reads it.
         let number = self.number.map(|n| match n {
             n if n == f64::INFINITY => "Infinity".to_owned(),
             n => n.to_string(),
         });
-        html! { td class=[(!class.is_empty()).then_some(class)] data-sort=[number] { (self.text) } }
+        html! { td class=[(!class.is_empty()).then_some(&class)] data-sort=[number] { (self.text) } }
     }
 }

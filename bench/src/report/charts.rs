@@ -240,7 +240,7 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
         shape: Shape::Circle,
         dashed: false,
     };
-    // The steps lie on the lines, and each of two lines that are near each other is seen through the dashes of the other.
+    // Each of two lines that are near each other is seen through the dashes of the other.
     let level = |place: usize, name: String, ms: f64| Series {
         look: Some(Look {
             dashed: place % 2 == 1,
@@ -252,18 +252,18 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
     let quantiles = trace.quantiles().into_iter().enumerate();
     let levels = quantiles
         .map(|(i, (name, ns))| level(i + 1, format!("{name} {}", nanoseconds(ns)), ns * 1e-6));
-    let mut series: Vec<Series> = levels.collect();
-    series.push(Series {
+    let steps = Series {
+        look: Some(grey),
+        ..Series::new("a step", points.collect(), Mark::Points)
+    };
+    let limit = Series {
         look: Some(Look {
             colour: [0, 0, 0],
             ..grey
         }),
         ..level(0, format!("Δt = {frame:.1} ms"), frame)
-    });
-    series.push(Series {
-        look: Some(grey),
-        ..Series::new("a step", points.collect(), Mark::Points)
-    });
+    };
+    let series = [steps, limit].into_iter().chain(levels).collect();
     one(Chart {
         title: "time of each step".to_owned(),
         x: Axis::linear("simulated time (s)"),

@@ -68,10 +68,10 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
     }
 }
 
-/// Whether it is a list of rows.
+/// Whether it is a list of rows, which may have none.
 fn is_list(value: &Value) -> bool {
-    let items = value.as_array().map_or(&[][..], Vec::as_slice);
-    items.iter().any(Value::is_object)
+    let items = value.as_array();
+    items.is_some_and(|items| items.is_empty() || items.iter().any(Value::is_object))
 }
 
 /// Columns of an object, those of objects in it with the outer key before theirs.
@@ -259,7 +259,7 @@ mod tests {
                 { "about": { "matrix": "a", "dim": 3 }, "records": [
                     { "matrix": "a", "dt": 0.5, "solve_ns": 1500.0, "error": null, "load_m": 0.25 },
                     { "matrix": "a", "dt": 0.5, "solve_ns": null, "error": null, "load_m": 1e-9 },
-                ] },
+                ], "omissions": [] },
                 { "about": { "matrix": "b", "dim": 4 }, "records": [] },
             ]),
             printed: String::new(),
