@@ -199,13 +199,18 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     ),
     (
         "scenes",
-        "--scene ring,ladder --quick --segments 3,4 --backends banded,cg:group --iterations 5,50",
-        &["work-precision", "sizes", "table-records", "table-growth"],
+        "--scene ring --quick --segments 8,12 --backends banded,cg:group --iterations 5,50",
+        &["work-precision", "sizes", "table-records"],
     ),
     (
         "matrix",
         "--quick --matrix small.mtx,small_kkt.mtx",
-        &["work-precision", "table-matrix", "table-records"],
+        &[
+            "work-precision",
+            "table-matrix",
+            "table-records",
+            "table-omissions",
+        ],
     ),
     (
         "engines",
