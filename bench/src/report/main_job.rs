@@ -152,7 +152,7 @@ fn claims(records: &[Record]) -> Option<Section> {
         "solves",
         "claimed",
         "true by the letter",
-        "true to rounding",
+        "only to rounding",
         "false",
     ];
     let body = html! {

@@ -106,6 +106,8 @@ impl Sheet {
         if keys.is_empty() {
             return None;
         }
+        // What is long and known from other columns stands at the end.
+        keys.sort_by_key(|key| *key == "options");
         let same =
             |key: &&String| rows.len() > 1 && rows.iter().all(|r| r.get(*key) == rows[0].get(*key));
         let (shared, columns): (Vec<&String>, Vec<&String>) = keys.into_iter().partition(same);
