@@ -245,11 +245,8 @@ mod tests {
     use serde_json::json;
 
     fn texts(sheet: &Sheet) -> Vec<Vec<&str>> {
-        let row = |row: &Vec<Cell>| row.iter().map(|c| c.text.as_str()).collect();
-        sheet
-            .rows
-            .iter()
-            .map(row as fn(&Vec<Cell>) -> Vec<&str>)
+        let rows = sheet.rows.iter();
+        rows.map(|row| row.iter().map(|c| c.text.as_str()).collect())
             .collect()
     }
 
