@@ -200,8 +200,8 @@ fn claims(records: &[Record]) -> String {
         ]);
     }
     format!(
-        "\nSolutions claimed by the solvers' own tests, and true by the extended-precision residual (frames); rounding: only\n\
-         with a normwise backward error of 1e-14 allowed for\n{}",
+        "\nSolutions claimed by the solvers' own tests, and true by the extended-precision residual (frames);\n\
+         rounding: only with a normwise backward error of 1e-14 allowed for\n{}",
         text(&t)
     )
 }

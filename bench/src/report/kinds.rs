@@ -14,8 +14,8 @@ struct Kind {
     /// Its name, as that of its file of rows.
     name: &'static str,
     title: &'static str,
-    /// A list of its rows and a column that no other has, by which rows without a name are known. The list without a name
-    /// is the data itself.
+    /// A list of its rows and a column that no other has, by which rows without a name are known. The list without a
+    /// name is the data itself.
     mark: (&'static str, &'static str),
     plans: &'static [Plan],
 }
@@ -118,8 +118,8 @@ const KINDS: &[Kind] = &[
         plans: &[Plan {
             id: PRECISION,
             title: "Work against precision",
-            text: "Least time from the pieces to multipliers within the error, iterations from zero (cold) or from the step \
-                   before (warm), beside the direct solver. Lower left is better.",
+            text: "Least time from the pieces to multipliers within the error, iterations from zero (cold) or from the \
+                   step before (warm), beside the direct solver. Lower left is better.",
             panels: &["scene", "size", "mass_ratio", "start"],
             x: error(&["target"], "relative error of the multipliers (1)"),
             y: positive(&["ns"], "assembly, factorisation, solve (µs)", 1e-3),
@@ -134,8 +134,8 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: PRECISION,
                 title: "Work against precision",
-                text: "A step's time against the error of the multipliers against 32 digits. Along a curve: iterations. Lower \
-                       left is better.",
+                text: "A step's time against the error of the multipliers against 32 digits. Along a curve: \
+                       iterations. Lower left is better.",
                 list: "records",
                 panels: &["scene", "size", "mass_ratio"],
                 x: error(&["forward_error"], "relative error of the multipliers (1)"),
@@ -163,7 +163,8 @@ const KINDS: &[Kind] = &[
         plans: &[Plan {
             id: PRECISION,
             title: "Work against precision",
-            text: "Factorisation and solve against the relative error of x. Along a curve: iterations. Lower left is better.",
+            text: "Factorisation and solve against the relative error of x. Along a curve: iterations. Lower left is \
+                   better.",
             list: "records",
             panels: &["matrix"],
             x: error(&["forward_error"], "relative error of x (1)"),
@@ -227,8 +228,8 @@ const KINDS: &[Kind] = &[
         plans: &[Plan {
             id: "errors",
             title: "Error after a shock",
-            text: "Where the load is at the end, against a finer step. A run that was lost is not shown; the motion after some \
-                   shocks is chaotic.",
+            text: "Where the load is at the end, against a finer step. A run that was lost is not shown; the motion \
+                   after some shocks is chaotic.",
             list: "outcomes",
             only: Some(("finite", &["yes"])),
             panels: &["shock", "length"],
