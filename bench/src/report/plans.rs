@@ -256,3 +256,104 @@ impl Quantity {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn rows_become_panels_of_series() {
+        let plan = Plan {
+            list: "records",
+            only: Some(("stable", &["yes"])),
+            as_first: &["dt"],
+            panels: &["segments", "start"],
+            x: positive(&["segments"], "segments (1)", 1.0),
+            y: positive(&["factor_ns", "solve_ns"], "time (µs)", 1e-3),
+            lowest: true,
+            ..PLAIN
+        };
+        let row = |backend: &str, start: Option<&str>, ns: f64| {
+            json!({ "segments": 24, "start": start, "backend": backend, "dt": 0.5, "stable": true,
+                "factor_ns": 500.0, "solve_ns": ns })
+        };
+        let (mut lost, mut other) = (row("cg", Some("cold"), 9.0), row("cg", Some("cold"), 8.0));
+        lost["stable"] = false.into();
+        other["dt"] = 0.25.into();
+        let rows = [
+            row("banded", None, 1500.0),
+            row("cg", Some("cold"), 3500.0),
+            row("cg", Some("cold"), 2500.0),
+            row("new", Some("warm"), 4500.0),
+            lost,
+            other,
+        ];
+        let plot = plan.plot(&json!([{ "records": rows }]));
+        let shown: Vec<(&str, Vec<(&str, &[[f64; 2]])>)> = plot
+            .charts
+            .iter()
+            .map(|c| {
+                let series = c.series.iter().map(|s| (s.name.as_str(), &s.points[..]));
+                (c.title.as_str(), series.collect())
+            })
+            .collect();
+        // The row without a start stands in both panels, of two points above each other the lowest.
+        let banded = ("banded", &[[24.0, 2.0]][..]);
+        assert_eq!(
+            shown,
+            [
+                (
+                    "segments 24, cold",
+                    vec![banded, ("cg", &[[24.0, 3.0]][..])]
+                ),
+                (
+                    "segments 24, warm",
+                    vec![banded, ("new", &[[24.0, 5.0]][..])]
+                ),
+            ]
+        );
+        // What is no solver that is known looks by its place among all.
+        let looks = plot.charts.iter().map(|c| c.series[1].look);
+        let expected = [known_look("cg"), Some(Look::by_place(2))];
+        assert!(looks.eq(expected));
+    }
+
+    #[test]
+    fn panels_beyond_the_most_are_told_of() {
+        let plan = Plan {
+            panels: &["k"],
+            x: error(&["k"], "k (1)"),
+            y: error(&["k"], "k (1)"),
+            text: "Said.",
+            ..PLAIN
+        };
+        let rows: Vec<Value> = (1..=50)
+            .map(|k| json!({ "k": k, "backend": "cg" }))
+            .collect();
+        let plot = plan.plot(&Value::from(rows));
+        assert_eq!(plot.charts.len(), MOST_PANELS);
+        assert!(
+            plot.text.contains("Said. The first 36 of 50"),
+            "{}",
+            plot.text
+        );
+    }
+
+    #[test]
+    fn a_list_is_a_line_over_its_steps() {
+        let plan = Plan {
+            x: Quantity {
+                floor: 0.0,
+                ..positive(&[], "steps (1)", 1.0)
+            },
+            y: Quantity {
+                floor: 0.0,
+                ..positive(&["means"], "energy (1)", 1.0)
+            },
+            ..PLAIN
+        };
+        let plot = plan.plot(&json!([{ "backend": "cg", "steps": 20, "means": [0.0, -1.0] }]));
+        assert_eq!(plot.charts[0].series[0].points, [[5.0, 0.0], [15.0, -1.0]]);
+    }
+}
