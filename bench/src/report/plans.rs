@@ -290,7 +290,7 @@ mod tests {
             other,
         ];
         let plot = plan.plot(&json!([{ "records": rows }]));
-        let shown: Vec<(&str, Vec<(&str, &[[f64; 2]])>)> = plot
+        let shown: Vec<(&str, Vec<_>)> = plot
             .charts
             .iter()
             .map(|c| {
