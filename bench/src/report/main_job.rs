@@ -156,10 +156,12 @@ fn claims(records: &[Record]) -> Option<Section> {
         "false",
     ];
     let body = html! {
-        p { "Solves whose solver claimed a solution, an iteration by its convergence, a direct solver by its status; those of \
-             them whose residual in extended precision was within the iteration's tolerance, ‖r‖₂ ≤ τ ‖b‖₂; those where it \
-             was not, but where rounding alone leaves that much, a normwise backward error of at most 10⁻¹⁴, the one bar of \
-             direct solvers; and those that are false. Before refinement." }
+        p {
+            "Solves whose solver claimed a solution, an iteration by its convergence, a direct solver by its status; \
+             those of them whose residual in extended precision was within the iteration's tolerance, ‖r‖₂ ≤ τ ‖b‖₂; \
+             those where it was not, but where rounding alone leaves that much, a normwise backward error of at most \
+             10⁻¹⁴, the one bar of direct solvers; and those that are false. Before refinement."
+        }
         (sortable(&headings, &rows))
     };
     (!rows.is_empty()).then_some(Section {
