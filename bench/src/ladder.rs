@@ -11,7 +11,12 @@
 //! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
 //! stopped early would set it off and be paid for up to a hundred times a step.
 
+mod claims;
+
+pub use claims::{Claims, claims};
+
 use crate::choice::Choice;
+use crate::hard::numerics::claims as hard_claims;
 use crate::pace;
 use crate::reference::{self, Reference};
 use crate::statics;
@@ -165,10 +170,13 @@ pub struct Record {
     pub simulated_s: f64,
     /// How an unstable run ended.
     pub failure: Option<Failure>,
-    /// Frames whose iteration claimed convergence; iterative solvers only.
+    /// Frames whose solver claimed a solution: an iteration by its convergence, a direct solver by its status.
     pub claimed_converged: Option<usize>,
-    /// Those of them where the true residual, in extended precision, met the tolerance.
+    /// Those of them where the true residual, in extended precision, met the tolerance; of a direct solver as below.
     pub verified_converged: Option<usize>,
+    /// Those of them where it did, or where rounding alone leaves that much: a normwise backward error of at most 10⁻¹⁴.
+    #[serde(default)]
+    pub verified_to_rounding: Option<usize>,
     /// Frames measured.
     pub frames: usize,
     /// Error levels at which this row is the fastest of its scene.
@@ -443,8 +451,9 @@ impl Record {
             stable: false,
             simulated_s: config.time,
             failure: None,
-            claimed_converged: choice.backend.is_iterative().then_some(0),
-            verified_converged: choice.backend.is_iterative().then_some(0),
+            claimed_converged: None,
+            verified_converged: None,
+            verified_to_rounding: None,
             frames: case.exact.len(),
             fastest_at: Vec::new(),
             settled: false,
@@ -497,9 +506,9 @@ fn measure_algebra(
         refinements: 0,
         ..options.clone()
     };
-    let tolerance = tolerance_of(choice);
+    let tolerance = hard_claims::tolerance(&choice.backend);
     let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
-    let (mut iterations, mut claimed, mut verified) = (0, 0, 0);
+    let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
     for (i, state) in case.reference.states.iter().enumerate() {
         state.put(&mut stepper)?;
         let report = stepper.solve()?;
@@ -520,15 +529,20 @@ fn measure_algebra(
         keep_worst(&mut row.backward_error_componentwise, errors.componentwise);
         let error = forward_error(stepper.multipliers(), exact);
         keep_worst(&mut row.forward_error_unrefined, error);
-        if report.solve.status == Status::Converged {
+        if matches!(report.solve.status, Status::Converged | Status::Direct) {
             claimed += 1;
             let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
-            verified += usize::from(norm(&r) <= tolerance * norm(b) * (1.0 + 1e-6));
+            let scale = if norm(b) > 0.0 { norm(b) } else { 1.0 };
+            let size = norm(&r) / scale;
+            verified +=
+                usize::from(hard_claims::over_letter(size, errors.normwise, tolerance) <= 1.0);
+            to_rounding += usize::from(hard_claims::over(size, errors.normwise, tolerance) <= 1.0);
         }
     }
     row.iterations_used = iterations as f64 / row.frames as f64;
-    row.claimed_converged = row.claimed_converged.map(|_| claimed);
-    row.verified_converged = row.verified_converged.map(|_| verified);
+    row.claimed_converged = Some(claimed);
+    row.verified_converged = Some(verified);
+    row.verified_to_rounding = Some(to_rounding);
     row.forward_error = row.forward_error_unrefined;
     if options.refinements > 0 {
         let mut stepper = Stepper::new(reference::scene(&case.params)?, options)?;
@@ -552,15 +566,6 @@ fn keep_worst(worst: &mut f64, error: f64) {
 
 fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// What the iteration calls converged; direct solvers claim roundoff, which is judged by the error columns instead.
-fn tolerance_of(choice: &Choice) -> f64 {
-    match &choice.backend {
-        taut_solver::Backend::GaussSeidel(o) => o.tolerance,
-        taut_solver::Backend::ConjugateGradient(o) => o.tolerance,
-        _ => f64::INFINITY,
-    }
 }
 
 fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajectory, StepError> {

@@ -9,6 +9,46 @@ pub const RUSTC: &str = env!("TAUT_RUSTC");
 /// The processor that it was compiled for, as the compiler's `target-cpu` names it.
 pub const TARGET_CPU: &str = env!("TAUT_TARGET_CPU");
 
+/// The options of `cargo` that choose the features of this build.
+const FEATURES: &str = env!("TAUT_FEATURES");
+
+/// The command line that makes this build, from its sources, and runs it with these arguments as well; for a shell.
+#[must_use]
+pub fn command(arguments: &[String]) -> String {
+    let mut words = Vec::new();
+    if let Ok(simd) = std::env::var("TAUT_SIMD") {
+        words.push(format!("TAUT_SIMD={}", quoted(&simd)));
+    }
+    if TARGET_CPU != "generic" {
+        words.push(format!(
+            "RUSTFLAGS={}",
+            quoted(&format!("-C target-cpu={TARGET_CPU}"))
+        ));
+    }
+    words.push("cargo run".to_owned());
+    if !cfg!(debug_assertions) {
+        words.push("--release".to_owned());
+    }
+    words.push("--locked".to_owned());
+    if !FEATURES.is_empty() {
+        words.push(FEATURES.to_owned());
+    }
+    if !arguments.is_empty() {
+        words.push("--".to_owned());
+        words.extend(arguments.iter().map(|a| quoted(a)));
+    }
+    words.join(" ")
+}
+
+/// A word as a shell reads it back. None holds a NUL, which no argument can.
+fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        return word.to_owned();
+    }
+    shlex::try_quote(word).map_or_else(|_| word.to_owned(), std::borrow::Cow::into_owned)
+}
+
 /// The machine and the build.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Machine {
@@ -55,5 +95,24 @@ impl std::fmt::Display for Machine {
             "{}, {} threads, {}, {} build, {}",
             self.cpu, self.threads, self.target, self.profile, self.simd
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_builds_with_these_features_and_is_quoted_for_a_shell() {
+        let arguments = ["bench", "--set", "name=a b's"].map(str::to_owned);
+        let words = shlex::split(&command(&arguments)).expect("closed quotes");
+        assert_eq!(words[words.len() - 3..], arguments);
+        for (name, on) in [
+            ("umfpack", cfg!(feature = "umfpack")),
+            ("--no-default-features", !cfg!(feature = "default")),
+        ] {
+            let named = words.iter().any(|w| w.split(',').any(|part| part == name));
+            assert_eq!(named, on, "{name}: {words:?}");
+        }
     }
 }

@@ -18,7 +18,7 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use taut_bench::allocations::Counting;
-use taut_bench::ladder::{self, Config};
+use taut_bench::ladder::{self, Config, Omission};
 use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::table::MARK;
@@ -459,7 +459,7 @@ fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.time,
         table::ladder(&results)
     );
-    deliver(
+    deliver_rows(
         console,
         args.json.as_deref(),
         "bench",
@@ -470,9 +470,34 @@ fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     cli::report::of_main_job(&config, &results, args.quick, console, only_json)
 }
 
+/// Prints the tables, writes the rows, as [`deliver_rows`] does, and the page.
+fn deliver(
+    console: Console,
+    json: Option<&Path>,
+    name: &str,
+    text: &str,
+    rows: &impl Serialize,
+) -> Result<(), Failure> {
+    deliver_leaving_out(console, json, name, text, rows, &[])
+}
+
+/// The same where solvers were left out.
+fn deliver_leaving_out(
+    console: Console,
+    json: Option<&Path>,
+    name: &str,
+    text: &str,
+    rows: &impl Serialize,
+    omissions: &[Omission],
+) -> Result<(), Failure> {
+    deliver_rows(console, json, name, text, rows)?;
+    let only_json = json == Some(Path::new("-"));
+    cli::report::of_rows(name, rows, text, omissions, console, only_json)
+}
+
 /// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard
 /// output they stand there alone.
-fn deliver(
+fn deliver_rows(
     console: Console,
     json: Option<&Path>,
     name: &str,

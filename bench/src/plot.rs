@@ -22,8 +22,11 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
 ];
 
-/// Width and height of a panel, in pixels.
-const PANEL: (u32, u32) = (640, 440);
+/// Width and height of a panel without its legend, in pixels.
+const PANEL: (u32, u32) = (640, 360);
+
+/// Places beyond are not shown: the distance of two would have no number.
+const FARTHEST: f64 = 1e300;
 
 /// Panels beside each other at most.
 const ACROSS: usize = 2;
@@ -140,6 +143,20 @@ pub struct Look {
     pub dashed: bool,
 }
 
+impl Look {
+    /// Of the series at that place among others: colours in turn, and another shape each time they begin anew.
+    #[must_use]
+    pub fn by_place(place: usize) -> Self {
+        const SHAPES: [Shape; 4] = [Shape::Circle, Shape::Triangle, Shape::Square, Shape::Cross];
+        let RGBColor(r, g, b) = COLOURS[place % COLOURS.len()];
+        Self {
+            colour: [r, g, b],
+            shape: SHAPES[place / COLOURS.len() % SHAPES.len()],
+            dashed: false,
+        }
+    }
+}
+
 /// A series of a chart.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Series {
@@ -166,12 +183,7 @@ impl Series {
     }
 
     fn look(&self, place: usize) -> Look {
-        let RGBColor(r, g, b) = COLOURS[place % COLOURS.len()];
-        self.look.unwrap_or(Look {
-            colour: [r, g, b],
-            shape: Shape::Circle,
-            dashed: false,
-        })
+        self.look.unwrap_or(Look::by_place(place))
     }
 }
 
@@ -217,17 +229,29 @@ pub fn svg(charts: &[Chart]) -> Result<String, PlotError> {
 /// # Errors
 /// [`PlotError`] with the drawing library's message.
 pub fn svg_for_page(chart: &Chart) -> Result<String, PlotError> {
-    let text = drawn(std::slice::from_ref(chart), false)?;
-    let size = format!("width=\"{}\" height=\"{}\" ", PANEL.0, PANEL.1);
+    let charts = std::slice::from_ref(chart);
+    let text = drawn(charts, false)?;
+    let (width, height) = panel(charts);
+    let size = format!("width=\"{width}\" height=\"{height}\" ");
     Ok(text
         .replacen(&size, "", 1)
         .replace("\"#000000\"", "\"currentColor\""))
 }
 
+/// Width and height of a panel with the longest legend of these charts, in pixels.
+fn panel(charts: &[Chart]) -> (u32, u32) {
+    let rows = charts.iter().map(|chart| legend_rows(chart).len()).max();
+    (
+        PANEL.0,
+        PANEL.1 + LEGEND_ROW as u32 * rows.unwrap_or(0).max(1) as u32,
+    )
+}
+
 fn drawn(charts: &[Chart], on_paper: bool) -> Result<String, PlotError> {
     let columns = charts.len().clamp(1, ACROSS);
     let rows = charts.len().div_ceil(columns).max(1);
-    let size = (PANEL.0 * columns as u32, PANEL.1 * rows as u32);
+    let panel = panel(charts);
+    let size = (panel.0 * columns as u32, panel.1 * rows as u32);
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
@@ -250,7 +274,7 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
         let place = |p: &[f64; 2]| (chart.x.place(p[0]), chart.y.place(p[1]));
         let places = series.points.iter().map(place);
         places
-            .filter(|(x, y)| x.is_finite() && y.is_finite())
+            .filter(|(x, y)| x.abs() < FARTHEST && y.abs() < FARTHEST)
             .collect()
     };
     let all: Vec<_> = chart.series.iter().map(places).collect();
@@ -259,7 +283,7 @@ fn draw(chart: &Chart, area: &DrawingArea<SVGBackend<'_>, Shift>) -> Result<(), 
     let zero = bars.then_some(0.0);
     let y = chart.y.scale(all.iter().flatten().map(|p| p.1).chain(zero));
     let rows = legend_rows(chart);
-    let (area, below) = area.split_vertically(PANEL.1 as i32 - LEGEND_ROW * rows.len() as i32);
+    let (area, below) = area.split_vertically(PANEL.1);
     let mut plane = ChartBuilder::on(&area)
         .caption(&chart.title, ("sans-serif", 18))
         .margin(12)
@@ -331,7 +355,8 @@ fn legend_rows(chart: &Chart) -> Vec<Vec<(usize, i32)>> {
         if series.name.is_empty() {
             continue;
         }
-        let width = LEGEND_KEY + LEGEND_LETTER * series.name.chars().count() as i32;
+        let letters = series.name.chars().count().min(PANEL.0 as usize);
+        let width = LEGEND_KEY + LEGEND_LETTER * letters as i32;
         if x.saturating_add(width) > PANEL.0 as i32 {
             rows.push(Vec::new());
             x = 84;

@@ -1,20 +1,29 @@
 //! The report that people look at: one HTML file of speed against error for every solver, with all that belongs to it.
 //!
-//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`); `measure`
-//! adds to the rows of the main job what these do not hold, `score` ranks the solvers, `charts` draws, `page` writes.
+//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of the
+//! main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws, `main_job`
+//! puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these, `sheets` makes
+//! tables of its rows. `page` writes, `cells` are its tables, `limits` is what it says of known limits.
 
+mod cells;
 mod charts;
+mod kinds;
+mod limits;
+mod main_job;
 mod measure;
 mod page;
+mod plans;
 mod score;
+mod sheets;
 
 pub use measure::{Extras, measure};
-pub use page::page;
+pub use page::{page, picture};
 
 use crate::ladder::{Omission, Record, Results};
-use crate::machine::Machine;
+use crate::machine::{self, Machine};
 use crate::output::{self, FileError};
 use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -27,61 +36,140 @@ pub struct Report {
     pub command: String,
     /// What machine it was measured on, one line.
     pub machine: String,
+    /// The compiler; nothing where that is not known.
+    #[serde(default)]
+    pub compiler: String,
     /// When: seconds since 1970.
     pub unix_time: u64,
     /// What was set, as (name, value with unit).
+    #[serde(default)]
     pub settings: Vec<(String, String)>,
     /// Rows of the main job.
+    #[serde(default)]
     pub records: Vec<Record>,
     /// Solvers without rows, and why.
+    #[serde(default)]
     pub omissions: Vec<Omission>,
-    /// What the rows do not hold; empty where the report was made from rows alone.
+    /// What the rows of the main job do not hold; empty where the report was made from rows alone.
     #[serde(default)]
     pub extras: Extras,
+    /// What another benchmark than the main job found.
+    #[serde(default)]
+    pub other: Option<Other>,
+}
+
+/// The results of another benchmark than the main job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Other {
+    /// Its name: that of its file of rows.
+    pub name: String,
+    /// Its rows, as they stand in that file.
+    pub rows: Value,
+    /// Its tables and their legend, as they are printed.
+    #[serde(default)]
+    pub printed: String,
 }
 
 impl Report {
-    /// Of the results of the main job on this machine.
+    /// Of nothing yet, on this machine.
+    fn here(arguments: &[String]) -> Self {
+        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+        Self {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            command: machine::command(arguments),
+            machine: Machine::current().to_string(),
+            compiler: machine::RUSTC.to_owned(),
+            unix_time: now.map_or(0, |t| t.as_secs()),
+            ..Self::default()
+        }
+    }
+
+    /// Of the results of the main job on this machine, which was called with these arguments.
     #[must_use]
     pub fn new(
         results: &Results,
         extras: Extras,
-        command: String,
+        arguments: &[String],
         settings: Vec<(String, String)>,
     ) -> Self {
-        let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Self {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            command,
-            machine: Machine::current().to_string(),
-            unix_time: now.map_or(0, |t| t.as_secs()),
             settings,
             records: results.records.clone(),
             omissions: results.omissions.clone(),
             extras,
+            ..Self::here(arguments)
         }
     }
 
-    /// From the text of a file: a report as it was written beside its page, or the rows of a `bench.json`.
+    /// Of another benchmark on this machine: its name, its rows, its tables as they are printed.
     ///
     /// # Errors
-    /// [`ReportError::Read`] for text that is neither.
+    /// [`ReportError::File`] where the rows cannot be written as JSON.
+    pub fn of_rows(
+        name: &str,
+        rows: &impl Serialize,
+        printed: &str,
+        omissions: &[Omission],
+        arguments: &[String],
+    ) -> Result<Self, ReportError> {
+        let rows = serde_json::to_value(rows).map_err(|e| FileError {
+            path: name.into(),
+            doing: "write",
+            source: e.into(),
+        })?;
+        Ok(Self {
+            omissions: omissions.to_vec(),
+            other: Some(Other {
+                name: name.to_owned(),
+                rows,
+                printed: crate::table::plain(printed),
+            }),
+            ..Self::here(arguments)
+        })
+    }
+
+    /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.
+    ///
+    /// # Errors
+    /// [`ReportError::Read`] for text that is neither, [`ReportError::Empty`] where there is no row.
     pub fn parse(path: &Path, text: &str) -> Result<Self, ReportError> {
         let failed = |reason: serde_json::Error| ReportError::Read {
             path: path.to_owned(),
             reason: reason.to_string(),
         };
-        if text.trim_start().starts_with('[') {
-            let records = serde_json::from_str(text).map_err(failed)?;
-            return Ok(Self {
-                command: "taut bench".to_owned(),
-                machine: "not recorded with the rows".to_owned(),
-                version: env!("CARGO_PKG_VERSION").to_owned(),
-                records,
+        let value: Value = serde_json::from_str(text).map_err(failed)?;
+        let is_report = value.get("command").is_some();
+        let rows_alone = |report: Self| Self {
+            command: "not recorded with the rows".to_owned(),
+            machine: "not recorded with the rows".to_owned(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            ..report
+        };
+        let report = if is_report {
+            serde_json::from_str(text).map_err(failed)?
+        } else if let Some(name) = kinds::name_of(&value) {
+            rows_alone(Self {
+                other: Some(Other {
+                    name: name.to_owned(),
+                    rows: value,
+                    printed: String::new(),
+                }),
                 ..Self::default()
-            });
+            })
+        } else {
+            rows_alone(Self {
+                records: serde_json::from_str(text).map_err(failed)?,
+                ..Self::default()
+            })
+        };
+        let empty = match &report.other {
+            None => report.records.is_empty(),
+            Some(other) => sheets::sheets(other).is_empty(),
+        };
+        if empty {
+            return Err(ReportError::Empty(path.to_owned()));
         }
-        serde_json::from_str(text).map_err(failed)
+        Ok(report)
     }
 }
 
@@ -95,6 +183,10 @@ pub enum ReportError {
         /// What is wrong with it.
         reason: String,
     },
+    /// A file without rows.
+    Empty(PathBuf),
+    /// A report whose benchmark has no plot of work against precision; its name.
+    NoPicture(String),
     /// A file that could not be read or written.
     File(FileError),
     /// A chart that could not be drawn.
@@ -108,6 +200,15 @@ impl fmt::Display for ReportError {
                 f,
                 "`{}` is neither a report nor the rows of a benchmark (`taut bench --json FILE` writes them): {reason}",
                 path.display()
+            ),
+            Self::Empty(path) => write!(
+                f,
+                "`{}` holds no rows, so there is nothing to show: run the benchmark again with `--json FILE`",
+                path.display()
+            ),
+            Self::NoPicture(name) => write!(
+                f,
+                "the rows of `{name}` hold no plot of work against precision: give a report of `taut bench`"
             ),
             Self::File(e) => e.fmt(f),
             Self::Plot(e) => e.fmt(f),
@@ -135,6 +236,14 @@ impl From<crate::plot::PlotError> for ReportError {
 /// [`ReportError`].
 pub fn write(report: &Report, path: &Path) -> Result<(), ReportError> {
     Ok(output::write_text(path, &page(report)?)?)
+}
+
+/// Writes the plot of work against precision alone to `path`, as an SVG file.
+///
+/// # Errors
+/// [`ReportError`].
+pub fn write_picture(report: &Report, path: &Path) -> Result<(), ReportError> {
+    Ok(output::write_text(path, &picture(report)?)?)
 }
 
 /// Reads a report or rows from a file.

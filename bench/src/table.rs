@@ -16,7 +16,7 @@ pub use matrix::{compared, solved, suite};
 pub use style::MARK;
 pub(crate) use style::{mark_columns, mark_least, verdict};
 
-use crate::ladder::{Fastest, LEVELS, Omission, Record, Results, SceneNote};
+use crate::ladder::{self, Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, Table};
@@ -211,27 +211,27 @@ fn scene_table(records: &[Record]) -> String {
     text(&t)
 }
 
-/// How often the iterations' own claim of convergence was true.
+/// How often the solvers' own claim of a solution was true.
 fn claims(records: &[Record]) -> String {
-    let mut families: Vec<(&str, usize, usize)> = Vec::new();
-    for r in records {
-        let (Some(claimed), Some(verified)) = (r.claimed_converged, r.verified_converged) else {
-            continue;
-        };
-        match families.iter_mut().find(|(name, ..)| *name == r.backend) {
-            Some((_, c, v)) => (*c, *v) = (*c + claimed, *v + verified),
-            None => families.push((&r.backend, claimed, verified)),
-        }
-    }
-    if families.is_empty() {
+    let claims = ladder::claims(records);
+    if claims.is_empty() {
         return String::new();
     }
-    let mut t = table(&["solver", "claimed", "true"]);
-    for (name, claimed, verified) in families {
-        t.add_row([name.to_owned(), claimed.to_string(), verified.to_string()]);
+    let mut t = table(&["solver", "solves", "claimed", "true", "rounding", "false"]);
+    let count = |n: Option<usize>| n.map_or("-".to_owned(), |n| n.to_string());
+    for c in claims {
+        t.add_row([
+            c.backend.clone(),
+            c.solves.to_string(),
+            c.claimed.to_string(),
+            c.verified.to_string(),
+            count(c.rounded()),
+            count(c.false_ones()),
+        ]);
     }
     format!(
-        "\nConvergence claimed by the iteration's own test, and true by the extended-precision residual (frames)\n{}",
+        "\nSolutions claimed by the solvers' own tests, and true by the extended-precision residual (frames);\n\
+         rounding: only with a normwise backward error of 1e-14 allowed for\n{}",
         text(&t)
     )
 }

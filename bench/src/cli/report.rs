@@ -1,41 +1,68 @@
-//! `taut report`: the page of a report or of rows that were written before.
+//! The page that every `taut bench` ends in, and `taut report`: the page of a report or of rows that were written before.
 
 use super::console::Console;
 use crate::Failure;
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
-use taut_bench::ladder::{Config, Results};
+use taut_bench::ladder::{Config, Omission, Results};
 use taut_bench::output;
-use taut_bench::report::{self, Report};
+use taut_bench::report::{self, Report, ReportError};
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 Examples:
   taut report target/taut/report.json
-  taut bench --json rows.json && taut report rows.json --out rows.html";
+  taut bench --json rows.json && taut report rows.json --out rows.html
+  taut report target/taut/report.json --picture work-precision.svg";
 
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
     /// A `report.json`, or the rows of `taut bench --json`, of which the page then holds nothing else
     #[arg(value_name = "FROM.json")]
     from: PathBuf,
-    /// The page
-    #[arg(long, value_name = "PATH", default_value = PAGE)]
-    out: PathBuf,
+    /// The page (default: target/taut/report.html, or none beside `--picture`)
+    #[arg(long, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// The plot of work against precision alone
+    #[arg(long, value_name = "FILE.svg")]
+    picture: Option<PathBuf>,
 }
 
 /// Where the page and its data go.
 const PAGE: &str = "target/taut/report.html";
 const DATA: &str = "target/taut/report.json";
 
-/// Reads the file, writes the page.
+/// Reads the file, writes the page, the picture, or both.
 pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
     let report = report::read(&args.from)?;
-    report::write(&report, &args.out)?;
-    if args.out != Path::new("-") {
-        console.note(&format!("report written to {}", args.out.display()))?;
+    let page = match (&args.out, &args.picture) {
+        (None, None) => Some(Path::new(PAGE)),
+        (out, _) => out.as_deref(),
+    };
+    let written = |what: &str, path: &Path| {
+        if path == Path::new("-") {
+            return Ok(());
+        }
+        console.note(&format!("{what} written to {}", path.display()))
+    };
+    if let Some(path) = page {
+        report::write(&report, path)?;
+        written("report", path)?;
+    }
+    if let Some(path) = &args.picture {
+        report::write_picture(&report, path)?;
+        written("picture", path)?;
     }
     Ok(())
+}
+
+/// The arguments that the program was called with.
+fn arguments() -> Vec<String> {
+    let arguments = std::env::args_os().skip(1);
+    arguments
+        .map(|a| a.to_string_lossy().into_owned())
+        .collect()
 }
 
 /// Measures what the rows do not hold and writes the page with its data; a note of where it is, unless standard output is
@@ -50,11 +77,6 @@ pub(crate) fn of_main_job(
     let bar = console.progress(0);
     let extras = report::measure(&config.choices, quick, &bar)?;
     bar.finish_and_clear();
-    let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let command = match arguments.join(" ") {
-        text if text.is_empty() => "taut bench".to_owned(),
-        text => format!("taut {text}"),
-    };
     let hoist = config.scene.resolve()?;
     let settings = [
         ("scene", "hoist".to_owned()),
@@ -66,10 +88,33 @@ pub(crate) fn of_main_job(
         ("anchor moved", format!("{} m", config.scene.move_x)),
     ];
     let settings = settings.map(|(name, value)| (name.to_owned(), value));
-    let report = Report::new(results, extras, command, settings.to_vec());
-    // The tables are out: a page that cannot be written costs the page only.
-    let written = report::write(&report, Path::new(PAGE))
-        .and_then(|()| Ok(output::write_json(Path::new(DATA), &report)?));
+    let report = Report::new(results, extras, &arguments(), settings.to_vec());
+    write(Ok(report), console, only_json)
+}
+
+/// Writes the page of another benchmark, and its data: of its rows, its tables as they are printed, what it left out.
+pub(crate) fn of_rows(
+    name: &str,
+    rows: &impl Serialize,
+    printed: &str,
+    omissions: &[Omission],
+    console: Console,
+    only_json: bool,
+) -> Result<(), Failure> {
+    let report = Report::of_rows(name, rows, printed, omissions, &arguments());
+    write(report, console, only_json)
+}
+
+/// Writes page and data. The tables are out by then: a page that cannot be written costs the page only.
+fn write(
+    report: Result<Report, ReportError>,
+    console: Console,
+    only_json: bool,
+) -> Result<(), Failure> {
+    let written = report.and_then(|report| {
+        report::write(&report, Path::new(PAGE))?;
+        Ok(output::write_json(Path::new(DATA), &report)?)
+    });
     match written {
         Err(e) => eprintln!("taut: {e}"),
         Ok(()) if only_json => {}

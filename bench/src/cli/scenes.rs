@@ -2,7 +2,7 @@
 
 use super::console::Console;
 use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, choices, deliver, take_ratios};
+use crate::{BenchArgs, Failure, choices, deliver_leaving_out, take_ratios};
 use taut_bench::machine::Machine;
 use taut_bench::scenes::{self, Config};
 use taut_bench::table::MARK;
@@ -59,5 +59,12 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         scenes::LEGEND,
         scenes::text_tables(&results)
     );
-    deliver(console, args.json.as_deref(), "scenes", &text, &results)
+    deliver_leaving_out(
+        console,
+        args.json.as_deref(),
+        "scenes",
+        &text,
+        &results,
+        &results.omissions,
+    )
 }

@@ -1,7 +1,9 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
 use super::console::Console;
-use crate::{BenchArgs, Failure, choices, deliver, positive, steps, take_ratios};
+use crate::{
+    BenchArgs, Failure, choices, deliver, deliver_leaving_out, positive, steps, take_ratios,
+};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
 use taut_bench::table::MARK;
@@ -320,12 +322,13 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.step.scheme,
         table::linear(&records, &config.omissions())
     );
-    deliver(
+    deliver_leaving_out(
         console,
         args.json.as_deref(),
         Sweep::Linear.name(),
         &text,
         &records,
+        &config.omissions(),
     )
 }
 
@@ -363,12 +366,13 @@ fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         table::kernels(&results)
     );
-    deliver(
+    deliver_leaving_out(
         console,
         args.json.as_deref(),
         Sweep::Kernels.name(),
         &text,
         &results,
+        &results.omissions,
     )
 }
 
@@ -431,11 +435,12 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.limit,
         table::iterative(&results, config.limit)
     );
-    deliver(
+    deliver_leaving_out(
         console,
         args.json.as_deref(),
         Sweep::Iterative.name(),
         &text,
         &results.records,
+        &results.omissions,
     )
 }

@@ -90,11 +90,13 @@ impl ValueFormatter<f64> for Scale {
         let place = *place;
         if self.log {
             let nearest = place.round();
-            // A narrow axis has plain numbers only.
-            return if (place - nearest).abs() > 1e-9 || (0.0..3.5).contains(&nearest) {
-                number(10_f64.powf(place))
-            } else {
+            let is_power = (place - nearest).abs() <= 1e-9;
+            // A narrow axis has plain numbers only, and those of a wide one that are short.
+            let narrow = self.ticks.iter().all(|t| (-3.5..4.5).contains(t));
+            return if is_power && !narrow && !(0.0..3.5).contains(&nearest) {
                 power_of_ten(nearest as i32)
+            } else {
+                number(10_f64.powf(place))
             };
         }
         let place = if self.reversed { -place } else { place };
@@ -124,8 +126,12 @@ fn number(value: f64) -> String {
     } else {
         let exponent = size.log10().floor() as i32;
         let digits = format!("{:.1}", value / 10_f64.powi(exponent));
-        let digits = digits.trim_end_matches(".0");
-        format!("{digits}·{}", power_of_ten(exponent))
+        let power = power_of_ten(exponent);
+        match digits.trim_end_matches(".0") {
+            "1" => power,
+            "-1" => format!("-{power}"),
+            digits => format!("{digits}·{power}"),
+        }
     }
 }
 
@@ -155,7 +161,7 @@ mod tests {
     fn numbers_and_powers_are_short() {
         assert_eq!(
             [0.0, 1.0, 0.25, 1234.0, 1e7, -2.5e-9].map(number),
-            ["0", "1", "0.25", "1234", "1·10⁷", "-2.5·10⁻⁹"]
+            ["0", "1", "0.25", "1234", "10⁷", "-2.5·10⁻⁹"]
         );
         assert_eq!([-12, 0, 3].map(power_of_ten), ["10⁻¹²", "10⁰", "10³"]);
     }
@@ -168,6 +174,7 @@ mod tests {
         );
         assert_eq!(shown(0.8..3.1, true), ["10", "100", "1000"]);
         assert_eq!(shown(0.0..1.6, true), ["1", "2", "5", "10", "20"]);
+        assert_eq!(shown(-2.1..0.2, true), ["0.01", "0.1", "1"]);
         assert_eq!(
             shown(-16.1..-14.9, true),
             ["10⁻¹⁶", "2·10⁻¹⁶", "5·10⁻¹⁶", "10⁻¹⁵"]

@@ -1,34 +1,53 @@
-//! The charts of a report. A solver looks the same in all of them: its colour is its library's, dashes are the KKT form,
-//! marks tell its variants.
+//! The charts of a report. A solver looks the same in all of them: its colour is its library's, dashes are those that do
+//! not form S, of the KKT form or without a matrix, marks tell its variants.
 
 use super::measure::{Extras, Pattern, Trace};
 use super::score::Scores;
 use crate::ladder::Record;
 use crate::plot::{Axis, Chart, Look, Mark, Series, Shape};
+use crate::table::nanoseconds;
 
-/// How a solver looks, by its name.
-pub(super) fn look(backend: &str) -> Look {
-    let (name, variant) = backend.split_once([':', '/', ' ']).unwrap_or((backend, ""));
+/// How a solver looks, by its name; nothing for what is none.
+pub(super) fn known_look(solver: &str) -> Option<Look> {
+    let mut words = solver.split([':', '/', ' ', '+']);
+    let name = words.next().unwrap_or_default();
     let colour = match name {
-        "banded" => [0, 114, 178],
+        "banded" | "batch" => [0, 114, 178],
         "faer" => [0, 158, 115],
         "nalgebra-sparse" => [86, 180, 233],
         "umfpack" => [213, 94, 0],
         "gauss-seidel" => [230, 159, 0],
         "cg" => [204, 121, 167],
-        _ => [128, 128, 128],
+        "dense" => [128, 128, 128],
+        "lapack" => [0, 0, 0],
+        _ => return None,
     };
-    let shape = match variant.split(['/', ':']).next().unwrap_or("") {
-        "ldlt" | "jacobi" | "groups" => Shape::Triangle,
-        "lu" | "group" => Shape::Square,
-        "none" => Shape::Cross,
-        _ => Shape::Circle,
+    let shape = |word: &str| match word {
+        "ldlt" | "jacobi" | "groups" | "refine" | "upper" | "border" => Some(Shape::Triangle),
+        "lu" | "group" | "minimum-degree" => Some(Shape::Square),
+        "none" | "scene" => Some(Shape::Cross),
+        _ => None,
     };
-    Look {
+    let own = if name == "batch" {
+        Shape::Square
+    } else {
+        Shape::Circle
+    };
+    Some(Look {
         colour,
-        shape,
-        dashed: backend.ends_with("/kkt"),
-    }
+        shape: words.clone().find_map(shape).unwrap_or(own),
+        dashed: words.any(|word| ["kkt", "matrix-free"].contains(&word)),
+    })
+}
+
+/// The same, grey for a solver that is not known.
+fn look(backend: &str) -> Look {
+    let grey = Look {
+        colour: [128, 128, 128],
+        shape: Shape::Circle,
+        dashed: false,
+    };
+    known_look(backend).unwrap_or(grey)
 }
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
@@ -39,7 +58,7 @@ fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
 }
 
 /// Values in the order of their first appearance, each once.
-fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
+pub(super) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
     let mut seen = Vec::new();
     for value in values {
         if !seen.contains(&value) {
@@ -50,7 +69,7 @@ fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
 }
 
 /// Smallest error that is drawn: what is exact to the last bit stands there.
-const FLOOR: f64 = 1e-17;
+pub(super) const FLOOR: f64 = 1e-17;
 
 /// Work against precision: a step's time over the error of the multipliers, a curve for each solver over its iterations
 /// and refinements; one chart for each scene.
@@ -216,23 +235,35 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
     let points = trace.step_ns.iter().enumerate();
     let points = points.map(|(i, ns)| [(i + 1) as f64 * trace.dt, ns * 1e-6]);
     let end = count as f64 * trace.dt;
-    let level = |name: String, ms: f64| Series::new(name, vec![[0.0, ms], [end, ms]], Mark::Line);
-    let quantile = |share: f64| trace.quantile(share) * 1e-6;
-    let mut series = vec![
-        Series {
-            look: Some(Look {
-                colour: [128, 128, 128],
-                shape: Shape::Circle,
-                dashed: false,
-            }),
-            ..Series::new("a step", points.collect(), Mark::Points)
-        },
-        level(format!("Δt = {:.1} ms", trace.dt * 1e3), trace.dt * 1e3),
-    ];
-    for (name, share) in [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)] {
-        let ms = quantile(share);
-        series.push(level(format!("{name} {:.1} µs", ms * 1e3), ms));
-    }
+    let grey = Look {
+        colour: [128, 128, 128],
+        shape: Shape::Circle,
+        dashed: false,
+    };
+    // Each of two lines that are near each other is seen through the dashes of the other.
+    let level = |place: usize, name: String, ms: f64| Series {
+        look: Some(Look {
+            dashed: place % 2 == 1,
+            ..Look::by_place(place)
+        }),
+        ..Series::new(name, vec![[0.0, ms], [end, ms]], Mark::Line)
+    };
+    let frame = trace.dt * 1e3;
+    let quantiles = trace.quantiles().into_iter().enumerate();
+    let levels = quantiles
+        .map(|(i, (name, ns))| level(i + 1, format!("{name} {}", nanoseconds(ns)), ns * 1e-6));
+    let steps = Series {
+        look: Some(grey),
+        ..Series::new("a step", points.collect(), Mark::Points)
+    };
+    let limit = Series {
+        look: Some(Look {
+            colour: [0, 0, 0],
+            ..grey
+        }),
+        ..level(0, format!("Δt = {frame:.1} ms"), frame)
+    };
+    let series = [steps, limit].into_iter().chain(levels).collect();
     one(Chart {
         title: "time of each step".to_owned(),
         x: Axis::linear("simulated time (s)"),

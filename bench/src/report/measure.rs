@@ -95,6 +95,13 @@ impl Trace {
         let at = (share * last as f64).round() as usize;
         sorted.get(at).copied().unwrap_or(f64::NAN)
     }
+
+    /// The median, what 95 and 99 of 100 steps keep, and the longest \[ns].
+    #[must_use]
+    pub fn quantiles(&self) -> [(&'static str, f64); 4] {
+        let shares = [("p50", 0.5), ("p95", 0.95), ("p99", 0.99), ("max", 1.0)];
+        shares.map(|(name, share)| (name, self.quantile(share)))
+    }
 }
 
 /// The energy of a swing with a scheme.

@@ -8,7 +8,8 @@ for (const table of document.querySelectorAll("table.sortable")) {
       const cell = row.cells[column];
       return cell.dataset.sort === undefined ? cell.textContent : Number(cell.dataset.sort);
     };
-    const order = (a, b) => (typeof a === "number" && typeof b === "number" ? a - b : String(a).localeCompare(String(b)));
+    const number = (x) => typeof x === "number";
+    const order = (a, b) => (number(a) && number(b) ? (a > b) - (a < b) : String(a).localeCompare(String(b)));
     const body = table.tBodies[0];
     const rows = [...body.rows].sort((a, b) => order(key(a), key(b)) * (up ? 1 : -1));
     body.append(...rows);

@@ -10,7 +10,7 @@ mod driven;
 mod matrix;
 /// Bad input: one line that says what to do, and code 2.
 mod refusals;
-/// `taut report`, and the page that the main job writes.
+/// `taut report`, and the page that every benchmark writes.
 mod report;
 /// `taut run`, `taut scene`, and what all commands share.
 mod runs;

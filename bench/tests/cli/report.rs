@@ -1,4 +1,5 @@
-use crate::{folder, good, refused, text};
+use crate::{folder, good, refused, taut, text};
+use serde_json::Value;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -18,6 +19,34 @@ const SECTIONS: [&str; 12] = [
     "limits",
 ];
 
+/// Height of a picture above its legend, in its own units.
+const PLOT_HEIGHT: f64 = 360.0;
+
+/// What an attribute of each element of that name holds first, a number.
+fn numbers<'a>(
+    picture: &'a str,
+    element: &'a str,
+    attribute: &'a str,
+) -> impl Iterator<Item = f64> + 'a {
+    let elements = picture.split(element).skip(1);
+    elements.filter_map(move |text| {
+        let value = text.split('>').next()?.split(attribute).nth(1)?;
+        value.split('"').nth(1)?.parse().ok()
+    })
+}
+
+/// Lines and marks of a picture that are neither its axes nor its legend.
+fn marks(picture: &str) -> usize {
+    let above = |element, attribute| {
+        let places = numbers(picture, element, attribute);
+        places.filter(|y| *y < PLOT_HEIGHT).count()
+    };
+    let lines = picture.matches("<polyline").count();
+    // Two axes are lines; triangles are polygons, which have no such attribute.
+    let triangles = picture.matches("<polygon").count();
+    lines.saturating_sub(2) + above("<circle", "cy=") + above("<rect", " y=") + triangles
+}
+
 /// Every section of a page, as (name, text); every picture and table in them holds data.
 fn full_sections(page: &str) -> Vec<(String, String)> {
     let mut found = Vec::new();
@@ -25,9 +54,7 @@ fn full_sections(page: &str) -> Vec<(String, String)> {
         let name = section.split('"').nth(1).expect("an id").to_owned();
         for figure in section.split("<figure").skip(1) {
             let figure = figure.split("</figure>").next().expect("an end");
-            let lines = figure.matches("<polyline").count() + figure.matches("<circle").count();
-            // Two axes have lines of their own.
-            assert!(lines > 2, "an empty picture in {name}: {figure}");
+            assert!(marks(figure) > 0, "an empty picture in {name}: {figure}");
             assert!(!figure.contains("NaN"), "{name}");
         }
         for table in section.split("<tbody").skip(1) {
@@ -37,6 +64,11 @@ fn full_sections(page: &str) -> Vec<(String, String)> {
         found.push((name, section.to_owned()));
     }
     found
+}
+
+/// The names of a page's sections, all of which hold data.
+fn names(page: &str) -> Vec<String> {
+    full_sections(page).into_iter().map(|s| s.0).collect()
 }
 
 /// A page that holds everything, from a small job.
@@ -54,8 +86,17 @@ fn made(name: &str) -> std::path::PathBuf {
 fn the_main_job_writes_a_page_that_holds_data() {
     let at = made("report");
     let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
-    let names: Vec<String> = full_sections(&page).into_iter().map(|s| s.0).collect();
-    assert_eq!(names, SECTIONS);
+    assert_eq!(names(&page), SECTIONS);
+    // How to make it again, with what, and what is known to end.
+    for part in [
+        "cargo run",
+        "--locked",
+        "-- bench --quick",
+        "; rustc ",
+        "Pulleys are points",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
     // Nothing is fetched from anywhere.
     for outside in ["http:", "https:", "<link", "@import", "<img"] {
         let used = page.replace("http://www.w3.org/2000/svg", "");
@@ -66,9 +107,8 @@ fn the_main_job_writes_a_page_that_holds_data() {
     assert!(fs::read_to_string(at.join("again.html")).expect("a page") == page);
     good(&at, "report target/taut/bench.json --out rows.html");
     let rows = fs::read_to_string(at.join("rows.html")).expect("a page");
-    let names: Vec<String> = full_sections(&rows).into_iter().map(|s| s.0).collect();
     assert_eq!(
-        names,
+        names(&rows),
         [
             "work-precision",
             "profiles",
@@ -85,6 +125,229 @@ fn the_main_job_writes_a_page_that_holds_data() {
         &["other.json", "neither a report"],
     );
     refused(&at, "report absent.json", &["absent.json"]);
+}
+
+/// A page of each other benchmark, and what it shows: the sections of plots and tables.
+#[test]
+fn every_benchmark_writes_a_page() {
+    for (name, arguments, expected) in OTHERS {
+        let at = folder(&format!("page-{name}"));
+        if name == "matrix" {
+            good(
+                &at,
+                "dump hoist --set segments=4 --step 3 --out . --name small",
+            );
+        }
+        let stdout = good(&at, &format!("bench {arguments}"));
+        assert!(
+            stdout.ends_with("report written to target/taut/report.html\n"),
+            "{name}"
+        );
+        let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+        let mut sections = expected.to_vec();
+        sections.extend(["printed", "limits"]);
+        assert_eq!(names(&page), sections, "{name}");
+        assert!(
+            page.contains(&format!("-- bench {arguments}</code>")),
+            "{name}"
+        );
+        good(&at, "report target/taut/report.json --out again.html");
+        assert!(
+            fs::read_to_string(at.join("again.html")).expect("a page") == page,
+            "{name}"
+        );
+        // Of the rows alone, what is printed is not known.
+        good(
+            &at,
+            &format!("report target/taut/{name}.json --out rows.html"),
+        );
+        let rows = fs::read_to_string(at.join("rows.html")).expect("a page");
+        sections.retain(|section| *section != "printed");
+        assert_eq!(names(&rows), sections, "{name}");
+        // The plot alone, where there is one of work against precision.
+        let picture = "report target/taut/report.json --picture plot.svg";
+        if expected.contains(&"work-precision") {
+            assert_eq!(good(&at, picture), "picture written to plot.svg\n");
+            assert!(marks(&fs::read_to_string(at.join("plot.svg")).expect("a picture")) > 0);
+        } else {
+            refused(&at, picture, &[name, "no plot of work against precision"]);
+        }
+    }
+}
+
+/// Benchmarks beside the main job, in their smallest forms: name, arguments, sections before the last ones.
+const OTHERS: [(&str, &str, &[&str]); 10] = [
+    (
+        "linear",
+        "--sweep linear --segments 4 --ratios 1,1e3 --backends banded,cg:jacobi",
+        &["mass-ratios", "table-records"],
+    ),
+    (
+        "kernels",
+        "--sweep kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
+        &["work-precision", "sizes", "table-records", "table-targets"],
+    ),
+    (
+        "iterative",
+        "--sweep iterative --quick --segments 4 --ratios 10 --backends cg:jacobi,cg:group",
+        &["work-precision", "table-records"],
+    ),
+    (
+        "accuracy",
+        "--sweep accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5",
+        &["work-precision", "solvers", "table-records", "table-costs"],
+    ),
+    (
+        "scenes",
+        "--scene ring --quick --segments 8,12 --backends banded,cg:group --iterations 5,50",
+        &["work-precision", "sizes", "table-records"],
+    ),
+    (
+        "matrix",
+        "--quick --matrix small.mtx,small_kkt.mtx",
+        &[
+            "work-precision",
+            "table-matrix",
+            "table-records",
+            "table-omissions",
+        ],
+    ),
+    (
+        "engines",
+        "--sweep engines --quick --segments 4 --ratios 10 --time 0.5",
+        &["work-precision", "table-records"],
+    ),
+    (
+        "energy",
+        "--sweep energy --quick",
+        &["energy", "table-swings", "table-bands", "table-spins"],
+    ),
+    ("stability", "--sweep stability --quick", &["table-records"]),
+    (
+        "shocks",
+        "--sweep shocks --quick --ratios 100 --time 1",
+        &["errors", "table-shocks", "table-outcomes"],
+    ),
+];
+
+#[test]
+fn a_picture_is_a_file_of_its_own() {
+    let at = made("picture");
+    let stdout = good(&at, "report target/taut/bench.json --picture deep/plot.svg");
+    assert_eq!(stdout, "picture written to deep/plot.svg\n");
+    let picture = fs::read_to_string(at.join("deep/plot.svg")).expect("a picture");
+    assert!(
+        picture.starts_with("<svg") && picture.contains("xmlns="),
+        "{picture}"
+    );
+    // On white paper, in a font that every reader has some of.
+    for part in [
+        "#FFFFFF",
+        "sans-serif",
+        "load/segment 10",
+        "load/segment 100",
+        "cg:jacobi",
+        "(µs)",
+    ] {
+        assert!(picture.contains(part), "{part}");
+    }
+    assert!(marks(&picture) > 10);
+    let stdout = good(
+        &at,
+        "report target/taut/report.json --picture p.svg --out p.html",
+    );
+    assert_eq!(
+        stdout,
+        "report written to p.html\npicture written to p.svg\n"
+    );
+    assert_eq!(
+        fs::read_to_string(at.join("p.svg")).expect("a picture"),
+        picture
+    );
+}
+
+#[test]
+fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
+    let at = made("read");
+    let text = fs::read_to_string(at.join("target/taut/report.json")).expect("data");
+    let whole: Value = serde_json::from_str(&text).expect("JSON");
+    // What was written before the program knew more.
+    let mut older = whole.clone();
+    for key in ["compiler", "other", "settings", "omissions", "extras"] {
+        older.as_object_mut().expect("an object").remove(key);
+    }
+    for record in older["records"].as_array_mut().expect("rows") {
+        record
+            .as_object_mut()
+            .expect("an object")
+            .remove("verified_to_rounding");
+    }
+    // Numbers that no run has.
+    let mut absurd = whole.clone();
+    for (i, record) in absurd["records"]
+        .as_array_mut()
+        .expect("rows")
+        .iter_mut()
+        .enumerate()
+    {
+        for key in [
+            "segments",
+            "iterations",
+            "frames",
+            "claimed_converged",
+            "verified_converged",
+        ] {
+            record[key] = u64::MAX.into();
+        }
+        record["step_ns"] = if i % 2 == 0 {
+            1e308.into()
+        } else {
+            Value::Null
+        };
+        record["forward_error"] = (-1e308).into();
+    }
+    absurd["unix_time"] = u64::MAX.into();
+    absurd["extras"]["patterns"][0]["blocks"] = u64::MAX.into();
+    absurd["extras"]["energies"][0]["points"] =
+        serde_json::json!([[-1.7e308, 1.7e308], [1.7e308, -1.7e308]]);
+    for (name, report) in [("older", older), ("absurd", absurd)] {
+        fs::write(at.join(format!("{name}.json")), report.to_string()).expect("writable");
+        good(
+            &at,
+            &format!("report {name}.json --out {name}.html --picture {name}.svg"),
+        );
+    }
+    let page = fs::read_to_string(at.join("older.html")).expect("a page");
+    assert!(names(&page).contains(&"claims".to_owned()));
+    // A file that ends too early, wherever that is.
+    let characters: Vec<(usize, char)> = text.char_indices().collect();
+    for share in 0..8 {
+        let (end, _) = characters[share * (characters.len() - 3) / 7];
+        fs::write(at.join("cut.json"), &text[..end]).expect("writable");
+        refused(&at, "report cut.json", &["cut.json", "neither a report"]);
+    }
+    for nothing in [
+        "[]",
+        "{\"records\": []}",
+        "{}",
+        "3",
+        "null",
+        "[3]",
+        "[{}]",
+        "[{\"pose\": 3}, 4]",
+    ] {
+        fs::write(at.join("nothing.json"), nothing).expect("writable");
+        let output = taut(&at, "report nothing.json --out nothing.html");
+        // The last one is rows of a kind, be they ever so few.
+        let good = nothing.contains("pose");
+        assert_eq!(
+            output.status.code(),
+            Some(if good { 0 } else { 2 }),
+            "{nothing}"
+        );
+    }
+    fs::write(at.join("empty.json"), "[]").expect("writable");
+    refused(&at, "report empty.json", &["empty.json", "holds no rows"]);
 }
 
 /// Headless Chromium, where it is.
@@ -113,30 +376,59 @@ fn chromium(page: &Path, profile: &Path) -> Option<String> {
     Some(text(&output.stdout).to_owned())
 }
 
-/// The page as a browser has it when its script has run: the script leaves a mark when a table has been sorted.
-#[test]
-fn a_browser_shows_the_page() {
-    let at = made("browser");
+/// A page as a browser has it when its script has run, after a click on a heading of the table in a section.
+fn clicked(at: &Path, section: &str, heading: usize) -> Option<Vec<(String, String)>> {
     let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
-    // What a reader does: a click on the fifth heading of the rows.
-    let click = "<script>document.querySelectorAll('#rows th')[4].click();</script></body>";
-    let clicked = at.join("clicked.html");
-    fs::write(&clicked, page.replace("</body>", click)).expect("writable");
-    let Some(dom) = chromium(&clicked, &at.join("profile")) else {
-        eprintln!("no Chromium here: the page is not opened in a browser");
+    let click = format!(
+        "<script>document.querySelectorAll('#{section} th')[{heading}].click();</script></body>"
+    );
+    let path = at.join("clicked.html");
+    fs::write(&path, page.replace("</body>", &click)).expect("writable");
+    let dom = chromium(&path, &at.join("profile"))?;
+    let shown = full_sections(&dom);
+    let written: Vec<String> = names(&page);
+    assert!(shown.iter().map(|s| &s.0).eq(&written), "{written:?}");
+    Some(shown)
+}
+
+/// The numbers by which a column of the section's table is sorted, in the order of its rows.
+fn column(sections: &[(String, String)], section: &str, column: usize) -> Vec<f64> {
+    let text = &sections
+        .iter()
+        .find(|s| s.0 == section)
+        .expect("the section")
+        .1;
+    assert!(text.contains("aria-sort=\"ascending\""));
+    let body = text.split("<tbody").nth(1).expect("a body");
+    let rows = body.split("<tr>").skip(1);
+    let cells = rows.filter_map(|row| {
+        row.split("<td")
+            .nth(column + 1)?
+            .split("data-sort=\"")
+            .nth(1)
+    });
+    cells
+        .filter_map(|cell| cell.split('"').next()?.parse().ok())
+        .collect()
+}
+
+/// The pages of the main job and of a sweep: every section is there, and a click on a heading sorts.
+#[test]
+fn a_browser_shows_the_pages() {
+    let at = made("browser");
+    let Some(sections) = clicked(&at, "rows", 4) else {
+        eprintln!("no Chromium here: the pages are not opened in a browser");
         return;
     };
-    let sections = full_sections(&dom);
     assert_eq!(sections.len(), SECTIONS.len());
-    let rows = &sections.iter().find(|s| s.0 == "rows").expect("rows").1;
-    assert!(rows.contains("aria-sort=\"ascending\""));
-    // The step times ascend.
-    let body = rows.split("<tbody").nth(1).expect("a body");
-    let times: Vec<f64> = body
-        .split("<tr>")
-        .skip(1)
-        .filter_map(|row| row.split("<td").nth(5)?.split("data-sort=\"").nth(1))
-        .filter_map(|cell| cell.split('"').next()?.parse().ok())
-        .collect();
+    let times = column(&sections, "rows", 4);
+    assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
+    let at = folder("browser-kernels");
+    good(
+        &at,
+        "bench --sweep kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
+    );
+    let sections = clicked(&at, "table-records", 5).expect("Chromium is here");
+    let times = column(&sections, "table-records", 5);
     assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
 }

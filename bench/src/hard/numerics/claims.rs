@@ -129,12 +129,23 @@ fn variants(all: impl Iterator<Item = Choice>) -> Vec<(Choice, String)> {
 }
 
 /// The tolerance of an iteration; none of a direct solver.
-fn tolerance(backend: &Backend) -> Option<f64> {
+pub(crate) fn tolerance(backend: &Backend) -> Option<f64> {
     match backend {
         Backend::GaussSeidel(o) => Some(o.tolerance),
         Backend::ConjugateGradient(o) => Some(o.tolerance),
         _ => None,
     }
+}
+
+/// ‖r‖₂/‖b‖₂ over what a claim says of it, with what rounding excuses: at most 1 where the claim is true.
+pub(crate) fn over(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
+    let rounding = backward_error / ROUNDING;
+    tolerance.map_or(rounding, |t| rounding.min(residual / t))
+}
+
+/// The same by the letter: without what rounding excuses of an iteration.
+pub(crate) fn over_letter(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
+    tolerance.map_or(backward_error / ROUNDING, |t| residual / t)
 }
 
 /// What was solved, and why some scenes were not.
@@ -283,15 +294,12 @@ impl Seen {
         forward_error: None,
     };
 
-    /// The residual over what a claim says of it.
     fn over(&self, tolerance: Option<f64>) -> f64 {
-        let rounding = self.backward_error / ROUNDING;
-        tolerance.map_or(rounding, |t| rounding.min(self.residual / t))
+        over(self.residual, self.backward_error, tolerance)
     }
 
-    /// The same without what rounding excuses.
     fn over_letter(&self, tolerance: Option<f64>) -> f64 {
-        tolerance.map_or(self.backward_error / ROUNDING, |t| self.residual / t)
+        over_letter(self.residual, self.backward_error, tolerance)
     }
 }
 

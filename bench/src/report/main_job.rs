@@ -1,0 +1,229 @@
+//! The page of the main job: its plots, what ranks its solvers, its claims, its rows.
+
+use super::cells::{Cell, sortable};
+use super::charts::{self, decade};
+use super::measure::Trace;
+use super::page::{Section, figures};
+use super::score::{Scores, scores};
+use super::{Report, ReportError};
+use crate::ladder::{self, Record};
+use crate::plot::Chart;
+use crate::table::nanoseconds;
+use maud::html;
+
+/// Work against precision of the report's scenes.
+pub(super) fn work_precision(report: &Report) -> Vec<Chart> {
+    charts::work_precision(&report.records)
+}
+
+/// The sections that have something to show.
+pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
+    let scores = scores(&report.records);
+    let extras = &report.extras;
+    Ok([
+        figures(
+            "work-precision",
+            "Work against precision",
+            "A step's time against the error of the multipliers, relative, ∞-norm, against the KKT system solved in 32 \
+             digits. Along a curve: iterations, or a direct solver's refinement. Lower left is better.",
+            &work_precision(report),
+        )?,
+        figures(
+            "motion",
+            "The time step",
+            "Error of a motion against its cost, Δt from 1/30 s on along each curve: 24 segments, load/segment 10³, the \
+             anchor moved aside; against the paper's step extrapolated to Δt = 0.",
+            &charts::time_steps(extras),
+        )?,
+        figures(
+            "profiles",
+            "Performance profiles",
+            "The share of the scenes that a solver does with errors within the level at most τ times as slowly as the best \
+             (Dolan, Moré 2002): left is fast, high is reliable.",
+            &charts::profiles(&scores),
+        )?,
+        means(&scores),
+        figures(
+            "sizes",
+            "Time against elements",
+            "A straight line of slope 1 is a cost in proportion to the cable's elements.",
+            &charts::sizes(extras),
+        )?,
+        figures(
+            "mass-ratios",
+            "Condition and error against mass ratio",
+            "What forming S loses, about roundoff × mass ratio, one refinement from the pieces J, M and Σ brings back. A bent \
+             cable of 24 segments, the material stiff enough for the load.",
+            &charts::mass_ratios(extras),
+        )?,
+        trace(&extras.trace)?,
+        figures(
+            "energy",
+            "Energy over time",
+            "A scheme's own damping, and its noise. Total energy of bodies, weight and joints.",
+            &charts::energies(extras),
+        )?,
+        figures(
+            "patterns",
+            "Patterns",
+            "Blocks of the lower triangle of S in the order of elimination, and those that its factor has besides.",
+            &charts::patterns(extras),
+        )?,
+        claims(&report.records),
+        rows(&report.records),
+    ]
+    .into_iter()
+    .flatten()
+    .collect())
+}
+
+/// The times of single steps, and what most of them keep.
+fn trace(trace: &Trace) -> Result<Option<Section>, ReportError> {
+    let text = format!(
+        "{}. What stands out is the system taking the processor away.",
+        trace.title
+    );
+    let charts = charts::trace(trace);
+    let section = figures("trace", "Times of single steps", &text, &charts)?;
+    let row = |(name, ns): (&str, f64)| {
+        vec![
+            Cell::text(name),
+            Cell::number(nanoseconds(ns), ns),
+            Cell::number(format!("{:.3} %", 100.0 * ns * 1e-9 / trace.dt), ns),
+        ]
+    };
+    let rows: Vec<Vec<Cell>> = trace.quantiles().into_iter().map(row).collect();
+    let table = sortable(
+        &["share of the steps", "step", "of the frame's time"],
+        &rows,
+    );
+    Ok(section.map(|section| Section {
+        body: html! { (section.body) (table) },
+        ..section
+    }))
+}
+
+/// The shifted geometric means of all levels.
+fn means(scores: &[Scores]) -> Option<Section> {
+    let mut rows = Vec::new();
+    for s in scores {
+        for (place, (solver, solved, mean)) in s.means().into_iter().enumerate() {
+            rows.push(vec![
+                Cell::number(format!("{:.0e}", s.level), s.level),
+                Cell::text(solver),
+                Cell::number(format!("{solved} of {}", s.problems()), solved as f64),
+                Cell {
+                    best: place == 0,
+                    ..Cell::number(nanoseconds(mean), mean)
+                },
+            ]);
+        }
+    }
+    let body = html! {
+        p { "Whole step, shifted geometric mean over the scenes (shift 1 µs); what a solver does not reach counts as ten times \
+             the slowest that does. The best of each level is marked." }
+        (sortable(&["error within", "solver", "scenes done", "mean step"], &rows))
+    };
+    (!rows.is_empty()).then_some(Section {
+        id: "means".to_owned(),
+        title: "Mean costs".to_owned(),
+        body,
+    })
+}
+
+/// How often solvers that said so had solved their system.
+fn claims(records: &[Record]) -> Option<Section> {
+    let count = |n: usize| Cell::number(n.to_string(), n as f64);
+    let known = |n: Option<usize>| n.map_or(Cell::none(), count);
+    let claims = ladder::claims(records);
+    let row = |c: &ladder::Claims| {
+        vec![
+            Cell::text(c.backend.clone()),
+            count(c.solves),
+            count(c.claimed),
+            count(c.verified),
+            known(c.rounded()),
+            known(c.false_ones()),
+        ]
+    };
+    let rows: Vec<Vec<Cell>> = claims.iter().map(row).collect();
+    let headings = [
+        "solver",
+        "solves",
+        "claimed",
+        "true by the letter",
+        "only to rounding",
+        "false",
+    ];
+    let body = html! {
+        p {
+            "Solves whose solver claimed a solution, an iteration by its convergence, a direct solver by its status; \
+             those of them whose residual in extended precision was within the iteration's tolerance, ‖r‖₂ ≤ τ ‖b‖₂; \
+             those where it was not, but where rounding alone leaves that much, a normwise backward error of at most \
+             10⁻¹⁴, the one bar of direct solvers; and those that are false. Before refinement."
+        }
+        (sortable(&headings, &rows))
+    };
+    (!rows.is_empty()).then_some(Section {
+        id: "claims".to_owned(),
+        title: "Claimed against verified".to_owned(),
+        body,
+    })
+}
+
+/// All rows.
+fn rows(records: &[Record]) -> Option<Section> {
+    let row = |r: &Record| {
+        let iterations = match r.iterations {
+            0 => Cell::number("direct", 0.0),
+            n => Cell::number(n.to_string(), n as f64),
+        };
+        let held = match (&r.failure, &r.error) {
+            (_, Some(e)) => Cell::text(e.clone()),
+            (Some(f), _) => Cell::text(format!("lost at {:.2} s", f.time)),
+            _ => Cell::text(format!("{} s", r.simulated_s)),
+        };
+        let solve = r.solve_ns / (r.segments as f64 + 1.0);
+        vec![
+            Cell::number(r.segments.to_string(), r.segments as f64),
+            Cell::number(decade(r.mass_ratio), r.mass_ratio),
+            Cell::text(r.backend.clone()),
+            iterations,
+            Cell {
+                best: !r.fastest_at.is_empty(),
+                ..Cell::number(nanoseconds(r.step_ns), r.step_ns)
+            },
+            Cell::number(format!("{solve:.0} ns"), solve),
+            Cell::error(Some(r.backward_error_componentwise)),
+            Cell::error(Some(r.forward_error_unrefined)),
+            Cell::error(Some(r.forward_error)),
+            Cell::error(r.elongation_error),
+            Cell::error(r.load_error_m),
+            held,
+        ]
+    };
+    let rows: Vec<Vec<Cell>> = records.iter().map(row).collect();
+    let headings = [
+        "segments",
+        "load/segment",
+        "solver",
+        "iterations",
+        "step",
+        "solve a joint",
+        "backward error",
+        "error, unrefined",
+        "error",
+        "elongation error",
+        "load off (m)",
+        "held",
+    ];
+    let body = html! {
+        p { "Times are medians. Marked: the fastest of its scene within an error level. A heading sorts its column." }
+        (sortable(&headings, &rows))
+    };
+    (!rows.is_empty()).then_some(Section {
+        id: "rows".to_owned(),
+        title: "All rows".to_owned(),
+        body,
+    })
+}
