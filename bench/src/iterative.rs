@@ -22,16 +22,20 @@
 //! `:matrix-free` wins over the assembled S nowhere by more than the scatter of the times (`taut bench --sweep
 //! iterative`).
 
+mod case;
+mod search;
+mod verdict;
+
+pub use verdict::{Verdict, verdicts};
+
 use crate::choice::Choice;
 use crate::ladder::Omission;
-use crate::reference::Snapshot;
-use crate::scenes;
+use case::Case;
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::time::{Duration, Instant};
-use taut_integrator::{Phase, StepError, StepOptions, Stepper};
-use taut_model::{HoistParams, Network, Scene};
-use taut_solver::forward_error;
+use std::time::Duration;
+use taut_integrator::StepError;
+use taut_model::Network;
 use taut_solver::{Backend, CgOptions, GaussSeidelOptions, Partition, Preconditioner};
 
 /// Steps from the start to the state of a case.
@@ -39,9 +43,6 @@ pub const WARM_UP: usize = 30;
 
 /// Angle at which the hoists start \[rad].
 pub const ANGLE: f64 = 0.3;
-
-/// Fewest timed solves.
-const REPEATS: usize = 3;
 
 /// What [`run`] runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,261 +186,6 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
-/// One state of a scene, and what is known of its solution.
-struct Case {
-    name: String,
-    size: usize,
-    mass_ratio: f64,
-    scene: Scene,
-    state: Snapshot,
-    /// Impulses of the step that led there.
-    guess: Vec<f64>,
-    exact: Vec<f64>,
-}
-
-/// What is timed.
-const PHASES: [Phase; 4] = [
-    Phase::Assemble,
-    Phase::Factorize,
-    Phase::Solve,
-    Phase::Refine,
-];
-
-impl Case {
-    fn hoist(config: &Config, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
-        let params = HoistParams {
-            segments,
-            mass_ratio,
-            initial_angle: ANGLE,
-            seed: 7,
-            ..HoistParams::default()
-        };
-        Self::new(config, "hoist", segments, mass_ratio, params.build()?)
-    }
-
-    fn network(config: &Config, network: Network, size: usize) -> Result<Self, StepError> {
-        let scenes = scenes::Config::default();
-        let mass_ratio = scenes.ratios.first().copied().unwrap_or(1.0);
-        let params = scenes.params(network, size, mass_ratio);
-        let scene = scenes::swinging(&params, config.dt)?;
-        Self::new(config, network.name(), size, mass_ratio, scene)
-    }
-
-    fn new(
-        config: &Config,
-        name: &str,
-        size: usize,
-        mass_ratio: f64,
-        scene: Scene,
-    ) -> Result<Self, StepError> {
-        let options = scenes::reference_choice().options(config.dt);
-        let mut stepper = Stepper::new(scene, options)?;
-        for _ in 0..WARM_UP {
-            stepper.step()?;
-        }
-        let guess = stepper.multipliers().to_vec();
-        let state = Snapshot::of(&stepper);
-        state.put(&mut stepper)?;
-        let exact = stepper.reference_multipliers()?;
-        Ok(Self {
-            name: name.to_owned(),
-            size,
-            mass_ratio,
-            scene: stepper.into_scene(),
-            state,
-            guess,
-            exact,
-        })
-    }
-
-    /// Puts a stepper at the state, with the guess.
-    fn put(&self, stepper: &mut Stepper, start: Start) -> Result<(), StepError> {
-        self.state.put(stepper)?;
-        match start {
-            Start::Cold => stepper.set_multipliers(&vec![0.0; self.guess.len()]),
-            Start::Warm => stepper.set_multipliers(&self.guess),
-        }
-    }
-
-    fn stepper(&self, options: StepOptions) -> Result<Stepper, StepError> {
-        Stepper::new(self.scene.clone(), options)
-    }
-
-    /// Error of one solve.
-    fn error(&self, stepper: &mut Stepper, start: Start) -> Result<f64, StepError> {
-        self.put(stepper, start)?;
-        stepper.solve()?;
-        Ok(forward_error(stepper.multipliers(), &self.exact))
-    }
-
-    /// Least time of a solve \[ns].
-    fn time(&self, config: &Config, stepper: &mut Stepper, start: Start) -> Result<f64, StepError> {
-        let (begin, mut least, mut repeats) = (Instant::now(), f64::INFINITY, 0);
-        while repeats < REPEATS || begin.elapsed() < config.timing_budget {
-            self.put(stepper, start)?;
-            let report = stepper.solve()?;
-            let time: Duration = PHASES.map(|phase| report.phases.of(phase)).iter().sum();
-            least = least.min(time.as_nanos() as f64);
-            repeats += 1;
-        }
-        Ok(least)
-    }
-
-    /// A row before anything is known.
-    fn row(&self, backend: String, start: Option<Start>, target: f64) -> Record {
-        Record {
-            scene: self.name.clone(),
-            size: self.size,
-            mass_ratio: self.mass_ratio,
-            rows: self.guess.len(),
-            backend,
-            start,
-            target,
-            iterations: None,
-            error: f64::NAN,
-            ns: None,
-            direct_ns: None,
-            failure: None,
-        }
-    }
-
-    /// The direct solver's rows: without refinement, and with one where that is needed.
-    fn direct(&self, config: &Config) -> Result<Vec<Record>, StepError> {
-        let choice = scenes::reference_choice();
-        let mut found = Vec::new();
-        for refinements in [0, 1] {
-            let options = StepOptions {
-                refinements,
-                ..choice.plain_options(config.dt)
-            };
-            let mut stepper = self.stepper(options)?;
-            let error = self.error(&mut stepper, Start::Cold)?;
-            let ns = self.time(config, &mut stepper, Start::Cold)?;
-            found.push((refinements, error, ns));
-        }
-        let rows = config.targets.iter().map(|&target| {
-            let mut row = self.row(choice.family(), None, target);
-            let reached = found.iter().filter(|(_, error, _)| *error <= target);
-            let cheapest = reached.min_by(|a, b| a.2.total_cmp(&b.2));
-            let last = found.last();
-            row.error = cheapest.or(last).map_or(f64::NAN, |(_, error, _)| *error);
-            row.iterations = cheapest.map(|(refinements, ..)| *refinements);
-            row.ns = cheapest.map(|(.., ns)| *ns);
-            row.direct_ns = row.ns;
-            row
-        });
-        Ok(rows.collect())
-    }
-
-    /// The rows of an iterative solver from one start.
-    fn iterative(
-        &self,
-        config: &Config,
-        choice: &Choice,
-        start: Start,
-        direct: &[Record],
-    ) -> Vec<Record> {
-        let mut ladder = Ladder {
-            case: self,
-            config,
-            choice,
-            start,
-            known: Vec::new(),
-        };
-        let rows = config.targets.iter().zip(direct).map(|(&target, direct)| {
-            let mut row = self.row(choice.family(), Some(start), target);
-            row.direct_ns = direct.ns;
-            if let Err(e) = ladder.fill(&mut row) {
-                row.failure = Some(e.to_string());
-            }
-            row
-        });
-        rows.collect()
-    }
-}
-
-/// Errors of a solver over its iterations.
-struct Ladder<'a> {
-    case: &'a Case,
-    config: &'a Config,
-    choice: &'a Choice,
-    start: Start,
-    /// Limits of iterations and errors, ascending.
-    known: Vec<(usize, f64)>,
-}
-
-impl Ladder<'_> {
-    fn stepper(&self, iterations: usize) -> Result<Stepper, StepError> {
-        let backend = self.choice.backend.with_iterations(iterations);
-        let choice = Choice {
-            backend: backend.with_tolerance(0.0),
-            form: self.choice.form,
-        };
-        self.case.stepper(choice.plain_options(self.config.dt))
-    }
-
-    fn error(&mut self, iterations: usize) -> Result<f64, StepError> {
-        let place = self.known.partition_point(|(k, _)| *k < iterations);
-        match self.known.get(place) {
-            Some((k, error)) if *k == iterations => Ok(*error),
-            _ => {
-                let error = self
-                    .case
-                    .error(&mut self.stepper(iterations)?, self.start)?;
-                self.known.insert(place, (iterations, error));
-                Ok(error)
-            }
-        }
-    }
-
-    /// Error of what it starts from.
-    fn guessed(&self) -> f64 {
-        match self.start {
-            Start::Cold => 1.0,
-            Start::Warm => forward_error(&self.case.guess, &self.case.exact),
-        }
-    }
-
-    /// Fewest iterations for an error, as far as it falls with them.
-    fn fewest(&mut self, target: f64) -> Result<Option<usize>, StepError> {
-        if self.guessed() <= target {
-            return Ok(Some(0));
-        }
-        let limit = self.config.limit;
-        let (mut short, mut k) = (0, 1);
-        while self.error(k)? > target {
-            if k == limit {
-                return Ok(None);
-            }
-            short = k;
-            k = (k + k.div_ceil(3)).min(limit);
-        }
-        while k - short > 1 {
-            let middle = short.midpoint(k);
-            if self.error(middle)? <= target {
-                k = middle;
-            } else {
-                short = middle;
-            }
-        }
-        Ok(Some(k))
-    }
-
-    fn fill(&mut self, row: &mut Record) -> Result<(), StepError> {
-        row.iterations = self.fewest(row.target)?;
-        if row.iterations == Some(0) {
-            row.error = self.guessed();
-            return Ok(());
-        }
-        row.error = self.error(row.iterations.unwrap_or(self.config.limit))?;
-        if let Some(k) = row.iterations {
-            let mut stepper = self.stepper(k)?;
-            row.ns = Some(self.case.time(self.config, &mut stepper, self.start)?);
-        }
-        Ok(())
-    }
-}
-
 /// Runs all cases, one after the other, since their times are measured. `progress` advances once for each solver of each
 /// case.
 ///
@@ -482,73 +228,10 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     Ok(results)
 }
 
-/// What the rows say of one error and start: where iterations win.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Verdict {
-    /// The error.
-    pub target: f64,
-    /// The start.
-    pub start: Start,
-    /// Cases in which what it starts from is not within the error already.
-    pub cases: usize,
-    /// Those in which some iterative solver is faster than the direct one: the fastest
-    /// row of each, the largest gain first.
-    pub wins: Vec<Record>,
-    /// The row that loses least, where none wins.
-    pub nearest: Option<Record>,
-}
-
-/// A verdict for each start and error.
-#[must_use]
-pub fn verdicts(records: &[Record]) -> Vec<Verdict> {
-    let mut targets: Vec<f64> = records.iter().map(|r| r.target).collect();
-    targets.sort_by(|a, b| b.total_cmp(a));
-    targets.dedup();
-    let mut verdicts = Vec::new();
-    for start in Start::ALL {
-        for &target in &targets {
-            let of = |r: &&Record| r.start == Some(start) && r.target == target;
-            let (mut fastest, mut cases) = (Vec::new(), 0);
-            let scene = |r: &Record| (r.scene.clone(), r.size, r.mass_ratio.to_bits());
-            for case in records.chunk_by(|a, b| scene(a) == scene(b)) {
-                let own: Vec<&Record> = case.iter().filter(of).collect();
-                cases += usize::from(own.iter().any(|r| r.iterations != Some(0)));
-                let reached = own.into_iter().filter(|r| r.gain().is_some());
-                fastest.extend(
-                    reached
-                        .max_by(|a, b| {
-                            a.gain()
-                                .partial_cmp(&b.gain())
-                                .unwrap_or(std::cmp::Ordering::Equal)
-                        })
-                        .cloned(),
-                );
-            }
-            fastest.sort_by(|a, b| {
-                b.gain()
-                    .partial_cmp(&a.gain())
-                    .unwrap_or(std::cmp::Ordering::Equal)
-            });
-            let nearest = fastest.first().cloned();
-            let wins: Vec<Record> = fastest
-                .into_iter()
-                .filter(|r| r.gain() > Some(1.0))
-                .collect();
-            verdicts.push(Verdict {
-                target,
-                start,
-                cases,
-                nearest: nearest.filter(|_| wins.is_empty()),
-                wins,
-            });
-        }
-    }
-    verdicts
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use search::Search;
 
     fn tiny() -> Config {
         Config {
@@ -589,18 +272,18 @@ mod tests {
         );
         let case = Case::hoist(&config, 6, 1e3).unwrap();
         for choice in config.choices.iter().filter(|c| c.check().is_ok()) {
-            let mut ladder = Ladder {
+            let mut search = Search {
                 case: &case,
                 config: &config,
                 choice,
                 start: Start::Warm,
                 known: Vec::new(),
             };
-            let Some(k) = ladder.fewest(1e-4).unwrap() else {
+            let Some(k) = search.fewest(1e-4).unwrap() else {
                 continue;
             };
-            assert!(ladder.error(k).unwrap() <= 1e-4);
-            assert!(k <= 1 || ladder.error(k - 1).unwrap() > 1e-4, "{choice}");
+            assert!(search.error(k).unwrap() <= 1e-4);
+            assert!(k <= 1 || search.error(k - 1).unwrap() > 1e-4, "{choice}");
         }
     }
 

@@ -62,7 +62,7 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | `stepper` | the step: phases in order, nothing allocated after the first |
+//! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
 //! | `batch` | cables of equal shape, which step together |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |

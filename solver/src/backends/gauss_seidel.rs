@@ -4,15 +4,13 @@
 //! For the parts α in turn: x_α ← x_α + A_αα⁻¹ (b − A x)_α. It converges for every positive definite A, at a rate
 //! that the mass ratio sets: 1 − ρ ≈ 1/(N R) for a chain of N masses under a load of R masses.
 //!
-//! Of a singular A it finds a solution if there is one. If there is none, each sweep at last moves x by the same d, a
-//! null vector of A, and the residual stays. An iteration that ends so without having converged tells it from slow
-//! convergence by the sweep itself, which without b leaves a null vector as it is.
+//! Of a singular A it finds a solution if there is one; where there is none it says so ([`null_vector`]).
 
+mod null_vector;
 mod sweep;
 
 use super::{Phases, check_solution};
 use crate::backend::check_iteration;
-use crate::block_ldlt::NOISE;
 use crate::groups::Groups;
 use crate::matrix::check_finite;
 use crate::slices::Slices;
@@ -51,9 +49,6 @@ struct Plan {
 /// Part of itself by which the residual of a sweep has fallen, below which the matrix may be singular: rounding of x, which
 /// a null vector has been added to at every sweep, leaves less.
 const STILL: f64 = 1e-9;
-
-/// Sweeps without b between two looks at what they leave.
-const PURIFY: usize = 4;
 
 impl GaussSeidel {
     pub(crate) fn new(options: GaussSeidelOptions) -> Result<Self, SolveError> {
@@ -141,69 +136,6 @@ impl Plan {
             }
         }
         sum
-    }
-}
-
-impl Plan {
-    /// The block with the largest part of a null vector d of A, where d is what the last sweep changed x by. `change` holds
-    /// x before it. What the rounding of x has left in d fades in up to `limit` sweeps without b.
-    fn null_vector(&mut self, a: &SymBlockMatrix, x: &[f64], limit: usize) -> Option<usize> {
-        let mut d = std::mem::take(&mut self.change);
-        for (d, x) in d.iter_mut().zip(x) {
-            *d = x - *d;
-        }
-        let largest = crate::norm_inf(&d);
-        let mut found = None;
-        if largest > 0.0 && largest.is_finite() {
-            // Of size 1, so that no square over- or underflows.
-            d.iter_mut().for_each(|d| *d /= largest);
-            let zeros = std::mem::take(&mut self.zeros);
-            let mut before = f64::INFINITY;
-            for _ in 0..limit.div_ceil(PURIFY) {
-                for _ in 0..PURIFY {
-                    self.sweep(&zeros, &mut d);
-                }
-                let rest = self.product_over_terms(a, &d);
-                if rest <= NOISE * f64::EPSILON {
-                    let most = (0..d.len()).max_by(|&i, &j| d[i].abs().total_cmp(&d[j].abs()));
-                    found = most.map(|row| a.pattern().block_of_row(row));
-                    break;
-                }
-                // A vector that is none stays as it is, but for what it slowly loses.
-                if rest.is_nan() || rest > 0.99 * before {
-                    break;
-                }
-                before = rest;
-            }
-            self.zeros = zeros;
-        }
-        self.change = d;
-        found
-    }
-
-    /// maxᵢ |A d|ᵢ / (|A| |d|)ᵢ.
-    fn product_over_terms(&mut self, a: &SymBlockMatrix, d: &[f64]) -> f64 {
-        let (sums, terms) = (&mut self.residual, &mut self.correction);
-        sums.fill(0.0);
-        terms.fill(0.0);
-        let mut add = |i: usize, term: f64| {
-            sums[i] += term;
-            terms[i] += term.abs();
-        };
-        a.for_each_lower(|i, j, a| {
-            add(i, a * d[j]);
-            if i != j {
-                add(j, a * d[i]);
-            }
-        });
-        let ratios =
-            sums.iter().zip(&*terms).map(
-                |(sum, terms)| {
-                    if *sum == 0.0 { 0.0 } else { sum.abs() / terms }
-                },
-            );
-        // Where sums overflow there is no telling.
-        ratios.fold(0.0, |most, r| if r > most || r.is_nan() { r } else { most })
     }
 }
 

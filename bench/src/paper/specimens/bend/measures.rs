@@ -1,0 +1,96 @@
+//! What is measured of a bent specimen, and the radius in its several senses.
+//!
+//! ```text
+//! through the segments' centres      l/(2 tan ½θ) = R (1 − θ²/12 − …)     second order in N
+//! through the joints                 l/(2 sin ½θ) = R (1 + θ²/24 + …)     second order
+//! length L over the angle between clamp and last segment, (N − ½) θ       R (1 + 1/(2N − 1)): first order
+//! length L over the angle between first and last segment, (N − 1) θ       R (1 + 1/(N − 1)): first order
+//! ```
+//!
+//! The last two leave out the half segments beyond the outer joints, as a cable without end joints does.
+
+use super::Row;
+use super::polygon::polygon;
+use crate::paper::specimens::{Joint, MATERIALS, Reading, largest, read};
+use nalgebra::Vector3;
+use taut_model::{ResolvedSpecimen, Scene};
+
+pub(super) fn measure(
+    scene: &Scene,
+    specimen: &ResolvedSpecimen,
+    axis: &Vector3<f64>,
+    angle: f64,
+) -> Row {
+    let n = specimen.segments;
+    let length = specimen.segment_length * n as f64;
+    let joints = read(scene, n);
+    let exact = |j: usize| angle * specimen.joint_length(j) / length;
+    let errors = joints.iter().enumerate();
+    let errors = errors.map(|(j, r)| (r.bend / exact(j) - 1.0).abs());
+    let tip = scene.bodies.position[n];
+    let discrete = polygon(specimen, axis, angle).0[n];
+    let radius = length / angle;
+    let arc = Vector3::x() * (radius * angle.sin())
+        + axis.cross(&Vector3::x()) * (radius * (1.0 - angle.cos()));
+    let found = radius_of_centres(&scene.bodies.position[..n]);
+    // The angle between two segments is that of the joints between them.
+    let between = |joints: &[Reading]| joints.iter().map(|r| r.bend).sum::<f64>();
+    let deviation = |found: f64| found / radius - 1.0;
+    Row {
+        material: String::new(),
+        segments: n,
+        joint: String::new(),
+        direction_rad: 0.0,
+        angle_theory: angle,
+        moment_nm: 0.0,
+        angle_error: largest(errors),
+        tip_error: (tip - discrete).norm() / length,
+        tip_from_arc: (tip - arc).norm() / length,
+        radius_m: found,
+        radius_deviation: deviation(found),
+        half_missing_deviation: deviation(length / between(&joints[..n])),
+        ends_missing_deviation: deviation(length / between(&joints[1..n])),
+    }
+}
+
+/// Radius of the circle through the three middle ones of some points \[m].
+fn radius_of_centres(points: &[Vector3<f64>]) -> f64 {
+    // Neighbours: on a full circle the outer points come together.
+    let middle = points.len() / 2;
+    let (a, b, c) = (points[middle - 1], points[middle], points[middle + 1]);
+    let (p, q) = (b - a, c - b);
+    let area = p.cross(&q).norm();
+    p.norm() * q.norm() * (c - a).norm() / (2.0 * area)
+}
+
+/// Deviations of one measure at one angle over N: steel, Cosserat joint, in the plane.
+#[must_use]
+pub fn deviations(rows: &[Row], angle: f64, measure: fn(&Row) -> f64) -> Vec<(usize, f64)> {
+    let steel = |r: &&Row| {
+        r.material == MATERIALS[2].0
+            && r.joint == Joint::Cosserat.name()
+            && r.direction_rad == 0.0
+            && (r.angle_theory - angle).abs() < 1e-9
+    };
+    let rows = rows.iter().filter(steel);
+    rows.map(|r| (r.segments, measure(r))).collect()
+}
+
+/// The paper's deviations of N = 6 and N = 24.
+pub(super) const PUBLISHED: [(usize, f64); 2] = [(6, 0.10), (24, 0.025)];
+
+/// The measures of the radius: name, value, order expected.
+pub(super) type Measure = (&'static str, fn(&Row) -> f64, f64);
+pub(super) const MEASURES: [Measure; 3] = [
+    ("through the centres", |r| r.radius_deviation, 2.0),
+    (
+        "L/angle, half a segment missing",
+        |r| r.half_missing_deviation,
+        1.0,
+    ),
+    (
+        "L/angle, both ends missing",
+        |r| r.ends_missing_deviation,
+        1.0,
+    ),
+];

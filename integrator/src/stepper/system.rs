@@ -1,0 +1,228 @@
+//! The linear system of the pieces: assembled, factorised, solved and refined.
+//!
+//! In the Schur form the unknown is μ, in the symmetric KKT form (Δv, −μ):
+//!
+//! ```text
+//! Schur    (J M̃⁻¹ Jᵀ + Σ) μ = c − J (v + M̃⁻¹ Δt f)
+//! KKT      [M̃ Jᵀ; J −Σ] (Δv, −μ) = (Δt f, c − J v)
+//! ```
+//!
+//! Where rows have bounds it is solved until all of them keep theirs.
+
+use super::Stepper;
+use crate::bounded::Verdict;
+use crate::pieces::Pieces;
+use crate::plan::{BlockOf, Plan};
+use crate::report::{PhaseClock, Work};
+use crate::{Form, Phase, StepError};
+use taut_solver::{SolveError, SolveReport};
+
+impl Stepper {
+    /// Assembles, factorises, solves and refines the system of the pieces, for a step `dt` long: once, or until all rows
+    /// with bounds keep them.
+    pub(crate) fn solve_prepared(
+        &mut self,
+        dt: f64,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.bounded.begin();
+        loop {
+            self.bounded.hold(&mut self.pieces, dt);
+            let solved = self.solve_once(dt, clock, work);
+            self.bounded.release(&mut self.pieces);
+            solved?;
+            let verdict = self.bounded.judge(&mut self.pieces, &mut self.mu, dt);
+            work.undecided += usize::from(verdict == Verdict::Undecided);
+            if verdict != Verdict::Changed {
+                break;
+            }
+        }
+        self.solved_for(dt);
+        Ok(())
+    }
+
+    /// `mu` is the solution of the present state's system for a step `dt` long.
+    pub(crate) fn solved_for(&mut self, dt: f64) {
+        self.mu_dt = dt;
+        let frequency = 1.0 / dt;
+        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
+            *tension = mu * frequency;
+        }
+        self.tension_known = true;
+        self.solved = true;
+    }
+
+    /// One linear system: μ of all rows as if none had bounds.
+    fn solve_once(
+        &mut self,
+        dt: f64,
+        clock: &mut PhaseClock,
+        work: &mut Work,
+    ) -> Result<(), StepError> {
+        self.assemble(dt);
+        clock.end(Phase::Assemble);
+        self.solver
+            .factorize(&self.matrix)
+            .map_err(|e| self.culprit(e))?;
+        clock.end(Phase::Factorize);
+        let report = self.solve_factorized().map_err(|e| self.culprit(e))?;
+        clock.end(Phase::Solve);
+        let refined = self.refine().map_err(|e| self.culprit(e))?;
+        clock.end(Phase::Refine);
+        work.add(report, refined);
+        self.take_multipliers();
+        Ok(())
+    }
+
+    fn solve_factorized(&mut self) -> Result<SolveReport, SolveError> {
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            pieces,
+            plan,
+            ..
+        } = self;
+        match &mut self.matrix_free {
+            None => solver.solve(matrix, rhs, x),
+            Some(free) => free.solve(&mut **solver, (plan, pieces), matrix, rhs, x),
+        }
+    }
+
+    /// `mu` from the solution `x`.
+    pub(crate) fn take_multipliers(&mut self) {
+        let sign = self.multiplier_sign();
+        self.plan
+            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+    }
+
+    /// The matrix, the right-hand side, and the guess in `x`.
+    pub(crate) fn assemble(&mut self, dt: f64) {
+        let Pieces {
+            rows,
+            inertia,
+            regularization,
+            ..
+        } = &self.pieces;
+        self.plan
+            .fill(rows, inertia, regularization, &mut self.matrix);
+        let sign = self.multiplier_sign();
+        if dt != self.mu_dt {
+            // The same forces over another time.
+            let factor = dt / self.mu_dt;
+            self.mu.iter_mut().for_each(|mu| *mu *= factor);
+            self.mu_dt = dt;
+        }
+        match self.options.form {
+            Form::Schur => {
+                if self.plan.in_scene_order {
+                    self.pieces.free_residual(&mut self.rhs);
+                } else {
+                    let [residual, _] = &mut self.in_rows;
+                    self.pieces.free_residual(residual);
+                    let rows = &self.pieces.rows;
+                    self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
+                }
+                let rows = &self.pieces.rows;
+                self.plan.gather(rows, None, &self.mu, 1.0, &mut self.x);
+            }
+            Form::Kkt => {
+                let Pieces {
+                    rows,
+                    inertia,
+                    rate,
+                    dv,
+                    ..
+                } = &self.pieces;
+                self.plan
+                    .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
+                self.plan
+                    .gather(rows, Some(dv), &self.mu, sign, &mut self.x);
+            }
+        }
+        if !self.options.warm_start {
+            self.x.fill(0.0);
+        }
+    }
+
+    /// The report of the last refinement, if there was one, with the iterations of all.
+    fn refine(&mut self) -> Result<Option<SolveReport>, SolveError> {
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            scratch,
+            pieces,
+            plan,
+            matrix_free,
+            in_rows: [mu, residual],
+            ..
+        } = self;
+        let sweeps = self.options.refinements;
+        if let Some(free) = matrix_free {
+            return free.refine(&mut **solver, (plan, pieces), matrix, x, sweeps);
+        }
+        match self.options.form {
+            Form::Schur => {
+                taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
+                    schur_residual(plan, pieces, x, [mu, residual], r);
+                })
+            }
+            Form::Kkt => taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {
+                matrix.subtract_product(rhs, x, r);
+            }),
+        }
+    }
+
+    /// The residual of the Schur form at `x` from the pieces.
+    pub(crate) fn schur_residual(&mut self, r: &mut [f64]) {
+        let [mu, residual] = &mut self.in_rows;
+        schur_residual(&self.plan, &mut self.pieces, &self.x, [mu, residual], r);
+    }
+
+    /// The unknown of the symmetric KKT form is −μ.
+    fn multiplier_sign(&self) -> f64 {
+        match self.options.form {
+            Form::Schur => 1.0,
+            Form::Kkt => -1.0,
+        }
+    }
+
+    /// A solver's error with its block's name.
+    pub(super) fn culprit(&self, source: SolveError) -> StepError {
+        let block = match &source {
+            SolveError::Singular { block }
+            | SolveError::NotPositiveDefinite { block }
+            | SolveError::NonFinite { block, .. } => Some(*block),
+            _ => None,
+        };
+        let name = |b: usize| match self.plan.block.get(b)? {
+            BlockOf::Body(i) => self.scene.body_names.get(*i),
+            BlockOf::Constraint(c) => self.scene.constraint_names.get(*c),
+        };
+        StepError::Solve {
+            culprit: block.and_then(name).cloned(),
+            source,
+            time: self.time,
+        }
+    }
+}
+
+/// The residual of the Schur form at `x` from the pieces, into `r`; `mu` and `residual` are one number a row.
+fn schur_residual(
+    plan: &Plan,
+    pieces: &mut Pieces,
+    x: &[f64],
+    [mu, residual]: [&mut [f64]; 2],
+    r: &mut [f64],
+) {
+    if plan.in_scene_order {
+        return pieces.residual(x, r);
+    }
+    plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
+    pieces.residual(mu, residual);
+    plan.gather(&pieces.rows, None, residual, 1.0, r);
+}
