@@ -445,7 +445,12 @@ fn draw_point(
     look: Look,
     r: i32,
 ) -> Result<(), PlotError> {
-    let style = colour(look).filled();
+    // Hollow where the line is dashed, so that one point alone tells as much.
+    let style = if look.dashed {
+        colour(look).stroke_width(2)
+    } else {
+        colour(look).filled()
+    };
     match look.shape {
         Shape::Circle => area.draw(&Circle::new((x, y), r, style)),
         Shape::Triangle => area.draw(&TriangleMarker::new((x, y), r + 1, style)),

@@ -36,15 +36,19 @@ impl Claims {
 pub fn claims(records: &[Record]) -> Vec<Claims> {
     let mut all: Vec<Claims> = Vec::new();
     for r in records {
-        let (Some(claimed), Some(verified)) = (r.claimed_converged, r.verified_converged) else {
-            continue;
+        let counts = (r.claimed_converged, r.verified_converged);
+        let (claimed, verified, to_rounding) = match (counts, &r.error) {
+            ((Some(claimed), Some(verified)), _) => (claimed, verified, r.verified_to_rounding),
+            // What failed claims nothing.
+            (_, Some(_)) => (0, 0, Some(0)),
+            _ => continue,
         };
         let own = Claims {
             backend: r.backend.clone(),
             solves: r.frames,
             claimed,
             verified,
-            to_rounding: r.verified_to_rounding,
+            to_rounding,
         };
         match all.iter_mut().find(|c| c.backend == r.backend) {
             None => all.push(own),

@@ -50,7 +50,11 @@ impl Cell {
         }
     }
 
+    /// Of what was not measured, [`Cell::none`].
     pub(super) fn number(text: impl Into<String>, number: f64) -> Self {
+        if !number.is_finite() {
+            return Self::none();
+        }
         Self {
             number: Some(number),
             ..Self::text(text)
@@ -59,7 +63,10 @@ impl Cell {
 
     /// Of what is no number, behind all numbers.
     pub(super) fn none() -> Self {
-        Self::number("–", f64::INFINITY)
+        Self {
+            number: Some(f64::INFINITY),
+            ..Self::text("–")
+        }
     }
 
     pub(super) fn error(value: Option<f64>) -> Self {

@@ -83,15 +83,20 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
         let backends = distinct(own.iter().map(|r| r.backend.as_str()));
         let of = |backend: &str| {
             let mut points: Vec<[f64; 2]> = Vec::new();
+            // An iteration that has converged stands still, whatever its times.
+            let mut add = |error: f64, ns: f64| {
+                let (error, time) = (error.max(FLOOR), ns * 1e-3);
+                match points.last_mut() {
+                    Some([last, least]) if *last == error => *least = least.min(time),
+                    _ => points.push([error, time]),
+                }
+            };
             for r in own.iter().filter(|r| r.backend == backend) {
                 if r.refinements > 0 {
-                    let unrefined = r.step_ns - r.refine_ns;
-                    points.push([r.forward_error_unrefined.max(FLOOR), unrefined * 1e-3]);
+                    add(r.forward_error_unrefined, r.step_ns - r.refine_ns);
                 }
-                points.push([r.forward_error.max(FLOOR), r.step_ns * 1e-3]);
+                add(r.forward_error, r.step_ns);
             }
-            // An iteration that has converged stands still.
-            points.dedup();
             series(backend, points)
         };
         Chart {

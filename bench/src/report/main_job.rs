@@ -31,7 +31,7 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
         figures(
             "motion",
             "The time step",
-            "Error of a motion against its cost, Δt from 1/30 s on along each curve: 24 segments, load/segment 10³, the \
+            "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, the \
              anchor moved aside; against the paper's step extrapolated to Δt = 0.",
             &charts::time_steps(extras),
         )?,
@@ -52,8 +52,8 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
         figures(
             "mass-ratios",
             "Condition and error against mass ratio",
-            "What forming S loses, about roundoff × mass ratio, one refinement from the pieces J, M and Σ brings back. A bent \
-             cable of 24 segments, the material stiff enough for the load.",
+            "What forming S loses, up to roundoff × mass ratio in a straight cable and less in a bent one, one refinement \
+             from the pieces J, M and Σ brings back. A bent cable of 24 segments, the material stiff enough for the load.",
             &charts::mass_ratios(extras),
         )?,
         trace(&extras.trace)?,
@@ -80,7 +80,8 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
 /// The times of single steps, and what most of them keep.
 fn trace(trace: &Trace) -> Result<Option<Section>, ReportError> {
     let text = format!(
-        "{}. What stands out is the system taking the processor away.",
+        "{}. The first step allocates; what else stands out may be a step that the guard redid, or the system taking the \
+         processor away.",
         trace.title
     );
     let charts = charts::trace(trace);
@@ -113,15 +114,19 @@ fn means(scores: &[Scores]) -> Option<Section> {
                 Cell::text(solver),
                 Cell::number(format!("{solved} of {}", s.problems()), solved as f64),
                 Cell {
-                    best: place == 0,
-                    ..Cell::number(nanoseconds(mean), mean)
+                    best: place == 0 && solved > 0,
+                    ..if solved > 0 {
+                        Cell::number(nanoseconds(mean), mean)
+                    } else {
+                        Cell::none()
+                    }
                 },
             ]);
         }
     }
     let body = html! {
-        p { "Whole step, shifted geometric mean over the scenes (shift 1 µs); what a solver does not reach counts as ten times \
-             the slowest that does. The best of each level is marked." }
+        p { "Whole step, shifted geometric mean over the scenes (shift 1 µs); what a solver does not reach, or is left out of, \
+             counts as ten times the slowest that does; – where it reaches none. The best of each level is marked." }
         (sortable(&["error within", "solver", "scenes done", "mean step"], &rows))
     };
     (!rows.is_empty()).then_some(Section {

@@ -33,7 +33,7 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
             body {
                 header {
                     h1 { "taut: " (title) }
-                    p { code { (report.command) } }
+                    p { "To reproduce: " code { (report.command) } }
                     p.quiet {
                         (report.machine) "; taut " (report.version)
                         @if !report.compiler.is_empty() { "; " (report.compiler) }

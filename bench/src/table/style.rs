@@ -9,7 +9,7 @@ pub const MARK: &str =
 
 /// Marks the least value of a column in each group of rows: a `*` after it, in bold, in place of the blank before the
 /// next column. `rows` holds the group and the value of each row; none, and what is no finite number, is never marked.
-/// All of several equal values are; what has no rival in its group is not.
+/// All that read as the least does are; what has no rival in its group is not.
 pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
     let number = |(_, value): &(G, Option<f64>)| value.filter(|v| v.is_finite());
     let best = |row: &(G, Option<f64>)| {
@@ -17,7 +17,15 @@ pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G,
         let least = rivals().filter_map(number).reduce(f64::min);
         least.is_some() && number(row) == least && rivals().nth(1).is_some()
     };
-    let marks: Vec<bool> = rows.iter().map(best).collect();
+    let best: Vec<bool> = rows.iter().map(best).collect();
+    let shown = |i: usize| Some(t.row(i)?.cell_iter().nth(column)?.content());
+    // What reads like the best is no worse to a reader.
+    let marks: Vec<bool> = (0..rows.len())
+        .map(|i| {
+            let like = |j: usize| best[j] && rows[j].0 == rows[i].0 && shown(j) == shown(i);
+            number(&rows[i]).is_some() && (0..rows.len()).any(like)
+        })
+        .collect();
     if !marks.contains(&true) {
         return;
     }

@@ -54,6 +54,7 @@ struct Row {
     /// The step that 99 of 100 are not slower than; the first, which may allocate, is left out.
     late_step_s: f64,
     worst_step_s: f64,
+    median_step_s: f64,
     redone: usize,
 }
 
@@ -80,10 +81,10 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             progress.inc(1);
             run
         };
-        let (coarse, fine) = if quick { (4, 8) } else { (8, 16) };
-        let (ours, coarse, fine) = (driven(1)?, driven(coarse)?, driven(fine)?);
+        let finer = if quick { 8 } else { 16 };
+        let (ours, coarse, fine) = (driven(1)?, driven(finer / 2)?, driven(finer)?);
         let row = compare(ratio, time, &ours, [&coarse, &fine]);
-        outcome.checks.extend(checks(&row, &ours));
+        outcome.checks.extend(checks(&row, &ours, finer));
         rows.push(row);
     }
     outcome.text = table(&rows);
@@ -162,15 +163,16 @@ fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row 
         stable: ours.failure.is_none(),
         hook_error_m: distance(ours, fine, 0),
         load_error_m: distance(ours, fine, 1),
-        reference_error_m: distance(coarse, fine, 0).max(distance(coarse, fine, 1)),
+        reference_error_m: worse(distance(coarse, fine, 0), distance(coarse, fine, 1)),
         realtime_factor: time / ours.spent.iter().sum::<f64>(),
         late_step_s: at(late),
         worst_step_s: at(later.len().saturating_sub(1)),
+        median_step_s: at(later.len() / 2),
         redone: ours.redone,
     }
 }
 
-fn checks(row: &Row, ours: &Run) -> Vec<Check> {
+fn checks(row: &Row, ours: &Run, finer: usize) -> Vec<Check> {
     let case = |what: &str| format!("load/element {:.0e}: {what}", row.ratio);
     let stable = Check::claim(
         case("driven to the end"),
@@ -188,7 +190,7 @@ fn checks(row: &Row, ours: &Run) -> Vec<Check> {
     let position = |what: &str, error: f64| {
         Check::within(
             case(what),
-            "steps 16 times finer".to_owned(),
+            format!("steps {finer} times finer"),
             format!("{:.1} mm", 1e3 * error),
             error,
             BAR,

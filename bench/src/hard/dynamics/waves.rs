@@ -236,6 +236,9 @@ fn ringing(options: StepOptions, damping: f64) -> Result<f64, ExperimentError> {
     Ok(worst)
 }
 
+/// Most that what is let go from its unstrained length and not damped is away from rest, over the static elongation.
+const UNDAMPED: f64 = 1.0 + 1e-6;
+
 /// 60 steps a second: the default with every solver, then the other schemes.
 fn at_sixty(quick: bool) -> Result<Vec<Check>, ExperimentError> {
     let dt = 1.0 / 60.0;
@@ -271,7 +274,8 @@ fn at_sixty(quick: bool) -> Result<Vec<Check>, ExperimentError> {
         let omega = speed() / LENGTH * free_end(1, 1) * dt;
         let roots = law::roots(&law::recurrence(scheme, [omega * omega, 0.0], damping / dt));
         let kept = roots.first().map_or(f64::NAN, |z| z[0]);
-        if check.verdict == Verdict::Fail && kept > 1.0 - 1e-9 {
+        let own_swing = check.error.is_some_and(|e| e <= UNDAMPED);
+        if check.verdict == Verdict::Fail && kept > 1.0 - 1e-9 && own_swing {
             check.verdict = Verdict::Limit;
             check = check.noting(format!(
                 "the scheme damps nothing at τ = 0: the first mode keeps {kept:.6} of its amplitude in a step"

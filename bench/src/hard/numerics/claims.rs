@@ -399,7 +399,17 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
         let all = (case.scenes)()?;
         let some = if quick { 1 } else { all.len() };
         let named = all.into_iter().take(some);
-        scenes.extend(named.map(|s| (format!("{} {}", case.name, s.name), s)));
+        for scene in named {
+            let name = format!("{} {}", case.name, scene.name);
+            let twins = scenes.iter().filter(|(known, _): &&(String, Scene)| {
+                known == &name || known.starts_with(&format!("{name} ("))
+            });
+            let name = match twins.count() {
+                0 => name,
+                n => format!("{name} ({})", n + 1),
+            };
+            scenes.push((name, scene));
+        }
     }
     let instants: &[usize] = if quick { &[0, 3] } else { &[0, 1, 10, 40, 300] };
     let specimens = specimens(quick);

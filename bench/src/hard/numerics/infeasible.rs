@@ -271,8 +271,7 @@ fn without_compliance(choice: &Choice, seconds: f64, plain: bool) -> Result<Chec
             message,
         } => {
             let ours = format!("refused at {time:.2} s");
-            // A motion that is lost is told, but by its symptom.
-            let verdict = if typed { Verdict::Pass } else { Verdict::Limit };
+            let verdict = if typed { Verdict::Pass } else { Verdict::Fail };
             Check::claim("", reference, ours, verdict, message)
         }
         Rigid::Runs {

@@ -110,7 +110,7 @@ fn swings(stepper: &mut Stepper) -> Result<Swings, StepError> {
         pace::step(stepper)?;
         let energy = stepper.energy();
         let total = energy.total();
-        (least, most) = (least.min(total), most.max(total));
+        (least, most) = (-worse(-least, -total), worse(most, total));
         let phase = (n as f64 + 0.5) / WINDOW as f64;
         let weight = 1.0 - (std::f64::consts::TAU * phase).cos();
         sum += weight * total;

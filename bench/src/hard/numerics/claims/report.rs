@@ -74,7 +74,34 @@ pub(super) fn checks(audit: &Audit) -> Vec<Check> {
     let mut checks = together("claims", rows.collect());
     checks.extend(by_the_letter(solves));
     checks.push(everywhere(audit));
+    checks.push(everyone(audit));
     checks
+}
+
+/// Every solver claims something: one that refuses all has no false claim either.
+fn everyone(audit: &Audit) -> Check {
+    let backends = distinct(audit.solves.iter().map(|s| s.backend.as_str()));
+    let silent = |backend: &&str| {
+        let mut own = audit.solves.iter().filter(|s| s.backend == *backend);
+        !own.any(Solve::is_claim)
+    };
+    let none: Vec<&str> = backends.iter().copied().filter(|b| silent(b)).collect();
+    let ours = format!("{} of {}", backends.len() - none.len(), backends.len());
+    // No solver at all is none that claims.
+    let missing = if backends.is_empty() {
+        f64::INFINITY
+    } else {
+        none.len() as f64
+    };
+    Check::within(
+        "solvers that claim solutions",
+        "all".to_owned(),
+        ours,
+        missing,
+        0.0,
+    )
+    .by("those without a claim in any scene")
+    .noting(none.join(", "))
 }
 
 /// Every scene and every matrix has solves that were looked at.
@@ -199,7 +226,7 @@ mod tests {
         };
         for audit in [Audit::default(), unsolved] {
             let verdicts: Vec<Verdict> = checks(&audit).iter().map(|c| c.verdict).collect();
-            assert_eq!(verdicts, [Verdict::Fail], "{audit:?}");
+            assert_eq!(verdicts, [Verdict::Fail; 2], "{audit:?}");
         }
     }
 }
