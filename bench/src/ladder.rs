@@ -466,7 +466,11 @@ impl Record {
 fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Record {
     let mut row = Record::new(config, case, choice, rung);
     if let Err(e) = measure_algebra(config, case, choice, &mut row) {
-        row.error = Some(e.to_string());
+        // What was measured before it failed is not the worst of all frames.
+        row = Record {
+            error: Some(e.to_string()),
+            ..Record::new(config, case, choice, rung)
+        };
     }
     let mut claimed = row.claimed_converged.unwrap_or(0);
     match run_physics(config, case, choice) {
@@ -509,6 +513,9 @@ fn measure_algebra(
     let tolerance = hard_claims::tolerance(&choice.backend);
     let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
     let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
+    row.backward_error = 0.0;
+    row.backward_error_componentwise = 0.0;
+    row.forward_error_unrefined = 0.0;
     for (i, state) in case.reference.states.iter().enumerate() {
         state.put(&mut stepper)?;
         let report = stepper.solve()?;
