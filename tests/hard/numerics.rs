@@ -1,6 +1,6 @@
 //! H40 to H54 but for those with modules of their own, and what the solvers claim.
 
-use crate::limited;
+use crate::{limited, limited_but};
 use taut_bench::hard::numerics::angles::joints::{Kind, Pose, jacobian_error};
 use taut_bench::hard::numerics::claims::{Finding, audit};
 use taut_bench::hard::numerics::ill_conditioned::{self, matrices};
@@ -100,8 +100,8 @@ fn ladders_go_up() {
 
 #[test]
 fn no_solver_claims_what_is_not_so() {
-    // The rounding of a residual is more than 10⁻¹⁰ of a large right-hand side.
-    limited("claims", &["claims, by the letter: cg:jacobi"]);
+    // By the letter the rounding of a residual may be more than an iteration's tolerance.
+    limited_but("claims", &[], "claims, by the letter");
 }
 
 /// The audit tells claims from mere answers: a solver with one iteration claims nothing, and is not good.
