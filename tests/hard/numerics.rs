@@ -72,11 +72,15 @@ fn stiff_joints_come_to_rigid_ones() {
 
 #[test]
 fn degenerate_input_is_refused_or_runs() {
-    let pivots = [
+    let pivots_and_iterations = [
         "mass of 10⁻³⁰ kg: faer:lu/kkt",
         "mass of 10³⁰ kg: faer:lu/kkt",
+        "10000 segments: gauss-seidel:joints",
+        "10000 segments: gauss-seidel:groups",
+        "10000 segments: cg:none",
+        "10000 segments: cg:jacobi",
     ];
-    let checks = limited("H52", &pivots);
+    let checks = limited("H52", &pivots_and_iterations);
     assert!(checks.len() >= 40, "{checks:#?}");
 }
 

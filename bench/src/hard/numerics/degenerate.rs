@@ -17,7 +17,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, JointKind, Scene};
-use taut_solver::SolveError;
+use taut_solver::{SolveError, SolveReport};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -198,7 +198,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             form: choice.form,
         })
         .collect();
-    progress.set_length(INPUTS.len() as u64);
+    progress.set_length((INPUTS.len() + choices.len()) as u64);
     let found: Vec<Vec<Check>> = INPUTS
         .par_iter()
         .map(|input| {
@@ -231,7 +231,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         .map(|c| (c.family(), judged(Expected::Sound, &changing(c))));
     checks.extend(together("other joints at every step", own.collect()));
     let size = if quick { 10_000 } else { 100_000 };
-    checks.extend(many(size));
+    checks.extend(many(size, &choices, progress));
     Ok(Outcome {
         checks,
         ..Outcome::default()
@@ -273,8 +273,8 @@ fn changing(choice: &Choice) -> Found {
     Found::Finite
 }
 
-/// A hanging cable of very many segments: the default solver runs it, the dense one says that it is too large.
-fn many(segments: usize) -> Vec<Check> {
+/// A hanging cable of very many segments: every solver runs it, but the dense one, which says that it is too large.
+fn many(segments: usize, choices: &[Choice], progress: &ProgressBar) -> Vec<Check> {
     let case = format!("{segments} segments");
     let params = HoistParams {
         segments,
@@ -322,34 +322,36 @@ fn many(segments: usize) -> Vec<Check> {
             )
         }
     };
-    vec![held(&case, scene, weight), refused]
+    let mut own = Vec::new();
+    for choice in choices.iter().filter(|c| c.backend.name() != "dense") {
+        own.push((choice.family(), held(&scene, weight, choice)));
+        progress.inc(1);
+    }
+    let mut checks = together(&case, own);
+    checks.push(refused);
+    checks
 }
 
 /// The force on the anchor after some steps at rest.
-fn held(case: &str, scene: Scene, weight: f64) -> Check {
-    let tried = || -> Result<f64, StepError> {
-        let mut stepper = Stepper::new(scene, reference_choice().options(DT))?;
-        for _ in 0..5 {
-            stepper.step()?;
-        }
+fn held(scene: &Scene, weight: f64, choice: &Choice) -> Check {
+    let tried = || -> Result<(f64, SolveReport), StepError> {
+        let mut stepper = Stepper::new(scene.clone(), choice.plain_options(DT))?;
+        stepper.step()?;
+        let said = stepper.step()?.solve;
         let force = Vector3::from_column_slice(&stepper.multipliers()[..3]) / DT;
-        Ok((force.norm() / weight - 1.0).abs())
+        Ok(((force.norm() / weight - 1.0).abs(), said))
     };
+    let reference = "carries its weight";
     match tried() {
-        Ok(error) => Check::within(
-            format!("{case}: {}", reference_choice()),
-            "carries its weight".to_owned(),
+        Ok((error, said)) => Check::within(
+            "",
+            reference.to_owned(),
             format!("(1 ± {error:.0e}) m g"),
             error,
             1e-8,
         )
-        .by("force on the anchor after 5 steps at rest, relative"),
-        Err(e) => Check::claim(
-            case,
-            "carries its weight",
-            "failed".into(),
-            Verdict::Fail,
-            e.to_string(),
-        ),
+        .by("force on the anchor after 2 steps at rest, relative")
+        .unless_claimed(&said),
+        Err(e) => Check::claim("", reference, "failed".into(), Verdict::Fail, e.to_string()),
     }
 }

@@ -10,7 +10,7 @@
 //!
 //! Where nothing promises that every step of a ladder is better, what an unfinished solve or an explicit part of the step
 //! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
-//! bottom ([`IMPROVED`]). What is farther away than the cable is long is lost.
+//! bottom, by half. What is farther away than the cable is long is lost.
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;
