@@ -167,8 +167,7 @@ impl Work {
             solve.status = refined.status;
         }
         // A claim of convergence holds for a step only if it holds for each of its solves.
-        let worse = |status| !matches!(status, Status::Direct | Status::Converged);
-        if self.solve.is_none_or(|last| !worse(last.status)) {
+        if self.solve.is_none_or(|last| last.is_claim()) {
             self.solve = Some(solve);
         }
     }
