@@ -36,7 +36,7 @@ pub struct GaussSeidelOptions {
     pub start: Start,
     /// Most sweeps; at least 1.
     pub iterations: usize,
-    /// It stops where the residuals met in a sweep are below this, relative to b, in the 2-norm.
+    /// It stops where ‖b − A x‖₂ is at most this part of ‖b‖₂, which it computes once the residuals met in a sweep are.
     pub tolerance: f64,
 }
 

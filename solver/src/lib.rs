@@ -194,7 +194,8 @@ pub struct SolveReport {
     pub status: Status,
     /// Iterations made; 0 for direct backends.
     pub iterations: usize,
-    /// ‖b − A x‖₂ / ‖b‖₂ as the iteration itself estimates it; NaN for direct backends, which do not compute it.
+    /// ‖b − A x‖₂ / ‖b‖₂, where the iteration stopped before its limit from the product A x; what Gauss–Seidel leaves at
+    /// its limit has the norm of the residuals that the last sweep met. NaN for direct backends, which do not compute it.
     #[cfg_attr(feature = "serde", serde(with = "serde_forms::number_or_none"))]
     pub residual: f64,
 }

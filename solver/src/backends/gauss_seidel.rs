@@ -4,6 +4,9 @@
 //! For the parts α in turn: x_α ← x_α + A_αα⁻¹ (b − A x)_α. It converges for every positive definite A, at a rate
 //! that the mass ratio sets: 1 − ρ ≈ 1/(N R) for a chain of N masses under a load of R masses.
 //!
+//! A sweep meets each residual before it takes it away, and changes those that it has met already: what it has met says
+//! when to look, and the residual of x itself whether that has converged.
+//!
 //! Of a singular A it finds a solution if there is one; where there is none it says so ([`null_vector`]).
 
 mod null_vector;
@@ -118,6 +121,17 @@ impl Plan {
         }
     }
 
+    /// Sum of squares of b − A x.
+    fn residual(&mut self, b: &[f64], x: &[f64]) -> f64 {
+        let parts = 0..self.parts.len();
+        parts
+            .map(|part| {
+                let members = self.parts.members(part);
+                self.rows.residual(members, b, x, &mut self.residual)
+            })
+            .sum()
+    }
+
     /// One pass over all parts; the sum of squares of the residuals met.
     fn sweep(&mut self, b: &[f64], x: &mut [f64]) -> f64 {
         if let Some(inverses) = self.inverses() {
@@ -208,6 +222,7 @@ impl LinearSolver for GaussSeidel {
             residual: f64::INFINITY,
         };
         let mut fallen = 1.0;
+        let mut least = f64::INFINITY;
         while report.iterations < self.options.iterations {
             if report.iterations + 1 == self.options.iterations {
                 plan.change.copy_from_slice(x);
@@ -218,8 +233,18 @@ impl LinearSolver for GaussSeidel {
             report.residual = if met == 0.0 { 0.0 } else { met / norm };
             fallen = 1.0 - report.residual / before;
             if report.residual <= self.options.tolerance {
-                report.status = Status::Converged;
-                break;
+                let left = plan.residual(b, x).sqrt() / norm;
+                report.residual = left;
+                if left <= self.options.tolerance {
+                    report.status = Status::Converged;
+                    break;
+                }
+                if left >= least {
+                    // Rounding keeps it where it is.
+                    report.status = Status::Stalled;
+                    break;
+                }
+                least = left;
             }
             if !report.residual.is_finite() {
                 break;

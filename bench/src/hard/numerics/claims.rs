@@ -14,7 +14,8 @@
 //! iteration may have it, since what rounds the entries of A and x is more than its residual then. A good η goes with
 //! a poor x where A is ill-conditioned: the largest error of the multipliers against 32 digits among the claims stands
 //! beside. Counted apart are the claims of iterations that are false by the letter, the first inequality alone: where
-//! rounding leaves a residual above τ ‖b‖, the iteration's own estimate cannot see it.
+//! rounding leaves a residual above τ ‖b‖, the iteration's own estimate cannot see it. The residual that an iteration
+//! reports of its claims is compared with ‖r‖₂/‖b‖₂ in the same way.
 
 mod matrices;
 mod report;
@@ -84,6 +85,9 @@ pub struct Solve {
     pub backward_error: f64,
     /// The residual over what was claimed of it: at most 1 where the claim is true.
     pub over_claim: f64,
+    /// ‖r‖₂/‖b‖₂ over what an iteration says that it is, or the backward error over [`ROUNDING`], whichever is less: where
+    /// it is above 1 the true residual is larger than the one reported, and rounding does not excuse it.
+    pub over_told: Option<f64>,
     /// The same by the letter: of an iteration ‖r‖₂/‖b‖₂ over its tolerance, whatever rounding leaves.
     pub over_letter: f64,
     /// ‖μ − μ*‖∞/‖μ*‖∞ against 32 digits, for small scenes.
@@ -239,6 +243,7 @@ impl Solve {
             residual: seen.residual,
             backward_error: seen.backward_error,
             over_claim: seen.over(tolerance),
+            over_told: told.map(|told| seen.over(Some(told))),
             over_letter: seen.over_letter(tolerance),
             forward_error: seen.forward_error,
             next_change: None,

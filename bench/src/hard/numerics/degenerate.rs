@@ -6,6 +6,7 @@
 //! the range of doubles may do either, but neither panic nor go on with NaN.
 
 mod inputs;
+mod subject;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
@@ -30,27 +31,45 @@ const STEPS: usize = 60;
 /// What an input has to end in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Expected {
-    /// A typed error that names this.
+    /// A typed error, in which the field that holds what it is about ([`subject::of`]) has this.
     Refused(&'static str),
     /// A run that stays finite.
     Sound,
-    /// One of both: an error that names something, or finite.
+    /// One of both: an error that has such a field, or finite.
     Either,
 }
 
 /// What it ended in.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Found {
-    /// Nothing was built or stepped: a typed error, in words.
-    Refused(String),
+    /// Nothing was built or stepped.
+    Refused(Fault),
     /// The first step failed: the solver finds the matrix singular, and the error names the joint or body.
-    Singular(String),
-    /// A step failed with a typed error after some that did not.
-    Stopped(usize, String),
+    Singular(Fault),
+    /// A step failed after some that did not.
+    Stopped(usize, Fault),
     /// It ran.
     Finite,
     /// It ran, and something is not a number.
     NotFinite,
+}
+
+/// A typed error.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fault {
+    /// What it is about, by its fields.
+    subject: Option<String>,
+    /// Its words.
+    text: String,
+}
+
+impl Fault {
+    fn of(e: &StepError) -> Self {
+        Self {
+            subject: subject::of(e),
+            text: e.to_string(),
+        }
+    }
 }
 
 /// Whether all that a stepper holds is finite.
@@ -69,7 +88,7 @@ fn finite(stepper: &Stepper) -> bool {
 fn run(scene: Scene, options: StepOptions, steps: usize) -> Found {
     let mut stepper = match Stepper::new(scene, options) {
         Ok(stepper) => stepper,
-        Err(e) => return Found::Refused(e.to_string()),
+        Err(e) => return Found::Refused(Fault::of(&e)),
     };
     for step in 0..steps {
         if let Err(e) = stepper.step() {
@@ -82,9 +101,9 @@ fn run(scene: Scene, options: StepOptions, steps: usize) -> Found {
                 }
             );
             return match step {
-                0 if singular => Found::Singular(e.to_string()),
-                0 => Found::Refused(e.to_string()),
-                _ => Found::Stopped(step, e.to_string()),
+                0 if singular => Found::Singular(Fault::of(&e)),
+                0 => Found::Refused(Fault::of(&e)),
+                _ => Found::Stopped(step, Fault::of(&e)),
             };
         }
     }
@@ -102,14 +121,14 @@ impl Input {
         match self.make {
             Make::Scene(make) => match make() {
                 Ok(scene) => run(scene, options, STEPS),
-                Err(e) => Found::Refused(e.to_string()),
+                Err(e) => Found::Refused(Fault::of(&e.into())),
             },
             Make::Options(change) => {
                 let mut options = options;
                 change(&mut options);
                 match inputs::small() {
                     Ok(scene) => run(scene, options, STEPS),
-                    Err(e) => Found::Refused(e.to_string()),
+                    Err(e) => Found::Refused(Fault::of(&e.into())),
                 }
             }
             Make::State(spoil) => spoiled(options, spoil),
@@ -133,7 +152,7 @@ fn spoiled(options: StepOptions, spoil: fn(&mut taut_model::Bodies)) -> Found {
     match stepped() {
         Ok(stepper) if finite(&stepper) => Found::Finite,
         Ok(_) => Found::NotFinite,
-        Err(e) => Found::Refused(e.to_string()),
+        Err(e) => Found::Refused(Fault::of(&e)),
     }
 }
 
@@ -143,21 +162,20 @@ fn judged(expected: Expected, found: &Found) -> Check {
         Expected::Sound => "runs, finite".to_owned(),
         Expected::Either => "a typed error, or finite".to_owned(),
     };
-    let names_it = |e: &str| match expected {
-        Expected::Refused(what) => e.contains(what),
+    let names_it = |e: &Fault| match expected {
+        Expected::Refused(what) => e.subject.as_ref().is_some_and(|s| s.contains(what)),
         Expected::Sound => false,
-        // Whatever it is: a body, a joint, an option.
-        Expected::Either => e.contains('`'),
+        Expected::Either => e.subject.is_some(),
     };
     let pass = |good: bool| if good { Verdict::Pass } else { Verdict::Fail };
     let (ours, verdict, note) = match found {
         Found::Refused(e) | Found::Singular(e) => {
-            ("refused".to_owned(), pass(names_it(e)), e.clone())
+            ("refused".to_owned(), pass(names_it(e)), e.text.clone())
         }
         Found::Stopped(step, e) => (
             format!("refused at step {step}"),
             pass(expected == Expected::Either && names_it(e)),
-            e.clone(),
+            e.text.clone(),
         ),
         Found::Finite => (
             format!("{STEPS} steps"),
@@ -242,7 +260,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
 fn changing(choice: &Choice) -> Found {
     let mut scene = match inputs::small() {
         Ok(scene) => scene,
-        Err(e) => return Found::Refused(e.to_string()),
+        Err(e) => return Found::Refused(Fault::of(&e.into())),
     };
     let joints = scene.constraints.clone();
     let names = scene.constraint_names.clone();
@@ -254,10 +272,10 @@ fn changing(choice: &Choice) -> Found {
         scene.groups = groups[..kept].to_vec();
         let mut stepper = match Stepper::new(scene, choice.options(DT)) {
             Ok(stepper) => stepper,
-            Err(e) => return Found::Stopped(step, e.to_string()),
+            Err(e) => return Found::Stopped(step, Fault::of(&e)),
         };
         if let Err(e) = stepper.step() {
-            return Found::Stopped(step, e.to_string());
+            return Found::Stopped(step, Fault::of(&e));
         }
         if !finite(&stepper) {
             return Found::NotFinite;

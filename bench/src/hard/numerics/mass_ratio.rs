@@ -1,31 +1,30 @@
 //! H40: the ladder of mass ratios, from loads of one cable element to loads of 10¹⁰.
 //!
 //! First a chain of N particles whose last one is the load, without compliance, which has a formula for everything
-//! ([`chain`]): conditions and sweeps of Gauss–Seidel are predicted and measured, conjugate gradient, which in exact
-//! arithmetic needs N iterations, is counted. Then the errors of every solver on the hanging and the bent hoist against
+//! ([`chain`]): conditions and sweeps of Gauss–Seidel, over joints and over groups, are predicted and measured,
+//! iterations of conjugate gradient, as many as there are eigenvalues in exact arithmetic, are counted. Then the errors of every solver on the hanging and the bent hoist against
 //! 32 digits, with and without the one refinement of the default step ([`crate::linear`] says what to expect), and a
 //! minute of swing.
 
 pub mod chain;
+mod single;
+mod swing;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
-use crate::energy::pendulum;
-use crate::hard::dynamics::law;
 use crate::hard::numerics::extended_solution;
 use crate::hard::{together, worse};
 use crate::linear::{self, Record};
 use crate::poses::Pose;
 use crate::table::{error, table, text};
-use crate::trajectory::{Sample, simulate};
 use chain::{Chain, Row};
 use indicatif::ProgressBar;
-use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use serde::Serialize;
+use single::{Single, in_single_precision, single};
 use std::fmt::Write;
-use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use swing::{Swing, swing};
+use taut_integrator::{Form, StepError, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
-use taut_solver::{SymBlockMatrix, forward_error};
 
 /// Elements of the chain and of the hoists.
 pub const ELEMENTS: usize = 24;
@@ -36,23 +35,9 @@ pub const KKT_BAR: f64 = 1e-13;
 /// Unit roundoff u.
 const ROUNDOFF: f64 = 0.5 * f64::EPSILON;
 
-/// Distance of the change of a swing's amplitude in a minute from its law, where the motion is that of a pendulum alone.
-const SWING_BAR: f64 = 1e-5;
-
-/// What a free swing may gain of energy in a minute, over the largest kinetic energy.
-const GAIN_BAR: f64 = 1e-5;
-
-/// Most that waves of the cable may add to it, where the load does not outweigh the cable.
-const MOST_WAVES: f64 = 1e-2;
-
 /// Relative bars of predicted conditions and sweeps.
 const CONDITION_BAR: f64 = 1e-5;
 const SWEEPS_BAR: f64 = 0.05;
-
-/// Seconds of the swing, and by how much the anchor moves in the first two \[s, m].
-const SWING: f64 = 60.0;
-const EARLY: f64 = 5.0;
-const MOVE: f64 = 0.5;
 
 /// Compliances over Δt² of the capped chains, and their mass ratio \[1/kg].
 const CAPS: [f64; 3] = [1e-6, 1e-4, 1e-2];
@@ -151,6 +136,9 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
     });
     let sweeps = worst(chains, |r| (r.sweeps / r.predicted_sweeps - 1.0).abs());
     let multipliers = worst(chains, |r| r.multipliers_error);
+    let over_groups = worst(chains, |r| {
+        (r.group_sweeps / r.predicted_group_sweeps - 1.0).abs()
+    });
     let mut checks = vec![
         Check::within(
             "chain: condition",
@@ -167,7 +155,17 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             sweeps,
             SWEEPS_BAR,
         )
-        .by("largest relative deviation over R of the sweeps to 10⁻⁶"),
+        .by("largest relative deviation over R of the sweeps to 10⁻⁶")
+        .noting(counted(chains, |r| r.extrapolated)),
+        Check::within(
+            "chain: Gauss-Seidel over groups",
+            "ρ = R/(R + 1)".to_owned(),
+            shown(over_groups),
+            over_groups,
+            SWEEPS_BAR,
+        )
+        .by("largest relative deviation over R of the sweeps to 10⁻⁶")
+        .noting(counted(chains, |r| r.groups_extrapolated)),
         Check::within(
             "chain: multipliers",
             "λᵢ = g Σ m".to_owned(),
@@ -178,6 +176,7 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
         .by("32 digits against the formula, relative"),
     ];
     checks.push(finite_termination(chains));
+    checks.push(eigenvalues(chains));
     for r in capped {
         let error = off(r.condition, r.predicted_condition);
         checks.push(
@@ -190,17 +189,26 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             )
             .by("condition against 1/(1/κ₀ + σ/4): both limits are exact, between them it is a mean"),
         );
-        let error = off(r.sweeps, r.predicted_sweeps);
-        checks.push(
-            Check::within(
-                format!("chain: R = 1e5, ε/Δt² = {:.0e}: Gauss-Seidel", r.cap),
-                format!("{:.3e} sweeps", r.predicted_sweeps),
-                format!("{:.3e}", r.sweeps),
-                error,
-                SWEEPS_BAR,
-            )
-            .by("sweeps to 10⁻⁶ against what is left of the slowest mode, from its rate and its share"),
-        );
+        let by =
+            "sweeps to 10⁻⁶ against what is left of the slowest mode, from its rate and its share";
+        for (name, [predicted, found]) in [
+            ("Gauss-Seidel", [r.predicted_sweeps, r.sweeps]),
+            (
+                "Gauss-Seidel over groups",
+                [r.predicted_group_sweeps, r.group_sweeps],
+            ),
+        ] {
+            checks.push(
+                Check::within(
+                    format!("chain: R = 1e5, ε/Δt² = {:.0e}: {name}", r.cap),
+                    format!("{predicted:.3e} sweeps"),
+                    format!("{found:.3e}"),
+                    off(found, predicted),
+                    SWEEPS_BAR,
+                )
+                .by(by),
+            );
+        }
     }
     checks
 }
@@ -220,6 +228,43 @@ fn finite_termination(chains: &[Row]) -> Check {
         ELEMENTS as f64,
     )
     .by("most iterations to 10⁻⁶ of the multipliers over R, none and jacobi")
+}
+
+/// The groups' blocks as preconditioner leave three eigenvalues, at every ratio.
+fn eigenvalues(chains: &[Row]) -> Check {
+    let counts = chains.iter().map(|r| r.cg_group);
+    let most = counts
+        .map(|n| n.map_or(f64::INFINITY, |n| n as f64))
+        .fold(0.0, worse);
+    Check::within(
+        "chain: conjugate gradient by groups",
+        "at most 3".to_owned(),
+        format!("{most}"),
+        most,
+        3.0,
+    )
+    .by("most iterations to 10⁻⁶ of the multipliers over R; the load's link is a group of its own")
+}
+
+/// At how many ratios the sweeps were made, and at which they are extrapolated.
+fn counted(chains: &[Row], extrapolated: fn(&Row) -> bool) -> String {
+    let others: Vec<String> = chains
+        .iter()
+        .filter(|r| extrapolated(r))
+        .map(|r| format!("{:.0e}", r.ratio))
+        .collect();
+    let counted = format!(
+        "counted at {} of {} ratios",
+        chains.len() - others.len(),
+        chains.len()
+    );
+    if others.is_empty() {
+        return counted;
+    }
+    format!(
+        "{counted}, at the others ({}) extrapolated from the rate that the last half of the sweeps made had",
+        others.join(", ")
+    )
 }
 
 /// Relative bar of a capped condition.
@@ -401,12 +446,15 @@ fn chain_table(chains: &[Row], capped: &[Row]) -> String {
         "κ",
         "sweeps formula",
         "sweeps",
+        "groups formula",
+        "groups",
         "CG",
-        "CG jacobi",
+        "jacobi",
+        "group",
     ]);
     let count = |n: Option<usize>| n.map_or_else(|| "-".to_owned(), |n| n.to_string());
     for r in chains.iter().chain(capped) {
-        let mark = if r.extrapolated { "~" } else { "" };
+        let mark = |extrapolated| if extrapolated { "~" } else { "" };
         t.add_row([
             format!("{:.0e}", r.ratio),
             format!("{:.1e}", r.ratio / (ELEMENTS - 1) as f64),
@@ -414,9 +462,12 @@ fn chain_table(chains: &[Row], capped: &[Row]) -> String {
             format!("{:.3e}", r.predicted_condition),
             format!("{:.3e}", r.condition),
             format!("{:.2e}", r.predicted_sweeps),
-            format!("{mark}{:.2e}", r.sweeps),
+            format!("{}{:.2e}", mark(r.extrapolated), r.sweeps),
+            format!("{:.2e}", r.predicted_group_sweeps),
+            format!("{}{:.2e}", mark(r.groups_extrapolated), r.group_sweeps),
             count(r.cg),
             count(r.cg_jacobi),
+            count(r.cg_group),
         ]);
     }
     out.push_str(&text(&t));
@@ -456,210 +507,4 @@ fn error_table(
         t.add_row(row);
     }
     text(&t)
-}
-
-/// The KKT matrix in single precision, by LU with partial pivoting: errors of the solution against 32 digits, without
-/// and with one refinement of residuals in double.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Single {
-    ratio: f64,
-    pose: Pose,
-    errors: [f64; 2],
-}
-
-fn single(ratio: f64, pose: Pose) -> Result<Single, StepError> {
-    let scene = crate::poses::hoist(&params(ratio)?, pose)?;
-    let mut stepper = Stepper::new(scene, StepOptions::default())?;
-    // Which linearises.
-    stepper.reference_multipliers()?;
-    let (a, b) = stepper.assembled(Form::Kkt)?;
-    let exact = extended_solution(&a, &b).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
-    let n = a.dim();
-    let scale = equilibration(&a);
-    let factors = DMatrix::from_fn(n, n, |r, c| (scale[r] * a.get(r, c) * scale[c]) as f32).lu();
-    let (mut x, mut residual) = (vec![0.0; n], b.clone());
-    let mut errors = [f64::NAN; 2];
-    for error in &mut errors {
-        let scaled = residual.iter().zip(&scale).map(|(r, s)| (r * s) as f32);
-        let right = DVector::from_iterator(n, scaled);
-        let Some(correction) = factors.solve(&right) else {
-            break;
-        };
-        for ((x, d), s) in x.iter_mut().zip(correction.iter()).zip(&scale) {
-            *x += f64::from(*d) * s;
-        }
-        *error = forward_error(&x, &exact);
-        a.subtract_product(&b, &x, &mut residual);
-    }
-    Ok(Single {
-        ratio,
-        pose,
-        errors,
-    })
-}
-
-/// Scales s with the largest entry of each row of s_r A_rc s_c near 1, masses and levers of single precision's range;
-/// powers of two, which round nothing (Ruiz 2001).
-fn equilibration(a: &SymBlockMatrix) -> Vec<f64> {
-    let mut scale = vec![1.0_f64; a.dim()];
-    for _ in 0..ROUNDS {
-        let mut largest = vec![0.0_f64; a.dim()];
-        a.for_each_lower(|r, c, x| {
-            let size = (scale[r] * x * scale[c]).abs();
-            largest[r] = largest[r].max(size);
-            largest[c] = largest[c].max(size);
-        });
-        for (s, m) in scale.iter_mut().zip(&largest) {
-            *s *= (-0.5 * m.log2()).round().exp2();
-        }
-    }
-    scale
-}
-
-/// Rounds of [`equilibration`].
-const ROUNDS: usize = 10;
-
-/// What single precision is to reach on the KKT matrix at every ratio.
-const SINGLE_BAR: f64 = 1e-6;
-
-/// The ratio up to which what forming S on the way loses, u R of single precision, is still brought back by one
-/// refinement.
-const SINGLE_RATIO: f64 = 1e4;
-
-fn in_single_precision(singles: &[Single]) -> Vec<Check> {
-    let row = |pose: Pose| {
-        let own = || singles.iter().filter(|s| s.pose == pose);
-        let size = |s: &&Single| s.errors[1].abs();
-        let worst = own().max_by(|a, b| size(a).total_cmp(&size(b)))?;
-        let unrefined = own().map(|s| s.errors[0]).fold(0.0, worse);
-        let mut check = Check::within(
-            format!("KKT in single precision, 1 refinement, {pose}"),
-            "32 digits".to_owned(),
-            format!("{:.1e} at R = {:.0e}", worst.errors[1], worst.ratio),
-            worst.errors[1],
-            SINGLE_BAR,
-        )
-        .by("largest error of the solution over R, dense LU with partial pivoting, residual in double, relative, ∞-norm");
-        check.note = format!("unrefined {unrefined:.1e}");
-        // One that is no number misses.
-        let misses = own().filter(|s| s.errors[1].is_nan() || s.errors[1] > SINGLE_BAR);
-        let first = misses.map(|s| s.ratio).fold(f64::INFINITY, f64::min);
-        // A refinement multiplies the error by what it begins with.
-        let squared = |s: &Single| s.errors[1] <= 2.0 * s.errors[0].powi(2);
-        let beyond = own().filter(|s| s.errors[1] > SINGLE_BAR || s.errors[1].is_nan());
-        if check.verdict == Verdict::Fail && first > SINGLE_RATIO && beyond.clone().all(squared) {
-            check.verdict = Verdict::Limit;
-            let _ = write!(
-                check.note,
-                "; within the bar below R = {first:.0e}; a refinement leaves the square of what it begins with, here {:.1e}² = \
-                 {:.1e}",
-                worst.errors[0],
-                worst.errors[0].powi(2)
-            );
-        }
-        Some(check)
-    };
-    let poses = [Pose::Straight, Pose::Bent];
-    poses.into_iter().filter_map(row).collect()
-}
-
-/// A minute of the default step.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-struct Swing {
-    ratio: f64,
-    /// Amplitude after [`EARLY`] and at the end \[m]; none of a run that was lost.
-    early_m: Option<f64>,
-    late_m: Option<f64>,
-    /// What of the first is not of the pendulum's frequency \[m].
-    rest_m: Option<f64>,
-    /// Change of the amplitude in between as the scheme's law has it, relative.
-    damped: f64,
-    /// Mean energy at the end less that after [`EARLY`], over the largest kinetic energy.
-    gain: f64,
-    /// Steps that the guard redid.
-    redone: usize,
-    failure: Option<String>,
-}
-
-fn swing(ratio: f64) -> Result<Swing, StepError> {
-    let params = HoistParams {
-        seed: 1,
-        move_x: MOVE,
-        move_duration: 2.0,
-        ..params(ratio)?
-    };
-    let options = StepOptions::default();
-    let (dt, scheme) = (options.dt, options.scheme);
-    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
-    let length = params.length + params.exact_elongation();
-    let rate = (params.gravity / length).sqrt();
-    let kept = law::modulus(scheme, rate * dt);
-    let periods = 2.0 * std::f64::consts::TAU / rate;
-    let run = simulate(&mut stepper, SWING + periods + dt, params.length, |_| {});
-    let x: Vec<f64> = run.samples.iter().map(|s| s.load.x - MOVE).collect();
-    let at = |moment| pendulum(&x, dt, moment, rate);
-    Ok(Swing {
-        ratio,
-        early_m: at(EARLY).map(|p| p.amplitude),
-        late_m: at(SWING).map(|p| p.amplitude),
-        rest_m: at(EARLY).map(|p| p.rest),
-        damped: kept.powf((SWING - EARLY) / dt) - 1.0,
-        gain: gain(&run.samples, periods),
-        redone: run.samples.iter().filter(|s| s.redone).count(),
-        failure: run
-            .failure
-            .map(|f| format!("{} at {:.2} s", f.reason, f.time)),
-    })
-}
-
-/// What a swing gains of energy once nothing drives it: the means of two windows of `time` (s); NaN of one that ended
-/// before.
-fn gain(samples: &[Sample], time: f64) -> f64 {
-    let window = |from: f64| {
-        samples
-            .iter()
-            .filter(move |s| (from..from + time).contains(&s.time))
-    };
-    let mean = |from: f64| {
-        let sum: f64 = window(from).map(|s| s.energy.total()).sum();
-        sum / window(from).count() as f64
-    };
-    let kinetic = window(EARLY).map(|s| s.energy.kinetic).fold(0.0, worse);
-    (mean(SWING) - mean(EARLY)) / kinetic
-}
-
-impl Swing {
-    /// No energy comes from anywhere.
-    fn energy(&self) -> Check {
-        let ours = format!("{:+.1e}", self.gain);
-        let case = format!("swing for {SWING} s, R = {:.0e}: energy", self.ratio);
-        Check::within(case, "no gain".to_owned(), ours, self.gain, GAIN_BAR)
-            .by("mean energy of two periods after 60 s less that after 5 s, over the largest kinetic energy")
-    }
-
-    fn check(&self) -> Check {
-        let case = format!("swing for {SWING} s, R = {:.0e}", self.ratio);
-        let reference = "stays whole";
-        match (&self.failure, self.early_m, self.late_m, self.rest_m) {
-            (None, Some(early), Some(late), Some(rest)) => {
-                let change = late / early - 1.0;
-                let waves = rest / early;
-                let bar = SWING_BAR + waves.min(MOST_WAVES);
-                let ours = format!("amplitude {change:+.1e}");
-                let reference = format!("{:+.1e}", self.damped);
-                Check::within(case, reference, ours, (change - self.damped).abs(), bar)
-                    .by("relative change of the amplitude from 5 s on, less what the scheme's law damps; the bar has what \
-                         waves of the cable have of the motion on top")
-                    .noting(format!("waves {waves:.0e}; {} steps redone by the guard", self.redone))
-            }
-            (failure, ..) => {
-                let why = failure.clone().unwrap_or_default();
-                Check::claim(case, reference, "lost".to_owned(), Verdict::Fail, why)
-            }
-        }
-    }
 }

@@ -244,8 +244,9 @@ const SUBSTEPPED: &str = "default, 8 sub-steps";
 /// Largest deviation of the energy, over the largest kinetic energy, that passes.
 const ENERGY_BAR: f64 = 1e-3;
 
-/// Largest loss of the default and of the paper's step that is still a limit at 1/60 s: most of the motion is left. Ours
-/// may gain nothing beyond [`ENERGY_BAR`].
+/// Largest loss of the default and of the paper's step that is still a limit at 1/60 s. No law gives it:
+/// the loss depends on how near to the singular position a step ends. It is a third at most; the bound is there so that a
+/// step that stops the motion does not pass. Ours may gain nothing beyond [`ENERGY_BAR`].
 const LOSS_BAR: f64 = 0.5;
 
 /// Largest deviation and largest gain of spook, which is there to be compared with: it has no damping that would keep it

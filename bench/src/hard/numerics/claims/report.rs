@@ -73,10 +73,43 @@ pub(super) fn checks(audit: &Audit) -> Vec<Check> {
     });
     let mut checks = together("claims", rows.collect());
     checks.extend(by_the_letter(solves));
+    checks.extend(as_reported(solves));
     checks.push(everywhere(audit));
     checks.push(everyone(audit));
     checks
 }
+
+/// A row for each iteration: the residual that it reports of a solution that it claims is not below the true one. What is
+/// not claimed may be the report of an earlier one of several solves, between which rows reached their bounds.
+fn as_reported(solves: &[Solve]) -> Vec<Check> {
+    let told = || {
+        solves
+            .iter()
+            .filter(|s| s.is_claim() && s.over_told.is_some())
+    };
+    let size = |s: &Solve| s.over_told.unwrap_or(0.0);
+    let rows = distinct(told().map(|s| s.backend.as_str())).into_iter();
+    let rows = rows.filter_map(|backend| {
+        let own = || told().filter(|s| s.backend == backend);
+        let worst = own().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+        let said = worst.claimed_residual.unwrap_or(f64::NAN);
+        let check = Check::within(
+            "",
+            "the true residual".to_owned(),
+            format!("{said:.1e} where it is {:.1e}", worst.residual),
+            size(worst),
+            REPORTED_BAR,
+        )
+        .by("‖r‖/‖b‖ over what the iteration reports of it, or the backward error over 10⁻¹⁴ where that is less: the \
+             largest of all claims")
+        .noting(format!("{} claims; worst: {}", own().count(), worst.place()));
+        Some((backend.to_owned(), check))
+    });
+    together("residuals as reported", rows.collect())
+}
+
+/// By how much a true residual may exceed the reported one: an iteration reports two or three digits of it.
+const REPORTED_BAR: f64 = 1.01;
 
 /// Every solver claims something: one that refuses all has no false claim either.
 fn everyone(audit: &Audit) -> Check {

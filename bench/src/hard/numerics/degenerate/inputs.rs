@@ -120,7 +120,7 @@ macro_rules! inputs {
 
 /// All of them.
 pub(super) const INPUTS: &[Input] = inputs! {
-    "no body", Refused("[[body]]"), Scene(|| Ok(Scene::new("empty")));
+    "no body", Refused("scene"), Scene(|| Ok(Scene::new("empty")));
     "zero mass", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = 0.0));
     "negative mass", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = -1.0));
     "mass NaN", Refused("segment-2"), Scene(|| changed(|s| s.bodies.mass[1] = f64::NAN));
@@ -146,12 +146,12 @@ pub(super) const INPUTS: &[Input] = inputs! {
             joint.law.stretch = Some(RowLaw::new(f64::NAN, 0.0));
         }
     }));
-    "joint on a body that is not there", Refused("number 99"), Scene(|| changed(|s| {
+    "joint on a body that is not there", Refused("99"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.frames[1] = Frame::body(99, Vector3::zeros());
         }
     }));
-    "joint of a body with itself", Refused("segment-1"), Scene(|| changed(|s| {
+    "joint of a body with itself", Refused("joint-1"), Scene(|| changed(|s| {
         if let Constraint::Cosserat(joint) = &mut s.constraints[1] {
             joint.frames[1] = joint.frames[0];
         }
@@ -161,11 +161,11 @@ pub(super) const INPUTS: &[Input] = inputs! {
     "link of length 0", Refused("link"), Scene(|| Ok(linked(0.0)));
     "no segments", Refused("segments"), Scene(|| with(|p| p.segments = 0));
     "usize::MAX segments", Refused("segments"), Scene(|| with(|p| p.segments = usize::MAX));
-    "time step 0", Refused("`dt`"), Options(|o| o.dt = 0.0);
-    "time step NaN", Refused("`dt`"), Options(|o| o.dt = f64::NAN);
+    "time step 0", Refused("dt"), Options(|o| o.dt = 0.0);
+    "time step NaN", Refused("dt"), Options(|o| o.dt = f64::NAN);
     "time step 10⁻³²⁰ s", Either, Options(|o| o.dt = 1e-320);
     "time step 10³⁰⁰ s", Either, Options(|o| o.dt = 1e300);
-    "no sub-steps", Refused("`substeps`"), Options(|o| o.substeps = 0);
+    "no sub-steps", Refused("substeps"), Options(|o| o.substeps = 0);
     "state with NaN", Refused("segment-2"), State(|b| b.position[1].y = f64::NAN);
     "state with ∞", Refused("segment-2"), State(|b| b.velocity[1].y = f64::INFINITY);
     "orientation NaN", Refused("segment-2"), State(|b| {
