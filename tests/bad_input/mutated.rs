@@ -1,4 +1,5 @@
 use proptest::prelude::*;
+use proptest::test_runner::FileFailurePersistence;
 use std::fmt::Debug;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,10 +32,11 @@ fn in_time<R>(input: &(impl Debug + Sync + ?Sized), work: impl FnOnce() -> R) ->
     })
 }
 
+/// Every run has other inputs; one that fails is kept beside this file, and tried first from then on.
 fn config(cases: u32) -> ProptestConfig {
     ProptestConfig {
         cases,
-        failure_persistence: None,
+        failure_persistence: Some(Box::new(FileFailurePersistence::WithSource("regressions"))),
         ..ProptestConfig::default()
     }
 }

@@ -9,6 +9,10 @@ use taut_model::{
 };
 use taut_solver::{GeneralMatrix, SolveError};
 
+/// Nothing here takes longer, on a machine that does other things too: each takes a second at most, and what goes through
+/// the memory or the numbers that a header announces takes hours.
+const LONGEST: Duration = Duration::from_secs(60);
+
 /// 10⁵ segments in motion: some steps of the default backend, within seconds; `taut hard H52` has all of them.
 #[test]
 fn a_cable_of_a_hundred_thousand_segments_steps() {
@@ -31,12 +35,7 @@ fn a_cable_of_a_hundred_thousand_segments_steps() {
     }
     let bodies = &stepper.scene().bodies;
     assert!(bodies.position.iter().flatten().all(|x| x.is_finite()));
-    // Seconds, on a machine that does other things too.
-    assert!(
-        start.elapsed() < Duration::from_secs(60),
-        "{:?}",
-        start.elapsed()
-    );
+    assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
 }
 
 /// A scene that gains and loses bodies and joints before every step: each time with the state and a stepper of its own.
@@ -151,7 +150,7 @@ fn announced_sizes_cost_nothing() {
             "{error}"
         );
     }
-    assert!(start.elapsed() < Duration::from_secs(10));
+    assert!(start.elapsed() < LONGEST, "{:?}", start.elapsed());
 }
 
 /// Counts in scene files beyond what can be built are refused before anything is.
@@ -171,7 +170,7 @@ fn counts_beyond_what_can_be_built_are_refused() {
             let built = SceneSource::load(name, &[(key, count)]).and_then(|s| s.build());
             let error = built.expect_err("absurd").to_string();
             assert!(error.contains(key), "{name}, {count}: {error}");
-            assert!(start.elapsed() < Duration::from_secs(5), "{name}, {count}");
+            assert!(start.elapsed() < LONGEST, "{name}, {count}");
         }
     }
 }

@@ -2,21 +2,22 @@
 //! that once did harm (both in the test binary `bad_input`).
 //!
 //! Each function takes bytes and returns whether they came as far as something to be solved. It panics where the program
-//! would have, where an error says nothing, and where a result that claims to be good is not finite. Sizes are limited so
-//! that no input takes long.
+//! would have, where an error says nothing, where a result that claims to be good is not finite, and where a solution that
+//! is claimed has a residual that neither its claim nor rounding allows. Sizes are limited so that no input takes long.
 
 use crate::decode::Bytes;
 use nalgebra::Vector3;
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
+use taut_bench::hard::numerics::claims::{over_claim, verify::alone};
 use taut_bench::matrix::prepared::Problem;
 use taut_bench::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_bench::run_file::RunFile;
 use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_model::{Scene, SceneSource};
 use taut_solver::{
-    Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SymBlockMatrix,
+    Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
 };
 
 /// Most bodies of a scene that is stepped.
@@ -221,6 +222,18 @@ fn solved(result: Result<(), SolveError>, x: &[f64], backend: &Backend) -> bool 
     }
 }
 
+/// What is claimed of A x = b has the residual that is claimed, in double-double arithmetic. NaN is that of norms beyond the
+/// range of doubles, which say nothing.
+fn verified(report: &SolveReport, backend: &Backend, a: &Matrix, b: &[f64], x: &[f64]) {
+    if report.is_claim() {
+        let over = over_claim(&alone(a, b, x), backend);
+        assert!(
+            over.is_nan() || over <= 1.0,
+            "{backend}: {report:?}, {over:e} times its claim"
+        );
+    }
+}
+
 fn solve(
     backend: &Backend,
     a: &SymBlockMatrix,
@@ -233,7 +246,12 @@ fn solve(
     solver.solve(a, b, x)?;
     // Again, as steps do.
     solver.factorize(a)?;
-    solver.solve(a, b, x).map(|_| ())
+    let report = solver.solve(a, b, x)?;
+    // A direct solver by itself does not look at what it left; refinement does.
+    if backend.is_iterative() {
+        verified(&report, backend, &Matrix::Symmetric(a.clone()), b, x);
+    }
+    Ok(())
 }
 
 /// Matrices and right-hand sides of any numbers, by every backend.
@@ -285,11 +303,14 @@ pub fn matrix_and_rhs(data: &[u8]) -> bool {
         Ok(general) => general,
         Err(e) => return says(&e),
     };
+    let matrix = Matrix::General(general.clone());
     for backend in backends() {
         let mut x = guess.clone();
         let result = GeneralSolver::analyze(&backend, &general).and_then(|mut solver| {
             solver.factorize(&general)?;
-            solver.solve(&general, &b, &mut x).map(|_| ())
+            let report = solver.solve(&general, &b, &mut x)?;
+            verified(&report, &backend, &matrix, &b, &x);
+            Ok(())
         });
         any |= solved(result, &x, &backend);
     }
@@ -323,7 +344,9 @@ pub fn matrix_market(data: &[u8]) -> bool {
         let mut x = vec![0.0; matrix.dim()];
         let result = problem.analyze(&backend).and_then(|mut prepared| {
             prepared.factorize()?;
-            prepared.solve(&b, &mut x).map(|_| ())
+            let report = prepared.solve(&b, &mut x)?;
+            verified(&report, &backend, &matrix, &b, &x);
+            Ok(())
         });
         any |= solved(result, &x, &backend);
     }

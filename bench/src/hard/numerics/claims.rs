@@ -15,7 +15,7 @@
 //! a poor x where A is ill-conditioned: the largest error of the multipliers against 32 digits among the claims stands
 //! beside. Counted apart are the claims of iterations that are false by the letter, the first inequality alone: where
 //! rounding leaves a residual above τ ‖b‖, the iteration's own estimate cannot see it. The residual that an iteration
-//! reports of its claims is compared with ‖r‖₂/‖b‖₂ in the same way.
+//! reports of its claims is not to be below ‖r‖₂/‖b‖₂ by more than rounding.
 
 mod matrices;
 mod report;
@@ -33,7 +33,7 @@ use serde::Serialize;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{Backend, CgOptions, forward_error};
-use verify::verify;
+use verify::{Verified, verify};
 
 /// What rounding leaves of a residual, as a normwise backward error.
 pub const ROUNDING: f64 = 1e-14;
@@ -85,8 +85,8 @@ pub struct Solve {
     pub backward_error: f64,
     /// The residual over what was claimed of it: at most 1 where the claim is true.
     pub over_claim: f64,
-    /// ‖r‖₂/‖b‖₂ over what an iteration says that it is, or the backward error over [`ROUNDING`], whichever is less: where
-    /// it is above 1 the true residual is larger than the one reported, and rounding does not excuse it.
+    /// By how much the residual exceeds what an iteration says of it, as a backward error over [`ROUNDING`]: 0 where it does
+    /// not, above 1 where rounding does not excuse it.
     pub over_told: Option<f64>,
     /// The same by the letter: of an iteration ‖r‖₂/‖b‖₂ over its tolerance, whatever rounding leaves.
     pub over_letter: f64,
@@ -145,6 +145,12 @@ pub(crate) fn tolerance(backend: &Backend) -> Option<f64> {
 pub(crate) fn over(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
     let rounding = backward_error / ROUNDING;
     tolerance.map_or(rounding, |t| rounding.min(residual / t))
+}
+
+/// The same of a solution that `backend` claims.
+#[must_use]
+pub fn over_claim(seen: &Verified, backend: &Backend) -> f64 {
+    over(seen.residual, seen.backward_error, tolerance(backend))
 }
 
 /// The same by the letter: without what rounding excuses of an iteration.
@@ -243,7 +249,14 @@ impl Solve {
             residual: seen.residual,
             backward_error: seen.backward_error,
             over_claim: seen.over(tolerance),
-            over_told: told.map(|told| seen.over(Some(told))),
+            over_told: told.map(|told| {
+                let beyond = 1.0 - told / seen.residual;
+                if seen.residual <= told {
+                    0.0
+                } else {
+                    beyond * seen.backward_error / ROUNDING
+                }
+            }),
             over_letter: seen.over_letter(tolerance),
             forward_error: seen.forward_error,
             next_change: None,
