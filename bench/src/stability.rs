@@ -386,6 +386,7 @@ fn joint_name(joint: JointKind) -> &'static str {
         JointKind::Spherical => "spherical",
         JointKind::Cosserat => "cosserat",
         JointKind::Paper => "paper",
+        _ => "other",
     }
 }
 

@@ -4,8 +4,7 @@
 //! Besides the scene and its state these are the multipliers (where iterations start and what the geometric stiffness
 //! is made of), the rates that multistep schemes look back on, the places of bounded rows, and how long the guard still
 //! holds. What each step computes anew is not saved, nor is the linear system of the last solve, which
-//! [`Stepper::system`] shows. One backend knows more than this: UMFPACK chooses its order by the values of the first
-//! matrix that it meets, so that a restored run with it may go on with other rounding.
+//! [`Stepper::system`] shows. No backend knows more than this: what each keeps from step to step comes from the pattern.
 
 use crate::bounded::Place;
 use crate::history::History;

@@ -15,6 +15,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
     any(feature = "serde", feature = "toml"),
     serde(rename_all = "kebab-case")
 )]
+#[non_exhaustive]
 pub enum Mobility {
     /// Forces and constraints.
     #[default]

@@ -19,6 +19,7 @@ pub const MAX_SEGMENTS: usize = 10_000_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum JointKind {
     /// Ball joints: stretch only.
     Spherical,

@@ -158,15 +158,11 @@ fn every_scheme_goes_on_with_the_same_bits() {
     );
 }
 
-/// Iterations start from the last step's multipliers: they too are part of the state. UMFPACK chooses its order by the
-/// first matrix that it meets, and goes on to rounding alone.
+/// Iterations start from the last step's multipliers: they too are part of the state.
 #[test]
 fn every_solver_goes_on_with_the_same_bits() {
     for scene in [swinging(), gantry(), random_machine(5)] {
         for choice in compiled() {
-            if choice.backend.name() == "umfpack" {
-                continue;
-            }
             let options = choice.options(DT);
             goes_on(
                 &scene,

@@ -2,8 +2,9 @@
 //! that once did harm (both in the test binary `bad_input`).
 //!
 //! Each function takes bytes and returns whether they came as far as something to be solved. It panics where the program
-//! would have, where an error says nothing, where a result that claims to be good is not finite, and where a solution that
-//! is claimed has a residual that neither its claim nor rounding allows. Sizes are limited so that no input takes long.
+//! would have, where an error says nothing, where a result that claims to be good is not finite, and where an iteration, or the
+//! solution of a matrix by itself, claims what neither its residual nor rounding allows: a direct solver of blocks, as steps
+//! call it, says `Direct` of what nobody has looked at before it is refined. Sizes are limited so that no input takes long.
 
 use crate::decode::Bytes;
 use nalgebra::Vector3;

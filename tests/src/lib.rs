@@ -29,6 +29,11 @@ pub mod systems;
 
 pub use taut_bench::random;
 
+/// The README's program, compiled by the tests of the documentation.
+#[cfg(doctest)]
+#[doc = include_str!("../../README.md")]
+pub struct Readme;
+
 use std::fmt;
 use taut_bench::Choice;
 use taut_integrator::StepOptions;

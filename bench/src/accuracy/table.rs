@@ -35,6 +35,7 @@ fn joint(kind: JointKind) -> &'static str {
         JointKind::Spherical => "Spherical joints",
         JointKind::Cosserat => "Cosserat joints",
         JointKind::Paper => "The paper's joints",
+        _ => "Joints of a kind without a name here",
     }
 }
 

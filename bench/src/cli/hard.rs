@@ -6,7 +6,7 @@ use crate::Failure;
 use clap::Args;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-use taut_bench::check::Outcome;
+use taut_bench::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_bench::hard::{self, Case};
 use taut_bench::machine::Machine;
 use taut_bench::{output, table};
@@ -29,6 +29,21 @@ const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
 the notes below the table that it needs";
 
+/// What a case that could not be run to its end comes to.
+fn failed(e: &ExperimentError) -> Outcome {
+    let ended = Check::claim(
+        "the case itself",
+        "runs to its end",
+        "an error".to_owned(),
+        Verdict::Fail,
+        e.to_string(),
+    );
+    Outcome {
+        checks: vec![ended],
+        ..Outcome::default()
+    }
+}
+
 /// Runs the cases, prints their tables. Code 1 where a bar of our own is missed.
 pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
     let only_json = args.json.as_deref() == Some(Path::new("-"));
@@ -46,7 +61,10 @@ pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
     let mut all = Vec::new();
     for case in cases {
         let bar = console.progress(0).with_message(case.name);
-        let outcome = case.outcome(args.quick, &bar)?;
+        // The others are still told.
+        let outcome = case
+            .outcome(args.quick, &bar)
+            .unwrap_or_else(|e| failed(&e));
         bar.finish_and_clear();
         if !only_json {
             output::print(&format!(

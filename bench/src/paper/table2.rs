@@ -115,6 +115,7 @@ impl fmt::Display for Setting {
         let twist = |twist: &TwistDefinition| match twist {
             TwistDefinition::Ordinary => "ord.",
             TwistDefinition::Alternative => "alt.",
+            _ => "other",
         };
         match self {
             Self::Planar(t) => write!(f, "planar {}", twist(t)),

@@ -28,6 +28,7 @@ use crate::frame::{Frame, Resolved};
     any(feature = "serde", feature = "toml"),
     serde(rename_all = "kebab-case")
 )]
+#[non_exhaustive]
 pub enum TwistDefinition {
     /// v_a against w_b, orthogonal at rest: the angle minus π/2.
     #[default]

@@ -2,10 +2,10 @@
 //!
 //! **UMFPACK is GPL-2.0-or-later**: a binary with this backend is a combined work under the GPL.
 //!
-//! UMFPACK looks at values as well as at the pattern when it chooses how to order and pivot. So its analysis is not made
-//! in `analyze`, which only lists the entries, but at the first `factorize`. It is kept until a matrix is refused, for the
-//! matrices of one pattern have values of one kind, and rows are exchanged anew for each. `factorize` allocates: UMFPACK
-//! makes its factors anew every time. `solve` allocates nothing, iterative refinement included.
+//! UMFPACK could look at values as well as at the pattern when it chooses how to order. Here it has the pattern alone, so
+//! that the order does not depend on which matrix comes first, and a run that is taken up again goes on with the same bits;
+//! rows are exchanged anew for each matrix. `factorize` allocates: UMFPACK makes its factors anew every time. `solve`
+//! allocates nothing, iterative refinement included.
 
 use super::csc::{Csc, Triangle, diagnose};
 use super::{Phases, check_solution};
@@ -29,7 +29,7 @@ struct Work {
     options: Options,
     /// The matrix, both triangles, as of the last factorisation: refinement takes its residuals from it.
     csc: Csc<i32>,
-    symbolic: Option<Symbolic>,
+    symbolic: Symbolic,
     /// Replaced in place: it keeps the memory for solves.
     numeric: Option<Numeric>,
 }
@@ -51,7 +51,10 @@ impl LinearSolver for Umfpack {
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.work = match pattern.dim() {
             0 => None,
-            _ => Some(Work::new(self.options, Csc::new(pattern, Triangle::Full)?)),
+            _ => {
+                let csc = Csc::new(pattern, Triangle::Full)?;
+                Some(Work::new(self.options, csc).map_err(|e| of_pattern(&e))?)
+            }
         };
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport::default())
@@ -91,16 +94,18 @@ impl LinearSolver for Umfpack {
 }
 
 impl Work {
-    fn new(options: UmfpackOptions, csc: Csc<i32>) -> Self {
-        Self {
-            options: Options {
-                refinement_steps: options.refinement_steps,
-                ..Options::default()
-            },
+    fn new(options: UmfpackOptions, csc: Csc<i32>) -> Result<Self, Error> {
+        let options = Options {
+            refinement_steps: options.refinement_steps,
+            ..Options::default()
+        };
+        let n = csc.column_start.len() - 1;
+        Ok(Self {
+            symbolic: Symbolic::new(n, &csc.column_start, &csc.row, None, &options)?,
+            options,
             csc,
-            symbolic: None,
             numeric: None,
-        }
+        })
     }
 
     fn factorize(&mut self, values: &[f64]) -> Result<FactorInfo, Error> {
@@ -111,26 +116,14 @@ impl Work {
             values,
             ..
         } = &self.csc;
-        // Out of `self` until it has served: what was chosen for a matrix that fails is not for those that follow.
-        let symbolic = match self.symbolic.take() {
-            Some(symbolic) => symbolic,
-            None => Symbolic::new(
-                column_start.len() - 1,
-                column_start,
-                row,
-                Some(values),
-                &self.options,
-            )?,
-        };
-        let info = match &mut self.numeric {
-            Some(numeric) => numeric.refactor(&symbolic, column_start, row, values)?,
+        match &mut self.numeric {
+            Some(numeric) => numeric.refactor(&self.symbolic, column_start, row, values),
             None => {
-                let numeric = Numeric::new(&symbolic, column_start, row, values, &self.options)?;
-                self.numeric.insert(numeric).info()
+                let symbolic = &self.symbolic;
+                let numeric = Numeric::new(symbolic, column_start, row, values, &self.options)?;
+                Ok(self.numeric.insert(numeric).info())
             }
-        };
-        self.symbolic = Some(symbolic);
-        Ok(info)
+        }
     }
 
     fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), Error> {
@@ -153,7 +146,8 @@ pub(crate) struct General(Work);
 impl General {
     /// For a matrix with at least one row.
     pub(crate) fn new(options: UmfpackOptions, a: &GeneralMatrix) -> Result<Self, SolveError> {
-        Ok(Self(Work::new(options, Csc::of_general(a)?)))
+        let work = Work::new(options, Csc::of_general(a)?).map_err(|e| of_pattern(&e))?;
+        Ok(Self(work))
     }
 
     pub(crate) fn factorize(&mut self, values: &[f64]) -> Result<FactorReport, SolveError> {
@@ -180,29 +174,30 @@ fn singular(a: &SymBlockMatrix) -> Option<SolveError> {
     diagnose(a, Pivots::Nonzero).filter(|e| matches!(e, SolveError::Singular { .. }))
 }
 
+/// The error of a pattern's analysis.
+fn of_pattern(e: &Error) -> SolveError {
+    match *e {
+        Error::IndexOverflow { what, value } => SolveError::TooLarge {
+            size: value,
+            limit: i32::MAX as usize,
+            what: if what == "n" { "rows" } else { "entries" },
+        },
+        _ => library(e),
+    }
+}
+
 /// The error in terms of blocks.
 fn named(e: &Error, a: &SymBlockMatrix) -> SolveError {
-    let limit = i32::MAX as usize;
     let found = match *e {
         // UMFPACK does not tell the row.
         Error::SingularMatrix { .. } => singular(a),
-        Error::IndexOverflow { what: "n", value } => Some(SolveError::TooLarge {
-            size: value,
-            limit,
-            what: "rows",
-        }),
-        Error::IndexOverflow { value, .. } => Some(SolveError::TooLarge {
-            size: value,
-            limit,
-            what: "entries",
-        }),
         Error::NonFinite { what: "x", index } => Some(SolveError::NonFinite {
             what: "solution",
             block: a.pattern().block_of_row(index),
         }),
         _ => None,
     };
-    found.unwrap_or_else(|| library(e))
+    found.unwrap_or_else(|| of_pattern(e))
 }
 
 #[cfg(test)]

@@ -137,7 +137,8 @@ fn worst_step(rungs: &[&Rung], floor: f64, lost: f64) -> (f64, String) {
     for w in rungs.windows(2) {
         let [before, after] = [size(w[0]), size(w[1])];
         let ratio = after / before;
-        if after > floor && ratio > worst.0 {
+        let lost = before.is_nan() || after.is_nan();
+        if lost || (after > floor && ratio > worst.0) {
             worst = (
                 ratio,
                 format!("from {} to {}", shown(w[0].at), shown(w[1].at)),
@@ -234,7 +235,7 @@ fn time_ladder(quick: bool, exact: &Converged) -> Vec<Rung> {
 fn energy(s: &SymBlockMatrix, e: &[f64]) -> f64 {
     let mut sum = 0.0;
     s.for_each_lower(|r, c, a| sum += if r == c { 1.0 } else { 2.0 } * a * e[r] * e[c]);
-    sum.max(0.0)
+    sum
 }
 
 fn iterative() -> Vec<Choice> {

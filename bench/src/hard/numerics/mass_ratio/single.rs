@@ -82,6 +82,10 @@ const ROUNDS: usize = 10;
 /// What single precision is to reach on the KKT matrix at every ratio.
 const SINGLE_BAR: f64 = 1e-6;
 
+/// u R from which on a factorisation in single precision may have no digit right: S is scaled, and its condition about
+/// that many times R.
+const LOST: f64 = 1e-2;
+
 /// The ratio up to which what forming S on the way loses, u R of single precision, is still brought back by one
 /// refinement.
 const SINGLE_RATIO: f64 = 1e4;
@@ -105,17 +109,25 @@ pub(super) fn in_single_precision(singles: &[Single]) -> Vec<Check> {
         // One that is no number misses.
         let misses = own().filter(|s| s.errors[1].is_nan() || s.errors[1] > SINGLE_BAR);
         let first = misses.map(|s| s.ratio).fold(f64::INFINITY, f64::min);
-        // A refinement multiplies the error by what it begins with.
-        let squared = |s: &Single| s.errors[1] <= 2.0 * s.errors[0].powi(2);
+        // A refinement multiplies the error by what it begins with, where that is a part of the solution; where no digit is
+        // right to begin with, u R of single precision is above what it would have to be below.
+        let squared = |s: &Single| {
+            let [before, after] = s.errors;
+            let lost = 0.5 * f64::from(f32::EPSILON) * s.ratio >= LOST;
+            if before < 1.0 {
+                after <= 2.0 * before.powi(2)
+            } else {
+                lost
+            }
+        };
         let beyond = own().filter(|s| s.errors[1] > SINGLE_BAR || s.errors[1].is_nan());
         if check.verdict == Verdict::Fail && first > SINGLE_RATIO && beyond.clone().all(squared) {
             check.verdict = Verdict::Limit;
             let _ = write!(
                 check.note,
-                "; within the bar below R = {first:.0e}; a refinement leaves the square of what it begins with, here {:.1e}² = \
-                 {:.1e}",
+                "; within the bar below R = {first:.0e}; a refinement leaves the square of what it begins with, and nothing \
+                 where no digit is right before it: here {:.1e}",
                 worst.errors[0],
-                worst.errors[0].powi(2)
             );
         }
         Some(check)
