@@ -22,6 +22,7 @@ fn mass_ratios_are_climbed_as_predicted() {
         "S, unrefined: dense:double",
         "KKT, 1 refinement: faer:ldlt/kkt",
         "KKT in single precision, 1 refinement, straight",
+        "swing for 60 s, R = 1e0",
     ];
     limited("H40", &rounding_of_s);
 }
