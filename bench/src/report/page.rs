@@ -97,7 +97,7 @@ pub fn picture(report: &Report) -> Result<String, ReportError> {
         let name = report.other.as_ref().map_or("bench", |other| &other.name);
         return Err(ReportError::NoPicture(name.to_owned()));
     }
-    Ok(plot::svg(&charts)?)
+    Ok(plot::picture(&charts)?)
 }
 
 /// A part of the page.
@@ -106,6 +106,10 @@ pub(super) struct Section {
     pub(super) title: String,
     pub(super) body: Markup,
 }
+
+/// What stands below a chart with lines of slopes.
+const ORDERS: &str = "Thin lines: what is parallel to slope 1 shrinks in proportion to Δt, an error of first order; to \
+                      slope 2 in proportion to Δt², of second order. Only their slopes mean something.";
 
 /// A section of charts; none where there are none.
 pub(super) fn figures(
@@ -119,13 +123,17 @@ pub(super) fn figures(
     }
     let mut pictures = Vec::new();
     for chart in charts {
-        pictures.push((chart.title.as_str(), plot::svg_for_page(chart)?));
+        let below = chart.has_orders().then_some(ORDERS);
+        pictures.push((chart.title.as_str(), plot::svg_for_page(chart)?, below));
     }
     let body = html! {
         p { (text) }
         div.figures {
-            @for (title, picture) in &pictures {
-                figure aria-label=(title) { (PreEscaped(picture)) }
+            @for (title, picture, below) in &pictures {
+                figure aria-label=(title) {
+                    (PreEscaped(picture))
+                    @if let Some(text) = below { figcaption { (text) } }
+                }
             }
         }
     };

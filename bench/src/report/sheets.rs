@@ -4,6 +4,7 @@
 use super::Other;
 use super::cells::{Cell, sortable};
 use super::page::Section;
+use crate::notation::plain;
 use crate::table::nanoseconds;
 use maud::html;
 use serde_json::{Map, Value};
@@ -31,8 +32,8 @@ pub(super) fn sheets(other: &Other) -> Vec<Sheet> {
     let mut lists = Vec::new();
     let items = other.rows.as_array().map_or(&[][..], Vec::as_slice);
     let has_lists = |item: &Value| item.as_object().is_some_and(|o| o.values().any(is_list));
-    let plain = !items.is_empty() && !items.iter().any(has_lists);
-    let name = if plain { RECORDS } else { &other.name };
+    let is_plain = !items.is_empty() && !items.iter().any(has_lists);
+    let name = if is_plain { RECORDS } else { &other.name };
     collect(name, &other.rows, &mut lists);
     lists.into_iter().filter_map(Sheet::of).collect()
 }
@@ -206,7 +207,7 @@ pub(super) fn cell(key: &str, value: &Value) -> Cell {
             let text = match n.as_u64() {
                 _ if is_time(key) => nanoseconds(number),
                 Some(whole) if whole < 100_000 => whole.to_string(),
-                _ => short(number),
+                _ => plain(number),
             };
             Cell::number(text, number)
         }
@@ -218,24 +219,6 @@ pub(super) fn cell(key: &str, value: &Value) -> Cell {
             Cell::text(texts.collect::<Vec<_>>().join(", "))
         }
         Value::Object(_) => Cell::text(""),
-    }
-}
-
-/// Four digits, with a power of ten where the number is large or small.
-fn short(number: f64) -> String {
-    let size = number.abs();
-    if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e5).contains(&size) {
-        let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let text = format!("{number:.digits$}");
-        match text.contains('.') {
-            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-            false => text,
-        }
-    } else {
-        let text = format!("{number:.1e}");
-        text.replace(".0e", "e")
     }
 }
 
@@ -291,11 +274,5 @@ mod tests {
             };
             assert!(sheets(&other).is_empty());
         }
-    }
-
-    #[test]
-    fn numbers_are_short() {
-        let shown = [0.0, 0.016_666_666, 1234.567, 12_345.6, 1e7, -2.5e-9].map(short);
-        assert_eq!(shown, ["0", "0.01667", "1235", "12346", "1e7", "-2.5e-9"]);
     }
 }
