@@ -13,6 +13,11 @@ pub(crate) fn number(value: f64) -> String {
         let digits = (2 - log.floor() as i32).clamp(0, 5) as usize;
         return without_zeros(format!("{value:.digits$}"));
     }
+    scientific(value)
+}
+
+/// Two digits times a power of ten.
+fn scientific(value: f64) -> String {
     let text = format!("{value:.1e}");
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
     let power = power_of_ten(exponent);
@@ -20,6 +25,16 @@ pub(crate) fn number(value: f64) -> String {
         "1" => power,
         "-1" => format!("-{power}"),
         digits => format!("{digits}·{power}"),
+    }
+}
+
+/// A tick of a logarithmic axis: with a power of ten from 10³ on and below 10⁻².
+pub(crate) fn on_log_axis(value: f64) -> String {
+    // A little wider, for what rounding makes of 0.01.
+    if (0.99e-2..0.99e3).contains(&value) {
+        number(value)
+    } else {
+        scientific(value)
     }
 }
 
@@ -80,6 +95,10 @@ mod tests {
                 "0.01",
                 "10⁻³"
             ]
+        );
+        assert_eq!(
+            [5e3, 0.01, 5e-3].map(on_log_axis),
+            ["5·10³", "0.01", "5·10⁻³"]
         );
         assert_eq!([2e7, 9.99e5].map(number), ["2·10⁷", "10⁶"]);
         assert_eq!(["-12", "0", "3"].map(power_of_ten), ["10⁻¹²", "10⁰", "10³"]);

@@ -1,11 +1,11 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
 use super::console::Console;
-use crate::{
-    BenchArgs, Failure, choices, deliver, deliver_leaving_out, positive, steps, take_ratios,
-};
+use super::deliver::Found;
+use crate::{BenchArgs, Failure, choices, positive, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
+use taut_bench::report::settings;
 use taut_bench::table::MARK;
 use taut_bench::{accuracy, energy, engines, iterative, kernels, linear, shocks, stability, table};
 
@@ -169,13 +169,14 @@ fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.time,
         accuracy::tables(&results)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Accuracy.name(),
-        &text,
-        &results,
-    )
+    Found {
+        name: Sweep::Accuracy.name(),
+        settings: settings::accuracy(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
@@ -196,13 +197,14 @@ fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = shocks::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!("{}\n{}", Machine::current(), shocks::table(&results));
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Shocks.name(),
-        &text,
-        &results,
-    )
+    Found {
+        name: Sweep::Shocks.name(),
+        settings: settings::shocks(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
@@ -219,13 +221,14 @@ fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         stability::text_tables(&records, &config)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Stability.name(),
-        &text,
-        &records,
-    )
+    Found {
+        name: Sweep::Stability.name(),
+        settings: settings::stability(&config),
+        text,
+        rows: &records,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
@@ -242,13 +245,14 @@ fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         energy::text_tables(&results, &config)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Energy.name(),
-        &text,
-        &results,
-    )
+    Found {
+        name: Sweep::Energy.name(),
+        settings: settings::energy(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
@@ -274,13 +278,14 @@ fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         engines::tables(&records, &config)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Engines.name(),
-        &text,
-        &records,
-    )
+    Found {
+        name: Sweep::Engines.name(),
+        settings: settings::engines(&config),
+        text,
+        rows: &records,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 /// What the columns of the sweep's tables are.
@@ -322,14 +327,14 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.step.scheme,
         table::linear(&records, &config.omissions())
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        Sweep::Linear.name(),
-        &text,
-        &records,
-        &config.omissions(),
-    )
+    Found {
+        name: Sweep::Linear.name(),
+        settings: settings::linear(&config),
+        text,
+        rows: &records,
+        omissions: &config.omissions(),
+    }
+    .deliver(args.way(console))
 }
 
 /// What the columns of the sweep's tables are.
@@ -366,14 +371,14 @@ fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         table::kernels(&results)
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        Sweep::Kernels.name(),
-        &text,
-        &results,
-        &results.omissions,
-    )
+    Found {
+        name: Sweep::Kernels.name(),
+        settings: settings::kernels(&config),
+        text,
+        rows: &results,
+        omissions: &results.omissions,
+    }
+    .deliver(args.way(console))
 }
 
 /// What the cells of the sweep's tables are.
@@ -435,12 +440,12 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.limit,
         table::iterative(&results, config.limit)
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        Sweep::Iterative.name(),
-        &text,
-        &results.records,
-        &results.omissions,
-    )
+    Found {
+        name: Sweep::Iterative.name(),
+        settings: settings::iterative(&config),
+        text,
+        rows: &results.records,
+        omissions: &results.omissions,
+    }
+    .deliver(args.way(console))
 }

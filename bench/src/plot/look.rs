@@ -146,12 +146,12 @@ impl Look {
 /// The dashes of a solver's variant: no two of a library that are drawn together have the same.
 fn dash(shape: Shape, hollow: bool) -> Dash {
     match (shape, hollow) {
-        (Shape::Circle, false) => Dash::Solid,
+        (Shape::Circle, false) | (Shape::Cross, true) => Dash::Solid,
         (Shape::Circle, true) | (Shape::Triangle, false) => Dash::Dashed,
         (Shape::Triangle, true) | (Shape::Diamond, false) => Dash::DashDotted,
         (Shape::Square, false) | (Shape::Diamond, true) => Dash::Dotted,
-        (Shape::Square, true) | (Shape::Cross, false) => Dash::Long,
-        (Shape::Cross, true) => Dash::Sparse,
+        (Shape::Square, true) => Dash::Long,
+        (Shape::Cross, false) => Dash::Sparse,
     }
 }
 

@@ -1,7 +1,7 @@
 //! Where an axis has its ticks, and what stands at them: decades on a logarithmic axis, with 2 and 5 between them where
 //! there are few, else round numbers.
 
-use crate::notation::number;
+use crate::notation::{number, on_log_axis};
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use std::ops::Range;
 
@@ -106,7 +106,7 @@ impl ValueFormatter<f64> for Scale {
             return self.names.get(place as usize).cloned().unwrap_or_default();
         }
         if self.log {
-            return number(10_f64.powf(place));
+            return on_log_axis(10_f64.powf(place));
         }
         let place = if self.reversed { -place } else { place };
         let span = self.ends.end - self.ends.start;

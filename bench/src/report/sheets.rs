@@ -3,7 +3,8 @@
 
 use super::Other;
 use super::cells::{Cell, sortable};
-use super::page::Section;
+use super::page::{Section, settings};
+use super::settings::Setting;
 use crate::notation::plain;
 use crate::table::nanoseconds;
 use maud::html;
@@ -19,7 +20,7 @@ type List = (String, Vec<Row>);
 pub(super) struct Sheet {
     name: String,
     /// What all rows share, with its heading.
-    shared: Vec<(String, String)>,
+    shared: Vec<Setting>,
     headings: Vec<String>,
     rows: Vec<Vec<Cell>>,
 }
@@ -152,11 +153,7 @@ impl Sheet {
             }
         };
         let body = html! {
-            @if !self.shared.is_empty() {
-                dl.settings {
-                    @for (name, value) in &self.shared { div { dt { (name) } dd { (value) } } }
-                }
-            }
+            (settings(&self.shared))
             @if !self.headings.is_empty() { (sortable(&self.headings, &self.rows)) }
         };
         Section {

@@ -22,7 +22,7 @@ const SECTIONS: [&str; 12] = [
 ];
 
 /// Height of a picture above its legend, in its own units.
-const PLOT_HEIGHT: f64 = 360.0;
+const PLOT_HEIGHT: f64 = 370.0;
 
 /// What an attribute of each element of that name holds first, a number.
 fn numbers<'a>(
@@ -37,22 +37,33 @@ fn numbers<'a>(
     })
 }
 
+/// Whether the first corner of a polyline or polygon lies above the legend.
+fn is_above(element: &str) -> bool {
+    let corner = element
+        .split(" points=\"")
+        .nth(1)
+        .and_then(|p| p.split(' ').next());
+    let y = corner.and_then(|corner| corner.split(',').nth(1)?.parse::<f64>().ok());
+    y.is_some_and(|y| y < PLOT_HEIGHT)
+}
+
 /// Lines and marks of a picture that are neither its axes nor its legend.
 fn marks(picture: &str) -> usize {
     let above = |element, attribute| {
         let places = numbers(picture, element, attribute);
         places.filter(|y| *y < PLOT_HEIGHT).count()
     };
-    // Axes and ticks are lines in the colour of the text; what is drawn in that has points as well.
+    // Axes, ticks and lines that say what a slope is have the colour of the text; what is drawn in that has points as
+    // well.
     let ink = ["stroke=\"currentColor\"", "stroke=\"#000000\""];
-    let lines = picture.split("<polyline").skip(1);
-    let lines = lines.filter(|line| {
-        let line = line.split('>').next().unwrap_or_default();
-        !ink.iter().any(|ink| line.contains(ink))
-    });
-    // Triangles are polygons, which have no such attribute.
-    let triangles = picture.matches("<polygon").count();
-    lines.count() + above("<circle", "cy=") + above("<rect", " y=") + triangles
+    let elements = |name| {
+        let elements = picture.split(name).skip(1);
+        elements.filter_map(|rest| rest.split('>').next())
+    };
+    let lines = elements("<polyline");
+    let lines = lines.filter(|line| !ink.iter().any(|ink| line.contains(ink)) && is_above(line));
+    let shapes = elements("<polygon").filter(|shape| is_above(shape));
+    lines.count() + above("<circle", "cy=") + above("<rect", " y=") + shapes.count()
 }
 
 /// An empty picture is seen to be empty.
@@ -65,7 +76,7 @@ fn axes_are_no_data() {
         series: vec![Series::new("ours", points, Mark::LineAndPoints)],
     };
     let drawn = |points| plot::svg_for_page(&chart(points)).expect("draws");
-    assert_eq!(marks(&drawn(Vec::new())), 0);
+    assert_eq!(marks(&drawn(Vec::new())), 0, "{}", drawn(Vec::new()));
     assert!(marks(&drawn(vec![[1.0, 1e-3], [10.0, 1e-6]])) >= 3);
 }
 
@@ -114,7 +125,12 @@ fn the_main_job_writes_a_page_that_holds_data() {
         "cargo run",
         "--locked",
         "-- bench --quick",
-        "; rustc ",
+        "<dt>measured</dt><dd>20",
+        " UTC</dd>",
+        "<dt>commit</dt><dd>",
+        "<dt>compiler</dt><dd>rustc ",
+        "<dt>load/segment</dt><dd>10, 100</dd>",
+        "<dt>iterations</dt><dd>5, 50</dd>",
         "Pulleys are points",
     ] {
         assert!(page.contains(part), "{part}");
@@ -166,10 +182,18 @@ fn every_benchmark_writes_a_page() {
         let mut sections = expected.to_vec();
         sections.extend(["printed", "limits"]);
         assert_eq!(names(&page), sections, "{name}");
-        assert!(
-            page.contains(&format!("-- bench {arguments}</code>")),
-            "{name}"
-        );
+        for part in [
+            format!("-- bench {arguments}</code>"),
+            "<dt>commit</dt><dd>".to_owned(),
+            " UTC</dd>".to_owned(),
+        ] {
+            assert!(page.contains(&part), "{name}: {part}");
+        }
+        let data = fs::read_to_string(at.join("target/taut/report.json")).expect("data");
+        let data: Value = serde_json::from_str(&data).expect("JSON");
+        let settings = data["settings"].as_array().expect("settings");
+        assert!(settings.len() >= 3, "{name}: {settings:?}");
+        assert!(data["commit"].as_str().is_some_and(|c| !c.is_empty()));
         good(&at, "report target/taut/report.json --out again.html");
         assert!(
             fs::read_to_string(at.join("again.html")).expect("a page") == page,
@@ -214,7 +238,13 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     (
         "accuracy",
         "--sweep accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5",
-        &["work-precision", "solvers", "table-records", "table-costs"],
+        &[
+            "work-precision",
+            "orders",
+            "solvers",
+            "table-records",
+            "table-costs",
+        ],
     ),
     (
         "scenes",
@@ -239,9 +269,20 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     (
         "energy",
         "--sweep energy --quick",
-        &["energy", "table-swings", "table-bands", "table-spins"],
+        &[
+            "amplitude",
+            "energy",
+            "momentum",
+            "table-swings",
+            "table-bands",
+            "table-spins",
+        ],
     ),
-    ("stability", "--sweep stability --quick", &["table-records"]),
+    (
+        "stability",
+        "--sweep stability --quick",
+        &["largest", "table-records"],
+    ),
     (
         "shocks",
         "--sweep shocks --quick --ratios 100 --time 1",
@@ -289,7 +330,14 @@ fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
     let whole: Value = serde_json::from_str(&text).expect("JSON");
     // What was written before the program knew more.
     let mut older = whole.clone();
-    for key in ["compiler", "other", "settings", "omissions", "extras"] {
+    for key in [
+        "compiler",
+        "commit",
+        "other",
+        "settings",
+        "omissions",
+        "extras",
+    ] {
         older.as_object_mut().expect("an object").remove(key);
     }
     for record in older["records"].as_array_mut().expect("rows") {
