@@ -9,7 +9,8 @@ pub(crate) fn number(value: f64) -> String {
     }
     let log = size.log10();
     let is_power = (log - log.round()).abs() <= 1e-9;
-    if (1e-3..1e5).contains(&size) && !(is_power && !(-2.5..2.5).contains(&log)) {
+    let is_near_one = (-2.5..2.5).contains(&log);
+    if (1e-3..1e5).contains(&size) && (is_near_one || !is_power) {
         let digits = (2 - log.floor() as i32).clamp(0, 5) as usize;
         return without_zeros(format!("{value:.digits$}"));
     }

@@ -67,11 +67,7 @@ impl BenchArgs {
 }
 
 fn config(args: &BenchArgs) -> Result<Config, Failure> {
-    let mut config = if args.quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let mut config = args.quick.then(Config::quick).unwrap_or_default();
     let replace = |list: &mut Vec<usize>, with: &[usize]| {
         if !with.is_empty() {
             *list = with.to_vec();

@@ -30,11 +30,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
              --quick, --json"
         )));
     }
-    let config = if args.quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = args.quick.then(Config::quick).unwrap_or_default();
     let mut networks = Vec::new();
     for network in &args.scenes {
         if !networks.contains(network) {

@@ -117,11 +117,7 @@ pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
 }
 
 fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        accuracy::Config::quick()
-    } else {
-        accuracy::Config::default()
-    };
+    let mut config = args.quick.then(accuracy::Config::quick).unwrap_or_default();
     let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
     ratios.sort_by(f64::total_cmp);
     ratios.dedup();
@@ -180,11 +176,7 @@ fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 }
 
 fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        shocks::Config::quick()
-    } else {
-        shocks::Config::default()
-    };
+    let mut config = args.quick.then(shocks::Config::quick).unwrap_or_default();
     take_ratios(&args.ratios, &mut config.ratios)?;
     config.time = args.time.unwrap_or(config.time);
     if steps(config.time, 1.0 / 60.0)? < 60 {
@@ -208,11 +200,10 @@ fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 }
 
 fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let config = if args.quick {
-        stability::Config::quick()
-    } else {
-        stability::Config::default()
-    };
+    let config = args
+        .quick
+        .then(stability::Config::quick)
+        .unwrap_or_default();
     let bar = console.progress(0).with_message(Sweep::Stability.name());
     let records = stability::run(&config, &bar)?;
     bar.finish_and_clear();
@@ -232,11 +223,7 @@ fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 }
 
 fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let config = if args.quick {
-        energy::Config::quick()
-    } else {
-        energy::Config::default()
-    };
+    let config = args.quick.then(energy::Config::quick).unwrap_or_default();
     let bar = console.progress(0).with_message(Sweep::Energy.name());
     let results = energy::run(&config, &bar)?;
     bar.finish_and_clear();
@@ -256,11 +243,7 @@ fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 }
 
 fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        engines::Config::quick()
-    } else {
-        engines::Config::default()
-    };
+    let mut config = args.quick.then(engines::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     config.time = args.time.unwrap_or(config.time);
@@ -295,11 +278,7 @@ the last. Iterative solvers start from zero, and each of their solves has at mos
 their own, to 1e-12";
 
 fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        linear::Config::quick()
-    } else {
-        linear::Config::default()
-    };
+    let mut config = args.quick.then(linear::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     if !args.backends.is_empty() {
@@ -346,11 +325,7 @@ refinement from the pieces, by the step's clock; umfpack: with its own refinemen
 side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the filling of the band";
 
 fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        kernels::Config::quick()
-    } else {
-        kernels::Config::default()
-    };
+    let mut config = args.quick.then(kernels::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     if !args.backends.is_empty() {
@@ -389,11 +364,10 @@ row: the direct solver, r0 without, r1 with one refinement. cold: from zero; war
 reached; guess: the step before is as near as that";
 
 fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        iterative::Config::quick()
-    } else {
-        iterative::Config::default()
-    };
+    let mut config = args
+        .quick
+        .then(iterative::Config::quick)
+        .unwrap_or_default();
     if !args.segments.is_empty() || !args.ratios.is_empty() {
         // Both are the hoist's.
         config.networks.clear();

@@ -472,11 +472,7 @@ fn chart(records: &[Record]) -> Chart {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = quick.then(Config::quick).unwrap_or_default();
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&config, &records),

@@ -1,5 +1,6 @@
 //! What each benchmark was set to, as its page and its `report.json` say: a name and a value with its unit.
 
+use super::charts::distinct;
 use crate::choice::Choice;
 use crate::matrix::solve;
 use crate::notation::number;
@@ -89,12 +90,8 @@ pub fn main_job(config: &ladder::Config) -> Result<Vec<Setting>, SceneError> {
 /// Of `--sweep accuracy`.
 #[must_use]
 pub fn accuracy(config: &accuracy::Config) -> Vec<Setting> {
-    let mut segments: Vec<usize> = config.cases.iter().map(|c| c.segments).collect();
-    segments.sort_unstable();
-    segments.dedup();
-    let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
-    ratios.sort_by(f64::total_cmp);
-    ratios.dedup();
+    let segments = distinct(config.cases.iter().map(|c| c.segments));
+    let ratios = distinct(config.cases.iter().map(|c| c.mass_ratio));
     set([
         ("segments", counts(&segments)),
         ("load/segment", numbers(&ratios)),
@@ -129,9 +126,7 @@ pub fn shocks(config: &shocks::Config) -> Vec<Setting> {
 /// Of `--sweep stability`.
 #[must_use]
 pub fn stability(config: &stability::Config) -> Vec<Setting> {
-    let mut segments: Vec<usize> = config.cases.iter().map(|c| c.segments).collect();
-    segments.sort_unstable();
-    segments.dedup();
+    let segments = distinct(config.cases.iter().map(|c| c.segments));
     set([
         ("cells", config.cases.len().to_string()),
         ("segments", counts(&segments)),
