@@ -172,8 +172,8 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// The chart with lines of slope 1 and 2 on its logarithmic axes, from above its leftmost points on: what errors of
-    /// first and of second order are parallel to. Without points to the right of others it stays as it is.
+    /// The chart with lines of slope 1 and 2 on its logarithmic axes, above its points: what errors of first and of second
+    /// order are parallel to. Without points to the right of others it stays as it is.
     #[must_use]
     pub fn with_orders(mut self) -> Self {
         let points = self.series.iter().flat_map(|s| &s.points);
@@ -181,8 +181,8 @@ impl Chart {
         let xs = || points.clone().map(|p| p[0]);
         let (first, last) = (xs().fold(f64::INFINITY, f64::min), xs().fold(0.0, f64::max));
         if last > first {
-            let leftmost = points.clone().filter(|p| p[0] == first).map(|p| p[1]);
-            let start = 2.0 * leftmost.fold(0.0, f64::max);
+            let highest = points.clone().map(|[x, y]| y * first / x);
+            let start = 1.5 * highest.fold(0.0, f64::max);
             let guide = |slope: i32| {
                 let end = start * (last / first).powi(slope);
                 let points = vec![[first, start], [last, end]];

@@ -196,7 +196,13 @@ fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
 fn radius(mark: Mark, points: usize, later: i32) -> i32 {
     match mark {
         _ if points > 400 => 1,
-        Mark::Points => 3,
+        Mark::Points => {
+            if points > 40 {
+                3
+            } else {
+                4
+            }
+        }
         _ => 3 + later.min(2),
     }
 }
@@ -419,7 +425,7 @@ mod tests {
         let ends: Vec<_> = ends.map(|s| s.points.clone()).collect();
         assert_eq!(
             ends,
-            [[[1.0, 0.2], [10.0, 2.0]], [[1.0, 0.2], [10.0, 20.0]]]
+            [[[1.0, 1.5], [10.0, 15.0]], [[1.0, 1.5], [10.0, 150.0]]]
         );
         let text = svg_for_page(&chart).expect("draws");
         for name in ["slope 1", "slope 2"] {

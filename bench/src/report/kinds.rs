@@ -64,6 +64,7 @@ const KINDS: &[Kind] = &[
                 ),
                 only: &[("stable", &["yes"])],
                 as_first: &["setting", "backend", "refinements", "iterations"],
+                least_places: 2,
                 orders: true,
                 ..PLAIN
             },
@@ -257,6 +258,7 @@ const KINDS: &[Kind] = &[
                 series: &["scheme", "stiffness"],
                 x: positive(&["dt"], "Δt (ms)", 1e3),
                 y: error(&["drift"], "largest |L − L₀|/|L₀| (1)"),
+                least_places: 2,
                 orders: true,
                 ..PLAIN
             },
@@ -266,20 +268,35 @@ const KINDS: &[Kind] = &[
         name: "stability",
         title: "largest stable mass ratios",
         mark: ("", "stable_to"),
-        plans: &[Plan {
-            id: "largest",
-            title: "Largest stable mass ratio",
-            text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of the geometric \
-                   stiffness (rel.: relative), a panel for each cable, number of segments and joint; without the guard. \
-                   Where a point is missing not even the smallest ratio is stable; the highest points are where the grid \
-                   ends. Those of the schemes stand beside each other.",
-            panels: &["cable", "segments", "joint"],
-            series: &["scheme"],
-            x: texts(&["stiffness"], "geometric stiffness α (1)"),
-            y: positive(&["stable_to"], "load/segment mass ratio (1)", 1.0),
-            as_first: &["guarded", "planar"],
-            ..PLAIN
-        }],
+        plans: &[
+            Plan {
+                id: "largest",
+                title: "Largest stable mass ratio",
+                text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of the geometric \
+                       stiffness (rel.: relative), a panel for each cable, number of segments and joint; without the guard. \
+                       Where a point is missing not even the smallest ratio is stable; the highest points are where the grid \
+                       ends. Those of the schemes stand beside each other.",
+                panels: &["cable", "segments", "joint"],
+                series: &["scheme"],
+                x: texts(&["stiffness"], "geometric stiffness α (1)"),
+                y: positive(&["stable_to"], "load/segment mass ratio (1)", 1.0),
+                as_first: &["guarded", "planar"],
+                ..PLAIN
+            },
+            Plan {
+                id: "segments",
+                title: "Against the number of segments",
+                text: "The same against the number of segments, without geometric stiffness and with the weights 0.4 and 0.5.",
+                panels: &["cable", "joint"],
+                series: &["scheme", "stiffness"],
+                x: positive(&["segments"], "segments (1)", 1.0),
+                y: positive(&["stable_to"], "load/segment mass ratio (1)", 1.0),
+                only: &[("stiffness", &["off", "0.4", "0.5"])],
+                as_first: &["guarded", "planar"],
+                least_places: 2,
+                ..PLAIN
+            },
+        ],
     },
     Kind {
         name: "shocks",

@@ -1,8 +1,7 @@
 //! Plots of any rows, by what stands on their axes: which columns, and which of them tell panels and series apart.
 
 use super::charts::{FLOOR, distinct};
-use super::sheets::{Row, cell, heading};
-use crate::notation::number;
+use super::sheets::{self, Row, heading};
 use crate::plot::{Axis, Chart, Look, Mark, Series};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -28,8 +27,9 @@ pub(super) struct Plan {
     pub(super) y: Quantity,
     /// Whether of points above each other only the lowest is shown.
     pub(super) lowest: bool,
-    /// Series without which a panel says nothing.
+    /// Series, and places on the horizontal axis, without which a panel says nothing.
     pub(super) least: usize,
+    pub(super) least_places: usize,
     pub(super) mark: Mark,
     /// Whether lines show what errors of first and second order are.
     pub(super) orders: bool,
@@ -104,6 +104,7 @@ pub(super) const PLAIN: Plan = Plan {
     y: error(&[], ""),
     lowest: false,
     least: 1,
+    least_places: 1,
     mark: Mark::LineAndPoints,
     orders: false,
 };
@@ -129,13 +130,10 @@ fn rows_of(value: &Value, list: &str) -> Vec<Row> {
     }
 }
 
-/// What a row holds in a column, as it is written in a heading; nothing where it holds nothing.
+/// What a row holds in a column; nothing where it holds nothing.
 fn shown(row: &Row, column: &str) -> Option<String> {
     let value = row.get(column).filter(|value| !value.is_null())?;
-    Some(match value.as_f64() {
-        Some(n) => number(n),
-        None => cell(column, value).text,
-    })
+    Some(sheets::shown(column, value))
 }
 
 /// The same with the name of the column where it would say nothing without.
@@ -185,9 +183,7 @@ impl Plan {
             self.chart(panel, &rows.iter().filter(fits).collect::<Vec<_>>(), &names)
         };
         let charts = panels.iter().take(MOST_PANELS).map(chart);
-        let charts = charts
-            .filter(|chart| chart.series.len() >= self.least)
-            .collect();
+        let charts = charts.filter(|chart| self.says_something(chart)).collect();
         let text = if all > MOST_PANELS {
             Cow::from(format!(
                 "{} The first {MOST_PANELS} of {all} panels; the rows below hold all.",
@@ -202,6 +198,12 @@ impl Plan {
             text,
             charts,
         }
+    }
+
+    fn says_something(&self, chart: &Chart) -> bool {
+        let data = chart.series.iter().filter(|s| s.mark == self.mark);
+        let places = data.clone().flat_map(|s| &s.points).map(|p| p[0]);
+        data.count() >= self.least && distinct(places).len() >= self.least_places
     }
 
     /// A panel of the rows, whose series have their looks by their places in `names`.

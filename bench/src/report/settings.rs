@@ -7,7 +7,8 @@ use crate::notation::number;
 use crate::{
     accuracy, energy, engines, iterative, kernels, ladder, linear, scenes, shocks, stability,
 };
-use taut_model::SceneError;
+use taut_model::{Network, SceneError};
+use taut_solver::Backend;
 
 /// A name and a value.
 pub type Setting = (String, String);
@@ -16,9 +17,11 @@ fn set<const N: usize>(pairs: [(&str, String); N]) -> Vec<Setting> {
     pairs.map(|(name, value)| (name.to_owned(), value)).to_vec()
 }
 
-/// Values beside each other.
+/// Values beside each other; a name may hold a comma.
 fn list<T>(values: &[T], shown: impl Fn(&T) -> String) -> String {
-    values.iter().map(shown).collect::<Vec<_>>().join(", ")
+    let shown: Vec<String> = values.iter().map(shown).collect();
+    let has_comma = shown.iter().any(|text| text.contains(','));
+    shown.join(if has_comma { "; " } else { ", " })
 }
 
 /// Most numbers that are named one by one.
@@ -188,8 +191,7 @@ pub fn kernels(config: &kernels::Config) -> Vec<Setting> {
 /// Of `--sweep iterative`.
 #[must_use]
 pub fn iterative(config: &iterative::Config) -> Vec<Setting> {
-    let network =
-        |(network, size): &(taut_model::Network, usize)| format!("{} of {size}", network.name());
+    let network = |(network, size): &(Network, usize)| format!("{} of {size}", network.name());
     set([
         ("segments", counts(&config.segments)),
         ("load/segment", numbers(&config.ratios)),
@@ -218,12 +220,11 @@ pub fn engines(config: &engines::Config) -> Vec<Setting> {
 /// Of `--scene`.
 #[must_use]
 pub fn scenes(config: &scenes::Config) -> Vec<Setting> {
-    let sizes = |(network, sizes): &(taut_model::Network, Vec<usize>)| {
+    let sizes = |(network, sizes): &(Network, Vec<usize>)| {
         format!("{} of {}", network.name(), counts(sizes))
     };
-    let scenes: Vec<String> = config.sizes.iter().map(sizes).collect();
     set([
-        ("scenes", scenes.join("; ")),
+        ("scenes", list(&config.sizes, sizes)),
         ("load/segment", numbers(&config.ratios)),
         ("solvers", solvers(&config.choices)),
         ("iterations", counts(&config.iterations)),
@@ -236,8 +237,9 @@ pub fn scenes(config: &scenes::Config) -> Vec<Setting> {
 /// Of `--matrix`.
 #[must_use]
 pub fn matrix(config: &solve::Config) -> Vec<Setting> {
+    let family = |backend: &Backend| Choice::schur(backend.clone()).family();
     set([
-        ("solvers", list(&config.backends, ToString::to_string)),
+        ("solvers", list(&config.backends, family)),
         ("iterations", counts(&config.iterations)),
         ("time of each", seconds(config.budget.as_secs_f64())),
     ])

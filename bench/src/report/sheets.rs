@@ -5,7 +5,7 @@ use super::Other;
 use super::cells::{Cell, sortable};
 use super::page::{Section, settings};
 use super::settings::Setting;
-use crate::notation::plain;
+use crate::notation::{number, plain};
 use crate::table::nanoseconds;
 use maud::html;
 use serde_json::{Map, Value};
@@ -115,7 +115,7 @@ impl Sheet {
         let (shared, columns): (Vec<&String>, Vec<&String>) = keys.into_iter().partition(same);
         let shared = shared
             .iter()
-            .map(|key| (heading(key), cell(key, &rows[0][*key]).text));
+            .map(|key| (heading(key), shown(key, &rows[0][*key])));
         let has_numbers = |key: &String| {
             rows.iter()
                 .any(|r| r.get(key).is_some_and(Value::is_number))
@@ -186,6 +186,14 @@ pub(super) fn heading(key: &str) -> String {
             .or_else(|| unit("_s", "s"))
             .or_else(|| unit("_j", "J"))
             .unwrap_or_else(|| words(key)),
+    }
+}
+
+/// A value in prose, where powers of ten are written as such.
+pub(super) fn shown(key: &str, value: &Value) -> String {
+    match value.as_f64() {
+        Some(n) if !is_time(key) => number(n),
+        _ => cell(key, value).text,
     }
 }
 

@@ -3,6 +3,7 @@
 /// What goes to which stream and how wide it is, colours, `--quiet`.
 mod appearance;
 /// `taut paper`, `taut hard`, `taut static`: records of checks.
+mod browser;
 mod checks;
 /// The gantry, driven by tables of inputs.
 mod driven;
