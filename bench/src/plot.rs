@@ -1,11 +1,12 @@
 //! Charts as SVG text: lines, points and bars, linear or logarithmic axes, several panels beside each other.
 //!
-//! This module says what a chart is. `look` holds colours, shapes and dashes, `ticks` the axes' ticks, `legend` what
-//! stands below a panel, `draw` draws.
+//! This module says what a chart is. `look` holds colours, shapes and dashes, `marks` draws points and lines of these,
+//! `ticks` has the axes' ticks, `legend` what stands below a panel, `draw` draws the whole.
 
 mod draw;
 mod legend;
 mod look;
+mod marks;
 mod ticks;
 
 pub use draw::{picture, svg, svg_for_page};

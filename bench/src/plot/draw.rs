@@ -4,7 +4,8 @@
 //! theme; a chart of a page has no paper, and letters and axes in the page's colour.
 
 use super::legend::Legend;
-use super::look::{Dash, Look, Shape};
+use super::look::Look;
+use super::marks::{colour, draw_point, line_style, radius, with_dashes};
 use super::ticks::{self, Scale};
 use super::{Chart, Mark, PlotError, Series};
 use plotters::coord::Shift;
@@ -181,7 +182,9 @@ fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
         .map_err(failed)?;
     for (i, (series, points)) in chart.series.iter().zip(&all).enumerate() {
         if series.mark == Mark::Guide {
-            draw_guide(&mut plane, &series.name, points)?;
+            let before = &chart.series[..i];
+            let is_first = before.iter().all(|s| s.mark != Mark::Guide);
+            draw_guide(&mut plane, &series.name, points, is_first)?;
             continue;
         }
         let later = (chart.series.len() - 1 - i) as i32;
@@ -191,58 +194,12 @@ fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
     Ok(())
 }
 
-/// How large the points of a series before `later` others are, in pixels. Those are smaller, so that what is under them
-/// is seen.
-fn radius(mark: Mark, points: usize, later: i32) -> i32 {
-    match mark {
-        _ if points > 400 => 1,
-        Mark::Points => {
-            if points > 40 {
-                3
-            } else {
-                4
-            }
-        }
-        _ => 3 + later.min(2),
-    }
-}
-
-pub(super) fn colour(look: Look) -> RGBColor {
-    let [r, g, b] = look.colour;
-    RGBColor(r, g, b)
-}
-
-/// Width of lines, in pixels.
-const LINE: u32 = 2;
-
-/// The drawing library has no dashes of several lengths: a line this much wider for each place in [`Dash::ALL`] stands
-/// for one, which [`with_dashes`] writes in its place.
-const DASHES: u32 = 1000;
-
-/// The style of a series' line.
-pub(super) fn line_style(look: Look) -> ShapeStyle {
-    let place = Dash::ALL.iter().position(|d| *d == look.dash).unwrap_or(0);
-    colour(look).stroke_width(LINE + DASHES * place as u32)
-}
-
-/// The text with its lines as wide as they are, and dashed.
-fn with_dashes(text: String) -> String {
-    let dashed = Dash::ALL.iter().enumerate().skip(1);
-    dashed.fold(text, |text, (place, dash)| {
-        let wide = format!("stroke-width=\"{}\"", LINE + DASHES * place as u32);
-        let own = format!(
-            "stroke-width=\"{LINE}\" stroke-dasharray=\"{}\"",
-            dash.lengths()
-        );
-        text.replace(&wide, &own)
-    })
-}
-
-/// A line that is no data, its name above its end.
+/// A line that is no data, its name at its end: below that of the first such line, above others, which rise from it.
 fn draw_guide(
     plane: &mut Plane<'_, '_>,
     name: &str,
     points: &[(f64, f64)],
+    is_first: bool,
 ) -> Result<(), PlotError> {
     let line = LineSeries::new(points.iter().copied(), BLACK.mix(0.5).stroke_width(1));
     plane.draw_series(line).map_err(failed)?;
@@ -252,9 +209,14 @@ fn draw_guide(
     let area = plane.plotting_area();
     let (left, top) = area.get_pixel_range();
     let (x, y) = area.map_coordinate(end);
-    let at = (x - left.start - 4, y - top.start - 2);
+    let (away, side) = if is_first {
+        (4, VPos::Top)
+    } else {
+        (-2, VPos::Bottom)
+    };
+    let at = (x - left.start - 4, y - top.start + away);
     let style = Letters::Small.font().into_text_style(area);
-    let style = style.pos(Pos::new(HPos::Right, VPos::Bottom));
+    let style = style.pos(Pos::new(HPos::Right, side));
     let text = Text::new(name.to_owned(), at, style);
     area.strip_coord_spec().draw(&text).map_err(failed)
 }
@@ -289,54 +251,6 @@ fn draw_series(
         }
     }
     Ok(())
-}
-
-/// A point at a place in pixels from the area's corner.
-pub(super) fn draw_point(
-    area: &Area<'_>,
-    (x, y): (i32, i32),
-    look: Look,
-    r: i32,
-) -> Result<(), PlotError> {
-    let outline = colour(look).stroke_width(LINE);
-    // Corners, so that all shapes look about as large.
-    let at = |corners: &[(i32, i32)]| -> Vec<(i32, i32)> {
-        corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect()
-    };
-    let wide = r + 1;
-    let corners = match look.shape {
-        Shape::Circle => {
-            let style = if look.hollow {
-                outline
-            } else {
-                colour(look).filled()
-            };
-            return area.draw(&Circle::new((x, y), r, style)).map_err(failed);
-        }
-        Shape::Cross => {
-            let strokes = if look.hollow {
-                [[(-wide, 0), (wide, 0)], [(0, -wide), (0, wide)]]
-            } else {
-                [[(-r, -r), (r, r)], [(-r, r), (r, -r)]]
-            };
-            for stroke in strokes {
-                let line = PathElement::new(at(&stroke), outline);
-                area.draw(&line).map_err(failed)?;
-            }
-            return Ok(());
-        }
-        Shape::Triangle => at(&[(0, -wide - 1), (wide, r), (-wide, r)]),
-        Shape::Square => at(&[(-r, -r), (r, -r), (r, r), (-r, r)]),
-        Shape::Diamond => at(&[(0, -wide - 1), (wide + 1, 0), (0, wide + 1), (-wide - 1, 0)]),
-    };
-    if look.hollow {
-        let closed = corners.iter().chain(corners.first()).copied();
-        let line = PathElement::new(closed.collect::<Vec<_>>(), outline);
-        area.draw(&line).map_err(failed)
-    } else {
-        let shape = Polygon::new(corners, colour(look).filled());
-        area.draw(&shape).map_err(failed)
-    }
 }
 
 #[cfg(test)]

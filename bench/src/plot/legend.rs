@@ -1,7 +1,8 @@
 //! The legend below a panel, or below several that share it: a key and a name for each series, in columns.
 
-use super::draw::{Area, Letters, draw_point, failed, line_style};
+use super::draw::{Area, Letters, failed};
 use super::look::Look;
+use super::marks::{colour, draw_point, line_style};
 use super::{Chart, PlotError};
 use plotters::prelude::*;
 
@@ -81,7 +82,7 @@ impl<'a> Legend<'a> {
             }
             if !entry.has_line && !entry.has_points {
                 let ends = [(x, middle - 5), (x + KEY, middle + 5)];
-                let bar = Rectangle::new(ends, super::draw::colour(entry.look).mix(0.7).filled());
+                let bar = Rectangle::new(ends, colour(entry.look).mix(0.7).filled());
                 area.draw(&bar).map_err(failed)?;
             }
             let text = Text::new(

@@ -2,8 +2,9 @@
 
 /// What goes to which stream and how wide it is, colours, `--quiet`.
 mod appearance;
-/// `taut paper`, `taut hard`, `taut static`: records of checks.
+/// The pages of reports in a browser.
 mod browser;
+/// `taut paper`, `taut hard`, `taut static`: records of checks.
 mod checks;
 /// The gantry, driven by tables of inputs.
 mod driven;
