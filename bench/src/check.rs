@@ -41,14 +41,15 @@ pub enum Reached {
     Number,
     /// What was computed is infinite, or no number at all; `error` is null in JSON.
     NotFinite,
-    /// Nothing was measured: a claim in words, or a row of what cannot be measured yet; `error` is null.
-    NotMeasured,
+    /// There is none: what is judged is a statement, or, where the verdict is `not-yet`, nothing was measured; `error` is
+    /// null.
+    Absent,
 }
 
 impl Reached {
     fn of(error: Option<f64>) -> Self {
         match error {
-            None => Self::NotMeasured,
+            None => Self::Absent,
             Some(e) if e.is_finite() => Self::Number,
             Some(_) => Self::NotFinite,
         }
@@ -266,7 +267,7 @@ impl Check {
         self
     }
 
-    /// Whether the error is a number, and if not, why: `reached` in JSON.
+    /// Whether the error is a number, is none, or is absent: `reached` in JSON.
     #[must_use]
     pub fn reached(&self) -> Reached {
         Reached::of(self.error)
@@ -371,14 +372,14 @@ mod tests {
     use serde_json::{Value, json};
 
     #[test]
-    fn an_error_that_is_no_number_is_told_from_one_that_was_not_measured() {
+    fn an_error_that_is_no_number_is_told_from_one_that_is_absent() {
         let row = |error| Check::within("case", String::new(), String::new(), error, 1.0);
         let claim = Check::claim("case", "", String::new(), Verdict::NotYet, "");
         for (check, error, reached, verdict) in [
             (row(0.5), json!(0.5), "number", "pass"),
             (row(f64::NAN), Value::Null, "not-finite", "fail"),
             (row(f64::INFINITY), Value::Null, "not-finite", "fail"),
-            (claim, Value::Null, "not-measured", "not-yet"),
+            (claim, Value::Null, "absent", "not-yet"),
         ] {
             let written = serde_json::to_value(&check).expect("JSON");
             assert_eq!(written["error"], error);
