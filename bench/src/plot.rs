@@ -183,7 +183,7 @@ impl Chart {
         let (first, last) = (xs().fold(f64::INFINITY, f64::min), xs().fold(0.0, f64::max));
         if last > first {
             let highest = points.clone().map(|[x, y]| y * first / x);
-            let start = 1.5 * highest.fold(0.0, f64::max);
+            let start = 3.0 * highest.fold(0.0, f64::max);
             let guide = |slope: i32| {
                 let end = start * (last / first).powi(slope);
                 let points = vec![[first, start], [last, end]];

@@ -339,7 +339,7 @@ mod tests {
         let ends: Vec<_> = ends.map(|s| s.points.clone()).collect();
         assert_eq!(
             ends,
-            [[[1.0, 1.5], [10.0, 15.0]], [[1.0, 1.5], [10.0, 150.0]]]
+            [[[1.0, 3.0], [10.0, 30.0]], [[1.0, 3.0], [10.0, 300.0]]]
         );
         let text = svg_for_page(&chart).expect("draws");
         for name in ["slope 1", "slope 2"] {

@@ -265,3 +265,48 @@ fn rows(records: &[Record]) -> Option<Section> {
         body,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two solvers at two levels of one scene.
+    fn two() -> Vec<Scores> {
+        let level = |level, cg| Scores {
+            level,
+            costs: vec![
+                ("banded".to_owned(), vec![Some(1e3)]),
+                ("cg:none".to_owned(), vec![cg]),
+            ],
+        };
+        vec![level(1e-3, Some(5e3)), level(1e-6, None)]
+    }
+
+    #[test]
+    fn profiles_name_who_never_reaches_a_level_and_who_was_left_out() {
+        let omission = Omission {
+            backend: "umfpack/kkt".to_owned(),
+            reason: "not compiled in".to_owned(),
+        };
+        let section = profiles(&two(), &[omission]).expect("draws");
+        let text = section.expect("profiles").body.into_string();
+        for part in [
+            "<li>0 of 1 scenes within 10⁻⁶: cg:none</li>",
+            "<li>umfpack/kkt: left out: not compiled in</li>",
+            "\ncg:none: 1 of 1\n",
+            "\ncg:none: 0 of 1\n",
+        ] {
+            assert_eq!(text.matches(part).count(), 1, "{part}");
+        }
+    }
+
+    #[test]
+    fn means_are_a_row_for_each_solver_and_columns_for_each_level() {
+        let text = means(&two()).expect("means").body.into_string();
+        assert_eq!(text.matches("<th ").count(), 1 + 2 * 2);
+        let rows = text.split("<tbody>").nth(1).expect("a body");
+        assert_eq!(rows.matches("<tr>").count(), 2);
+        assert_eq!(rows.matches("1 of 1").count(), 3);
+        assert_eq!(rows.matches("0 of 1").count(), 1);
+    }
+}
