@@ -17,8 +17,8 @@ pub struct Check {
     pub reference: String,
     /// What comes out here, as text with its unit.
     pub ours: String,
-    /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as well as
-    /// what is not there, [`Check::reached`] stands beside it and tells them apart.
+    /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
+    /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
     #[serde(flatten, serialize_with = "with_reached")]
     pub error: Option<f64>,
     /// What that distance may be.
@@ -41,8 +41,8 @@ pub enum Reached {
     Number,
     /// What was computed is infinite, or no number at all; `error` is null in JSON.
     NotFinite,
-    /// There is none: what is judged is a statement, or, where the verdict is `not-yet`, nothing was measured; `error` is
-    /// null.
+    /// There is none: what is judged is a statement, or, where the verdict is `not-yet`, nothing was measured;
+    /// `error` is null.
     Absent,
 }
 

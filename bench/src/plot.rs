@@ -173,8 +173,8 @@ pub struct Chart {
 }
 
 impl Chart {
-    /// The chart with lines of slope 1 and 2 on its logarithmic axes, above its points: what errors of first and of second
-    /// order are parallel to. Without points to the right of others it stays as it is.
+    /// The chart with lines of slope 1 and 2 on its logarithmic axes, above its points: what errors of first and of
+    /// second order are parallel to. Without points to the right of others it stays as it is.
     #[must_use]
     pub fn with_orders(mut self) -> Self {
         let points = self.series.iter().flat_map(|s| &s.points);

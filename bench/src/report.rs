@@ -1,10 +1,10 @@
 //! The report that people look at: one HTML file of speed against error for every solver, with all that belongs to it.
 //!
-//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of the
-//! main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws, `main_job`
-//! puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these, `sheets` makes
-//! tables of its rows. `settings` is what each was set to; `page` writes, `cells` are its tables, `limits` is what it says
-//! of known limits.
+//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of
+//! the main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws,
+//! `main_job` puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these,
+//! `sheets` makes tables of its rows. `settings` is what each was set to; `page` writes, `cells` are its tables,
+//! `limits` is what it says of known limits.
 
 mod cells;
 mod charts;

@@ -1,8 +1,8 @@
 //! How a series looks: a colour, and a form of its own, which is the shape of its points and the dashes of its line.
 //!
 //! A solver has the colour of its library everywhere, one of Okabe and Ito's, grey or black; what tells its variants
-//! apart is the form. What is no solver has other colours, three that colour-blind readers take for a blue, a yellow and
-//! a grey, and the forms in turn. All can be read on white and on a dark page.
+//! apart is the form. What is no solver has other colours, three that colour-blind readers take for a blue, a yellow
+//! and a grey, and the forms in turn. All can be read on white and on a dark page.
 
 /// What a point is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

@@ -29,11 +29,11 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: PRECISION,
                 title: "Work against precision of the motion",
-                text: "Along a curve: Δt. Lower left is better. A run that was lost is not shown. The cost is the wall-clock \
-                       time of all steps of the run over its simulated time: of every phase of a step, which are \
-                       linearisation, assembly, factorisation, solve, refinement and update, those that the guard takes \
-                       back and redoes with their implicit sub-steps included; not of building the scene, nor of what is \
-                       recorded of it. Runs share the machine with others.",
+                text: "Along a curve: Δt. Lower left is better. A run that was lost is not shown. The cost is the \
+                       wall-clock time of all steps of the run over its simulated time: of every phase of a step, \
+                       which are linearisation, assembly, factorisation, solve, refinement and update, those that \
+                       the guard takes back and redoes with their implicit sub-steps included; not of building the \
+                       scene, nor of what is recorded of it. Runs share the machine with others.",
                 list: "records",
                 panels: &["segments", "mass_ratio", "joint", "drive"],
                 series: &["setting"],
@@ -226,8 +226,8 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: "amplitude",
                 title: "Amplitude of the swing",
-                text: "By how much the load's swing has changed from its early to its late amplitude, over the same of a \
-                       finer step: what the scheme does, apart from what the motion does by itself.",
+                text: "By how much the load's swing has changed from its early to its late amplitude, over the same \
+                       of a finer step: what the scheme does, apart from what the motion does by itself.",
                 list: "swings",
                 series: &["scheme", "stiffness"],
                 x: positive(&["mass_ratio"], "load/segment mass ratio (1)", 1.0),
@@ -240,7 +240,8 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: "energy",
                 title: "Energy over time",
-                text: "Mean of each window of steps minus that of the first, over the largest kinetic energy of the first.",
+                text: "Mean of each window of steps minus that of the first, over the largest kinetic energy of the \
+                       first.",
                 list: "bands",
                 panels: &["segments", "mass_ratio"],
                 series: &["scheme", "stiffness", "guarded"],
@@ -252,8 +253,8 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: "momentum",
                 title: "Angular momentum",
-                text: "Of a free, taut, spinning cable about its centre of mass: nothing turns it, so it is to stay. A run \
-                       that was lost is not shown.",
+                text: "Of a free, taut, spinning cable about its centre of mass: nothing turns it, so it is to stay. \
+                       A run that was lost is not shown.",
                 list: "spins",
                 series: &["scheme", "stiffness"],
                 x: positive(&["dt"], "Δt (ms)", 1e3),
@@ -272,10 +273,10 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: "largest",
                 title: "Largest stable mass ratio",
-                text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of the geometric \
-                       stiffness (rel.: relative), a panel for each cable, number of segments and joint; without the guard. \
-                       Where a point is missing not even the smallest ratio is stable; the highest points are where the grid \
-                       ends. Those of the schemes stand beside each other.",
+                text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of \
+                       the geometric stiffness (rel.: relative), a panel for each cable, number of segments and \
+                       joint; without the guard. Where a point is missing not even the smallest ratio is stable; the \
+                       highest points are where the grid ends. Those of the schemes stand beside each other.",
                 panels: &["cable", "segments", "joint"],
                 series: &["scheme"],
                 x: texts(&["stiffness"], "geometric stiffness α (1)"),
@@ -286,7 +287,8 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: "segments",
                 title: "Against the number of segments",
-                text: "The same against the number of segments, without geometric stiffness and with the weights 0.4 and 0.5.",
+                text: "The same against the number of segments, without geometric stiffness and with the weights 0.4 \
+                       and 0.5.",
                 panels: &["cable", "joint"],
                 series: &["scheme", "stiffness"],
                 x: positive(&["segments"], "segments (1)", 1.0),

@@ -32,9 +32,9 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
         figures(
             "motion",
             "The time step",
-            "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, the \
-             anchor moved aside; against the paper's step extrapolated to Δt = 0. The cost is the median time of a step, \
-             all its phases, times the steps of a simulated second.",
+            "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, \
+             the anchor moved aside; against the paper's step extrapolated to Δt = 0. The cost is the median time of \
+             a step, all its phases, times the steps of a simulated second.",
             &charts::time_steps(extras),
         )?,
         profiles(&scores, &report.omissions)?,

@@ -35,8 +35,8 @@ pub(super) struct Plan {
     pub(super) orders: bool,
 }
 
-/// What stands on an axis: the size of the sum of columns on a logarithmic one, the sum on a linear one, or what a column
-/// says.
+/// What stands on an axis: the size of the sum of columns on a logarithmic one, the sum on a linear one, or what a
+/// column says.
 pub(super) struct Quantity {
     pub(super) columns: &'static [&'static str],
     /// With the unit.
@@ -433,7 +433,10 @@ mod tests {
             y: positive(&["stable_to"], "ratio (1)", 1.0),
             ..PLAIN
         };
-        let row = |backend: &str, stiffness: &str, stable_to: f64| json!({ "backend": backend, "stiffness": stiffness, "stable_to": stable_to });
+        let row = |backend: &str, stiffness: &str, to: f64| {
+            json!({ "backend": backend, "stiffness": stiffness,
+                "stable_to": to })
+        };
         let rows = [
             row("cg", "off", 10.0),
             row("cg", "relative:1", 100.0),
