@@ -2,7 +2,7 @@
 //! the paper and the hard cases end in.
 
 use crate::plot::{self, Chart, PlotError};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use std::fmt;
 use taut_integrator::StepError;
 use taut_model::SceneError;
@@ -17,7 +17,9 @@ pub struct Check {
     pub reference: String,
     /// What comes out here, as text with its unit.
     pub ours: String,
-    /// Distance of ours from the reference in the criterion's measure.
+    /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
+    /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
+    #[serde(flatten, serialize_with = "with_reached")]
     pub error: Option<f64>,
     /// What that distance may be.
     pub bar: Option<f64>,
@@ -29,6 +31,44 @@ pub struct Check {
     pub verdict: Verdict,
     /// The condition of a claim that holds only under one; the cause of a failure.
     pub note: String,
+}
+
+/// What there is of an error.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reached {
+    /// A number.
+    Number,
+    /// What was computed is infinite, or no number at all; `error` is null in JSON.
+    NotFinite,
+    /// There is none: what is judged is a statement, or, where the verdict is `not-yet`, nothing was measured;
+    /// `error` is null.
+    Absent,
+}
+
+impl Reached {
+    fn of(error: Option<f64>) -> Self {
+        match error {
+            None => Self::Absent,
+            Some(e) if e.is_finite() => Self::Number,
+            Some(_) => Self::NotFinite,
+        }
+    }
+}
+
+/// Writes an error and what there is of it.
+fn with_reached<S: Serializer>(error: &Option<f64>, to: S) -> Result<S::Ok, S::Error> {
+    #[derive(Serialize)]
+    struct Both {
+        error: Option<f64>,
+        reached: Reached,
+    }
+    let reached = Reached::of(*error);
+    let both = Both {
+        error: *error,
+        reached,
+    };
+    both.serialize(to)
 }
 
 /// Most that the error of an answer may be, relative to the exact one, of which the solver says itself that it has not
@@ -227,6 +267,12 @@ impl Check {
         self
     }
 
+    /// Whether the error is a number, is none, or is absent: `reached` in JSON.
+    #[must_use]
+    pub fn reached(&self) -> Reached {
+        Reached::of(self.error)
+    }
+
     /// The same row with a note.
     #[must_use]
     pub fn noting(mut self, note: impl Into<String>) -> Self {
@@ -318,4 +364,27 @@ pub fn picture(outcome: &Outcome) -> Result<Option<String>, ExperimentError> {
         return Ok(None);
     }
     Ok(Some(plot::svg(&outcome.charts)?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    #[test]
+    fn an_error_that_is_no_number_is_told_from_one_that_is_absent() {
+        let row = |error| Check::within("case", String::new(), String::new(), error, 1.0);
+        let claim = Check::claim("case", "", String::new(), Verdict::NotYet, "");
+        for (check, error, reached, verdict) in [
+            (row(0.5), json!(0.5), "number", "pass"),
+            (row(f64::NAN), Value::Null, "not-finite", "fail"),
+            (row(f64::INFINITY), Value::Null, "not-finite", "fail"),
+            (claim, Value::Null, "absent", "not-yet"),
+        ] {
+            let written = serde_json::to_value(&check).expect("JSON");
+            assert_eq!(written["error"], error);
+            assert_eq!(written["reached"], reached);
+            assert_eq!(written["verdict"], verdict);
+        }
+    }
 }

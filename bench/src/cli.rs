@@ -1,7 +1,9 @@
 //! Commands of `taut` with a file of their own.
 
+pub(crate) mod bench;
 pub(crate) mod checks;
 pub(crate) mod console;
+pub(crate) mod deliver;
 pub(crate) mod hard;
 pub(crate) mod matrix;
 pub(crate) mod paper;

@@ -164,7 +164,8 @@ pub struct Record {
     pub ns: Option<f64>,
     /// The same of the direct solver that reaches the error; none where it does not.
     pub direct_ns: Option<f64>,
-    /// Why there are no numbers, where the solver failed.
+    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
+    /// measured.
     pub failure: Option<String>,
 }
 

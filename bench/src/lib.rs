@@ -47,7 +47,7 @@
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix, a graded set |
 //! | `track` | per-step timing that CI can trust: instructions, allocations, errors, times against a baseline |
 //! | `allocations` | an allocator that counts its calls |
-//! | `plot` | charts as SVG |
+//! | `plot`, `notation` | charts as SVG; how numbers are written for people |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `report` | the report as one HTML file |
@@ -72,6 +72,7 @@ pub mod linear;
 pub mod machine;
 pub mod matrix;
 pub mod modes;
+mod notation;
 pub mod output;
 pub mod pace;
 pub mod paper;

@@ -178,7 +178,8 @@ pub struct Record {
     pub backward_error: f64,
     /// Iterations of the solve with its refinements; 0 for direct solvers.
     pub iterations: usize,
-    /// Why there are no numbers, where the solver failed.
+    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
+    /// measured.
     pub error: Option<String>,
 }
 

@@ -1,6 +1,7 @@
 //! What machine the figures were measured on.
 
 use serde::Serialize;
+use std::process::{Command, Stdio};
 use taut_lanes::Level;
 
 /// The compiler that this was built with.
@@ -38,6 +39,27 @@ pub fn command(arguments: &[String]) -> String {
         words.extend(arguments.iter().map(|a| quoted(a)));
     }
     words.join(" ")
+}
+
+/// The commit of the sources that this was built from and whether files differ from it, as `git describe` has it;
+/// `unknown` where there is no git, or these are not in its hands any more.
+#[must_use]
+pub fn commit() -> String {
+    let described = Command::new("git")
+        .args(["-C", env!("CARGO_MANIFEST_DIR")])
+        .args(["describe", "--always", "--dirty"])
+        // Nothing is written there, not even what git keeps for itself; no other repository is meant.
+        .env("GIT_OPTIONAL_LOCKS", "0")
+        .env_remove("GIT_DIR")
+        .env_remove("GIT_WORK_TREE")
+        .stdin(Stdio::null())
+        .stderr(Stdio::null())
+        .output();
+    let text = described.ok().filter(|out| out.status.success());
+    let text = text.and_then(|out| String::from_utf8(out.stdout).ok());
+    let text = text.map(|text| text.trim().to_owned());
+    text.filter(|text| !text.is_empty())
+        .unwrap_or_else(|| "unknown".to_owned())
 }
 
 /// A word as a shell reads it back. None holds a NUL, which no argument can.
@@ -101,6 +123,15 @@ impl std::fmt::Display for Machine {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_commit_is_one_word() {
+        let commit = commit();
+        assert!(
+            !commit.is_empty() && !commit.contains(char::is_whitespace),
+            "{commit}"
+        );
+    }
 
     #[test]
     fn the_command_builds_with_these_features_and_is_quoted_for_a_shell() {

@@ -4,6 +4,7 @@
 mod cli;
 
 use clap::{Args, Parser, Subcommand};
+use cli::bench::BenchArgs;
 use cli::console::Console;
 use cli::hard::HardArgs;
 use cli::matrix::{DumpArgs, MatricesArgs, SolveArgs};
@@ -11,20 +12,14 @@ use cli::paper::PaperArgs;
 use cli::parse;
 use cli::report::ReportArgs;
 use cli::scene::SceneArgs;
-use cli::scenes;
-use cli::sweeps::{self, Sweep};
 use cli::track::TrackArgs;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use taut_bench::allocations::Counting;
-use taut_bench::ladder::{self, Config, Omission};
-use taut_bench::machine::Machine;
 use taut_bench::statics;
 use taut_bench::table::MARK;
 use taut_bench::{Choice, output, table, trajectory};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
-use taut_model::{HoistParams, Network};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -99,48 +94,6 @@ enum Command {
     /// Lists the backends, which are compiled in, and their licences
     #[command(after_help = "Example: taut backends")]
     Backends,
-}
-
-#[derive(Debug, Args)]
-struct BenchArgs {
-    /// Measures something else than the main job
-    #[arg(long, value_enum, value_name = "NAME")]
-    sweep: Option<Sweep>,
-    /// Cables with branches and loops instead of the hoist: ring, junction, cranes, ladder, net
-    #[arg(long = "scene", value_delimiter = ',', value_name = "NAME", value_parser = scenes::network)]
-    scenes: Vec<Network>,
-    /// Systems from Matrix Market files instead of the hoist
-    #[arg(long = "matrix", value_delimiter = ',', value_name = "A.mtx")]
-    matrices: Vec<PathBuf>,
-    /// Numbers of segments; of the ladder's cables; of the net's rows and columns
-    #[arg(long, value_delimiter = ',', value_name = "N", value_parser = count,
-        allow_negative_numbers = true)]
-    segments: Vec<usize>,
-    /// Mass ratios load/segment
-    #[arg(long, value_delimiter = ',', value_name = "R", value_parser = number, allow_negative_numbers = true)]
-    ratios: Vec<f64>,
-    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
-    #[arg(long, value_delimiter = ',', value_name = "B")]
-    backends: Vec<String>,
-    /// Limits of iterations for the iterative solvers
-    #[arg(long, value_delimiter = ',', value_name = "K", value_parser = count,
-        allow_negative_numbers = true)]
-    iterations: Vec<usize>,
-    /// Parameters of the hoist
-    #[arg(long = "set", value_name = "KEY=VALUE")]
-    overrides: Vec<String>,
-    /// Time steps of the accuracy sweep (s), fractions such as 1/60 too; the first is what all schemes run at
-    #[arg(long, value_delimiter = ',', value_name = "S", value_parser = number, allow_negative_numbers = true)]
-    dt: Vec<f64>,
-    /// Simulated time of the stability and load columns (s)
-    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
-    time: Option<f64>,
-    /// A tenth of the work, under 10 s
-    #[arg(long)]
-    quick: bool,
-    /// Writes all rows to a file as well (`-` for standard output, which then holds nothing else)
-    #[arg(long, value_name = "PATH")]
-    json: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -253,8 +206,8 @@ fn main() -> ExitCode {
     }
     let console = Console { quiet: cli.quiet };
     let done = match cli.command {
-        None => bench(&cli.bench, console),
-        Some(Command::Bench(args)) => bench(&args, console),
+        None => cli::bench::run(&cli.bench, console),
+        Some(Command::Bench(args)) => cli::bench::run(&args, console),
         Some(Command::Static(args)) => hang(&args, console),
         Some(Command::Run(args)) => cli::run::run(&args, console),
         Some(Command::Scene(args)) => cli::scene::run(&args),
@@ -356,172 +309,11 @@ fn take_ratios(given: &[f64], ratios: &mut Vec<f64>) -> Result<(), Failure> {
     Ok(())
 }
 
-fn config(args: &BenchArgs) -> Result<Config, Failure> {
-    let mut config = if args.quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
-    let replace = |list: &mut Vec<usize>, with: &[usize]| {
-        if !with.is_empty() {
-            *list = with.to_vec();
-        }
-    };
-    replace(&mut config.segments, &args.segments);
-    replace(&mut config.iterations, &args.iterations);
-    config.iterations.sort_unstable();
-    config.iterations.dedup();
-    if config.iterations.first() == Some(&0) {
-        return Err(Failure::Input(
-            "`--iterations` holds 0: each limit must be at least 1".to_owned(),
-        ));
-    }
-    take_ratios(&args.ratios, &mut config.ratios)?;
-    if let Some(time) = args.time {
-        config.time = time;
-    }
-    if steps(config.time, config.dt)? == 0 {
-        return Err(Failure::Input(format!(
-            "`--time` is {} s: it must be at least one step of {:.4} s",
-            config.time, config.dt
-        )));
-    }
-    config.choices = choices(&args.backends)?;
-    if let Some(name) = args.backends.iter().find(|b| b.contains("iterations=")) {
-        return Err(Failure::Input(format!(
-            "`iterations=` in `{name}` has no effect on the main job: use `--iterations`"
-        )));
-    }
-    if !args.dt.is_empty() {
-        return Err(Failure::Input(
-            "`--dt` has no effect on the main job: use `--sweep accuracy`".to_owned(),
-        ));
-    }
-    let swept = |o: &&String| {
-        let key = o.split('=').next().unwrap_or_default();
-        ["segments", "mass_ratio", "load_mass"].contains(&key)
-    };
-    if let Some(o) = args.overrides.iter().find(swept) {
-        return Err(Failure::Input(format!(
-            "`--set {o}` has no effect on the main job: use `--segments` and `--ratios`"
-        )));
-    }
-    config.scene = hoist(&config.scene, &overrides(&args.overrides)?)?;
-    Ok(config)
-}
-
-/// The hoist with parameters overridden.
-fn hoist(defaults: &HoistParams, overrides: &[(&str, &str)]) -> Result<HoistParams, Failure> {
-    let text = taut_model::SceneSource::Hoist(Box::new(defaults.clone())).to_toml()?;
-    match taut_model::SceneSource::parse(&text, overrides)? {
-        taut_model::SceneSource::Hoist(params) => Ok(*params),
-        _ => Err(Failure::Input(
-            "the main job runs the hoist only".to_owned(),
-        )),
-    }
-}
-
-/// What the columns of the main job's tables are.
-const BENCH_LEGEND: &str = "\
-step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
-its own); backw.: componentwise backward error; error: of the multipliers against extended precision (r0: without that
-refinement); elong.: of the hanging cable after ½ s; load m: distance from the reference motion; held: simulated time,
-or the time of the end; fastest 1e: of this scene, with error and elong. within 1e-3 and so on, refined or not";
-
 /// What the second table of the hanging cable is.
 const NEEDED_LEGEND: &str = "\
 Iterations a step (to 2 % above 64) that hold the hanging cable for half a second within a relative error of its length.
 A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
 joints; for a bent, swinging one see `taut bench`.";
-
-fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    if !args.matrices.is_empty() {
-        return cli::matrix::bench(args, console);
-    }
-    if !args.scenes.is_empty() {
-        return scenes::run(args, console);
-    }
-    if let Some(sweep) = args.sweep {
-        return sweeps::run(sweep, args, console);
-    }
-    let config = config(args)?;
-    let bar = console.progress(0);
-    let results = ladder::run(&config, &bar)?;
-    bar.finish_and_clear();
-    let text = format!(
-        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n\
-         {BENCH_LEGEND}\n{MARK}\n{}",
-        Machine::current(),
-        config.scene.length,
-        config.scene.resolve()?.segment_mass,
-        1.0 / config.dt,
-        config.scene.move_x,
-        config.time,
-        table::ladder(&results)
-    );
-    deliver_rows(
-        console,
-        args.json.as_deref(),
-        "bench",
-        &text,
-        &results.records,
-    )?;
-    let only_json = args.json.as_deref() == Some(Path::new("-"));
-    cli::report::of_main_job(&config, &results, args.quick, console, only_json)
-}
-
-/// Prints the tables, writes the rows, as [`deliver_rows`] does, and the page.
-fn deliver(
-    console: Console,
-    json: Option<&Path>,
-    name: &str,
-    text: &str,
-    rows: &impl Serialize,
-) -> Result<(), Failure> {
-    deliver_leaving_out(console, json, name, text, rows, &[])
-}
-
-/// The same where solvers were left out.
-fn deliver_leaving_out(
-    console: Console,
-    json: Option<&Path>,
-    name: &str,
-    text: &str,
-    rows: &impl Serialize,
-    omissions: &[Omission],
-) -> Result<(), Failure> {
-    deliver_rows(console, json, name, text, rows)?;
-    let only_json = json == Some(Path::new("-"));
-    cli::report::of_rows(name, rows, text, omissions, console, only_json)
-}
-
-/// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`. Where the rows go to standard
-/// output they stand there alone.
-fn deliver_rows(
-    console: Console,
-    json: Option<&Path>,
-    name: &str,
-    text: &str,
-    rows: &impl Serialize,
-) -> Result<(), Failure> {
-    let only_json = json == Some(Path::new("-"));
-    if !only_json {
-        output::print(text)?;
-    }
-    if let Some(path) = json {
-        output::write_json(path, rows)?;
-    }
-    let default = PathBuf::from(format!("target/taut/{name}.json"));
-    if let Err(e) = output::write_json(&default, rows) {
-        // The table is out and the file asked for is written: this costs the copy only.
-        eprintln!("taut: {e}");
-        return Ok(());
-    }
-    if only_json {
-        return Ok(());
-    }
-    console.note(&format!("\nrows written to {}", default.display()))
-}
 
 fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
     let named = !args.backends.is_empty();

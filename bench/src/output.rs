@@ -116,7 +116,9 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     std::fs::write(path, text).map_err(failed)
 }
 
-/// Writes a value as JSON; numbers that are not finite become null.
+/// Writes a value as JSON; numbers that are not finite become null, as what is not there does. The rows say which it
+/// is: a check by its `reached`, a row of a solver by its `error` or `failure`, the reason why it has no numbers,
+/// without which null is what was not measured.
 ///
 /// # Errors
 /// [`FileError`].

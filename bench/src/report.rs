@@ -1,9 +1,10 @@
 //! The report that people look at: one HTML file of speed against error for every solver, with all that belongs to it.
 //!
-//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of the
-//! main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws, `main_job`
-//! puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these, `sheets` makes
-//! tables of its rows. `page` writes, `cells` are its tables, `limits` is what it says of known limits.
+//! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of
+//! the main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws,
+//! `main_job` puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these,
+//! `sheets` makes tables of its rows. `settings` is what each was set to; `page` writes, `cells` are its tables,
+//! `limits` is what it says of known limits.
 
 mod cells;
 mod charts;
@@ -14,6 +15,7 @@ mod measure;
 mod page;
 mod plans;
 mod score;
+pub mod settings;
 mod sheets;
 
 pub use measure::{Extras, measure};
@@ -24,6 +26,7 @@ use crate::machine::{self, Machine};
 use crate::output::{self, FileError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use settings::Setting;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -39,11 +42,14 @@ pub struct Report {
     /// The compiler; nothing where that is not known.
     #[serde(default)]
     pub compiler: String,
+    /// The commit of the sources, as [`machine::commit`] has it; nothing in files that are older.
+    #[serde(default)]
+    pub commit: String,
     /// When: seconds since 1970.
     pub unix_time: u64,
-    /// What was set, as (name, value with unit).
+    /// What was set.
     #[serde(default)]
-    pub settings: Vec<(String, String)>,
+    pub settings: Vec<Setting>,
     /// Rows of the main job.
     #[serde(default)]
     pub records: Vec<Record>,
@@ -72,13 +78,15 @@ pub struct Other {
 
 impl Report {
     /// Of nothing yet, on this machine.
-    fn here(arguments: &[String]) -> Self {
+    fn here(arguments: &[String], settings: Vec<Setting>) -> Self {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: machine::command(arguments),
             machine: Machine::current().to_string(),
             compiler: machine::RUSTC.to_owned(),
+            commit: machine::commit(),
+            settings,
             unix_time: now.map_or(0, |t| t.as_secs()),
             ..Self::default()
         }
@@ -90,14 +98,13 @@ impl Report {
         results: &Results,
         extras: Extras,
         arguments: &[String],
-        settings: Vec<(String, String)>,
+        settings: Vec<Setting>,
     ) -> Self {
         Self {
-            settings,
             records: results.records.clone(),
             omissions: results.omissions.clone(),
             extras,
-            ..Self::here(arguments)
+            ..Self::here(arguments, settings)
         }
     }
 
@@ -111,6 +118,7 @@ impl Report {
         printed: &str,
         omissions: &[Omission],
         arguments: &[String],
+        settings: Vec<Setting>,
     ) -> Result<Self, ReportError> {
         let rows = serde_json::to_value(rows).map_err(|e| FileError {
             path: name.into(),
@@ -124,7 +132,7 @@ impl Report {
                 rows,
                 printed: crate::table::plain(printed),
             }),
-            ..Self::here(arguments)
+            ..Self::here(arguments, settings)
         })
     }
 

@@ -190,7 +190,8 @@ pub struct Record {
     pub factor_entries: Option<usize>,
     /// Whether a direct solver keeps [`BAR`]; none for iterations, and where nothing is known.
     pub within_bar: Option<bool>,
-    /// Why there are no numbers, where the solver failed.
+    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
+    /// measured.
     pub error: Option<String>,
 }
 

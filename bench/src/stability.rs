@@ -11,6 +11,7 @@ mod tables;
 
 pub use tables::text_tables;
 
+use crate::notation::number;
 use crate::trajectory::{Failure, simulate};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -38,8 +39,10 @@ impl Cable {
     #[must_use]
     pub fn name(&self) -> String {
         match self {
-            Self::Hoist => "hoist: 10 m, EA 2e7 N, 1 kg a segment".to_owned(),
-            Self::Square { material, area } => format!("{material}: 1 m, square of {area:e} m²"),
+            Self::Hoist => "hoist: 10 m, EA 2·10⁷ N, 1 kg a segment".to_owned(),
+            Self::Square { material, area } => {
+                format!("{material}: 1 m, square of {} m²", number(*area))
+            }
         }
     }
 

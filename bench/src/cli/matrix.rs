@@ -1,8 +1,9 @@
 //! `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
 
 use super::console::Console;
+use super::deliver::Found;
 use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, StepArgs, deliver, overrides, step_options};
+use crate::{BenchArgs, Failure, StepArgs, overrides, step_options};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -11,6 +12,7 @@ use taut_bench::machine::Machine;
 use taut_bench::matrix::dump::{self, Label};
 use taut_bench::matrix::solve::{self, Config, Results};
 use taut_bench::matrix::{System, suite};
+use taut_bench::report::settings;
 use taut_bench::table::MARK;
 use taut_bench::{output, pace, run, table};
 use taut_integrator::Stepper;
@@ -270,7 +272,14 @@ pub(crate) fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     bar.finish_and_clear();
     let tables: String = results.iter().map(table::compared).collect();
     let text = format!("{}\n{BENCH_LEGEND}\n{MARK}\n{tables}", Machine::current());
-    deliver(console, args.json.as_deref(), "matrix", &text, &results)
+    Found {
+        name: "matrix",
+        settings: settings::matrix(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 /// Writes the graded set.

@@ -1,12 +1,14 @@
 //! The page that every `taut bench` ends in, and `taut report`: the page of a report or of rows that were written before.
 
 use super::console::Console;
+use super::deliver::{Found, Way};
 use crate::Failure;
 use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
-use taut_bench::ladder::{Config, Omission, Results};
+use taut_bench::ladder::{Config, Results};
 use taut_bench::output;
+use taut_bench::report::settings::Setting;
 use taut_bench::report::{self, Report, ReportError};
 
 /// What `--help` says below the options.
@@ -70,55 +72,40 @@ fn arguments() -> Vec<String> {
 pub(crate) fn of_main_job(
     config: &Config,
     results: &Results,
+    settings: Vec<Setting>,
     quick: bool,
-    console: Console,
-    only_json: bool,
+    way: Way<'_>,
 ) -> Result<(), Failure> {
-    let bar = console.progress(0);
+    let bar = way.console.progress(0);
     let extras = report::measure(&config.choices, quick, &bar)?;
     bar.finish_and_clear();
-    let hoist = config.scene.resolve()?;
-    let settings = [
-        ("scene", "hoist".to_owned()),
-        ("length", format!("{} m", config.scene.length)),
-        ("segments of", format!("{} kg", hoist.segment_mass)),
-        ("YA", format!("{:.3e} N", hoist.stiffness.ea)),
-        ("Δt", format!("1/{:.0} s", 1.0 / config.dt)),
-        ("simulated", format!("{} s", config.time)),
-        ("anchor moved", format!("{} m", config.scene.move_x)),
-    ];
-    let settings = settings.map(|(name, value)| (name.to_owned(), value));
-    let report = Report::new(results, extras, &arguments(), settings.to_vec());
-    write(Ok(report), console, only_json)
+    let report = Report::new(results, extras, &arguments(), settings);
+    write(Ok(report), way)
 }
 
-/// Writes the page of another benchmark, and its data: of its rows, its tables as they are printed, what it left out.
-pub(crate) fn of_rows(
-    name: &str,
-    rows: &impl Serialize,
-    printed: &str,
-    omissions: &[Omission],
-    console: Console,
-    only_json: bool,
-) -> Result<(), Failure> {
-    let report = Report::of_rows(name, rows, printed, omissions, &arguments());
-    write(report, console, only_json)
+/// Writes the page of another benchmark, and its data.
+pub(crate) fn of_rows(found: Found<'_, impl Serialize>, way: Way<'_>) -> Result<(), Failure> {
+    let report = Report::of_rows(
+        found.name,
+        found.rows,
+        &found.text,
+        found.omissions,
+        &arguments(),
+        found.settings,
+    );
+    write(report, way)
 }
 
 /// Writes page and data. The tables are out by then: a page that cannot be written costs the page only.
-fn write(
-    report: Result<Report, ReportError>,
-    console: Console,
-    only_json: bool,
-) -> Result<(), Failure> {
+fn write(report: Result<Report, ReportError>, way: Way<'_>) -> Result<(), Failure> {
     let written = report.and_then(|report| {
         report::write(&report, Path::new(PAGE))?;
         Ok(output::write_json(Path::new(DATA), &report)?)
     });
     match written {
         Err(e) => eprintln!("taut: {e}"),
-        Ok(()) if only_json => {}
-        Ok(()) => console.note(&format!("report written to {PAGE}"))?,
+        Ok(()) if way.is_rows_alone() => {}
+        Ok(()) => way.console.note(&format!("report written to {PAGE}"))?,
     }
     Ok(())
 }

@@ -1,9 +1,11 @@
 //! `taut bench --scene NAME,…`: every solver on cables with branches and loops.
 
 use super::console::Console;
+use super::deliver::Found;
 use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, choices, deliver_leaving_out, take_ratios};
+use crate::{BenchArgs, Failure, choices, take_ratios};
 use taut_bench::machine::Machine;
+use taut_bench::report::settings;
 use taut_bench::scenes::{self, Config};
 use taut_bench::table::MARK;
 use taut_model::Network;
@@ -28,11 +30,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
              --quick, --json"
         )));
     }
-    let config = if args.quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = args.quick.then(Config::quick).unwrap_or_default();
     let mut networks = Vec::new();
     for network in &args.scenes {
         if !networks.contains(network) {
@@ -59,12 +57,12 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         scenes::LEGEND,
         scenes::text_tables(&results)
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        "scenes",
-        &text,
-        &results,
-        &results.omissions,
-    )
+    Found {
+        name: "scenes",
+        settings: settings::scenes(&config),
+        text,
+        rows: &results,
+        omissions: &results.omissions,
+    }
+    .deliver(args.way(console))
 }

@@ -1,11 +1,11 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
 use super::console::Console;
-use crate::{
-    BenchArgs, Failure, choices, deliver, deliver_leaving_out, positive, steps, take_ratios,
-};
+use super::deliver::Found;
+use crate::{BenchArgs, Failure, choices, positive, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
+use taut_bench::report::settings;
 use taut_bench::table::MARK;
 use taut_bench::{accuracy, energy, engines, iterative, kernels, linear, shocks, stability, table};
 
@@ -117,11 +117,7 @@ pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
 }
 
 fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        accuracy::Config::quick()
-    } else {
-        accuracy::Config::default()
-    };
+    let mut config = args.quick.then(accuracy::Config::quick).unwrap_or_default();
     let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
     ratios.sort_by(f64::total_cmp);
     ratios.dedup();
@@ -169,21 +165,18 @@ fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.time,
         accuracy::tables(&results)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Accuracy.name(),
-        &text,
-        &results,
-    )
+    Found {
+        name: Sweep::Accuracy.name(),
+        settings: settings::accuracy(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        shocks::Config::quick()
-    } else {
-        shocks::Config::default()
-    };
+    let mut config = args.quick.then(shocks::Config::quick).unwrap_or_default();
     take_ratios(&args.ratios, &mut config.ratios)?;
     config.time = args.time.unwrap_or(config.time);
     if steps(config.time, 1.0 / 60.0)? < 60 {
@@ -196,21 +189,21 @@ fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let results = shocks::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!("{}\n{}", Machine::current(), shocks::table(&results));
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Shocks.name(),
-        &text,
-        &results,
-    )
+    Found {
+        name: Sweep::Shocks.name(),
+        settings: settings::shocks(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let config = if args.quick {
-        stability::Config::quick()
-    } else {
-        stability::Config::default()
-    };
+    let config = args
+        .quick
+        .then(stability::Config::quick)
+        .unwrap_or_default();
     let bar = console.progress(0).with_message(Sweep::Stability.name());
     let records = stability::run(&config, &bar)?;
     bar.finish_and_clear();
@@ -219,21 +212,18 @@ fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         stability::text_tables(&records, &config)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Stability.name(),
-        &text,
-        &records,
-    )
+    Found {
+        name: Sweep::Stability.name(),
+        settings: settings::stability(&config),
+        text,
+        rows: &records,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let config = if args.quick {
-        energy::Config::quick()
-    } else {
-        energy::Config::default()
-    };
+    let config = args.quick.then(energy::Config::quick).unwrap_or_default();
     let bar = console.progress(0).with_message(Sweep::Energy.name());
     let results = energy::run(&config, &bar)?;
     bar.finish_and_clear();
@@ -242,21 +232,18 @@ fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         energy::text_tables(&results, &config)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Energy.name(),
-        &text,
-        &results,
-    )
+    Found {
+        name: Sweep::Energy.name(),
+        settings: settings::energy(&config),
+        text,
+        rows: &results,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        engines::Config::quick()
-    } else {
-        engines::Config::default()
-    };
+    let mut config = args.quick.then(engines::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     config.time = args.time.unwrap_or(config.time);
@@ -274,13 +261,14 @@ fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         engines::tables(&records, &config)
     );
-    deliver(
-        console,
-        args.json.as_deref(),
-        Sweep::Engines.name(),
-        &text,
-        &records,
-    )
+    Found {
+        name: Sweep::Engines.name(),
+        settings: settings::engines(&config),
+        text,
+        rows: &records,
+        omissions: &[],
+    }
+    .deliver(args.way(console))
 }
 
 /// What the columns of the sweep's tables are.
@@ -290,11 +278,7 @@ the last. Iterative solvers start from zero, and each of their solves has at mos
 their own, to 1e-12";
 
 fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        linear::Config::quick()
-    } else {
-        linear::Config::default()
-    };
+    let mut config = args.quick.then(linear::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     if !args.backends.is_empty() {
@@ -322,14 +306,14 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.step.scheme,
         table::linear(&records, &config.omissions())
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        Sweep::Linear.name(),
-        &text,
-        &records,
-        &config.omissions(),
-    )
+    Found {
+        name: Sweep::Linear.name(),
+        settings: settings::linear(&config),
+        text,
+        rows: &records,
+        omissions: &config.omissions(),
+    }
+    .deliver(args.way(console))
 }
 
 /// What the columns of the sweep's tables are.
@@ -341,11 +325,7 @@ refinement from the pieces, by the step's clock; umfpack: with its own refinemen
 side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the filling of the band";
 
 fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        kernels::Config::quick()
-    } else {
-        kernels::Config::default()
-    };
+    let mut config = args.quick.then(kernels::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
     if !args.backends.is_empty() {
@@ -366,14 +346,14 @@ fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         Machine::current(),
         table::kernels(&results)
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        Sweep::Kernels.name(),
-        &text,
-        &results,
-        &results.omissions,
-    )
+    Found {
+        name: Sweep::Kernels.name(),
+        settings: settings::kernels(&config),
+        text,
+        rows: &results,
+        omissions: &results.omissions,
+    }
+    .deliver(args.way(console))
 }
 
 /// What the cells of the sweep's tables are.
@@ -384,11 +364,10 @@ row: the direct solver, r0 without, r1 with one refinement. cold: from zero; war
 reached; guess: the step before is as near as that";
 
 fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let mut config = if args.quick {
-        iterative::Config::quick()
-    } else {
-        iterative::Config::default()
-    };
+    let mut config = args
+        .quick
+        .then(iterative::Config::quick)
+        .unwrap_or_default();
     if !args.segments.is_empty() || !args.ratios.is_empty() {
         // Both are the hoist's.
         config.networks.clear();
@@ -435,12 +414,12 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         config.limit,
         table::iterative(&results, config.limit)
     );
-    deliver_leaving_out(
-        console,
-        args.json.as_deref(),
-        Sweep::Iterative.name(),
-        &text,
-        &results.records,
-        &results.omissions,
-    )
+    Found {
+        name: Sweep::Iterative.name(),
+        settings: settings::iterative(&config),
+        text,
+        rows: &results.records,
+        omissions: &results.omissions,
+    }
+    .deliver(args.way(console))
 }

@@ -34,7 +34,7 @@ pub struct Outcome {
     pub frame_ns: f64,
     /// Frame, minimum, likewise \[ns].
     pub frame_ns_min: f64,
-    /// Why a motion has no error.
+    /// Why a motion has no error: times are no numbers then, null in JSON.
     pub failure: Option<String>,
 }
 

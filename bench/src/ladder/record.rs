@@ -80,7 +80,8 @@ pub struct Record {
     /// Whether no solve of the three measurements used up its iterations, so that more of them would change nothing.
     #[serde(skip)]
     pub settled: bool,
-    /// Why there are no numbers, where the solver failed on the common states.
+    /// Why there are no numbers, where the solver failed on the common states: they are null in JSON then. Without it
+    /// null is what was not measured.
     pub error: Option<String>,
 }
 

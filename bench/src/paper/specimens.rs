@@ -215,28 +215,16 @@ pub(crate) fn largest(errors: impl Iterator<Item = f64>) -> f64 {
 }
 
 pub(super) fn pull(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        pull::Config::quick()
-    } else {
-        pull::Config::default()
-    };
+    let config = quick.then(pull::Config::quick).unwrap_or_default();
     pull::outcome(&pull::run(&config, progress)?)
 }
 
 pub(super) fn twist(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        twist::Config::quick()
-    } else {
-        twist::Config::default()
-    };
+    let config = quick.then(twist::Config::quick).unwrap_or_default();
     twist::outcome(&twist::run(&config, progress)?)
 }
 
 pub(super) fn bend(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        bend::Config::quick()
-    } else {
-        bend::Config::default()
-    };
+    let config = quick.then(bend::Config::quick).unwrap_or_default();
     bend::outcome(&bend::run(&config, progress)?)
 }

@@ -359,11 +359,7 @@ pub fn records(results: &Results, config: &Config) -> Vec<Record> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = quick.then(Config::quick).unwrap_or_default();
     let results = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&results, &config),

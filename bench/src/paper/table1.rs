@@ -399,13 +399,13 @@ pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
             (Some(row), Some(paper)) => {
                 let error = (record.limit_log10 - paper).abs();
                 Check::published(case, printed(row), ours, error, SAME_DECADE)
-                    .by("distance in decades from the paper's, with the particles 1e-6 m out of the plane")
+                    .by("distance in decades from the paper's, with the particles 10⁻⁶ m out of the plane")
                     .noting("one scalar angle resists one of two transverse directions")
             }
             _ => {
                 let reference = format!("(e) in the plane: {}", power(planar.limit_log10));
                 Check::within(case, reference, ours, lost.abs(), 0.25)
-                    .by("decades lost with the particles 1e-6 m out of the plane")
+                    .by("decades lost with the particles 10⁻⁶ m out of the plane")
             }
         };
         checks.push(check);
@@ -466,17 +466,13 @@ fn chart(records: &[Record]) -> Chart {
         series: vec![
             Series::new("equal", vec![[0.0, 0.0], [20.0, 20.0]], Mark::Line),
             Series::new("in the plane", points(false), Mark::Points),
-            Series::new("1e-6 m out of it", points(true), Mark::Points),
+            Series::new("10⁻⁶ m out of it", points(true), Mark::Points),
         ],
     }
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = quick.then(Config::quick).unwrap_or_default();
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&config, &records),

@@ -458,11 +458,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = quick.then(Config::quick).unwrap_or_default();
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&records, &config),

@@ -243,11 +243,7 @@ pub fn exponent(points: &[[f64; 2]]) -> f64 {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let config = quick.then(Config::quick).unwrap_or_default();
     let records = run(&config, progress)?;
     Ok(Outcome {
         checks: checks(&records, &config),

@@ -14,8 +14,8 @@ pub(super) fn sortable(headings: &[impl AsRef<str>], rows: &[Vec<Cell>]) -> Mark
                 thead {
                     tr {
                         @for (column, heading) in headings.iter().enumerate() {
-                            th class=[is_number(column).then_some("number")] {
-                                button type="button" { (heading.as_ref()) }
+                            th class=[is_number(column).then_some("number")] scope="col" aria-sort="none" {
+                                button type="button" title="sort by this column" { (heading.as_ref()) }
                             }
                         }
                     }

@@ -1,58 +1,15 @@
-//! The charts of a report. A solver looks the same in all of them: its colour is its library's, dashes are those that do
-//! not form S, of the KKT form or without a matrix, marks tell its variants.
+//! The charts of the main job's report.
 
 use super::measure::{Extras, Pattern, Trace};
 use super::score::Scores;
 use crate::ladder::Record;
+use crate::notation::number;
 use crate::plot::{Axis, Chart, Look, Mark, Series, Shape};
 use crate::table::nanoseconds;
 
-/// How a solver looks, by its name; nothing for what is none.
-pub(super) fn known_look(solver: &str) -> Option<Look> {
-    let mut words = solver.split([':', '/', ' ', '+']);
-    let name = words.next().unwrap_or_default();
-    let colour = match name {
-        "banded" | "batch" => [0, 114, 178],
-        "faer" => [0, 158, 115],
-        "nalgebra-sparse" => [86, 180, 233],
-        "umfpack" => [213, 94, 0],
-        "gauss-seidel" => [230, 159, 0],
-        "cg" => [204, 121, 167],
-        "dense" => [128, 128, 128],
-        "lapack" => [0, 0, 0],
-        _ => return None,
-    };
-    let shape = |word: &str| match word {
-        "ldlt" | "jacobi" | "groups" | "refine" | "upper" | "border" => Some(Shape::Triangle),
-        "lu" | "group" | "minimum-degree" => Some(Shape::Square),
-        "none" | "scene" => Some(Shape::Cross),
-        _ => None,
-    };
-    let own = if name == "batch" {
-        Shape::Square
-    } else {
-        Shape::Circle
-    };
-    Some(Look {
-        colour,
-        shape: words.clone().find_map(shape).unwrap_or(own),
-        dashed: words.any(|word| ["kkt", "matrix-free"].contains(&word)),
-    })
-}
-
-/// The same, grey for a solver that is not known.
-fn look(backend: &str) -> Look {
-    let grey = Look {
-        colour: [128, 128, 128],
-        shape: Shape::Circle,
-        dashed: false,
-    };
-    known_look(backend).unwrap_or(grey)
-}
-
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
     Series {
-        look: Some(look(backend)),
+        look: Look::of_solver(backend),
         ..Series::new(backend, points, Mark::LineAndPoints)
     }
 }
@@ -100,7 +57,7 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
             series(backend, points)
         };
         Chart {
-            title: format!("{segments} segments, load/segment {}", decade(ratio)),
+            title: format!("{segments} segments, load/segment {}", number(ratio)),
             x: Axis::log("relative error of the multipliers (1)"),
             y: Axis::log("whole step (µs)"),
             series: backends.into_iter().map(of).collect(),
@@ -109,28 +66,23 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
     scenes.into_iter().map(chart).collect()
 }
 
-/// A mass ratio in few letters.
-pub(super) fn decade(ratio: f64) -> String {
-    if ratio < 1e3 {
-        format!("{ratio}")
-    } else {
-        format!("{ratio:.0e}")
-    }
-}
-
 /// The performance profile of each error level.
 pub(super) fn profiles(scores: &[Scores]) -> Vec<Chart> {
     let chart = |s: &Scores| {
-        let profiles = s.profiles().into_iter().filter(|(_, p)| !p.is_empty());
-        let lines = profiles.map(|(name, points)| Series {
-            mark: Mark::Stairs,
-            ..series(&name, points)
-        });
+        let lines =
+            s.profiles()
+                .into_iter()
+                .zip(s.solved())
+                .map(|((solver, points), (_, solved))| Series {
+                    name: format!("{solver}: {solved} of {}", s.problems()),
+                    mark: Mark::Stairs,
+                    ..series(&solver, points)
+                });
         Chart {
-            title: format!("errors within {:.0e}", s.level),
+            title: format!("errors within {}", number(s.level)),
             x: Axis::log("cost over that of the best solver, τ (1)"),
             y: Axis {
-                range: Some([0.0, 1.05]),
+                range: Some([-0.03, 1.05]),
                 ..Axis::linear("share of the scenes (1)")
             },
             series: lines.collect(),
@@ -218,7 +170,7 @@ pub(super) fn time_steps(extras: &Extras) -> Vec<Chart> {
         Chart {
             title: "work against precision of the motion, over Δt".to_owned(),
             x: Axis::log("largest error of the load's place (mm)"),
-            y: Axis::log("cost of a second of motion (ms)"),
+            y: Axis::log("median step × steps of a second (ms)"),
             series: of(true),
         },
         Chart {
@@ -226,7 +178,8 @@ pub(super) fn time_steps(extras: &Extras) -> Vec<Chart> {
             x: Axis::log("Δt (ms)"),
             y: Axis::log("largest error of the load's place (mm)"),
             series: of(false),
-        },
+        }
+        .with_orders(),
     ];
     charts.into_iter().filter(has_points).collect()
 }
@@ -240,34 +193,20 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
     let points = trace.step_ns.iter().enumerate();
     let points = points.map(|(i, ns)| [(i + 1) as f64 * trace.dt, ns * 1e-6]);
     let end = count as f64 * trace.dt;
-    let grey = Look {
-        colour: [128, 128, 128],
-        shape: Shape::Circle,
-        dashed: false,
-    };
     // Each of two lines that are near each other is seen through the dashes of the other.
     let level = |place: usize, name: String, ms: f64| Series {
-        look: Some(Look {
-            dashed: place % 2 == 1,
-            ..Look::by_place(place)
-        }),
+        look: Some(Look::by_place(place)),
         ..Series::new(name, vec![[0.0, ms], [end, ms]], Mark::Line)
     };
     let frame = trace.dt * 1e3;
     let quantiles = trace.quantiles().into_iter().enumerate();
     let levels = quantiles
-        .map(|(i, (name, ns))| level(i + 1, format!("{name} {}", nanoseconds(ns)), ns * 1e-6));
+        .map(|(i, (name, ns))| level(i + 2, format!("{name} {}", nanoseconds(ns)), ns * 1e-6));
     let steps = Series {
-        look: Some(grey),
+        look: Some(Look::by_place(0)),
         ..Series::new("a step", points.collect(), Mark::Points)
     };
-    let limit = Series {
-        look: Some(Look {
-            colour: [0, 0, 0],
-            ..grey
-        }),
-        ..level(0, format!("Δt = {frame:.1} ms"), frame)
-    };
+    let limit = level(1, format!("Δt = {frame:.1} ms"), frame);
     let series = [steps, limit].into_iter().chain(levels).collect();
     one(Chart {
         title: "time of each step".to_owned(),
@@ -298,11 +237,10 @@ pub(super) fn patterns(extras: &Extras) -> Vec<Chart> {
             let place = |&[row, column]: &[usize; 2]| [column as f64, -(row as f64)];
             blocks.iter().map(place).collect()
         };
-        let of = |name: String, blocks: &[[usize; 2]], colour| Series {
+        let of = |name: String, blocks: &[[usize; 2]], place| Series {
             look: Some(Look {
-                colour,
                 shape: Shape::Square,
-                dashed: false,
+                ..Look::by_place(place)
             }),
             ..Series::new(name, places(blocks), Mark::Points)
         };
@@ -319,16 +257,8 @@ pub(super) fn patterns(extras: &Extras) -> Vec<Chart> {
                 ..Axis::linear("block row")
             },
             series: vec![
-                of(
-                    format!("S: {} blocks", p.matrix.len()),
-                    &p.matrix,
-                    [0, 114, 178],
-                ),
-                of(
-                    format!("fill of its factor: {}", p.fill.len()),
-                    &p.fill,
-                    [213, 94, 0],
-                ),
+                of(format!("S: {} blocks", p.matrix.len()), &p.matrix, 0),
+                of(format!("fill of its factor: {}", p.fill.len()), &p.fill, 2),
             ],
         }
     };

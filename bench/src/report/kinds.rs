@@ -2,7 +2,7 @@
 //! plot. A benchmark without plots has its tables alone.
 
 use super::Other;
-use super::plans::{PLAIN, Plan, Plot, Quantity, error, positive};
+use super::plans::{PLAIN, Plan, Plot, error, linear, positive, texts};
 use crate::plot::Mark;
 use serde_json::Value;
 
@@ -29,7 +29,11 @@ const KINDS: &[Kind] = &[
             Plan {
                 id: PRECISION,
                 title: "Work against precision of the motion",
-                text: "Along a curve: Δt. Lower left is better. A run that was lost is not shown.",
+                text: "Along a curve: Δt. Lower left is better. A run that was lost is not shown. The cost is the \
+                       wall-clock time of all steps of the run over its simulated time: of every phase of a step, \
+                       which are linearisation, assembly, factorisation, solve, refinement and update, those that \
+                       the guard takes back and redoes with their implicit sub-steps included; not of building the \
+                       scene, nor of what is recorded of it. Runs share the machine with others.",
                 list: "records",
                 panels: &["segments", "mass_ratio", "joint", "drive"],
                 series: &["setting"],
@@ -37,9 +41,31 @@ const KINDS: &[Kind] = &[
                     &["horizontal_m"],
                     "largest horizontal error of the load (m)",
                 ),
-                y: positive(&["cost"], "cost of a simulated second (ms)", 1e3),
-                only: Some(("stable", &["yes"])),
+                y: positive(
+                    &["cost"],
+                    "time of all steps of a simulated second (ms)",
+                    1e3,
+                ),
+                only: &[("stable", &["yes"])],
                 as_first: &["backend", "refinements", "iterations"],
+                ..PLAIN
+            },
+            Plan {
+                id: "orders",
+                title: "Order of the default step",
+                text: "Error against the time step, all else the same.",
+                list: "records",
+                panels: &["segments", "joint", "drive"],
+                series: &["mass_ratio"],
+                x: positive(&["dt"], "Δt (ms)", 1e3),
+                y: error(
+                    &["horizontal_m"],
+                    "largest horizontal error of the load (m)",
+                ),
+                only: &[("stable", &["yes"])],
+                as_first: &["setting", "backend", "refinements", "iterations"],
+                least_places: 2,
+                orders: true,
                 ..PLAIN
             },
             Plan {
@@ -53,7 +79,7 @@ const KINDS: &[Kind] = &[
                     "largest horizontal error of the load (m)",
                 ),
                 y: positive(&["step_ns"], "whole step (µs)", 1e-3),
-                only: Some(("stable", &["yes"])),
+                only: &[("stable", &["yes"])],
                 as_first: &["setting", "dt", "joint", "drive"],
                 least: 2,
                 ..PLAIN
@@ -147,7 +173,7 @@ const KINDS: &[Kind] = &[
                 title: "Time against size",
                 text: "Of iterations those that converged, with the limit that costs least.",
                 list: "records",
-                only: Some(("status", &["direct", "converged"])),
+                only: &[("status", &["direct", "converged"])],
                 panels: &["scene", "mass_ratio"],
                 x: positive(&["rows"], "rows of S (1)", 1.0),
                 y: positive(&["solve_ns"], "linear solve (µs)", 1e-3),
@@ -196,30 +222,83 @@ const KINDS: &[Kind] = &[
         name: "energy",
         title: "amplitude, energy and angular momentum over time",
         mark: ("bands", "first_band"),
-        plans: &[Plan {
-            id: "energy",
-            title: "Energy over time",
-            text: "Mean of each window of steps minus that of the first, over the largest kinetic energy of the first.",
-            list: "bands",
-            panels: &["segments", "mass_ratio"],
-            series: &["scheme", "stiffness", "guarded"],
-            x: Quantity {
-                floor: 0.0,
-                ..positive(&["means_at"], "steps (10³)", 1e-3)
+        plans: &[
+            Plan {
+                id: "amplitude",
+                title: "Amplitude of the swing",
+                text: "By how much the load's swing has changed from its early to its late amplitude, over the same \
+                       of a finer step: what the scheme does, apart from what the motion does by itself.",
+                list: "swings",
+                series: &["scheme", "stiffness"],
+                x: positive(&["mass_ratio"], "load/segment mass ratio (1)", 1.0),
+                y: error(
+                    &["change_over_fine"],
+                    "|change of the amplitude| over the finer step's (1)",
+                ),
+                ..PLAIN
             },
-            y: Quantity {
-                floor: 0.0,
-                ..positive(&["means"], "change of the energy (1)", 1.0)
+            Plan {
+                id: "energy",
+                title: "Energy over time",
+                text: "Mean of each window of steps minus that of the first, over the largest kinetic energy of the \
+                       first.",
+                list: "bands",
+                panels: &["segments", "mass_ratio"],
+                series: &["scheme", "stiffness", "guarded"],
+                x: linear(&["means_at"], "steps (10³)", 1e-3),
+                y: linear(&["means"], "change of the energy (1)", 1.0),
+                mark: Mark::Line,
+                ..PLAIN
             },
-            mark: Mark::Line,
-            ..PLAIN
-        }],
+            Plan {
+                id: "momentum",
+                title: "Angular momentum",
+                text: "Of a free, taut, spinning cable about its centre of mass: nothing turns it, so it is to stay. \
+                       A run that was lost is not shown.",
+                list: "spins",
+                series: &["scheme", "stiffness"],
+                x: positive(&["dt"], "Δt (ms)", 1e3),
+                y: error(&["drift"], "largest |L − L₀|/|L₀| (1)"),
+                least_places: 2,
+                orders: true,
+                ..PLAIN
+            },
+        ],
     },
     Kind {
         name: "stability",
         title: "largest stable mass ratios",
         mark: ("", "stable_to"),
-        plans: &[],
+        plans: &[
+            Plan {
+                id: "largest",
+                title: "Largest stable mass ratio",
+                text: "Up to which every ratio of the grid is stable, each run by itself, against the weight α of \
+                       the geometric stiffness (rel.: relative), a panel for each cable, number of segments and \
+                       joint; without the guard. Where a point is missing not even the smallest ratio is stable; the \
+                       highest points are where the grid ends. Those of the schemes stand beside each other.",
+                panels: &["cable", "segments", "joint"],
+                series: &["scheme"],
+                x: texts(&["stiffness"], "geometric stiffness α (1)"),
+                y: positive(&["stable_to"], "load/segment mass ratio (1)", 1.0),
+                as_first: &["guarded", "planar"],
+                ..PLAIN
+            },
+            Plan {
+                id: "segments",
+                title: "Against the number of segments",
+                text: "The same against the number of segments, without geometric stiffness and with the weights 0.4 \
+                       and 0.5.",
+                panels: &["cable", "joint"],
+                series: &["scheme", "stiffness"],
+                x: positive(&["segments"], "segments (1)", 1.0),
+                y: positive(&["stable_to"], "load/segment mass ratio (1)", 1.0),
+                only: &[("stiffness", &["off", "0.4", "0.5"])],
+                as_first: &["guarded", "planar"],
+                least_places: 2,
+                ..PLAIN
+            },
+        ],
     },
     Kind {
         name: "shocks",
@@ -231,7 +310,7 @@ const KINDS: &[Kind] = &[
             text: "Where the load is at the end, against a finer step. A run that was lost is not shown; the motion \
                    after some shocks is chaotic.",
             list: "outcomes",
-            only: Some(("finite", &["yes"])),
+            only: &[("finite", &["yes"])],
             panels: &["shock", "length"],
             series: &["setting"],
             x: positive(&["ratio"], "load/segment mass ratio (1)", 1.0),

@@ -1,12 +1,13 @@
 //! The page of the main job: its plots, what ranks its solvers, its claims, its rows.
 
 use super::cells::{Cell, sortable};
-use super::charts::{self, decade};
+use super::charts;
 use super::measure::Trace;
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::{Report, ReportError};
-use crate::ladder::{self, Record};
+use crate::ladder::{self, Omission, Record};
+use crate::notation::{number, plain};
 use crate::plot::Chart;
 use crate::table::nanoseconds;
 use maud::html;
@@ -31,17 +32,12 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
         figures(
             "motion",
             "The time step",
-            "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, the \
-             anchor moved aside; against the paper's step extrapolated to Δt = 0.",
+            "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, \
+             the anchor moved aside; against the paper's step extrapolated to Δt = 0. The cost is the median time of \
+             a step, all its phases, times the steps of a simulated second.",
             &charts::time_steps(extras),
         )?,
-        figures(
-            "profiles",
-            "Performance profiles",
-            "The share of the scenes that a solver does with errors within the level at most τ times as slowly as the best \
-             (Dolan, Moré 2002): left is fast, high is reliable.",
-            &charts::profiles(&scores),
-        )?,
+        profiles(&scores, &report.omissions)?,
         means(&scores),
         figures(
             "sizes",
@@ -104,30 +100,67 @@ fn trace(trace: &Trace) -> Result<Option<Section>, ReportError> {
     }))
 }
 
-/// The shifted geometric means of all levels.
+/// The performance profiles, with the solvers that never reach a level, and those that were left out.
+fn profiles(scores: &[Scores], omissions: &[Omission]) -> Result<Option<Section>, ReportError> {
+    let section = figures(
+        "profiles",
+        "Performance profiles",
+        "The share of the scenes that a solver does with errors within the level at most τ times as slowly as the best \
+         (Dolan, Moré 2002): left is fast, high is reliable. Beside its name: how many scenes it does at all.",
+        &charts::profiles(scores),
+    )?;
+    let never = scores.iter().filter_map(|s| {
+        let none = s.solved().filter(|(_, solved)| *solved == 0);
+        let names: Vec<&str> = none.map(|(name, _)| name).collect();
+        let never = format!("0 of {} scenes within {}", s.problems(), number(s.level));
+        (!names.is_empty()).then(|| (never, names.join(", ")))
+    });
+    let left_out = omissions
+        .iter()
+        .map(|o| (o.backend.clone(), format!("left out: {}", o.reason)));
+    let list: Vec<(String, String)> = never.chain(left_out).collect();
+    Ok(section.map(|section| Section {
+        body: html! {
+            (section.body)
+            @if !list.is_empty() {
+                ul { @for (what, of) in &list { li { (what) ": " (of) } } }
+            }
+        },
+        ..section
+    }))
+}
+
+/// The shifted geometric means: a row for each solver, columns for each level, by the first of them.
 fn means(scores: &[Scores]) -> Option<Section> {
-    let mut rows = Vec::new();
+    let mut headings = vec!["solver".to_owned()];
+    let mut rows: Vec<Vec<Cell>> = Vec::new();
     for s in scores {
+        let within = number(s.level);
+        headings.push(format!("step within {within}"));
+        headings.push(format!("scenes within {within}"));
         for (place, (solver, solved, mean)) in s.means().into_iter().enumerate() {
-            rows.push(vec![
-                Cell::number(format!("{:.0e}", s.level), s.level),
-                Cell::text(solver),
-                Cell::number(format!("{solved} of {}", s.problems()), solved as f64),
-                Cell {
-                    best: place == 0 && solved > 0,
-                    ..if solved > 0 {
-                        Cell::number(nanoseconds(mean), mean)
-                    } else {
-                        Cell::none()
-                    }
-                },
-            ]);
+            let known = rows.iter().position(|row| row[0].text == solver);
+            let at = known.unwrap_or_else(|| {
+                rows.push(vec![Cell::text(solver)]);
+                rows.len() - 1
+            });
+            let step = if solved > 0 {
+                Cell::number(nanoseconds(mean), mean)
+            } else {
+                Cell::none()
+            };
+            rows[at].push(Cell {
+                best: place == 0 && solved > 0,
+                ..step
+            });
+            let share = format!("{solved} of {}", s.problems());
+            rows[at].push(Cell::number(share, solved as f64));
         }
     }
     let body = html! {
         p { "Whole step, shifted geometric mean over the scenes (shift 1 µs); what a solver does not reach, or is left out of, \
              counts as ten times the slowest that does; – where it reaches none. The best of each level is marked." }
-        (sortable(&["error within", "solver", "scenes done", "mean step"], &rows))
+        (sortable(&headings, &rows))
     };
     (!rows.is_empty()).then_some(Section {
         id: "means".to_owned(),
@@ -191,7 +224,7 @@ fn rows(records: &[Record]) -> Option<Section> {
         let solve = r.solve_ns / (r.segments as f64 + 1.0);
         vec![
             Cell::number(r.segments.to_string(), r.segments as f64),
-            Cell::number(decade(r.mass_ratio), r.mass_ratio),
+            Cell::number(plain(r.mass_ratio), r.mass_ratio),
             Cell::text(r.backend.clone()),
             iterations,
             Cell {
@@ -231,4 +264,49 @@ fn rows(records: &[Record]) -> Option<Section> {
         title: "All rows".to_owned(),
         body,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two solvers at two levels of one scene.
+    fn two() -> Vec<Scores> {
+        let level = |level, cg| Scores {
+            level,
+            costs: vec![
+                ("banded".to_owned(), vec![Some(1e3)]),
+                ("cg:none".to_owned(), vec![cg]),
+            ],
+        };
+        vec![level(1e-3, Some(5e3)), level(1e-6, None)]
+    }
+
+    #[test]
+    fn profiles_name_who_never_reaches_a_level_and_who_was_left_out() {
+        let omission = Omission {
+            backend: "umfpack/kkt".to_owned(),
+            reason: "not compiled in".to_owned(),
+        };
+        let section = profiles(&two(), &[omission]).expect("draws");
+        let text = section.expect("profiles").body.into_string();
+        for part in [
+            "<li>0 of 1 scenes within 10⁻⁶: cg:none</li>",
+            "<li>umfpack/kkt: left out: not compiled in</li>",
+            "\ncg:none: 1 of 1\n",
+            "\ncg:none: 0 of 1\n",
+        ] {
+            assert_eq!(text.matches(part).count(), 1, "{part}");
+        }
+    }
+
+    #[test]
+    fn means_are_a_row_for_each_solver_and_columns_for_each_level() {
+        let text = means(&two()).expect("means").body.into_string();
+        assert_eq!(text.matches("<th ").count(), 1 + 2 * 2);
+        let rows = text.split("<tbody>").nth(1).expect("a body");
+        assert_eq!(rows.matches("<tr>").count(), 2);
+        assert_eq!(rows.matches("1 of 1").count(), 3);
+        assert_eq!(rows.matches("0 of 1").count(), 1);
+    }
 }

@@ -1,5 +1,6 @@
 //! The page: one file without network, light and dark, its tables sorted by a click on a heading.
 
+use super::settings::Setting;
 use super::{Other, Report, ReportError, kinds, limits, main_job, sheets};
 use crate::plot::{self, Chart};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
@@ -34,16 +35,8 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
                 header {
                     h1 { "taut: " (title) }
                     p { "To reproduce: " code { (report.command) } }
-                    p.quiet {
-                        (report.machine) "; taut " (report.version)
-                        @if !report.compiler.is_empty() { "; " (report.compiler) }
-                        "; " (date(report.unix_time))
-                    }
-                    dl.settings {
-                        @for (name, value) in &report.settings {
-                            div { dt { (name) } dd { (value) } }
-                        }
-                    }
+                    (settings(&origin(report)))
+                    (settings(&report.settings))
                     nav {
                         @for (id, title) in links { a href={ "#" (id) } { (title) } }
                     }
@@ -61,6 +54,36 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
         }
     };
     Ok(text.into_string())
+}
+
+/// Where the report comes from: when, from which sources, on what.
+fn origin(report: &Report) -> Vec<Setting> {
+    let known = |text: &str| {
+        if text.is_empty() {
+            "not recorded".to_owned()
+        } else {
+            text.to_owned()
+        }
+    };
+    let pairs = [
+        ("measured", date(report.unix_time)),
+        ("program", format!("taut {}", report.version)),
+        ("commit", known(&report.commit)),
+        ("machine", known(&report.machine)),
+        ("compiler", known(&report.compiler)),
+    ];
+    pairs.map(|(name, value)| (name.to_owned(), value)).to_vec()
+}
+
+/// Names with their values; nothing where there are none.
+pub(super) fn settings(pairs: &[Setting]) -> Markup {
+    html! {
+        @if !pairs.is_empty() {
+            dl.settings {
+                @for (name, value) in pairs { div { dt { (name) } dd { (value) } } }
+            }
+        }
+    }
 }
 
 /// The sections of another benchmark than the main job: plots, tables, what is printed.
@@ -97,7 +120,7 @@ pub fn picture(report: &Report) -> Result<String, ReportError> {
         let name = report.other.as_ref().map_or("bench", |other| &other.name);
         return Err(ReportError::NoPicture(name.to_owned()));
     }
-    Ok(plot::svg(&charts)?)
+    Ok(plot::picture(&charts)?)
 }
 
 /// A part of the page.
@@ -106,6 +129,10 @@ pub(super) struct Section {
     pub(super) title: String,
     pub(super) body: Markup,
 }
+
+/// What stands below a chart with lines of slopes.
+const ORDERS: &str = "Thin lines: what is parallel to slope 1 shrinks in proportion to Δt, an error of first order; to \
+                      slope 2 in proportion to Δt², of second order. Only their slopes mean something.";
 
 /// A section of charts; none where there are none.
 pub(super) fn figures(
@@ -119,13 +146,17 @@ pub(super) fn figures(
     }
     let mut pictures = Vec::new();
     for chart in charts {
-        pictures.push((chart.title.as_str(), plot::svg_for_page(chart)?));
+        let below = chart.has_orders().then_some(ORDERS);
+        pictures.push((chart.title.as_str(), plot::svg_for_page(chart)?, below));
     }
     let body = html! {
         p { (text) }
         div.figures {
-            @for (title, picture) in &pictures {
-                figure aria-label=(title) { (PreEscaped(picture)) }
+            @for (title, picture, below) in &pictures {
+                figure aria-label=(title) {
+                    (PreEscaped(picture))
+                    @if let Some(text) = below { figcaption { (text) } }
+                }
             }
         }
     };
@@ -151,11 +182,13 @@ fn left_out(report: &Report) -> Section {
     }
 }
 
-/// Year, month and day of a time in seconds since 1970 (Hinnant's civil calendar).
+/// Date and time in UTC of a time in seconds since 1970 (Hinnant's civil calendar).
 fn date(unix_time: u64) -> String {
     if unix_time == 0 {
-        return "time not recorded".to_owned();
+        return "not recorded".to_owned();
     }
+    let second = unix_time % 86_400;
+    let (hour, minute, second) = (second / 3600, second / 60 % 60, second % 60);
     let days = unix_time / 86_400 + 719_468;
     let (era, day) = (days / 146_097, days % 146_097);
     let year = (day - day / 1460 + day / 36_524 - day / 146_096) / 365;
@@ -167,7 +200,8 @@ fn date(unix_time: u64) -> String {
     } else {
         (month - 9, 1)
     };
-    format!("{}-{month:02}-{of_month:02}", year + era * 400 + carry)
+    let year = year + era * 400 + carry;
+    format!("{year}-{month:02}-{of_month:02} {hour:02}:{minute:02}:{second:02} UTC")
 }
 
 #[cfg(test)]
@@ -177,9 +211,9 @@ mod tests {
     #[test]
     fn dates_are_of_the_calendar() {
         for (time, expected) in [
-            (951_782_400, "2000-02-29"),
-            (1_735_689_599, "2024-12-31"),
-            (1_735_689_600, "2025-01-01"),
+            (951_782_400, "2000-02-29 00:00:00 UTC"),
+            (1_735_689_599, "2024-12-31 23:59:59 UTC"),
+            (1_735_689_600, "2025-01-01 00:00:00 UTC"),
         ] {
             assert_eq!(date(time), expected);
         }

@@ -1,7 +1,7 @@
 //! Plots of any rows, by what stands on their axes: which columns, and which of them tell panels and series apart.
 
-use super::charts::{FLOOR, distinct, known_look};
-use super::sheets::{Row, cell, heading};
+use super::charts::{FLOOR, distinct};
+use super::sheets::{self, Row, heading};
 use crate::plot::{Axis, Chart, Look, Mark, Series};
 use serde_json::Value;
 use std::borrow::Cow;
@@ -15,8 +15,8 @@ pub(super) struct Plan {
     pub(super) title: &'static str,
     pub(super) text: &'static str,
     pub(super) list: &'static str,
-    /// Rows that take part: one of these values in this column.
-    pub(super) only: Option<(&'static str, &'static [&'static str])>,
+    /// Rows that take part: one of these values in each of these columns.
+    pub(super) only: &'static [(&'static str, &'static [&'static str])],
     /// Columns in which a row that takes part has what the first row has.
     pub(super) as_first: &'static [&'static str],
     /// Columns that the rows of a panel share; a row without a value takes part in all.
@@ -27,12 +27,16 @@ pub(super) struct Plan {
     pub(super) y: Quantity,
     /// Whether of points above each other only the lowest is shown.
     pub(super) lowest: bool,
-    /// Series without which a panel says nothing.
+    /// Series, and places on the horizontal axis, without which a panel says nothing.
     pub(super) least: usize,
+    pub(super) least_places: usize,
     pub(super) mark: Mark,
+    /// Whether lines show what errors of first and second order are.
+    pub(super) orders: bool,
 }
 
-/// What stands on an axis: the sum of columns.
+/// What stands on an axis: the size of the sum of columns on a logarithmic one, the sum on a linear one, or what a
+/// column says.
 pub(super) struct Quantity {
     pub(super) columns: &'static [&'static str],
     /// With the unit.
@@ -41,6 +45,8 @@ pub(super) struct Quantity {
     pub(super) factor: f64,
     /// The smallest that is shown on a logarithmic axis; a linear one where it is 0.
     pub(super) floor: f64,
+    /// Whether the column is no number: the axis then has a place for each of its texts.
+    pub(super) is_text: bool,
 }
 
 pub(super) const fn error(column: &'static [&'static str], label: &'static str) -> Quantity {
@@ -49,6 +55,7 @@ pub(super) const fn error(column: &'static [&'static str], label: &'static str) 
         label,
         factor: 1.0,
         floor: FLOOR,
+        is_text: false,
     }
 }
 
@@ -62,6 +69,25 @@ pub(super) const fn positive(
         label,
         factor,
         floor: f64::MIN_POSITIVE,
+        is_text: false,
+    }
+}
+
+pub(super) const fn linear(
+    columns: &'static [&'static str],
+    label: &'static str,
+    factor: f64,
+) -> Quantity {
+    Quantity {
+        floor: 0.0,
+        ..positive(columns, label, factor)
+    }
+}
+
+pub(super) const fn texts(columns: &'static [&'static str], label: &'static str) -> Quantity {
+    Quantity {
+        is_text: true,
+        ..linear(columns, label, 1.0)
     }
 }
 
@@ -70,7 +96,7 @@ pub(super) const PLAIN: Plan = Plan {
     title: "",
     text: "",
     list: "",
-    only: None,
+    only: &[],
     as_first: &[],
     panels: &[],
     series: &["backend"],
@@ -78,7 +104,9 @@ pub(super) const PLAIN: Plan = Plan {
     y: error(&[], ""),
     lowest: false,
     least: 1,
+    least_places: 1,
     mark: Mark::LineAndPoints,
+    orders: false,
 };
 
 /// A plot of several panels.
@@ -102,20 +130,31 @@ fn rows_of(value: &Value, list: &str) -> Vec<Row> {
     }
 }
 
-/// What a row holds in a column, as it is shown; nothing where it holds nothing.
+/// What a row holds in a column; nothing where it holds nothing.
 fn shown(row: &Row, column: &str) -> Option<String> {
     let value = row.get(column).filter(|value| !value.is_null())?;
-    Some(cell(column, value).text)
+    Some(sheets::shown(column, value))
+}
+
+/// The same with the name of the column where it would say nothing without.
+fn labelled(row: &Row, column: &str) -> Option<String> {
+    let text = shown(row, column)?;
+    let is_number = row.get(column).is_some_and(Value::is_number) || text.parse::<f64>().is_ok();
+    Some(if is_number {
+        format!("{} {text}", heading(column))
+    } else {
+        text
+    })
 }
 
 impl Plan {
     /// The plot of a benchmark's data.
     pub(super) fn plot(&self, data: &Value) -> Plot {
         let takes_part = |row: &Row| {
-            let Some((column, values)) = self.only else {
-                return true;
+            let fits = |(column, values): &(&str, &[&str])| {
+                shown(row, column).is_some_and(|text| values.contains(&text.as_str()))
             };
-            shown(row, column).is_some_and(|text| values.contains(&text.as_str()))
+            self.only.iter().all(fits)
         };
         let mut rows = rows_of(data, self.list);
         let first = rows.first().cloned().unwrap_or_default();
@@ -125,7 +164,7 @@ impl Plan {
         let key = |row: &Row| -> Vec<Option<String>> {
             self.panels
                 .iter()
-                .map(|column| shown(row, column))
+                .map(|column| labelled(row, column))
                 .collect()
         };
         let panels = distinct(
@@ -144,9 +183,7 @@ impl Plan {
             self.chart(panel, &rows.iter().filter(fits).collect::<Vec<_>>(), &names)
         };
         let charts = panels.iter().take(MOST_PANELS).map(chart);
-        let charts = charts
-            .filter(|chart| chart.series.len() >= self.least)
-            .collect();
+        let charts = charts.filter(|chart| self.says_something(chart)).collect();
         let text = if all > MOST_PANELS {
             Cow::from(format!(
                 "{} The first {MOST_PANELS} of {all} panels; the rows below hold all.",
@@ -163,40 +200,58 @@ impl Plan {
         }
     }
 
+    fn says_something(&self, chart: &Chart) -> bool {
+        let data = chart.series.iter().filter(|s| s.mark == self.mark);
+        let places = data.clone().flat_map(|s| &s.points).map(|p| p[0]);
+        data.count() >= self.least && distinct(places).len() >= self.least_places
+    }
+
     /// A panel of the rows, whose series have their looks by their places in `names`.
     fn chart(&self, panel: &[Option<String>], rows: &[&Row], names: &[String]) -> Chart {
-        let parts = self.panels.iter().zip(panel).filter_map(|(column, value)| {
-            let value = value.as_ref()?;
-            let is_word = value.chars().next().is_some_and(char::is_alphabetic);
-            Some(if is_word {
-                value.clone()
-            } else {
-                format!("{} {value}", heading(column))
-            })
-        });
-        let series = names.iter().enumerate().filter_map(|(place, name)| {
-            let own = rows.iter().filter(|row| self.name(row) == *name);
-            let mut points: Vec<[f64; 2]> = own.flat_map(|row| self.points(row)).collect();
+        let parts: Vec<&str> = panel.iter().flatten().map(String::as_str).collect();
+        let title = if parts.is_empty() {
+            self.title.to_owned()
+        } else {
+            parts.join(", ")
+        };
+        let own = |name: &String| -> Vec<&&Row> {
+            rows.iter().filter(|row| self.name(row) == *name).collect()
+        };
+        let texts = self.x.texts(rows);
+        let in_panel = names.iter().filter(|name| !own(name).is_empty()).count();
+        let mut series: Vec<Series> = Vec::new();
+        for (place, name) in names.iter().enumerate() {
+            // Beside each other where points of several series have the same place.
+            let aside = 0.1 * (series.len() as f64 - 0.5 * (in_panel as f64 - 1.0));
+            let points = own(name).into_iter().flat_map(|row| {
+                let mut points = self.points(row, &texts);
+                if self.x.is_text {
+                    points.iter_mut().for_each(|p| p[0] += aside);
+                }
+                points
+            });
+            let mut points: Vec<[f64; 2]> = points.collect();
             if self.lowest {
                 points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
                 points.dedup_by_key(|point| point[0]);
             }
-            // Of lines alone each second one is dashed: those below are seen.
-            let by_place = Look {
-                dashed: self.mark == Mark::Line && place % 2 == 1,
-                ..Look::by_place(place)
-            };
-            let series = Series {
-                look: Some(known_look(name).unwrap_or(by_place)),
-                ..Series::new(name, points, self.mark)
-            };
-            (!series.points.is_empty()).then_some(series)
-        });
-        Chart {
-            title: parts.collect::<Vec<_>>().join(", "),
-            x: self.x.axis(),
-            y: self.y.axis(),
-            series: series.collect(),
+            if !points.is_empty() {
+                series.push(Series {
+                    look: Some(Look::of_solver(name).unwrap_or(Look::by_place(place))),
+                    ..Series::new(name, points, self.mark)
+                });
+            }
+        }
+        let chart = Chart {
+            title,
+            x: self.x.axis(texts),
+            y: self.y.axis(Vec::new()),
+            series,
+        };
+        if self.orders {
+            chart.with_orders()
+        } else {
+            chart
         }
     }
 
@@ -207,20 +262,20 @@ impl Plan {
             .filter_map(|column| match row.get(*column)? {
                 Value::Bool(true) => Some(heading(column)),
                 Value::Bool(false) => None,
-                _ => shown(row, column),
+                _ => labelled(row, column),
             });
         parts.collect::<Vec<_>>().join(", ")
     }
 
     /// The points of a row: one, or those of a list, which lie evenly over its `steps`.
-    fn points(&self, row: &Row) -> Vec<[f64; 2]> {
+    fn points(&self, row: &Row, texts: &[String]) -> Vec<[f64; 2]> {
         let list = self
             .y
             .columns
             .first()
             .and_then(|column| row.get(*column)?.as_array());
         let Some(list) = list else {
-            let point = self.x.of(row).zip(self.y.of(row));
+            let point = self.x.of(row, texts).zip(self.y.of(row, &[]));
             return point.map(|(x, y)| [x, y]).into_iter().collect();
         };
         let steps = row.get("steps").and_then(Value::as_f64).unwrap_or(0.0);
@@ -235,22 +290,42 @@ impl Plan {
 }
 
 impl Quantity {
-    fn axis(&self) -> Axis {
-        if self.floor > 0.0 {
+    fn axis(&self, texts: Vec<String>) -> Axis {
+        if self.is_text {
+            Axis::of_names(self.label, texts)
+        } else if self.floor > 0.0 {
             Axis::log(self.label)
         } else {
             Axis::linear(self.label)
         }
     }
 
-    fn of(&self, row: &Row) -> Option<f64> {
+    /// What the rows say, each text once; nothing of numbers.
+    fn texts(&self, rows: &[&Row]) -> Vec<String> {
+        if !self.is_text {
+            return Vec::new();
+        }
+        distinct(rows.iter().filter_map(|row| self.text(row)))
+    }
+
+    fn text(&self, row: &Row) -> Option<String> {
+        // The longest of all, which would not stand side by side.
+        Some(shown(row, self.columns.first()?)?.replace("relative:", "rel. "))
+    }
+
+    /// The place of a row, among the texts where it has one.
+    fn of(&self, row: &Row, texts: &[String]) -> Option<f64> {
+        if self.is_text {
+            let own = self.text(row)?;
+            return texts.iter().position(|t| *t == own).map(|i| i as f64);
+        }
         let mut sum = 0.0;
         for column in self.columns {
             sum += row.get(*column)?.as_f64()?;
         }
         let value = sum * self.factor;
         Some(if self.floor > 0.0 {
-            value.max(self.floor)
+            value.abs().max(self.floor)
         } else {
             value
         })
@@ -266,7 +341,7 @@ mod tests {
     fn rows_become_panels_of_series() {
         let plan = Plan {
             list: "records",
-            only: Some(("stable", &["yes"])),
+            only: &[("stable", &["yes"])],
             as_first: &["dt"],
             panels: &["segments", "start"],
             x: positive(&["segments"], "segments (1)", 1.0),
@@ -315,7 +390,7 @@ mod tests {
         );
         // What is no solver that is known looks by its place among all.
         let looks = plot.charts.iter().map(|c| c.series[1].look);
-        let expected = [known_look("cg"), Some(Look::by_place(2))];
+        let expected = [Look::of_solver("cg"), Some(Look::by_place(2))];
         assert!(looks.eq(expected));
     }
 
@@ -343,17 +418,35 @@ mod tests {
     #[test]
     fn a_list_is_a_line_over_its_steps() {
         let plan = Plan {
-            x: Quantity {
-                floor: 0.0,
-                ..positive(&[], "steps (1)", 1.0)
-            },
-            y: Quantity {
-                floor: 0.0,
-                ..positive(&["means"], "energy (1)", 1.0)
-            },
+            x: linear(&[], "steps (1)", 1.0),
+            y: linear(&["means"], "energy (1)", 1.0),
             ..PLAIN
         };
         let plot = plan.plot(&json!([{ "backend": "cg", "steps": 20, "means": [0.0, -1.0] }]));
         assert_eq!(plot.charts[0].series[0].points, [[5.0, 0.0], [15.0, -1.0]]);
+    }
+
+    #[test]
+    fn texts_have_places_and_their_series_stand_beside_each_other() {
+        let plan = Plan {
+            x: texts(&["stiffness"], "stiffness"),
+            y: positive(&["stable_to"], "ratio (1)", 1.0),
+            ..PLAIN
+        };
+        let row = |backend: &str, stiffness: &str, to: f64| {
+            json!({ "backend": backend, "stiffness": stiffness,
+                "stable_to": to })
+        };
+        let rows = [
+            row("cg", "off", 10.0),
+            row("cg", "relative:1", 100.0),
+            row("banded", "relative:1", 1e3),
+        ];
+        let plot = plan.plot(&Value::from(rows.to_vec()));
+        let chart = &plot.charts[0];
+        assert_eq!(chart.x.names, ["off", "rel. 1"]);
+        let points: Vec<_> = chart.series.iter().map(|s| s.points.clone()).collect();
+        assert_eq!(points[0], [[-0.05, 10.0], [0.95, 100.0]]);
+        assert_eq!(points[1], [[1.05, 1e3]]);
     }
 }

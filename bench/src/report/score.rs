@@ -68,7 +68,15 @@ impl Scores {
         self.costs.first().map_or(0, |(_, c)| c.len())
     }
 
-    /// The profile of each solver: steps (τ, share of the problems), ascending; nothing for one that solves none.
+    /// How many problems each solver solves.
+    pub(super) fn solved(&self) -> impl Iterator<Item = (&str, usize)> {
+        let count = |costs: &[Option<f64>]| costs.iter().flatten().count();
+        self.costs
+            .iter()
+            .map(move |(name, costs)| (name.as_str(), count(costs)))
+    }
+
+    /// The profile of each solver: steps (τ, share of the problems), ascending; one that solves none stays at zero.
     pub(super) fn profiles(&self) -> Vec<(String, Vec<[f64; 2]>)> {
         let best: Vec<f64> = (0..self.problems())
             .map(|p| self.of_problem(p).fold(f64::INFINITY, f64::min))
@@ -87,16 +95,17 @@ impl Scores {
         let last = all.iter().filter_map(|(_, r)| r.last());
         let last = 1.2 * last.copied().fold(1.0, f64::max);
         let steps = |ratios: &[f64]| {
-            let mut points = Vec::new();
             let mut share = 0.0;
+            if ratios.is_empty() {
+                return vec![[1.0, share], [last, share]];
+            }
+            let mut points = Vec::new();
             for (k, &ratio) in ratios.iter().enumerate() {
                 points.push([ratio, share]);
                 share = (k + 1) as f64 / self.problems() as f64;
                 points.push([ratio, share]);
             }
-            if !points.is_empty() {
-                points.push([last, share]);
-            }
+            points.push([last, share]);
             points
         };
         all.iter().map(|(n, r)| (n.clone(), steps(r))).collect()
@@ -114,11 +123,9 @@ impl Scores {
                 .map(|&(p, worst)| (costs[p].unwrap_or(PENALTY * worst) + SHIFT).ln());
             (logs.sum::<f64>() / solvable.len() as f64).exp() - SHIFT
         };
-        let solved = |costs: &[Option<f64>]| costs.iter().flatten().count();
-        let mut means: Vec<_> = self
-            .costs
-            .iter()
-            .map(|(name, costs)| (name.clone(), solved(costs), mean(costs)))
+        let means = self.solved().zip(&self.costs);
+        let mut means: Vec<_> = means
+            .map(|((name, solved), (_, costs))| (name.to_owned(), solved, mean(costs)))
             .collect();
         means.sort_by(|a, b| a.2.total_cmp(&b.2));
         means
@@ -129,13 +136,14 @@ impl Scores {
 mod tests {
     use super::*;
 
-    /// Two solvers on three problems; none solves the last.
+    /// Three solvers on three problems; none solves the last, and one none at all.
     fn scores() -> Scores {
         Scores {
             level: 1e-6,
             costs: vec![
                 ("a".to_owned(), vec![Some(1e3), Some(8e3), None]),
                 ("b".to_owned(), vec![Some(2e3), None, None]),
+                ("c".to_owned(), vec![None, None, None]),
             ],
         }
     }
@@ -146,6 +154,9 @@ mod tests {
         assert_eq!(profiles[0].1.first(), Some(&[1.0, 0.0]));
         assert_eq!(profiles[0].1.last(), Some(&[2.4, 2.0 / 3.0]));
         assert_eq!(profiles[1].1[..2], [[2.0, 0.0], [2.0, 1.0 / 3.0]]);
+        assert_eq!(profiles[2].1, [[1.0, 0.0], [2.4, 0.0]]);
+        let scores = scores();
+        assert!(scores.solved().eq([("a", 2), ("b", 1), ("c", 0)]));
     }
 
     #[test]

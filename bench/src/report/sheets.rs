@@ -3,7 +3,9 @@
 
 use super::Other;
 use super::cells::{Cell, sortable};
-use super::page::Section;
+use super::page::{Section, settings};
+use super::settings::Setting;
+use crate::notation::{number, plain};
 use crate::table::nanoseconds;
 use maud::html;
 use serde_json::{Map, Value};
@@ -18,7 +20,7 @@ type List = (String, Vec<Row>);
 pub(super) struct Sheet {
     name: String,
     /// What all rows share, with its heading.
-    shared: Vec<(String, String)>,
+    shared: Vec<Setting>,
     headings: Vec<String>,
     rows: Vec<Vec<Cell>>,
 }
@@ -31,8 +33,8 @@ pub(super) fn sheets(other: &Other) -> Vec<Sheet> {
     let mut lists = Vec::new();
     let items = other.rows.as_array().map_or(&[][..], Vec::as_slice);
     let has_lists = |item: &Value| item.as_object().is_some_and(|o| o.values().any(is_list));
-    let plain = !items.is_empty() && !items.iter().any(has_lists);
-    let name = if plain { RECORDS } else { &other.name };
+    let is_plain = !items.is_empty() && !items.iter().any(has_lists);
+    let name = if is_plain { RECORDS } else { &other.name };
     collect(name, &other.rows, &mut lists);
     lists.into_iter().filter_map(Sheet::of).collect()
 }
@@ -113,7 +115,7 @@ impl Sheet {
         let (shared, columns): (Vec<&String>, Vec<&String>) = keys.into_iter().partition(same);
         let shared = shared
             .iter()
-            .map(|key| (heading(key), cell(key, &rows[0][*key]).text));
+            .map(|key| (heading(key), shown(key, &rows[0][*key])));
         let has_numbers = |key: &String| {
             rows.iter()
                 .any(|r| r.get(key).is_some_and(Value::is_number))
@@ -151,11 +153,7 @@ impl Sheet {
             }
         };
         let body = html! {
-            @if !self.shared.is_empty() {
-                dl.settings {
-                    @for (name, value) in &self.shared { div { dt { (name) } dd { (value) } } }
-                }
-            }
+            (settings(&self.shared))
             @if !self.headings.is_empty() { (sortable(&self.headings, &self.rows)) }
         };
         Section {
@@ -191,6 +189,14 @@ pub(super) fn heading(key: &str) -> String {
     }
 }
 
+/// A value in prose, where powers of ten are written as such.
+pub(super) fn shown(key: &str, value: &Value) -> String {
+    match value.as_f64() {
+        Some(n) if !is_time(key) => number(n),
+        _ => cell(key, value).text,
+    }
+}
+
 /// Most values of a list that are shown in a cell.
 const MOST_VALUES: usize = 4;
 
@@ -206,7 +212,7 @@ pub(super) fn cell(key: &str, value: &Value) -> Cell {
             let text = match n.as_u64() {
                 _ if is_time(key) => nanoseconds(number),
                 Some(whole) if whole < 100_000 => whole.to_string(),
-                _ => short(number),
+                _ => plain(number),
             };
             Cell::number(text, number)
         }
@@ -218,24 +224,6 @@ pub(super) fn cell(key: &str, value: &Value) -> Cell {
             Cell::text(texts.collect::<Vec<_>>().join(", "))
         }
         Value::Object(_) => Cell::text(""),
-    }
-}
-
-/// Four digits, with a power of ten where the number is large or small.
-fn short(number: f64) -> String {
-    let size = number.abs();
-    if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1e5).contains(&size) {
-        let digits = (3 - size.log10().floor() as i32).clamp(0, 6) as usize;
-        let text = format!("{number:.digits$}");
-        match text.contains('.') {
-            true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
-            false => text,
-        }
-    } else {
-        let text = format!("{number:.1e}");
-        text.replace(".0e", "e")
     }
 }
 
@@ -291,11 +279,5 @@ mod tests {
             };
             assert!(sheets(&other).is_empty());
         }
-    }
-
-    #[test]
-    fn numbers_are_short() {
-        let shown = [0.0, 0.016_666_666, 1234.567, 12_345.6, 1e7, -2.5e-9].map(short);
-        assert_eq!(shown, ["0", "0.01667", "1235", "12346", "1e7", "-2.5e-9"]);
     }
 }

@@ -4,7 +4,7 @@ use super::{error, mark_columns, nanoseconds, table, text};
 use crate::ladder::Omission;
 use crate::matrix::solve::{About, Record, Results};
 use crate::matrix::suite::{Entry, Topology};
-use comfy_table::{CellAlignment, ContentArrangement};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 use std::fmt::Write;
 
 /// Most characters of a line.
@@ -116,10 +116,15 @@ pub fn solved(results: &Results) -> String {
             (6, |r| r.forward_error),
         ],
     );
+    whole(results, &t)
+}
+
+/// The table of a system below its heading, with what was left out.
+fn whole(results: &Results, t: &Table) -> String {
     format!(
         "{}{}{}",
         heading(&results.about),
-        text(&t),
+        text(t),
         omissions(&results.omissions)
     )
 }
@@ -175,12 +180,7 @@ pub fn compared(results: &Results) -> String {
             (9, |r| r.forward_error),
         ],
     );
-    format!(
-        "{}{}{}",
-        heading(&results.about),
-        text(&t),
-        omissions(&results.omissions)
-    )
+    whole(results, &t)
 }
 
 /// The graded set by topology and size.

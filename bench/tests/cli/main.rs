@@ -2,6 +2,8 @@
 
 /// What goes to which stream and how wide it is, colours, `--quiet`.
 mod appearance;
+/// The pages of reports in a browser.
+mod browser;
 /// `taut paper`, `taut hard`, `taut static`: records of checks.
 mod checks;
 /// The gantry, driven by tables of inputs.

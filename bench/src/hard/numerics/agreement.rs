@@ -16,11 +16,7 @@ const MASS_RATIO: f64 = 100.0;
 /// The scenes that are compared: in their smallest size, or the two smallest and the largest.
 #[must_use]
 pub fn config(quick: bool) -> Config {
-    let own = if quick {
-        Config::quick()
-    } else {
-        Config::default()
-    };
+    let own = quick.then(Config::quick).unwrap_or_default();
     let chosen = |sizes: Vec<usize>| -> Vec<usize> {
         let last = sizes.len().saturating_sub(1);
         let some = |i: &usize| *i == 0 || (!quick && (*i == 1 || *i == last));

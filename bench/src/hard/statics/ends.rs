@@ -34,11 +34,7 @@ fn algebraic(check: Check) -> Check {
 /// # Errors
 /// A scene or a step that fails.
 pub fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let config = if quick {
-        pull::Config::quick()
-    } else {
-        pull::Config::default()
-    };
+    let config = quick.then(pull::Config::quick).unwrap_or_default();
     let rows = pull::run(&config, progress)?;
     let mut checks = Vec::new();
     for (material, _) in MATERIALS {

@@ -1,0 +1,101 @@
+//! Points and lines of a look as SVG has them.
+
+use super::draw::{Area, failed};
+use super::look::{Dash, Look, Shape};
+use super::{Mark, PlotError};
+use plotters::prelude::*;
+
+/// How large the points of a series before `later` others are, in pixels. Those are smaller, so that what is under them
+/// is seen.
+pub(super) fn radius(mark: Mark, points: usize, later: i32) -> i32 {
+    match mark {
+        _ if points > 400 => 1,
+        Mark::Points => {
+            if points > 40 {
+                3
+            } else {
+                4
+            }
+        }
+        _ => 3 + later.min(2),
+    }
+}
+
+pub(super) fn colour(look: Look) -> RGBColor {
+    let [r, g, b] = look.colour;
+    RGBColor(r, g, b)
+}
+
+/// Width of lines, in pixels.
+const LINE: u32 = 2;
+
+/// The drawing library has no dashes of several lengths: a line this much wider for each place in [`Dash::ALL`] stands
+/// for one, which [`with_dashes`] writes in its place.
+const DASHES: u32 = 1000;
+
+/// The style of a series' line.
+pub(super) fn line_style(look: Look) -> ShapeStyle {
+    let place = Dash::ALL.iter().position(|d| *d == look.dash).unwrap_or(0);
+    colour(look).stroke_width(LINE + DASHES * place as u32)
+}
+
+/// The text with its lines as wide as they are, and dashed.
+pub(super) fn with_dashes(text: String) -> String {
+    let dashed = Dash::ALL.iter().enumerate().skip(1);
+    dashed.fold(text, |text, (place, dash)| {
+        let wide = format!("stroke-width=\"{}\"", LINE + DASHES * place as u32);
+        let own = format!(
+            "stroke-width=\"{LINE}\" stroke-dasharray=\"{}\"",
+            dash.lengths()
+        );
+        text.replace(&wide, &own)
+    })
+}
+
+/// A point at a place in pixels from the area's corner.
+pub(super) fn draw_point(
+    area: &Area<'_>,
+    (x, y): (i32, i32),
+    look: Look,
+    r: i32,
+) -> Result<(), PlotError> {
+    let outline = colour(look).stroke_width(LINE);
+    // Corners, so that all shapes look about as large.
+    let at = |corners: &[(i32, i32)]| -> Vec<(i32, i32)> {
+        corners.iter().map(|(dx, dy)| (x + dx, y + dy)).collect()
+    };
+    let wide = r + 1;
+    let corners = match look.shape {
+        Shape::Circle => {
+            let style = if look.hollow {
+                outline
+            } else {
+                colour(look).filled()
+            };
+            return area.draw(&Circle::new((x, y), r, style)).map_err(failed);
+        }
+        Shape::Cross => {
+            let strokes = if look.hollow {
+                [[(-wide, 0), (wide, 0)], [(0, -wide), (0, wide)]]
+            } else {
+                [[(-r, -r), (r, r)], [(-r, r), (r, -r)]]
+            };
+            for stroke in strokes {
+                let line = PathElement::new(at(&stroke), outline);
+                area.draw(&line).map_err(failed)?;
+            }
+            return Ok(());
+        }
+        Shape::Triangle => at(&[(0, -wide - 1), (wide, r), (-wide, r)]),
+        Shape::Square => at(&[(-r, -r), (r, -r), (r, r), (-r, r)]),
+        Shape::Diamond => at(&[(0, -wide - 1), (wide + 1, 0), (0, wide + 1), (-wide - 1, 0)]),
+    };
+    if look.hollow {
+        let closed = corners.iter().chain(corners.first()).copied();
+        let line = PathElement::new(closed.collect::<Vec<_>>(), outline);
+        area.draw(&line).map_err(failed)
+    } else {
+        let shape = Polygon::new(corners, colour(look).filled());
+        area.draw(&shape).map_err(failed)
+    }
+}

@@ -1,0 +1,97 @@
+//! The pages in a browser: every section is there, and a click on a heading sorts.
+
+use crate::report::{SECTIONS, full_sections, made, names};
+use crate::{folder, good, text};
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::Command;
+
+/// Headless Chromium, where it is.
+fn chromium(page: &Path, profile: &Path) -> Option<String> {
+    let program = ["chromium", "chromium-browser"]
+        .into_iter()
+        .find(|p| Command::new(p).arg("--version").output().is_ok())?;
+    let output = Command::new(program)
+        .args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--no-first-run",
+        ])
+        .args([
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+        ])
+        .arg(format!("--user-data-dir={}", profile.display()))
+        .arg("--dump-dom")
+        .arg(format!("file://{}", page.display()))
+        .output()
+        .expect("a browser that starts");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    Some(text(&output.stdout).to_owned())
+}
+
+/// A page as a browser has it when its script has run, after a click on a heading of the table in a section.
+fn clicked(at: &Path, section: &str, heading: usize) -> Option<Vec<(String, String)>> {
+    let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+    let click = format!(
+        "<script>document.querySelectorAll('#{section} th')[{heading}].click();</script></body>"
+    );
+    let path = at.join("clicked.html");
+    fs::write(&path, page.replace("</body>", &click)).expect("writable");
+    let dom = chromium(&path, &at.join("profile"))?;
+    let shown = full_sections(&dom);
+    let written: Vec<String> = names(&page);
+    assert!(shown.iter().map(|s| &s.0).eq(&written), "{written:?}");
+    Some(shown)
+}
+
+/// The numbers by which a column of the section's table is sorted, in the order of its rows.
+fn column(sections: &[(String, String)], section: &str, column: usize) -> Vec<f64> {
+    let text = &sections
+        .iter()
+        .find(|s| s.0 == section)
+        .expect("the section")
+        .1;
+    assert!(text.contains("aria-sort=\"ascending\"") && text.contains("aria-sort=\"none\""));
+    let body = text.split("<tbody").nth(1).expect("a body");
+    let rows = body.split("<tr>").skip(1);
+    let cells = rows.filter_map(|row| {
+        row.split("<td")
+            .nth(column + 1)?
+            .split("data-sort=\"")
+            .nth(1)
+    });
+    cells
+        .filter_map(|cell| cell.split('"').next()?.parse().ok())
+        .collect()
+}
+
+/// The pages of the main job and of a sweep: every section is there, and a click on a heading sorts.
+#[test]
+fn a_browser_shows_the_pages() {
+    let at = made("browser");
+    let Some(sections) = clicked(&at, "rows", 4) else {
+        let required = std::env::var_os("TAUT_CHROMIUM").is_some_and(|v| v == "required");
+        assert!(!required, "Chromium does not open the page");
+        // Past what the harness keeps of a test that passes.
+        let _ = writeln!(
+            std::io::stderr(),
+            "no Chromium here: the pages are not opened in a browser"
+        );
+        return;
+    };
+    assert_eq!(sections.len(), SECTIONS.len());
+    let times = column(&sections, "rows", 4);
+    assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
+    let at = folder("browser-kernels");
+    good(
+        &at,
+        "bench --sweep kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
+    );
+    let sections = clicked(&at, "table-records", 5).expect("Chromium is here");
+    let times = column(&sections, "table-records", 5);
+    assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
+}
