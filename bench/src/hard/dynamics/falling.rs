@@ -25,6 +25,10 @@ use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
 const GRAVITY: f64 = 9.81;
 const LENGTH: f64 = 10.0;
 const MASS: f64 = 10.0;
+/// Links of the chain, and of the one that tells what they add; steps of the whole fall.
+const LINKS: usize = 151;
+const FEW_LINKS: usize = 75;
+const STEPS: f64 = 8000.0;
 /// Largest relative error of a time that passes.
 const BAR: f64 = 1e-2;
 /// Largest gain of energy, over M g L, at small steps and at 60 a second.
@@ -137,10 +141,8 @@ fn passage(tip: &[f64], x: f64) -> f64 {
 /// # Errors
 /// Where a step fails.
 pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let scale = (LENGTH / GRAVITY).sqrt();
-    let whole = time_of_fall(1.0) * scale;
-    let links = 151;
-    let steps = 8000.0;
+    let whole = time_of_fall(1.0) * (LENGTH / GRAVITY).sqrt();
+    let (links, steps) = (LINKS, STEPS);
     let run = |links: usize, steps: f64| {
         let options = StepOptions {
             dt: whole / steps,
@@ -149,51 +151,15 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         fall(chain(links), options, 1.05 * whole)
     };
     let fine = run(links, steps)?;
-    let coarse = 75;
-    let [half, wide] = if quick {
-        [None, None]
+    let coarser = if quick {
+        None
     } else {
-        [Some(run(links, 0.5 * steps)?), Some(run(coarse, steps)?)]
+        Some([run(links, 0.5 * steps)?, run(FEW_LINKS, steps)?])
     };
-    let mut checks = Vec::new();
-    for x in [0.5, 0.9, 0.97] {
-        let exact = time_of_fall(x) * scale;
-        let ours = passage(&fine.tip, x) * whole / steps;
-        let time = half.as_ref().map(|half| {
-            let before = passage(&half.tip, x) * whole / (0.5 * steps);
-            (ours - before) / 3.0 / exact
-        });
-        let space = wide.as_ref().map(|wide| {
-            let before = passage(&wide.tip, x) * whole / steps;
-            let lengths =
-                (links as f64).recip() / ((coarse as f64).recip() - (links as f64).recip());
-            (before - ours) * lengths / exact
-        });
-        let error = ours / exact - 1.0;
-        let left = match (time, space) {
-            (Some(time), Some(space)) => {
-                format!("both leave {:+.0e} of {error:+.0e}", error - time - space)
-            }
-            _ => String::new(),
-        };
-        checks.push(
-            Check::within(
-                format!("{links} links: tip falls by {x} L"),
-                format!("{exact:.6} s"),
-                format!("{ours:.6} s"),
-                error.abs(),
-                BAR,
-            )
-            .by("relative; time: a third of what half the steps change; space: what 75 links change, times the links' \
-                 lengths' ratio, first order")
-            .noting(left)
-            .split(Parts {
-                algebraic: None,
-                time: time.map(f64::abs),
-                space: space.map(f64::abs),
-            }),
-        );
-    }
+    let dt = whole / steps;
+    let mut checks = [0.5, 0.9, 0.97]
+        .map(|x| fallen(x, &fine, coarser.as_ref(), dt))
+        .to_vec();
     checks.push(lowest(&fine, links, whole / steps));
     checks.push(tension(&fine, links, whole / steps));
     let gain = |name: String, found: &Fall| {
@@ -238,6 +204,41 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         checks,
         ..Outcome::default()
     })
+}
+
+/// When the tip has fallen by `x` L, beside t(x); where the error comes from by a run of half the steps and one of
+/// [`FEW_LINKS`].
+fn fallen(x: f64, fine: &Fall, coarser: Option<&[Fall; 2]>, dt: f64) -> Check {
+    let exact = time_of_fall(x) * (LENGTH / GRAVITY).sqrt();
+    let ours = passage(&fine.tip, x) * dt;
+    let error = ours / exact - 1.0;
+    let check = Check::within(
+        format!("{LINKS} links: tip falls by {x} L"),
+        format!("{exact:.6} s"),
+        format!("{ours:.6} s"),
+        error.abs(),
+        BAR,
+    );
+    let Some([half, few]) = coarser else {
+        return check.by("relative");
+    };
+    let time = (ours - passage(&half.tip, x) * 2.0 * dt) / 3.0 / exact;
+    let [length, longer] = [LINKS, FEW_LINKS].map(|n| (n as f64).recip());
+    let space = (passage(&few.tip, x) * dt - ours) * length / (longer - length) / exact;
+    check
+        .by(format!(
+            "relative; time: a third of what half the steps change; space: what {FEW_LINKS} links change, times the \
+             links' lengths' ratio, first order"
+        ))
+        .noting(format!(
+            "both leave {:+.0e} of {error:+.0e}",
+            error - time - space
+        ))
+        .split(Parts {
+            algebraic: None,
+            time: Some(time.abs()),
+            space: Some(space.abs()),
+        })
 }
 
 /// When the tip is lowest, beside t(1).

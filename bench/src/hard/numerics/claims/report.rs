@@ -140,7 +140,8 @@ fn everywhere(audit: &Audit) -> Check {
     let solved = |s: &Solve| s.finding != Finding::Refused;
     let unsolved = |name: &&String| {
         let own = || audit.solves.iter().filter(|s| &s.scene == *name);
-        !own().any(solved) && !(own().count() > 0 && DEPENDENT.contains(&name.as_str()))
+        let refused = own().count() > 0 && DEPENDENT.contains(&name.as_str());
+        !(refused || own().any(solved))
     };
     let none: Vec<&str> = audit
         .audited
