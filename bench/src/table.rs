@@ -19,7 +19,7 @@ pub(crate) use style::{mark_columns, mark_least, verdict};
 use crate::ladder::{self, Fastest, LEVELS, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
 use comfy_table::presets::NOTHING;
-use comfy_table::{CellAlignment, Table};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 use std::fmt::Write;
 use taut_solver::Backend;
 
@@ -34,6 +34,18 @@ pub(crate) fn table(header: &[&str]) -> Table {
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
     }
+    table
+}
+
+/// Most characters of a line.
+const WIDTH: u16 = 118;
+
+/// The same of cells that are wrapped where lines would be longer than 120 columns.
+pub(crate) fn wrapped(header: &[&str]) -> Table {
+    let mut table = table(header);
+    table
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH);
     table
 }
 

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::body::Bodies;
 use crate::motion::Motion;
 
-/// What a [`Frame`] is fixed to.
+/// What a [`Frame`] is fixed to: there is nothing else than the world and a body, and never will be.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]

@@ -340,3 +340,28 @@ fn packages_share_what_the_workspace_sets() {
         );
     }
 }
+
+/// Public enums of the crates that others depend on can grow without breaking those who match on them; but for what
+/// there is nothing else of.
+#[test]
+fn public_enums_can_grow() {
+    let closed = ["Side"];
+    let mut open = 0;
+    for folder in ["solver", "model", "integrator"] {
+        for (path, text) in rust_files(&format!("{folder}/src")) {
+            let lines: Vec<&str> = text.lines().collect();
+            for (n, line) in lines.iter().enumerate() {
+                let Some(rest) = line.trim_start().strip_prefix("pub enum ") else {
+                    continue;
+                };
+                let name = rest.split([' ', '<']).next().unwrap_or_default();
+                let attributes = lines[..n].iter().rev();
+                let own = attributes.take_while(|l| !l.is_empty() && !l.ends_with('}'));
+                let can_grow = own.into_iter().any(|l| l.contains("non_exhaustive"));
+                assert!(can_grow != closed.contains(&name), "{path}: {name}");
+                open += usize::from(can_grow);
+            }
+        }
+    }
+    assert!(open > 10, "{open} enums found");
+}

@@ -1,11 +1,8 @@
 //! Checks: reference, ours, error, bar, verdict; criteria and notes below them.
 
-use super::{error, table, text, verdict};
+use super::{error, text, verdict, wrapped};
 use crate::check::{Check, Outcome, Parts, Verdict};
-use comfy_table::{Cell, CellAlignment, ContentArrangement};
-
-/// Most characters of a line.
-const WIDTH: u16 = 118;
+use comfy_table::{Cell, CellAlignment};
 
 /// An outcome's own tables, and its checks with `reference` as the heading of what ours is compared with. A note that
 /// several rows share in a row stands once; the parts of the errors have columns where any is known.
@@ -27,9 +24,7 @@ pub fn checks(outcome: &Outcome, reference: &str) -> String {
         &["bar", "verdict", "note"],
     ]
     .concat();
-    let mut t = table(&header);
-    t.set_content_arrangement(ContentArrangement::Dynamic)
-        .set_width(WIDTH);
+    let mut t = wrapped(&header);
     for (column, name) in t.column_iter_mut().zip(&header) {
         if ![&["error", "bar"], parts].concat().contains(name) {
             column.set_cell_alignment(CellAlignment::Left);
@@ -78,9 +73,7 @@ pub fn checks(outcome: &Outcome, reference: &str) -> String {
     }
     out.push_str(&text(&t));
     if !notes.is_empty() {
-        let mut list = table(&[]);
-        list.set_content_arrangement(ContentArrangement::Dynamic)
-            .set_width(WIDTH);
+        let mut list = wrapped(&[]);
         for (i, note) in notes.iter().enumerate() {
             list.add_row([(i + 1).to_string(), (*note).to_owned()]);
         }

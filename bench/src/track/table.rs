@@ -2,12 +2,9 @@
 
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
-use crate::table::{error, nanoseconds, table, verdict};
-use comfy_table::{Cell, CellAlignment, ContentArrangement};
+use crate::table::{error, nanoseconds, table, verdict, wrapped};
+use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
-
-/// Most characters of a line of the notes.
-const WIDTH: u16 = 118;
 
 /// What the columns are.
 pub const LEGEND: &str = "\
@@ -64,9 +61,7 @@ pub fn text(rows: &[Row]) -> String {
     }
     let mut out = crate::table::text(&t);
     if !notes.is_empty() {
-        let mut list = table(&[]);
-        list.set_content_arrangement(ContentArrangement::Dynamic)
-            .set_width(WIDTH);
+        let mut list = wrapped(&[]);
         for (i, note) in notes.iter().enumerate() {
             list.add_row([format!("({})", i + 1), (*note).to_owned()]);
         }

@@ -106,6 +106,7 @@ fn tables_fit_into_120_columns() {
         "bench --sweep kernels --quick --segments 4 --ratios 100",
         "bench --sweep linear --quick --segments 4 --ratios 100,1e12",
         "bench --sweep shocks --quick --ratios 100 --time 1",
+        "hard H43 H46 claims --quick",
         "static --segments 100 --ratios 1e5 --limit 2 --backends banded/kkt,cg:group",
         "run hoist --set segments=2 --time 0.1",
         "solve a.mtx",

@@ -101,6 +101,7 @@ pub struct BodyEntry {
 /// A solid shape.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum Shape {
     /// A ball.
     Sphere {

@@ -18,6 +18,7 @@ use crate::frame::{Frame, Side, axes_along, hanging_axes};
 /// Kind of a joint in a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Kind {
     /// Stretch rows only.
     #[default]

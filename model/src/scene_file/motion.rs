@@ -10,6 +10,7 @@ use crate::scene::validate::validate_motion;
 /// Motion of a point of the world.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
 pub enum MotionEntry {
     /// See [`Motion::Smooth`].
     Smooth {

@@ -33,6 +33,7 @@ impl Random<'_> {
 
 /// How the blocks hang together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Shape {
     /// One after the other.
     Chain,

@@ -14,7 +14,7 @@ mod extended;
 pub mod joints;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
-use crate::table::{error, table, text};
+use crate::table::{table, text};
 use indicatif::ProgressBar;
 use joints::{Kind, Pose, jacobian_error, pair, sensitivity};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -139,7 +139,8 @@ fn tables(bends: &[f64], errors: &[Vec<f64>]) -> String {
     let mut t = table(&header);
     for (kind, errors) in Kind::ALL.iter().zip(errors) {
         let mut row = vec![kind.name().to_owned()];
-        row.extend(errors.iter().map(|e| error(Some(*e))));
+        // One digit: eleven columns have to find room.
+        row.extend(errors.iter().map(|e| format!("{e:.0e}")));
         t.add_row(row);
     }
     format!(

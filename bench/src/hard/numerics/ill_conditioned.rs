@@ -15,7 +15,7 @@ use crate::hard::{together, worse};
 use crate::matrix::Matrix;
 use crate::matrix::prepared::Problem;
 use crate::matrix::solve::backends;
-use crate::table::{error, table, text};
+use crate::table::{error, text, wrapped};
 use indicatif::ProgressBar;
 use matrices::{Specimen, specimens};
 use rayon::prelude::*;
@@ -256,7 +256,7 @@ fn tables(specimens: &[Specimen], rows: &[Row]) -> String {
         let heads: Vec<String> = part.iter().map(head).collect();
         let mut header = vec!["η or ω, error of x"];
         header.extend(heads.iter().map(String::as_str));
-        let mut t = table(&header);
+        let mut t = wrapped(&header);
         for &backend in &backends {
             let mut row = vec![backend.to_owned()];
             for s in part {

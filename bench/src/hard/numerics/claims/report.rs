@@ -3,7 +3,7 @@
 use super::{Audit, Finding, Solve};
 use crate::check::{Check, Verdict};
 use crate::hard::{together, worse};
-use crate::table::{error, table, text};
+use crate::table::{error, text, wrapped};
 use std::fmt::Write;
 
 /// The names of a key in the order in which they come.
@@ -222,7 +222,7 @@ pub(super) fn tables(audit: &Audit) -> String {
         solves.len(),
         scenes.len()
     );
-    let mut t = table(&[
+    let mut t = wrapped(&[
         "solver", "claimed,", "claimed,", "by the", "not,", "honest", "refused", "residual",
         "error", "where",
     ]);
@@ -256,8 +256,13 @@ pub(super) fn tables(audit: &Audit) -> String {
         ]);
     }
     out.push_str(&text(&t));
-    for ended in &audit.ended {
-        let _ = writeln!(out, "not followed to the end: {ended}");
+    if !audit.ended.is_empty() {
+        out.push_str("\nNot followed to the end\n");
+        let mut list = wrapped(&[]);
+        for ended in &audit.ended {
+            list.add_row([ended]);
+        }
+        out.push_str(&text(&list));
     }
     out
 }
