@@ -282,6 +282,7 @@ const KINDS: &[Kind] = &[
                 x: texts(&["stiffness"], "geometric stiffness α (1)"),
                 y: positive(&["stable_to"], "load/segment mass ratio (1)", 1.0),
                 as_first: &["guarded", "planar"],
+                least_places: 2,
                 ..PLAIN
             },
             Plan {
