@@ -1,8 +1,10 @@
 //! How a series looks: a colour, and a form of its own, which is the shape of its points and the dashes of its line.
 //!
-//! A solver has the colour of its library everywhere, one of Okabe and Ito's, grey or black; what tells its variants
-//! apart is the form. What is no solver has other colours, three that colour-blind readers take for a blue, a yellow
-//! and a grey, and the forms in turn. All can be read on white and on a dark page.
+//! A solver has the colour of its library everywhere: one of Okabe and Ito's or near it, darkened until its lines can be
+//! seen on white, grey or black. What tells its variants apart is the form, and so it is for two libraries whose colours
+//! are near each other for a reader without green cones. What is no solver has other colours, three that colour-blind
+//! readers take for a blue, a yellow and a grey, and the forms in turn. All can be read on white and on a dark page, where
+//! black is the page's ink.
 
 /// What a point is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -109,9 +111,9 @@ impl Look {
         let colour = match library {
             "banded" | "batch" => [0, 114, 178],
             "faer" => [0, 158, 115],
-            "nalgebra-sparse" => [86, 180, 233],
-            "umfpack" => [213, 94, 0],
-            "gauss-seidel" => [230, 159, 0],
+            "nalgebra-sparse" => [40, 155, 215],
+            "umfpack" => [160, 80, 0],
+            "gauss-seidel" => [210, 130, 0],
             "cg" => [204, 121, 167],
             "dense" => [128, 128, 128],
             "lapack" => [0, 0, 0],
@@ -126,10 +128,10 @@ impl Look {
             "none" | "scene" => Some(Shape::Cross),
             _ => None,
         };
-        let own = if library == "batch" {
-            Shape::Square
-        } else {
-            Shape::Circle
+        let own = match library {
+            "batch" => Shape::Square,
+            "nalgebra-sparse" | "dense" => Shape::Diamond,
+            _ => Shape::Circle,
         };
         let shape = words.clone().find_map(variant).unwrap_or(own);
         // Those that do not form S.
@@ -175,6 +177,39 @@ mod tests {
         0.2126 * r + 0.7152 * g + 0.0722 * b
     }
 
+    fn contrast(a: [u8; 3], b: [u8; 3]) -> f64 {
+        let [a, b] = [a, b].map(luminance);
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    /// What a reader without green cones sees of a colour (Viénot, Brettel, Mollon 1999), in CIE L*a*b*.
+    fn seen(colour: [u8; 3]) -> [f64; 3] {
+        let alone = |i: usize| {
+            let mut only = [0; 3];
+            only[i] = colour[i];
+            luminance(only) / [0.2126, 0.7152, 0.0722][i]
+        };
+        let [r, g, b] = [0, 1, 2].map(alone);
+        let yellow = 0.29275 * r + 0.70725 * g;
+        let blue = (b + 0.02234 * (g - r)).max(0.0);
+        let f = |t: f64| {
+            if t > 0.008_856 {
+                t.cbrt()
+            } else {
+                7.787 * t + 16.0 / 116.0
+            }
+        };
+        let x = f((0.7700 * yellow + 0.1805 * blue) / 0.9505);
+        let y = f(0.9278 * yellow + 0.0722 * blue);
+        let z = f((0.1385 * yellow + 0.9505 * blue) / 1.0890);
+        [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+    }
+
+    fn distance(a: [u8; 3], b: [u8; 3]) -> f64 {
+        let both = seen(a).into_iter().zip(seen(b));
+        both.map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt()
+    }
+
     #[test]
     fn variants_of_a_solver_have_one_colour_and_forms_of_their_own() {
         let choices = Choice::all().into_iter().chain(crate::iterative::choices());
@@ -188,13 +223,31 @@ mod tests {
             .collect();
         for (i, (look, name)) in looks.iter().zip(&names).enumerate() {
             for (other, others_name) in looks[..i].iter().zip(&names) {
+                let same_shape = (look.shape, look.hollow) == (other.shape, other.hollow);
+                let same_dash = look.dash == other.dash;
                 let same_library = look.colour == other.colour;
-                let alike = (look.shape, look.hollow) == (other.shape, other.hollow)
-                    || look.dash == other.dash;
-                assert!(!(same_library && alike), "{name} and {others_name}");
+                let both = format!("{name} and {others_name}");
+                assert!(!(same_library && (same_shape || same_dash)), "{both}");
+                // Of two libraries the colour or the form is enough.
+                let near = distance(look.colour, other.colour) < NEAR;
+                assert!(!(near && same_shape && same_dash), "{both}");
             }
         }
         assert_eq!(Look::of_solver("third-difference"), None);
+    }
+
+    /// Colours that are less apart than this are taken for each other in thin lines.
+    const NEAR: f64 = 15.0;
+
+    #[test]
+    fn colours_of_solvers_are_read_on_light_and_dark() {
+        for choice in Choice::all() {
+            let look = Look::of_solver(choice.backend.name()).expect("a solver");
+            for page in [[255; 3], [0x16; 3]] {
+                let contrast = contrast(look.colour, page);
+                assert!(contrast > 3.0, "{choice}: {contrast}");
+            }
+        }
     }
 
     #[test]
@@ -203,9 +256,8 @@ mod tests {
         let solvers: HashSet<_> = Choice::all().iter().filter_map(of_solver).collect();
         for colour in COLOURS {
             assert!(!solvers.contains(&colour));
-            for page in [[255; 3], [0x16; 3]].map(luminance) {
-                let own = luminance(colour);
-                let contrast = (own.max(page) + 0.05) / (own.min(page) + 0.05);
+            for page in [[255; 3], [0x16; 3]] {
+                let contrast = contrast(colour, page);
                 assert!(contrast > 3.0, "{colour:?}: {contrast}");
             }
         }

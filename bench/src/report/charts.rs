@@ -1,6 +1,6 @@
 //! The charts of the main job's report.
 
-use super::measure::{Extras, Pattern, Trace};
+use super::measure::{Extras, Pattern, Step, Trace};
 use super::score::Scores;
 use crate::ladder::Record;
 use crate::notation::number;
@@ -42,6 +42,10 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
             let mut points: Vec<[f64; 2]> = Vec::new();
             // An iteration that has converged stands still, whatever its times.
             let mut add = |error: f64, ns: f64| {
+                // What is no number is not exact.
+                if !error.is_finite() {
+                    return;
+                }
                 let (error, time) = (error.max(FLOOR), ns * 1e-3);
                 match points.last_mut() {
                     Some([last, least]) if *last == error => *least = least.min(time),
@@ -118,6 +122,7 @@ pub(super) fn mass_ratios(extras: &Extras) -> Vec<Chart> {
         let backends = distinct(rungs.iter().map(|r| r.backend.as_str()));
         let of = |backend: &str| {
             let own = rungs.iter().filter(|r| r.backend == backend);
+            let own = own.filter(|r| r.forward_error.is_finite());
             let points = own.map(|r| [r.mass_ratio, r.forward_error.max(FLOOR)]);
             series(backend, points.collect())
         };
@@ -150,29 +155,45 @@ pub(super) fn mass_ratios(extras: &Extras) -> Vec<Chart> {
 
 /// Error of the motion against its cost, Δt along each curve.
 pub(super) fn time_steps(extras: &Extras) -> Vec<Chart> {
-    let schemes = distinct(extras.steps.iter().map(|s| s.scheme.as_str()));
+    let point = |s: &Step, by_cost: bool| {
+        let error = s.load_error_m.filter(|e| e.is_finite())?.max(FLOOR);
+        Some(if by_cost {
+            [error * 1e3, s.second_ns * 1e-6]
+        } else {
+            [s.dt * 1e3, error * 1e3]
+        })
+    };
+    let by_scheme = || extras.steps.iter().filter(|s| s.backend.is_none());
+    let schemes = distinct(by_scheme().map(|s| s.scheme.as_str()));
     let of = |by_cost: bool| {
         let line = |scheme: &&str| {
-            let own = extras.steps.iter().filter(|s| s.scheme == *scheme);
-            let points = own.filter_map(|s| {
-                let error = s.load_error_m?.max(FLOOR);
-                Some(if by_cost {
-                    [error * 1e3, s.second_ns * 1e-6]
-                } else {
-                    [s.dt * 1e3, error * 1e3]
-                })
-            });
-            Series::new(*scheme, points.collect(), Mark::LineAndPoints)
+            let own = by_scheme().filter(|s| s.scheme == *scheme);
+            let points = own.filter_map(|s| point(s, by_cost)).collect();
+            Series::new(*scheme, points, Mark::LineAndPoints)
         };
         schemes.iter().map(line).collect()
     };
+    let backends = distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
+    let solver = |backend: &&str| {
+        let own = extras.steps.iter();
+        let own = own.filter(|s| s.backend.as_deref() == Some(*backend));
+        series(backend, own.filter_map(|s| point(s, true)).collect())
+    };
+    let axes = |title: &str, series: Vec<Series>| Chart {
+        title: title.to_owned(),
+        x: Axis::log("largest error of the load's place (mm)"),
+        y: Axis::log("median step × steps of a second (ms)"),
+        series,
+    };
     let charts = [
-        Chart {
-            title: "work against precision of the motion, over Δt".to_owned(),
-            x: Axis::log("largest error of the load's place (mm)"),
-            y: Axis::log("median step × steps of a second (ms)"),
-            series: of(true),
-        },
+        axes(
+            "work against precision of the motion: every solver, over Δt",
+            backends.iter().map(solver).collect(),
+        ),
+        axes(
+            "work against precision of the motion: schemes, over Δt",
+            of(true),
+        ),
         Chart {
             title: "order of the schemes".to_owned(),
             x: Axis::log("Δt (ms)"),
@@ -201,12 +222,17 @@ pub(super) fn trace(trace: &Trace) -> Vec<Chart> {
     let frame = trace.dt * 1e3;
     let quantiles = trace.quantiles().into_iter().enumerate();
     let levels = quantiles
-        .map(|(i, (name, ns))| level(i + 2, format!("{name} {}", nanoseconds(ns)), ns * 1e-6));
+        .map(|(i, (name, ns))| level(i + 1, format!("{name} {}", nanoseconds(ns)), ns * 1e-6));
     let steps = Series {
         look: Some(Look::by_place(0)),
         ..Series::new("a step", points.collect(), Mark::Points)
     };
-    let limit = level(1, format!("Δt = {frame:.1} ms"), frame);
+    // Not one of the percentiles: a line with its name at its end.
+    let limit = Series::new(
+        format!("Δt = {frame:.1} ms"),
+        vec![[0.0, frame], [end, frame]],
+        Mark::Guide,
+    );
     let series = [steps, limit].into_iter().chain(levels).collect();
     one(Chart {
         title: "time of each step".to_owned(),

@@ -2,7 +2,7 @@
 
 use super::cells::{Cell, sortable};
 use super::charts;
-use super::measure::Trace;
+use super::measure::{Extras, Trace};
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::{Report, ReportError};
@@ -34,7 +34,10 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
             "The time step",
             "Error of a motion against its cost, Δt ever smaller along each curve: 24 segments, load/segment 10³, \
              the anchor moved aside; against the paper's step extrapolated to Δt = 0. The cost is the median time of \
-             a step, all its phases, times the steps of a simulated second.",
+             a step, all its phases, times the steps of a simulated second. Solvers at their defaults, with the default \
+             scheme and without guard: direct ones differ in cost alone, an iteration ends where what it leaves \
+             unconverged is more than what the time step does. A run that was lost is not shown, and a solver all of \
+             whose runs were is in the legend alone.",
             &charts::time_steps(extras),
         )?,
         profiles(&scores, &report.omissions)?,
@@ -42,14 +45,15 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
         figures(
             "sizes",
             "Time against elements",
-            "A straight line of slope 1 is a cost in proportion to the cable's elements.",
+            &sizes(extras),
             &charts::sizes(extras),
         )?,
         figures(
             "mass-ratios",
             "Condition and error against mass ratio",
             "What forming S loses, up to roundoff × mass ratio in a straight cable and less in a bent one, one refinement \
-             from the pieces J, M and Σ brings back. A bent cable of 24 segments, the material stiff enough for the load.",
+             from the pieces J, M and Σ brings back. A bent cable of 24 segments, the material stiff enough for the load. \
+             Direct solvers alone: what iterations leave is what they were allowed, and stands in the first plots.",
             &charts::mass_ratios(extras),
         )?,
         trace(&extras.trace)?,
@@ -71,6 +75,28 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
     .into_iter()
     .flatten()
     .collect())
+}
+
+/// What the plot of sizes shows, and whom it leaves out.
+fn sizes(extras: &Extras) -> String {
+    let named = |of: &dyn Fn(&str) -> bool| {
+        let all = charts::distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
+        let names: Vec<&str> = all.into_iter().filter(|name| of(name)).collect();
+        names.join(", ")
+    };
+    let absent = named(&|name| extras.sizes.iter().all(|s| s.backend != name));
+    let absent = if absent.is_empty() {
+        String::new()
+    } else {
+        format!(
+            " Left out: {absent}: the dense solver, whose cost is cubic, and what did not make the first steps."
+        )
+    };
+    format!(
+        "A straight line of slope 1 is a cost in proportion to the cable's elements. Iterations stop at their default \
+         limits, whatever error they have come to: their cost is that of the limit, no more. A curve ends where a step \
+         takes twice the time that its measurement has.{absent}"
+    )
 }
 
 /// The times of single steps, and what most of them keep.

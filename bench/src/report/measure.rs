@@ -2,6 +2,7 @@
 //! the time step, the times of single steps, energies, patterns.
 
 use crate::choice::Choice;
+use crate::hard::worse;
 use crate::ladder;
 use crate::linear;
 use crate::poses::Pose;
@@ -65,6 +66,10 @@ pub struct Rung {
 pub struct Step {
     /// The scheme.
     pub scheme: String,
+    /// Backend and form where solvers are compared, with the default scheme and no guard; `None` where schemes are, with the
+    /// default solver.
+    #[serde(default)]
+    pub backend: Option<String>,
     /// Δt \[s].
     pub dt: f64,
     /// Cost of a second of motion: median step times steps \[ns].
@@ -150,7 +155,7 @@ pub fn measure(
     done("error against mass ratio");
     let (ladder, conditions) = mass_ratios(choices, quick)?;
     done("error against Δt");
-    let steps = time_steps(quick)?;
+    let steps = time_steps(choices, quick)?;
     done("step times");
     let trace = trace(quick)?;
     done("energies");
@@ -294,7 +299,7 @@ fn options(scheme: Scheme, dt: f64) -> StepOptions {
     }
 }
 
-fn time_steps(quick: bool) -> Result<Vec<Step>, StepError> {
+fn time_steps(choices: &[Choice], quick: bool) -> Result<Vec<Step>, StepError> {
     let time = if quick { 1.0 } else { 3.0 };
     let rates: &[usize] = if quick {
         &[60, 240]
@@ -306,11 +311,10 @@ fn time_steps(quick: bool) -> Result<Vec<Step>, StepError> {
     let frames = steps_in(time, DT);
     let (exact, _) = reference::extrapolated(&params, DT, substeps, frames, 0..0)?;
     let gap = reference::most_gap(&params)?;
-    let mut steps = Vec::new();
-    for scheme in schemes() {
-        for &rate in rates {
-            let dt = 1.0 / rate as f64;
-            let mut stepper = Stepper::new(reference::scene(&params)?, options(scheme, dt))?;
+    let step =
+        |options: StepOptions, backend: Option<String>, rate: usize| -> Result<Step, StepError> {
+            let (scheme, dt) = (options.scheme.to_string(), options.dt);
+            let mut stepper = Stepper::new(reference::scene(&params)?, options)?;
             let run = simulate(&mut stepper, time, gap, |_| {});
             // Positions at the ends of the longer of both steps.
             let (ours, theirs) = (rate.div_ceil(60), 60_usize.div_ceil(rate));
@@ -318,12 +322,24 @@ fn time_steps(quick: bool) -> Result<Vec<Step>, StepError> {
             let exact = exact.load.iter().skip(theirs - 1).step_by(theirs);
             let error = ends.zip(exact).map(|(s, x)| (s.load - x).norm());
             let median = run.nanoseconds(PhaseTimes::total).median;
-            steps.push(Step {
-                scheme: scheme.to_string(),
+            Ok(Step {
+                scheme,
+                backend,
                 dt,
                 second_ns: median * rate as f64,
-                load_error_m: run.failure.is_none().then(|| error.fold(0.0, f64::max)),
-            });
+                load_error_m: run.failure.is_none().then(|| error.fold(0.0, worse)),
+            })
+        };
+    let mut steps = Vec::new();
+    for scheme in schemes() {
+        for &rate in rates {
+            steps.push(step(options(scheme, 1.0 / rate as f64), None, rate)?);
+        }
+    }
+    for choice in choices.iter().filter(|c| c.check().is_ok()) {
+        for &rate in rates {
+            let options = choice.plain_options(1.0 / rate as f64);
+            steps.extend(step(options, Some(choice.family()), rate));
         }
     }
     Ok(steps)

@@ -181,6 +181,8 @@ pub(super) fn heading(key: &str) -> String {
     match key {
         "dt" => "Δt (s)".to_owned(),
         "ns" => "time".to_owned(),
+        "length" => "length (m)".to_owned(),
+        "first_failure_time" => "first failure (s)".to_owned(),
         key if is_time(key) => words(&key.replace("_ns", "")),
         key => unit("_m", "m")
             .or_else(|| unit("_s", "s"))
