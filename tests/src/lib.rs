@@ -1,5 +1,15 @@
 //! What the tests across crates share: random numbers with a fixed seed, random block systems, scenes, solvers.
 //!
+//! What arbitrary bytes are put through says whether they came as far as a solution, and panics where the program would
+//! have:
+//!
+//! ```
+//! use taut_tests::fuzzing::matrix_market;
+//!
+//! assert!(matrix_market(b"%%MatrixMarket matrix coordinate real symmetric\n1 1 1\n1 1 2.0\n"));
+//! assert!(!matrix_market(b"no matrix"));
+//! ```
+//!
 //! # Map
 //! | module | holds |
 //! |---|---|

@@ -2,9 +2,8 @@
 //!
 //! A solver has the colour of its library everywhere: one of Okabe and Ito's or near it, darkened until its lines can be
 //! seen on white, grey or black. What tells its variants apart is the form, and so it is for two libraries whose colours
-//! are near each other for a reader without green cones. What is no solver has other colours, three that colour-blind
-//! readers take for a blue, a yellow and a grey, and the forms in turn. All can be read on white and on a dark page, where
-//! black is the page's ink.
+//! are near each other for a reader without green cones. What is no solver has other colours, and the forms in
+//! turn: it shares no plot with solvers. All can be read on white and on a dark page, where black is the page's ink.
 
 /// What a point is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

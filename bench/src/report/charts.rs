@@ -299,3 +299,27 @@ fn has_points(chart: &Chart) -> bool {
 fn one(chart: Chart) -> Vec<Chart> {
     Some(chart).filter(has_points).into_iter().collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::measure::Rung;
+
+    #[test]
+    fn what_is_no_number_is_not_drawn_as_exact() {
+        let rung = |forward_error| Rung {
+            backend: "banded".to_owned(),
+            mass_ratio: 1.0,
+            refinements: 0,
+            forward_error,
+        };
+        let extras = Extras {
+            ladder: [1e-9, f64::NAN, 0.0].map(rung).to_vec(),
+            ..Extras::default()
+        };
+        let charts = mass_ratios(&extras);
+        let series = charts.iter().flat_map(|c| &c.series);
+        let points: Vec<[f64; 2]> = series.flat_map(|s| s.points.clone()).collect();
+        assert_eq!(points, [[1.0, 1e-9], [1.0, FLOOR]]);
+    }
+}

@@ -89,13 +89,14 @@ fn sizes(extras: &Extras) -> String {
         String::new()
     } else {
         format!(
-            " Left out: {absent}: the dense solver, whose cost is cubic, and what did not make the first steps."
+            " Left out: {absent}: the dense solver, whose cost is cubic, and what is lost at the smallest \
+             size already."
         )
     };
     format!(
         "A straight line of slope 1 is a cost in proportion to the cable's elements. Iterations stop at their default \
          limits, whatever error they have come to: their cost is that of the limit, no more. A curve ends where a step \
-         takes twice the time that its measurement has.{absent}"
+         takes twice the time that its measurement has, or where a run is lost.{absent}"
     )
 }
 

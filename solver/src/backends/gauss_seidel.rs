@@ -53,6 +53,9 @@ struct Plan {
 /// a null vector has been added to at every sweep, leaves less.
 const STILL: f64 = 1e-9;
 
+/// Sweeps in a row that leave no less than the least residual yet, after which there will be no less.
+const MOST_RISES: usize = 4;
+
 impl GaussSeidel {
     pub(crate) fn new(options: GaussSeidelOptions) -> Result<Self, SolveError> {
         check_iteration(options.iterations, options.tolerance)?;
@@ -222,7 +225,7 @@ impl LinearSolver for GaussSeidel {
             residual: f64::INFINITY,
         };
         let mut fallen = 1.0;
-        let mut least = f64::INFINITY;
+        let (mut least, mut risen) = (f64::INFINITY, 0);
         while report.iterations < self.options.iterations {
             if report.iterations + 1 == self.options.iterations {
                 plan.change.copy_from_slice(x);
@@ -239,12 +242,13 @@ impl LinearSolver for GaussSeidel {
                     report.status = Status::Converged;
                     break;
                 }
-                if left >= least {
-                    // Rounding keeps it where it is.
+                // The energy of the error falls at every sweep, this norm may rise for one: then rounding keeps it.
+                risen = if left < least { 0 } else { risen + 1 };
+                if risen == MOST_RISES {
                     report.status = Status::Stalled;
                     break;
                 }
-                least = left;
+                least = least.min(left);
             }
             if !report.residual.is_finite() {
                 break;

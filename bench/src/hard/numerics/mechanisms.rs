@@ -9,7 +9,7 @@
 use crate::check::{Check, ExperimentError, Verdict};
 use crate::hard::worse;
 use crate::scenes;
-use crate::trajectory::{simulate, steps_in};
+use crate::trajectory::simulate;
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, UnitQuaternion, Vector3};
 use rayon::prelude::*;
@@ -164,7 +164,7 @@ pub struct Run {
     /// Whether it ended because the solver found the matrix singular, and named the hinge.
     pub singular: bool,
     /// Of a run that no error ended, but a hinge's gap or a rod's turn that was too large: the smallest singular value of S
-    /// over its largest, the least of all steps.
+    /// over its largest, the least of the steps until then.
     pub dependence: Option<f64>,
 }
 
@@ -203,7 +203,7 @@ pub fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
             })
         ),
         dependence: if trajectory.failure.is_some() && trajectory.error.is_none() {
-            Some(dependence(scene, options)?)
+            Some(dependence(scene, options, samples.len())?)
         } else {
             None
         },
@@ -211,9 +211,8 @@ pub fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
     })
 }
 
-/// The least of all steps of what S's smallest singular value is of its largest, S scaled to a diagonal of 1.
-fn dependence(scene: Scene, options: StepOptions) -> Result<f64, StepError> {
-    let steps = steps_in(TIME, options.dt);
+/// The least of so many steps of what S's smallest singular value is of its largest, S scaled to a diagonal of 1.
+fn dependence(scene: Scene, options: StepOptions, steps: usize) -> Result<f64, StepError> {
     let mut stepper = Stepper::new(scene, options)?;
     let mut least = f64::INFINITY;
     for _ in 0..steps {

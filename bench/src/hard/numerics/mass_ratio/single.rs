@@ -117,7 +117,7 @@ pub(super) fn in_single_precision(singles: &[Single]) -> Vec<Check> {
             if before < 1.0 {
                 after <= 2.0 * before.powi(2)
             } else {
-                lost
+                lost && after.is_finite()
             }
         };
         let beyond = own().filter(|s| s.errors[1] > SINGLE_BAR || s.errors[1].is_nan());

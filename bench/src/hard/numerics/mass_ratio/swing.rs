@@ -17,7 +17,7 @@ const SWING_BAR: f64 = 1e-5;
 /// What a free swing may gain of energy in a minute, over the largest kinetic energy.
 const GAIN_BAR: f64 = 1e-5;
 
-/// Most that waves of the cable may add to it where the load does not outweigh the cable: beyond it is no limit.
+/// Most that waves of the cable may add to it: beyond it is no limit.
 const MOST_WAVES: f64 = 1e-2;
 
 /// Seconds of the swing, and by how much the anchor moves in the first two \[s, m].
@@ -121,8 +121,8 @@ impl Swing {
                     check.verdict = Verdict::Limit;
                     let _ = write!(
                         check.note,
-                        "; a load that does not outweigh its cable has no amplitude of its own: waves of the cable are \
-                         {waves:.0e} of the motion; the energy is judged below"
+                        "; waves of the cable are {waves:.0e} of the load's motion, and its amplitude has them in it; the \
+                         energy is judged below"
                     );
                 }
                 check
