@@ -41,8 +41,8 @@ pub fn command(arguments: &[String]) -> String {
     words.join(" ")
 }
 
-/// The commit of the sources that this was built from and whether files differ from it, as `git describe` has it;
-/// `unknown` where there is no git, or these are not in its hands any more.
+/// The commit that the folder of the sources is at now, and whether files differ from it, as `git describe` has it: what
+/// was built, unless the folder has moved on since. `unknown` where there is no git, or it knows nothing of the folder.
 #[must_use]
 pub fn commit() -> String {
     let described = Command::new("git")

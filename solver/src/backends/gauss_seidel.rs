@@ -53,7 +53,7 @@ struct Plan {
 /// a null vector has been added to at every sweep, leaves less.
 const STILL: f64 = 1e-9;
 
-/// Sweeps in a row that leave no less than the least residual yet, after which there will be no less.
+/// Sweeps in a row that leave no less than the least residual yet, after which rounding keeps it there.
 const MOST_RISES: usize = 4;
 
 impl GaussSeidel {
@@ -237,18 +237,20 @@ impl LinearSolver for GaussSeidel {
             fallen = 1.0 - report.residual / before;
             if report.residual <= self.options.tolerance {
                 let left = plan.residual(b, x).sqrt() / norm;
-                report.residual = left;
-                if left <= self.options.tolerance {
-                    report.status = Status::Converged;
-                    break;
-                }
-                // The energy of the error falls at every sweep, this norm may rise for one: then rounding keeps it.
+                // What falls at every sweep is the energy of the error; this norm may rise for some.
                 risen = if left < least { 0 } else { risen + 1 };
-                if risen == MOST_RISES {
-                    report.status = Status::Stalled;
+                least = least.min(left);
+                report.status = if left <= self.options.tolerance {
+                    Status::Converged
+                } else if risen == MOST_RISES {
+                    Status::Stalled
+                } else {
+                    Status::IterationLimit
+                };
+                if report.status != Status::IterationLimit {
+                    report.residual = left;
                     break;
                 }
-                least = least.min(left);
             }
             if !report.residual.is_finite() {
                 break;
