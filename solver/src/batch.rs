@@ -5,6 +5,7 @@
 //! their numbers stand together: entry e of cable c of a quantity of n entries is number
 //! `((c / 8) n + e) 8 + c % 8` ([`batch_index`]). That is the layout of matrices, right-hand sides and solutions.
 
+use crate::aligned::Aligned;
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::{Chain, batch};
 use crate::error::expect_len;
@@ -228,11 +229,11 @@ impl From<SolveError> for BatchError {
     }
 }
 
-/// Direct solver of a batch of chains, as the `banded` backend is of one: positive definite and quasi-definite
-/// matrices. Each cable's result agrees with that of `banded` to rounding (the elimination runs from one end only), and
-/// does not depend on its neighbours or on their number but for rounding.
+/// Direct solver of a batch of chains, as the `banded` backend is of one: positive definite matrices. Each cable's result
+/// agrees with that of `banded` to rounding (the elimination runs from one end only), and does not depend on its
+/// neighbours or on their number but for rounding.
 ///
-/// Where entries are below 1e-120 squares underflow and digits are lost: scale such matrices.
+/// Pivots below 1e-120 are refused, for squares of such numbers lose digits to underflow: scale the matrices.
 ///
 /// As many cables go together as a register holds doubles; fewer than four that are left over go one by one.
 ///
@@ -273,7 +274,7 @@ struct Side {
     /// Which eight they are among.
     eight: usize,
     side: batch::Side,
-    factor: Vec<f64>,
+    factor: Aligned,
     half: Vec<f64>,
 }
 
@@ -324,7 +325,7 @@ impl BatchBanded {
             sides.push(Side {
                 eight: first / LANES,
                 side: batch::Side { lane, level },
-                factor: vec![0.0; factor],
+                factor: Aligned::new(factor),
                 half: vec![0.0; half],
             });
             first += level.widest();
@@ -349,9 +350,9 @@ impl BatchBanded {
     /// Factorises the matrices of a batch. Allocates nothing where it succeeds.
     ///
     /// # Errors
-    /// Of the first cable that fails [`SolveError::Singular`], [`SolveError::NonFinite`] with the block (entries above
-    /// the diagonal are not looked at); [`SolveError::PatternChanged`], [`SolveError::Dimension`]. There is then no
-    /// factor of any.
+    /// Of the first cable that fails [`SolveError::Singular`], [`SolveError::NotPositiveDefinite`],
+    /// [`SolveError::NonFinite`] with the block (entries above the diagonal are not looked at);
+    /// [`SolveError::PatternChanged`], [`SolveError::Dimension`]. There is then no factor of any.
     pub fn factorize(&mut self, a: &BatchMatrix) -> Result<(), BatchError> {
         self.factorized = false;
         if !Arc::ptr_eq(&self.pattern, &a.pattern) && *self.pattern != *a.pattern {
@@ -362,7 +363,7 @@ impl BatchBanded {
         let (values, _) = a.values.as_chunks::<LANES>();
         for side in &mut self.sides {
             let values = &values[side.eight * stored..(side.eight + 1) * stored];
-            let factor = &mut side.factor;
+            let factor = side.factor.as_mut_slice();
             if !self.order.factorize(side.side, values, factor) {
                 let first = side.eight * LANES + side.side.lane;
                 return Err(blame(a, first..first + side.side.level.widest()));
@@ -402,7 +403,7 @@ impl BatchBanded {
         let mut finite = true;
         for side in &mut self.sides {
             let rows = side.eight * dim..(side.eight + 1) * dim;
-            let with = (side.side, &side.factor[..], &mut side.half[..]);
+            let with = (side.side, side.factor.as_slice(), &mut side.half[..]);
             finite &= self.order.solve(with, &b[rows.clone()], &mut x[rows]);
         }
         if let Some(single) = &mut self.single {
@@ -456,7 +457,7 @@ fn blame(a: &BatchMatrix, cables: std::ops::Range<usize>) -> BatchError {
 
 /// The elimination of one matrix from its first block on.
 fn factorize_in_order(a: &SymBlockMatrix) -> Result<(), SolveError> {
-    BlockLdlt::<f64>::new(a.pattern(), a.pattern())?.factorize(a, Pivots::Nonzero)
+    BlockLdlt::<f64>::new(a.pattern(), a.pattern())?.factorize(a, Pivots::Positive)
 }
 
 #[cfg(test)]

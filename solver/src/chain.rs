@@ -18,11 +18,14 @@
 //! rows) are padded with rows of the identity, missing couplings (several chains) with zeros, and where the number of
 //! blocks is even the second elimination begins with a block of padding alone.
 //!
-//! Left out, for they lost where they were measured (AVX2, blocks of 5 rows):
+//! Matrices that are not positive definite are refused, and so are pivots below 1e-120: the backend has a general way.
 //!
-//! - Two threads, an end each. One end alone takes 46 ns a block, for it waits for its divisions; both in the lanes of a
-//!   vector take 27 ns. What two threads could gain, 23 against 27, is less than what it takes to hand them their halves:
-//!   30 ns at 4000 blocks, 34 at 400.
+//! Left out, for they lost where they were measured (AVX2, blocks of 5 rows, with a step of 27 ns a block, before it had
+//! its present order):
+//!
+//! - Two threads, an end each. One end alone took 46 ns a block, for it waited for its divisions; both in the lanes of a
+//!   vector took 27 ns. What two threads could gain, 23 against 27, was less than what it takes to hand them their
+//!   halves: 30 ns at 4000 blocks, 34 at 400.
 //! - Pieces of one chain in the four lanes of a vector. All but the first fill towards the block before them, 2.4 times the
 //!   arithmetic, while four lanes cost 0.6 to 0.7 of two ends in two lanes for each block.
 //! - A factor in single precision. Refined from the pieces that S is made of it gains three digits a sweep (hoist of 100
@@ -42,9 +45,11 @@ pub(crate) mod leaves;
 mod places;
 mod twisted;
 
+use crate::aligned::Aligned;
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
 use crate::{BlockPattern, SymBlockMatrix};
+use block::Scratch;
 use places::Places;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward};
@@ -67,7 +72,8 @@ pub(crate) struct Chain {
     places: Places,
     level: Level,
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
-    factor: Vec<f64>,
+    factor: Aligned,
+    scratch: Box<Scratch>,
     /// D⁻¹ L⁻¹ b between the forward and the backward pass.
     half: Vec<f64>,
 }
@@ -85,14 +91,16 @@ impl Chain {
         let places = Places::new(pattern, blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
-            factor: vec![0.0; 2 * ((steps + 1) * block::triangle(size) + steps * size * size)],
+            factor: Aligned::new(2 * (steps + 1) * block::per_step(size)),
+            scratch: Box::new(Scratch::new()),
             half: vec![0.0; 2 * (steps + 1) * size],
             places,
             level,
         })
     }
 
-    /// Factorises `a`, of the pattern of [`new`](Self::new); whether all pivots are more than noise. Allocates nothing.
+    /// Factorises `a`, of the pattern of [`new`](Self::new), if that is positive definite: whether all pivots are
+    /// positive and more than noise. Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         with_size!(
             self.places.size,
@@ -100,33 +108,25 @@ impl Chain {
             Factorize {
                 places: &self.places,
                 values: a.values(),
-                factor: &mut self.factor,
+                factor: self.factor.as_mut_slice(),
+                scratch: &mut self.scratch,
             }
         )
-    }
-
-    /// Whether all pivots of the last factorisation are positive: the matrix is positive definite.
-    #[allow(dead_code)] // where no backend that uses it is compiled in
-    pub(crate) fn is_positive(&self) -> bool {
-        let (size, triangle) = (self.places.size, block::triangle(self.places.size));
-        let steps = self.factor.chunks(2 * block::per_step(size));
-        // The reciprocal pivots are the last of each triangle.
-        let mut pivots = steps.flat_map(|step| &step[2 * (triangle - size)..2 * triangle]);
-        pivots.all(|inverse| *inverse > 0.0)
     }
 
     /// Whether all pivots of the last factorisation are more than noise of what their rows were made from, which is
     /// given for every row of the matrix: magnitudes that the matrix itself no longer shows.
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
-        let (size, triangle) = (self.places.size, block::triangle(self.places.size));
-        let steps = self.factor.chunks(2 * block::per_step(size));
+        let size = self.places.size;
+        let inverse = 2 * block::inverse_at(size, 0)..2 * block::inverse_at(size, size);
+        let steps = self.factor.as_slice().chunks(2 * block::per_step(size));
         steps.zip(&self.places.steps).all(|(factor, step)| {
             step.ends.iter().enumerate().all(|(end, place)| {
-                let inverse = factor[2 * (triangle - size)..2 * triangle].chunks_exact(2);
+                let inverse = factor[inverse.clone()].chunks_exact(2);
                 let rows = &magnitudes[place.row..place.row + place.size];
                 let mut pivots = inverse.zip(rows);
-                pivots.all(|(d, from)| NOISE * f64::ROUNDOFF * from * d[end].abs() < 1.0)
+                pivots.all(|(d, from)| NOISE * f64::ROUNDOFF * from * d[end] < 1.0)
             })
         })
     }
@@ -145,7 +145,7 @@ impl Chain {
             self.level,
             Forward {
                 places: &self.places,
-                factor: &self.factor,
+                factor: self.factor.as_slice(),
                 b: b,
                 y: y,
                 z: z,
@@ -159,7 +159,7 @@ impl Chain {
             self.level,
             Backward {
                 places: &self.places,
-                factor: &self.factor,
+                factor: self.factor.as_slice(),
                 z: z,
                 x: x,
             }

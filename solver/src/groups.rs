@@ -81,9 +81,8 @@ impl Groups {
     /// # Errors
     /// [`SolveError::Singular`] or [`SolveError::NotPositiveDefinite`] with the block.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
-        let positive = |chain: &mut Chain| chain.factorize(a) && chain.is_positive();
         let chains = self.chains.as_mut();
-        self.ordered = !chains.is_some_and(|chains| chains.iter_mut().all(positive));
+        self.ordered = !chains.is_some_and(|chains| chains.iter_mut().all(|c| c.factorize(a)));
         if self.ordered {
             self.in_order.factorize(a, Pivots::Positive)?;
         }

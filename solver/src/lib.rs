@@ -55,6 +55,7 @@
 
 mod accuracy;
 pub mod agreement;
+mod aligned;
 mod backend;
 mod backends;
 mod batch;

@@ -30,9 +30,6 @@ pub trait Halves: Lanes {
 pub trait Quad: Halves {
     /// `[p₀, q₀, p₁, q₁]`.
     fn interleave(p: &[f64; 2], q: &[f64; 2]) -> Self;
-
-    /// The same of rows of `p` and columns of `q`: `[p₀₀, q₀₀, p₀₁, q₁₀]` and `[p₁₀, q₀₁, p₁₁, q₁₁]`.
-    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2];
 }
 
 #[cfg(test)]
@@ -72,12 +69,8 @@ mod tests {
             joins::<I::X2>();
             joins::<I::X4>();
             joins::<I::X8>();
-            let (p, q) = ([[1.0, 2.0], [3.0, 4.0]], [[5.0, 6.0], [7.0, 8.0]]);
-            let v = I::X4::interleave(&p[0], &q[0]);
+            let v = I::X4::interleave(&[1.0, 2.0], &[5.0, 6.0]);
             assert_eq!(lanes(v), [1.0, 5.0, 2.0, 6.0]);
-            let [v, w] = I::X4::interleave_transposed([&p[0], &p[1]], [&q[0], &q[1]]);
-            assert_eq!(lanes(v), [1.0, 5.0, 2.0, 7.0]);
-            assert_eq!(lanes(w), [3.0, 6.0, 4.0, 8.0]);
         }
     }
 

@@ -104,11 +104,4 @@ impl<V: Halves> Quad for Twice<V> {
         let one = V::Half::splat;
         Self(V::join(one(p[0]), one(q[0])), V::join(one(p[1]), one(q[1])))
     }
-    #[inline(always)]
-    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2] {
-        [
-            Self::interleave(p[0], &[q[0][0], q[1][0]]),
-            Self::interleave(p[1], &[q[0][1], q[1][1]]),
-        ]
-    }
 }

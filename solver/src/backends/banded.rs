@@ -24,7 +24,7 @@ pub(crate) struct Banded {
     /// Where the pattern has a faster way.
     fast: Option<Fast>,
     in_order: Option<BlockLdlt<f64>>,
-    /// Places of the diagonal entries.
+    /// Places of the diagonal entries, where the faster way does not itself see that they are positive.
     diagonal: Vec<usize>,
     last: Way,
 }
@@ -39,7 +39,8 @@ enum Way {
 
 impl Banded {
     /// The fastest way that accepts the pivots, of numbers that are not too small for it. A matrix with a diagonal entry
-    /// that is not positive is not positive definite, and its factor exists in the order of the pattern at best ([M Jᵀ; J 0] has one with M first).
+    /// that is not positive is not positive definite, and its factor exists in the order of the pattern at best
+    /// ([M Jᵀ; J 0] has one with M first).
     fn try_fast(&mut self, a: &SymBlockMatrix) -> Option<Way> {
         let values = a.values();
         if !self.diagonal.iter().all(|&k| values[k] > TINY) {
@@ -85,6 +86,11 @@ impl Fast {
         }
         let all: Vec<usize> = (0..pattern.blocks()).collect();
         Bordered::of(&all, pattern, level).map(|b| whole(Rest::Bordered(Box::new(b))))
+    }
+
+    /// Whether it is a chain and nothing else, which takes positive pivots only.
+    fn is_plain(&self) -> bool {
+        self.leaves.is_none() && matches!(self.rest, Rest::Chain(_))
     }
 
     /// Whether all pivots were accepted.
@@ -141,7 +147,10 @@ impl LinearSolver for Banded {
         let factor_entries = Some(in_order.factor_values());
         self.fast = Fast::new(pattern, Level::best());
         self.in_order = Some(in_order);
-        self.diagonal = diagonal_entries(pattern);
+        self.diagonal = match &self.fast {
+            Some(fast) if !fast.is_plain() => diagonal_entries(pattern),
+            _ => Vec::new(),
+        };
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport { factor_entries })
     }

@@ -3,8 +3,7 @@
 //! Numbers of eight chains stand together (see [`crate::BatchMatrix`]); a kernel works on as many of these as a register holds, from a lane on.
 
 use super::block::{
-    self, Apart, Blocks, lower_solve, pass_on, per_step, scaled, take_back, triangle, unroll,
-    upper_solve,
+    self, Blocks, Scratch, lower_solve, pass_on, per_step, scaled, take_back, unroll, upper_solve,
 };
 use super::places::{Place, in_order, size_of_chain};
 use super::with_size;
@@ -104,14 +103,19 @@ struct Solve<'a, const B: usize> {
 /// A block of full size, column-major.
 type Full<const B: usize> = [[[f64; LANES]; B]; B];
 
-/// A coupling and the diagonal block that it leads to.
+/// A diagonal block, a coupling and the diagonal block that it leads to.
 struct Pair<'a, const B: usize> {
+    own: &'a Full<B>,
     diagonal: &'a Full<B>,
     coupling: &'a Full<B>,
     lane: usize,
 }
 
 impl<Q: Halves, const B: usize> Blocks<Q, B> for Pair<'_, B> {
+    #[inline(always)]
+    fn own(&self, i: usize) -> Q::Half {
+        Q::Half::load(&self.own[i][i][self.lane..])
+    }
     #[inline(always)]
     fn row(&self, i: usize, j: usize) -> Q::Half {
         Q::Half::load(&self.diagonal[j][i][self.lane..])
@@ -124,24 +128,23 @@ impl<Q: Halves, const B: usize> Blocks<Q, B> for Pair<'_, B> {
         )
     }
     #[inline(always)]
-    fn coupling(&self, i: usize) -> [Q::Half; B] {
-        let mut row = [Q::Half::splat(0.0); B];
-        unroll!(j < B, {
-            row[j] = Q::Half::load(&self.coupling[j][i][self.lane..]);
-        });
-        row
+    fn columns(&self, i: usize, j: usize) -> Q {
+        Q::join(
+            Q::Half::load(&self.diagonal[j][i][self.lane..]),
+            Q::Half::load(&self.diagonal[j + 1][i][self.lane..]),
+        )
     }
     #[inline(always)]
-    fn couplings(&self, i: usize) -> [Q; B] {
-        let mut rows = [Q::splat(0.0); B];
-        unroll!(j < B, {
-            let column = &self.coupling[j];
-            rows[j] = Q::join(
-                Q::Half::load(&column[i][self.lane..]),
-                Q::Half::load(&column[i + 1][self.lane..]),
-            );
-        });
-        rows
+    fn coupling(&self, i: usize, j: usize) -> Q::Half {
+        Q::Half::load(&self.coupling[j][i][self.lane..])
+    }
+    #[inline(always)]
+    fn couplings(&self, i: usize, j: usize) -> Q {
+        let column = &self.coupling[j];
+        Q::join(
+            Q::Half::load(&column[i][self.lane..]),
+            Q::Half::load(&column[i + 1][self.lane..]),
+        )
     }
 }
 
@@ -152,6 +155,13 @@ struct Padded<const B: usize> {
 }
 
 impl<const B: usize> Padded<B> {
+    fn new() -> Self {
+        Self {
+            diagonal: [[[0.0; LANES]; B]; B],
+            coupling: [[[0.0; LANES]; B]; B],
+        }
+    }
+
     #[inline(never)]
     fn fill(&mut self, values: &[[f64; LANES]], here: Option<Place>, next: Place) {
         self.diagonal = [[[0.0; LANES]; B]; B];
@@ -202,46 +212,63 @@ impl<const B: usize> Factorize<'_, B> {
             ..
         } = self;
         let lane = self.side.lane.min(LANES - Q::Half::LANES);
-        let mut largest = Q::Half::splat(0.0);
-        let mut padded = Padded::<B> {
-            diagonal: [[[0.0; LANES]; B]; B],
-            coupling: [[[0.0; LANES]; B]; B],
-        };
         let Some(&first) = places.first() else {
             return Some(());
         };
-        padded.fill(values, None, first);
+        // A block may be padded, and so may the next one.
+        let [mut even, mut odd] = [Padded::<B>::new(), Padded::new()];
+        even.fill(values, None, first);
+        let mut scratch = Scratch::new();
+        // A memory of which the compiler knows nothing, as the steps have it.
+        let scratch = std::hint::black_box(&mut scratch);
         let blocks = Pair {
-            diagonal: &padded.diagonal,
-            coupling: &padded.coupling,
+            own: &even.diagonal,
+            diagonal: &even.diagonal,
+            coupling: &even.coupling,
             lane,
         };
-        block::first::<Q, B>(&blocks, factor, &mut largest)?;
+        let mut pivot = block::begin::<Q, B>(scratch, &blocks);
         let step = Q::Half::LANES * per_step(B);
         for (t, pair) in places.array_windows::<2>().enumerate() {
             let [here, next] = *pair;
-            let (before, after) = factor[step * t..].split_at_mut(step);
+            let (padded, other) = match t % 2 {
+                0 => (&even, &mut odd),
+                _ => (&odd, &mut even),
+            };
+            let own = match here.size == B {
+                true => in_place(values, here.diagonal)?,
+                false => &padded.diagonal,
+            };
             let full = here.size == B && next.size == B;
-            let blocks = match here.coupling {
-                Some(coupling) if full => Pair {
-                    diagonal: in_place(values, next.diagonal)?,
-                    coupling: in_place(values, coupling)?,
-                    lane,
-                },
+            let (diagonal, coupling) = match here.coupling {
+                Some(coupling) if full => (
+                    in_place(values, next.diagonal)?,
+                    in_place(values, coupling)?,
+                ),
                 _ => {
-                    padded.fill(values, Some(here), next);
-                    Pair {
-                        diagonal: &padded.diagonal,
-                        coupling: &padded.coupling,
-                        lane,
-                    }
+                    other.fill(values, Some(here), next);
+                    (&other.diagonal, &other.coupling)
                 }
             };
-            block::eliminate::<Q, B>(&blocks, before, after, &mut largest, &Apart)?;
+            let blocks = Pair {
+                own,
+                diagonal,
+                coupling,
+                lane,
+            };
+            pivot = block::eliminate::<Q, B>(pivot, scratch, &blocks, &mut factor[step * t..])?;
         }
-        largest
-            .all_below(Q::Half::splat(f64::INFINITY))
-            .then_some(())
+        let count = places.len() - 1;
+        let padded = if count % 2 == 0 { &even } else { &odd };
+        let last = match places[count].size == B {
+            true => in_place(values, places[count].diagonal)?,
+            false => &padded.diagonal,
+        };
+        let mut own = [Q::Half::splat(0.0); B];
+        unroll!(i < B, {
+            own[i] = Q::Half::load(&last[i][i][lane..]);
+        });
+        block::finish(pivot, scratch, own, &mut factor[step * count..])
     }
 }
 
@@ -316,7 +343,7 @@ impl<const B: usize> Solve<'_, B> {
             unroll!(i < B, {
                 z[i].store(&mut half[V::LANES * i..]);
             });
-            rows = pass_on(&factor[V::LANES * triangle(B)..], y, gather(b, place, lane));
+            rows = pass_on(factor, y, gather(b, place, lane));
         }
         rows = upper_solve(of_last, scaled(of_last, lower_solve(of_last, rows)));
         let mut check = V::splat(0.0);

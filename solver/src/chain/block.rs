@@ -1,29 +1,71 @@
 //! One step of the elimination of a chain, for any vector: its lanes are chains of their own.
 //!
-//! What is stored of a block, each number for all lanes: L (strictly lower triangle, by rows), 1/D ([`triangle`] vectors
-//! together), then W = E L⁻ᵀ D⁻¹ by columns.
+//! A step factorises a diagonal block, S = L D Lᵀ, and eliminates it. With its coupling E to the next block A, the
+//! columns X = E L⁻ᵀ and W = X D⁻¹ follow, and A − X Wᵀ is what the next step begins with. The work is ordered pivot by
+//! pivot. While the reciprocal of one is on its way, which takes as long as dozens of products, its columns of L D and
+//! of X are formed; with it those of L and W, and what they take away from the next block. A pivot d − y² (1/d′) waits
+//! for the reciprocal before it with one multiply-add only, since the square is formed beforehand; so does the first
+//! pivot of the next block.
 //!
-//! What sets the pace is the chain of divisions, B of them in each block, each waiting for the pivot before it. So a block
-//! is factorised row by row, and as soon as a pivot is there, its column of W is made and subtracted from the next
-//! block: that is the work which fills the time of the next division. A pivot d − y² (1/d′) waits for the reciprocal
-//! before it with one multiply-add only, since the square is formed beforehand; so does the first pivot of the next
-//! block. In W and in the next block two rows stand side by side in a vector of twice the lanes ([`Halves`]), the last
-//! one alone where their number is odd: half the instructions, or where there are no such vectors, every factor is
-//! loaded once for two rows. All loops are written out ([`unroll`]), so that the compiler sees indices into local arrays
-//! as constants and keeps these in registers.
+//! What is stored of a step, each number for all lanes: W by columns, its last row apart where the number of rows is
+//! odd; L (strictly lower triangle, by rows); 1/D.
+//!
+//! In W and in the next block two rows stand side by side in a vector of twice the lanes ([`Halves`]), the last one
+//! alone where their number is odd: half the instructions, or where there are no such vectors, every factor is loaded
+//! once for two rows. The next block is kept as the diagonals and the antidiagonals of blocks of two rows and columns,
+//! for then two rows of X and two of W make two products with one exchange of halves.
+//!
+//! Loads are nearly free beside all this, stores are not: one takes the time of a multiply-add or two (measured on AMD
+//! Zen 3). So registers hold the next block until it is done, and L D lies in memory besides what is stored anyway
+//! ([`Scratch`]). The compiler has to be kept from having it its own way, which would be to carry everything in
+//! registers, and to store what there are no registers for: after a [`fence`] it reads memory again. All loops are
+//! written out ([`unroll`]), so that it sees indices into local arrays as constants.
 
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
+use std::sync::atomic::{Ordering, compiler_fence};
 use taut_lanes::{Halves, Lanes};
 
-/// Vectors of a factored diagonal block of B rows: its strictly lower triangle and its reciprocal pivots.
-pub(super) const fn triangle(size: usize) -> usize {
+/// Below this the squares that pivots are made of lose digits to underflow.
+const TINY: f64 = 1e-120;
+
+/// Largest blocks, and the most lanes of half a vector.
+const LARGEST: usize = 6;
+const MOST_LANES: usize = 8;
+
+/// Entries of a triangle of this many rows, with its diagonal.
+const fn triangle(size: usize) -> usize {
     size * (size + 1) / 2
 }
 
-/// Vectors of a step: the factor of its block and W.
+/// Vectors of a step: W, L and 1/D. An even number, so that pairs are aligned in all steps if they are in one.
 pub(super) const fn per_step(size: usize) -> usize {
-    triangle(size) + size * size
+    (size * size + triangle(size)).next_multiple_of(2)
+}
+
+/// Where 1/Dᵢ is among the vectors of a step.
+pub(super) const fn inverse_at(size: usize, i: usize) -> usize {
+    size * size + triangle(size) - size + i
+}
+
+/// Where L_ij is, i > j.
+const fn l_at(size: usize, i: usize, j: usize) -> usize {
+    size * size + y_at(i, j)
+}
+
+/// Where entry (i, j) is in a strictly lower triangle by rows.
+const fn y_at(i: usize, j: usize) -> usize {
+    i * (i - 1) / 2 + j
+}
+
+/// Where W_ij is.
+const fn w_at(size: usize, i: usize, j: usize) -> usize {
+    let paired = size / 2 * 2;
+    if i < paired {
+        j * paired + i
+    } else {
+        size * paired + j
+    }
 }
 
 /// The body for i = 0, 1, … below a bound of at most six, written out; i and the bound are constants, so that nothing is
@@ -52,247 +94,403 @@ pub(super) use unroll;
 
 /// Where a step finds its blocks: rows i and i + 1 side by side, or one alone.
 pub(super) trait Blocks<Q: Halves, const B: usize> {
-    /// Entry (i, j) of the lower triangle of a diagonal block.
+    /// Diagonal entry i of the block that is eliminated, before anything was subtracted from it.
+    fn own(&self, i: usize) -> Q::Half;
+    /// Entry (i, j) of the lower triangle of the next diagonal block.
     fn row(&self, i: usize, j: usize) -> Q::Half;
-    /// Entries (i, j) and (i + 1, j) of a diagonal block; that above the diagonal is not used.
+    /// Entries (i, j) and (i + 1, j) of it; that above the diagonal is not used.
     fn rows(&self, i: usize, j: usize) -> Q;
-    /// Row i of a coupling: row of the next block, columns of this one.
-    fn coupling(&self, i: usize) -> [Q::Half; B];
-    /// Rows i and i + 1 of a coupling.
-    fn couplings(&self, i: usize) -> [Q; B];
+    /// Entries (i, j) and (i, j + 1) of it, below the diagonal.
+    fn columns(&self, i: usize, j: usize) -> Q;
+    /// Entry (i, j) of the coupling: row of the next block, column of the one that is eliminated.
+    fn coupling(&self, i: usize, j: usize) -> Q::Half;
+    /// Entries (i, j) and (i + 1, j) of it.
+    fn couplings(&self, i: usize, j: usize) -> Q;
 }
 
-/// Whether pivot `d`, made from numbers of magnitude `scale`, is more than noise in all lanes; not so for NaN. Asked
-/// row by row: the branches also keep the compiler from moving the divisions together, behind the products.
-#[inline(always)]
-fn is_pivot<V: Lanes>(d: V, scale: V) -> bool {
-    (scale * V::splat(NOISE * f64::ROUNDOFF)).all_below(d.abs())
+/// Memory that steps work in.
+#[derive(Debug, Clone)]
+#[repr(align(64))]
+pub(super) struct Scratch {
+    /// What is left of a diagonal block ([`left_at`]).
+    left: [f64; MOST_LANES * left_len(LARGEST)],
+    /// L D below the diagonal, by rows.
+    y: [f64; MOST_LANES * y_at(LARGEST, 0)],
+    /// What is left of the next block where a pivot is refused: not read. Without it the compiler would put off all
+    /// products to the end of a step, and store their factors until then.
+    refused: [f64; MOST_LANES * left_len(LARGEST)],
 }
 
-/// A diagonal block on the way to its factor: the rows before some row are there.
-struct Factored<V, const B: usize> {
-    l: [[V; B]; B],
-    inverse: [V; B],
-}
-
-impl<V: Lanes, const B: usize> Factored<V, B> {
-    #[inline(always)]
-    fn new() -> Self {
-        let zero = V::splat(0.0);
+impl Scratch {
+    pub(super) fn new() -> Self {
         Self {
-            l: [[zero; B]; B],
-            inverse: [zero; B],
+            left: [0.0; _],
+            y: [0.0; _],
+            refused: [0.0; _],
         }
     }
 
-    /// Row i from the block's row i, made from numbers of magnitude `scale` on its diagonal, and into `to`; whether its
-    /// pivot is accepted. `largest` receives the largest pivot.
+    /// The vectors of what is left of a diagonal block.
+    pub(super) fn left_mut<V: Lanes, const B: usize>(&mut self) -> &mut [f64] {
+        &mut self.left[..left_len(B) * V::LANES]
+    }
+}
+
+/// Entries of what is left of a diagonal block.
+const fn left_len(size: usize) -> usize {
+    size / 2 * (size / 2 + 1) * 2 + size % 2 * size
+}
+
+/// Where entry (i, j) is in what is left of a diagonal block: the blocks of two rows and columns by rows, of each its
+/// diagonal, then its antidiagonal; the last row of an odd number by itself.
+const fn left_at(size: usize, i: usize, j: usize) -> usize {
+    let before = i / 2 * (i / 2 + 1) * 2;
+    if size % 2 == 1 && i + 1 == size {
+        before + j
+    } else {
+        before + j / 2 * 4 + (i + j) % 2 * 2 + i % 2
+    }
+}
+
+/// Number `at` of a list of vectors.
+#[inline(always)]
+fn get<V: Lanes>(v: &[f64], at: usize) -> V {
+    V::load(&v[at * V::LANES..])
+}
+
+/// The same of vectors of two halves in a list of halves.
+#[inline(always)]
+fn pair<Q: Halves>(v: &[f64], at: usize) -> Q {
+    Q::load(&v[at * Q::Half::LANES..])
+}
+
+#[inline(always)]
+fn put<V: Lanes>(x: V, v: &mut [f64], at: usize) {
+    x.store(&mut v[at * V::LANES..]);
+}
+
+#[inline(always)]
+fn put_pair<Q: Halves>(x: Q, v: &mut [f64], at: usize) {
+    x.store(&mut v[at * Q::Half::LANES..]);
+}
+
+/// What was stored before is read from memory after this.
+#[inline(always)]
+fn fence() {
+    compiler_fence(Ordering::SeqCst);
+}
+
+/// Whether `d`, left of a diagonal entry `own`, is a pivot of a positive definite matrix, and more than noise, in all
+/// lanes. Not so for NaN, nor where `own` is infinite.
+#[inline(always)]
+fn is_pivot<V: Lanes>(d: V, own: V) -> bool {
+    let noise = V::splat(NOISE * f64::ROUNDOFF);
+    own.mul_add(noise, V::splat(TINY)).all_below(d)
+}
+
+/// A diagonal block, from which products are subtracted.
+struct Next<Q: Halves, const B: usize> {
+    /// Entries (2p, 2q) and (2p + 1, 2q + 1), and (2p, 2q + 1) and (2p + 1, 2q), with q ≤ p.
+    pairs: [[[Q; 2]; 3]; 3],
+    /// Entries (B − 1, 2q) and (B − 1, 2q + 1), and the last one, where B is odd.
+    last: [Q; 3],
+    corner: Q::Half,
+}
+
+impl<Q: Halves, const B: usize> Next<Q, B> {
     #[inline(always)]
-    fn row<const I: usize>(
-        &mut self,
-        (row, scale): (&[V; B], V),
-        to: &mut [f64],
-        largest: &mut V,
-    ) -> bool {
-        let to = &mut to[..triangle(B) * V::LANES];
-        let mut y = [V::splat(0.0); B];
-        let mut d = row[I];
-        unroll!(j < I, {
-            y[j] = row[j];
-            unroll!(k < j, {
-                y[j] = y[k].neg_mul_add(self.l[j][k], y[j]);
-            });
-            self.l[I][j] = y[j] * self.inverse[j];
-            if j + 1 < I {
-                d = y[j].neg_mul_add(self.l[I][j], d);
-            } else {
-                // The square first, for the reciprocal comes last.
-                d = (y[j] * y[j]).neg_mul_add(self.inverse[j], d);
-            }
-            self.l[I][j].store(&mut to[lower(I, j) * V::LANES..]);
-        });
-        self.inverse[I] = V::splat(1.0) / d;
-        self.inverse[I].store(&mut to[(triangle(B) - B + I) * V::LANES..]);
-        *largest = largest.max(d.abs());
-        is_pivot(d, scale)
+    fn zero() -> Self {
+        Self {
+            pairs: [[[Q::splat(0.0); 2]; 3]; 3],
+            last: [Q::splat(0.0); 3],
+            corner: Q::Half::splat(0.0),
+        }
     }
-}
 
-/// Place of L_ij, i > j.
-#[inline(always)]
-const fn lower(i: usize, j: usize) -> usize {
-    i * (i - 1) / 2 + j
-}
-
-/// Zero, which the compiler does not know, so that it loads again what it has loaded or stored before. It would
-/// otherwise keep more than there are registers, and spend more stores on that than are needed in all.
-#[inline(always)]
-fn read_again(_: &[f64]) -> usize {
-    std::hint::black_box(0)
-}
-
-/// Rows of X = E L⁻ᵀ, from those of E, and those of W into `w`, whose columns are B vectors of half the lanes apart.
-/// `factor` is of half the lanes too; `widen` makes a number of it one of a row.
-#[inline(always)]
-fn coupling_rows<V: Lanes, H: Lanes, const B: usize>(
-    mut x: [V; B],
-    factor: &[f64],
-    w: &mut [f64],
-    widen: impl Fn(H) -> V,
-) -> [V; B] {
-    let factor = &factor[..triangle(B) * H::LANES];
-    let w = &mut w[..(B * (B - 1)) * H::LANES + V::LANES];
-    unroll!(j < B, {
-        unroll!(k < j, {
-            let l = widen(H::load(&factor[lower(j, k) * H::LANES..]));
-            x[j] = x[k].neg_mul_add(l, x[j]);
-        });
-        let inverse = widen(H::load(&factor[(triangle(B) - B + j) * H::LANES..]));
-        (x[j] * inverse).store(&mut w[j * B * H::LANES..]);
-    });
-    x
-}
-
-/// a − Σₖ xₖ w_jk.
-#[inline(always)]
-fn subtract_row<V: Lanes, H: Lanes, const B: usize>(
-    a: V,
-    x: &[V; B],
-    w: &[f64],
-    widen: impl Fn(H) -> V,
-) -> V {
-    let w = &w[..(B * (B - 1) + 1) * H::LANES];
-    let mut sum = a;
-    unroll!(k < B, {
-        sum = x[k].neg_mul_add(widen(H::load(&w[k * B * H::LANES..])), sum);
-    });
-    sum
-}
-
-/// Factorises a first diagonal block into the first [`triangle`] vectors of `to`; `None` where a pivot is noise.
-/// `largest` receives the largest pivot.
-#[inline(always)]
-pub(super) fn first<Q: Halves, const B: usize>(
-    blocks: &impl Blocks<Q, B>,
-    to: &mut [f64],
-    largest: &mut Q::Half,
-) -> Option<()> {
-    let mut factored = Factored::<Q::Half, B>::new();
-    unroll!(i < B, {
-        let mut row = [Q::Half::splat(0.0); B];
-        unroll!(j < i + 1, {
-            row[j] = blocks.row(i, j);
-        });
-        if !factored.row::<i>((&row, row[i].abs()), to, largest) {
-            return None;
-        }
-    });
-    Some(())
-}
-
-/// Eliminates a block that is factorised at the head of `here`: its W is stored behind that, and the next block, less
-/// what is taken away from it, is factorised into the first [`triangle`] vectors of `next`. `None` where a pivot is
-/// noise; `largest` receives the largest pivot. `meet` adds up and takes the largest of what several chains contribute
-/// to a row and its magnitude, where they end in the same block.
-#[inline(always)]
-pub(super) fn eliminate<Q: Halves, const B: usize>(
-    blocks: &impl Blocks<Q, B>,
-    here: &mut [f64],
-    next: &mut [f64],
-    largest: &mut Q::Half,
-    meet: &impl Meet<Q::Half>,
-) -> Option<()> {
-    let lanes = Q::Half::LANES;
-    let (factor, w) = here.split_at_mut(triangle(B) * lanes);
-    let zero = Q::Half::splat(0.0);
-    let mut factored = Factored::<Q::Half, B>::new();
-    unroll!(p < B / 2, pairs, {
-        const i: usize = 2 * p;
-        let x = blocks.couplings(i);
-        let factor = &factor[read_again(factor)..];
-        let x = coupling_rows::<Q, Q::Half, B>(x, factor, &mut w[i * lanes..], Q::both);
-        let w = &w[read_again(w)..];
-        let (mut rows, mut scale) = ([[zero; B]; 2], [zero; 2]);
-        unroll!(j < i + 2, {
-            let a = blocks.rows(i, j);
-            let sum = subtract_row(a, &x, &w[j * lanes..], Q::both);
-            rows[0][j] = meet.sum(sum.lower());
-            rows[1][j] = meet.sum(sum.upper());
-            if j == i {
-                scale[0] = magnitude(a.lower(), sum.lower());
-            } else if j > i {
-                scale[1] = magnitude(a.upper(), sum.upper());
+    #[inline(always)]
+    fn load(blocks: &impl Blocks<Q, B>) -> Self {
+        let mut next = Self::zero();
+        unroll!(p < B / 2, pairs, {
+            unroll!(q < p + 1, pairs, {
+                let even = blocks.rows(2 * p, 2 * q);
+                let odd = blocks.rows(2 * p, 2 * q + 1);
+                next.pairs[p][q] = [
+                    Q::join(even.lower(), odd.upper()),
+                    Q::join(odd.lower(), even.upper()),
+                ];
+            });
+            if const { B % 2 == 1 } {
+                next.last[p] = blocks.columns(B - 1, 2 * p);
             }
         });
-        let row = (&rows[0], meet.largest(scale[0]));
-        if !factored.row::<i>(row, next, largest) {
-            return None;
+        if const { B % 2 == 1 } {
+            next.corner = blocks.row(B - 1, B - 1);
         }
-        let row = (&rows[1], meet.largest(scale[1]));
-        if !factored.row::<{ i + 1 }>(row, next, largest) {
-            return None;
+        next
+    }
+
+    #[inline(always)]
+    fn store(&self, to: &mut [f64]) {
+        unroll!(p < B / 2, pairs, {
+            unroll!(q < p + 1, pairs, {
+                let [diagonal, other] = self.pairs[p][q];
+                put_pair(diagonal, to, left_at(B, 2 * p, 2 * q));
+                put_pair(other, to, left_at(B, 2 * p, 2 * q + 1));
+            });
+            if const { B % 2 == 1 } {
+                put_pair(self.last[p], to, left_at(B, B - 1, 2 * p));
+            }
+        });
+        if const { B % 2 == 1 } {
+            put(self.corner, to, left_at(B, B - 1, B - 1));
         }
-    });
-    unroll!(i < B, {
-        if const { B % 2 == 1 && i + 1 == B } {
-            let x = blocks.coupling(i);
-            let factor = &factor[read_again(factor)..];
-            let x = coupling_rows::<Q::Half, Q::Half, B>(x, factor, &mut w[i * lanes..], |l| l);
-            let w = &w[read_again(w)..];
-            let (mut row, mut scale) = ([zero; B], zero);
-            unroll!(j < B, {
-                let a = blocks.row(i, j);
-                let sum = subtract_row(a, &x, &w[j * lanes..], |w| w);
-                row[j] = meet.sum(sum);
-                if j == i {
-                    scale = magnitude(a, sum);
+    }
+
+    /// Subtracts x wᵀ.
+    #[inline(always)]
+    fn subtract(&mut self, x: &Column<Q>, w: &Column<Q>) {
+        unroll!(q < B / 2, pairs, {
+            let w = w.pairs[q];
+            let exchanged = Q::join(w.upper(), w.lower());
+            unroll!(p < B / 2, pairs, {
+                if const { p >= q } {
+                    let [diagonal, other] = &mut self.pairs[p][q];
+                    *diagonal = x.pairs[p].neg_mul_add(w, *diagonal);
+                    *other = x.pairs[p].neg_mul_add(exchanged, *other);
                 }
             });
-            if !factored.row::<i>((&row, meet.largest(scale)), next, largest) {
-                return None;
-            }
+        });
+        if const { B % 2 == 1 } {
+            let both = Q::both(x.last);
+            unroll!(q < B / 2, pairs, {
+                self.last[q] = w.pairs[q].neg_mul_add(both, self.last[q]);
+            });
+            self.corner = x.last.neg_mul_add(w.last, self.corner);
         }
+    }
+}
+
+/// A column of X or W.
+struct Column<Q: Halves> {
+    /// Rows 2p and 2p + 1.
+    pairs: [Q; 3],
+    /// The last of an odd number.
+    last: Q::Half,
+}
+
+impl<Q: Halves> Column<Q> {
+    #[inline(always)]
+    fn zero() -> Self {
+        Self {
+            pairs: [Q::splat(0.0); 3],
+            last: Q::Half::splat(0.0),
+        }
+    }
+
+    /// Column K of X, with those of W before it and row K of L D in memory.
+    #[inline(always)]
+    fn of_x<const K: usize, const B: usize>(
+        blocks: &impl Blocks<Q, B>,
+        step: &[f64],
+        y: &[f64],
+    ) -> Self {
+        let mut x = Self::zero();
+        unroll!(p < B / 2, pairs, {
+            x.pairs[p] = blocks.couplings(2 * p, K);
+        });
+        if const { B % 2 == 1 } {
+            x.last = blocks.coupling(B - 1, K);
+        }
+        unroll!(m < K, {
+            let y: Q::Half = get(y, y_at(K, m));
+            let both = Q::both(y);
+            unroll!(p < B / 2, pairs, {
+                let w: Q = pair(step, w_at(B, 2 * p, m));
+                x.pairs[p] = w.neg_mul_add(both, x.pairs[p]);
+            });
+            if const { B % 2 == 1 } {
+                let w: Q::Half = get(step, w_at(B, B - 1, m));
+                x.last = w.neg_mul_add(y, x.last);
+            }
+        });
+        x
+    }
+
+    /// Column K of W from that of X, also into `step`.
+    #[inline(always)]
+    fn scaled<const K: usize, const B: usize>(&self, inverse: Q::Half, step: &mut [f64]) -> Self {
+        let (mut w, both) = (Self::zero(), Q::both(inverse));
+        unroll!(p < B / 2, pairs, {
+            w.pairs[p] = self.pairs[p] * both;
+            put_pair(w.pairs[p], step, w_at(B, 2 * p, K));
+        });
+        if const { B % 2 == 1 } {
+            w.last = self.last * inverse;
+            put(w.last, step, w_at(B, B - 1, K));
+        }
+        w
+    }
+}
+
+impl Scratch {
+    /// Column K of L D below the diagonal; its first entry. `l` is the entry of L to the left of its pivot.
+    #[inline(always)]
+    fn column<V: Lanes, const K: usize, const B: usize>(&mut self, l: V, step: &[f64]) -> V {
+        let mut first = l;
+        unroll!(i < B, {
+            if const { i > K } {
+                let mut y: V = get(&self.left, left_at(B, i, K));
+                unroll!(m < K, {
+                    let l = if const { m + 1 < K } {
+                        get(step, l_at(B, K, m))
+                    } else {
+                        l
+                    };
+                    y = get::<V>(&self.y, y_at(i, m)).neg_mul_add(l, y);
+                });
+                put(y, &mut self.y, y_at(i, K));
+                if const { i == K + 1 } {
+                    first = y;
+                }
+            }
+        });
+        first
+    }
+
+    /// The pivot after K, with the first entry of column K of L D.
+    #[inline(always)]
+    fn pivot_after<V: Lanes, const K: usize, const B: usize>(
+        &self,
+        (first, inverse): (V, V),
+        step: &[f64],
+    ) -> V {
+        let mut d = inverse;
+        unroll!(i < B, {
+            if const { i == K + 1 } {
+                d = get(&self.left, left_at(B, i, i));
+                unroll!(m < K, {
+                    let l = get(step, l_at(B, i, m));
+                    d = get::<V>(&self.y, y_at(i, m)).neg_mul_add(l, d);
+                });
+                // The square first, for the reciprocal comes last.
+                d = (first * first).neg_mul_add(inverse, d);
+            }
+        });
+        d
+    }
+
+    /// Column K of L into `step`; its first entry.
+    #[inline(always)]
+    fn scale<V: Lanes, const K: usize, const B: usize>(
+        &self,
+        first: V,
+        inverse: V,
+        step: &mut [f64],
+    ) -> V {
+        let l = first * inverse;
+        unroll!(i < B, {
+            if const { i == K + 1 } {
+                put(l, step, l_at(B, i, K));
+            } else if const { i > K } {
+                put(get::<V>(&self.y, y_at(i, K)) * inverse, step, l_at(B, i, K));
+            }
+        });
+        l
+    }
+}
+
+/// Begins with the diagonal block that `blocks` have as the next one; its first pivot.
+#[inline(always)]
+pub(super) fn begin<Q: Halves, const B: usize>(
+    scratch: &mut Scratch,
+    blocks: &impl Blocks<Q, B>,
+) -> Q::Half {
+    Next::load(blocks).store(&mut scratch.left);
+    blocks.row(0, 0)
+}
+
+/// Eliminates the block whose first pivot is given, into the [`per_step`] vectors of `step`; the first pivot of the
+/// next one. `None` where a pivot is not positive, or noise.
+#[inline(always)]
+#[allow(unused_assignments)] // in the last turn, of what the next one would use
+pub(super) fn eliminate<Q: Halves, const B: usize>(
+    pivot: Q::Half,
+    scratch: &mut Scratch,
+    blocks: &impl Blocks<Q, B>,
+    step: &mut [f64],
+) -> Option<Q::Half> {
+    let step = &mut step[..per_step(B) * Q::Half::LANES];
+    let one = Q::Half::splat(1.0);
+    let (mut d, mut inverse, mut l) = (pivot, one / pivot, one);
+    let mut next = Next::zero();
+    unroll!(k < B, {
+        let (pivot, known) = (d, inverse);
+        if const { k > 0 } && !is_pivot(pivot, blocks.own(k)) {
+            next.store(&mut scratch.refused);
+            return None;
+        }
+        put(known, step, inverse_at(B, k));
+        fence();
+        let first = scratch.column::<_, k, B>(l, step);
+        if const { k + 1 < B } {
+            d = scratch.pivot_after::<_, k, B>((first, known), step);
+            inverse = one / d;
+        }
+        l = scratch.scale::<_, k, B>(first, known, step);
+        fence();
+        if const { k == 0 } {
+            next = Next::load(blocks);
+        }
+        if const { k == 0 } && !is_pivot(pivot, blocks.own(k)) {
+            next.store(&mut scratch.refused);
+            return None;
+        }
+        let x = Column::of_x::<k, B>(blocks, step, &scratch.y);
+        if const { k + 1 == B } {
+            let x = x.pairs[0].lower();
+            let [diagonal, _] = next.pairs[0][0];
+            d = (x * x).neg_mul_add(known, diagonal.lower());
+        }
+        next.subtract(&x, &x.scaled::<k, B>(known, step));
+    });
+    next.store(&mut scratch.left);
+    Some(d)
+}
+
+/// Factorises the last block, whose first pivot is given and whose diagonal entries were `own` before anything was
+/// subtracted: the part of a step that [`eliminate`] makes of L and D. `None` where a pivot is not positive, or noise.
+#[inline(always)]
+#[allow(unused_assignments)] // as above
+pub(super) fn finish<V: Lanes, const B: usize>(
+    pivot: V,
+    scratch: &mut Scratch,
+    own: [V; B],
+    step: &mut [f64],
+) -> Option<()> {
+    let step = &mut step[..per_step(B) * V::LANES];
+    let (mut d, mut l) = (pivot, pivot);
+    unroll!(k < B, {
+        if !is_pivot(d, own[k]) {
+            return None;
+        }
+        let inverse = V::splat(1.0) / d;
+        put(inverse, step, inverse_at(B, k));
+        let first = scratch.column::<_, k, B>(l, step);
+        d = scratch.pivot_after::<_, k, B>((first, inverse), step);
+        l = scratch.scale::<_, k, B>(first, inverse, step);
     });
     Some(())
-}
-
-/// The larger of what a diagonal entry was and of what was subtracted from it.
-#[inline(always)]
-fn magnitude<V: Lanes>(a: V, after: V) -> V {
-    a.abs().max((a - after).abs())
-}
-
-/// How lanes come together in a block.
-pub(super) trait Meet<V> {
-    /// The sum of those that contribute to the block.
-    fn sum(&self, v: V) -> V;
-    /// The largest of these.
-    fn largest(&self, v: V) -> V;
-}
-
-/// They do not: every lane has its own block.
-pub(super) struct Apart;
-
-impl<V: Lanes> Meet<V> for Apart {
-    #[inline(always)]
-    fn sum(&self, v: V) -> V {
-        v
-    }
-    #[inline(always)]
-    fn largest(&self, v: V) -> V {
-        v
-    }
 }
 
 /// y = L⁻¹ b.
 #[inline(always)]
-pub(super) fn lower_solve<V: Lanes, const B: usize>(factor: &[f64], b: [V; B]) -> [V; B] {
-    let factor = &factor[..triangle(B) * V::LANES];
+pub(super) fn lower_solve<V: Lanes, const B: usize>(step: &[f64], b: [V; B]) -> [V; B] {
+    let step = &step[..per_step(B) * V::LANES];
     let mut y = b;
     unroll!(j < B, {
         unroll!(i < B, {
-            if i > j {
-                let l = V::load(&factor[lower(i, j) * V::LANES..]);
+            if const { i > j } {
+                let l: V = get(step, l_at(B, i, j));
                 y[i] = l.neg_mul_add(y[j], y[i]);
             }
         });
@@ -302,23 +500,23 @@ pub(super) fn lower_solve<V: Lanes, const B: usize>(factor: &[f64], b: [V; B]) -
 
 /// D⁻¹ y.
 #[inline(always)]
-pub(super) fn scaled<V: Lanes, const B: usize>(factor: &[f64], y: [V; B]) -> [V; B] {
-    let factor = &factor[..triangle(B) * V::LANES];
+pub(super) fn scaled<V: Lanes, const B: usize>(step: &[f64], y: [V; B]) -> [V; B] {
+    let step = &step[..per_step(B) * V::LANES];
     let mut z = y;
     unroll!(i < B, {
-        z[i] = y[i] * V::load(&factor[(triangle(B) - B + i) * V::LANES..]);
+        z[i] = y[i] * get(step, inverse_at(B, i));
     });
     z
 }
 
 /// b − W y.
 #[inline(always)]
-pub(super) fn pass_on<V: Lanes, const B: usize>(w: &[f64], y: [V; B], b: [V; B]) -> [V; B] {
-    let w = &w[..B * B * V::LANES];
+pub(super) fn pass_on<V: Lanes, const B: usize>(step: &[f64], y: [V; B], b: [V; B]) -> [V; B] {
+    let step = &step[..per_step(B) * V::LANES];
     let mut next = b;
     unroll!(j < B, {
         unroll!(i < B, {
-            next[i] = V::load(&w[(j * B + i) * V::LANES..]).neg_mul_add(y[j], next[i]);
+            next[i] = get::<V>(step, w_at(B, i, j)).neg_mul_add(y[j], next[i]);
         });
     });
     next
@@ -326,30 +524,26 @@ pub(super) fn pass_on<V: Lanes, const B: usize>(w: &[f64], y: [V; B], b: [V; B])
 
 /// L⁻ᵀ (z − Wᵀ next).
 #[inline(always)]
-pub(super) fn take_back<V: Lanes, const B: usize>(
-    factor: &[f64],
-    z: [V; B],
-    next: [V; B],
-) -> [V; B] {
-    let w = &factor[triangle(B) * V::LANES..(triangle(B) + B * B) * V::LANES];
+pub(super) fn take_back<V: Lanes, const B: usize>(step: &[f64], z: [V; B], next: [V; B]) -> [V; B] {
+    let step = &step[..per_step(B) * V::LANES];
     let mut x = z;
     // The first row of the next block is the last that is known.
     unroll!(i < B, down, {
         unroll!(j < B, {
-            x[j] = V::load(&w[(j * B + i) * V::LANES..]).neg_mul_add(next[i], x[j]);
+            x[j] = get::<V>(step, w_at(B, i, j)).neg_mul_add(next[i], x[j]);
         });
     });
-    upper_solve(factor, x)
+    upper_solve(step, x)
 }
 
 /// L⁻ᵀ x.
 #[inline(always)]
-pub(super) fn upper_solve<V: Lanes, const B: usize>(factor: &[f64], x: [V; B]) -> [V; B] {
-    let factor = &factor[..triangle(B) * V::LANES];
+pub(super) fn upper_solve<V: Lanes, const B: usize>(step: &[f64], x: [V; B]) -> [V; B] {
+    let step = &step[..per_step(B) * V::LANES];
     let mut x = x;
     unroll!(i < B, down, {
         unroll!(j < i, {
-            x[j] = V::load(&factor[lower(i, j) * V::LANES..]).neg_mul_add(x[i], x[j]);
+            x[j] = get::<V>(step, l_at(B, i, j)).neg_mul_add(x[i], x[j]);
         });
     });
     x

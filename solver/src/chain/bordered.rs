@@ -290,12 +290,9 @@ mod tests {
             *v = f64::from(state) / f64::from(u32::MAX) * 2.0 - 1.0;
         }
         for j in 0..pattern.blocks() {
-            let (n, sign) = (pattern.size(j), if j % 2 == 1 { -1.0 } else { 1.0 });
+            let n = pattern.size(j);
             let diagonal = a.block_mut(pattern.column(j).start);
-            diagonal
-                .iter_mut()
-                .step_by(n + 1)
-                .for_each(|v| *v = 30.0 * sign);
+            diagonal.iter_mut().step_by(n + 1).for_each(|v| *v = 30.0);
         }
         a
     }

@@ -95,9 +95,8 @@ impl Places {
                 };
                 let ends = [Place::new(pattern, chain[t], Some(chain[t + 1])), down];
                 let full = |p: &Place| p.size == size && p.next == size && p.coupling.is_some();
-                // The middle block is not the second end's.
                 Step {
-                    full: t + 1 < count && ends.iter().all(full),
+                    full: ends.iter().all(full),
                     ends,
                 }
             })

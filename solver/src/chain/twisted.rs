@@ -1,8 +1,7 @@
 //! The two eliminations of a chain as the two lanes of a vector.
 
 use super::block::{
-    self, Apart, Blocks, Meet, lower_solve, pass_on, per_step, scaled, take_back, triangle, unroll,
-    upper_solve,
+    self, Blocks, Scratch, lower_solve, pass_on, per_step, scaled, take_back, unroll, upper_solve,
 };
 use super::places::{Place, Places, Step};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
@@ -12,6 +11,7 @@ pub(super) struct Factorize<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) values: &'a [f64],
     pub(super) factor: &'a mut [f64],
+    pub(super) scratch: &'a mut Scratch,
 }
 
 /// L⁻¹ b into `y` (unless that is empty) and D⁻¹ L⁻¹ b into `z`, both in the order of elimination: the rows of a step for
@@ -35,9 +35,10 @@ pub(super) struct Backward<'a, const B: usize> {
 /// A block of full size, column-major.
 type Full<const B: usize> = [[f64; B]; B];
 
-/// The blocks of a step, of each end: the next diagonal block, column-major, and the stored coupling to it, which for
-/// the second end is the transposed one.
+/// The blocks of a step, of each end: its own diagonal block, the next one, column-major, and the stored coupling to it,
+/// which for the second end is the transposed one.
 struct Ends<'a, const B: usize> {
+    own: [&'a Full<B>; 2],
     diagonal: [&'a Full<B>; 2],
     coupling: [&'a Full<B>; 2],
 }
@@ -50,6 +51,11 @@ fn pair<V: Halves>(up: f64, down: f64) -> V {
 
 impl<Q: Quad<Half: Halves>, const B: usize> Blocks<Q, B> for Ends<'_, B> {
     #[inline(always)]
+    fn own(&self, i: usize) -> Q::Half {
+        let [up, down] = self.own;
+        pair(up[i][i], down[i][i])
+    }
+    #[inline(always)]
     fn row(&self, i: usize, j: usize) -> Q::Half {
         let [up, down] = self.diagonal;
         pair(up[j][i], down[j][i])
@@ -60,30 +66,22 @@ impl<Q: Quad<Half: Halves>, const B: usize> Blocks<Q, B> for Ends<'_, B> {
         Q::interleave(two(&up[j], i), two(&down[j], i))
     }
     #[inline(always)]
-    fn coupling(&self, i: usize) -> [Q::Half; B] {
-        let [up, down] = self.coupling;
-        let mut row = [Q::Half::splat(0.0); B];
-        unroll!(j < B, {
-            row[j] = pair(up[j][i], down[i][j]);
-        });
-        row
+    fn columns(&self, i: usize, j: usize) -> Q {
+        let [up, down] = self.diagonal;
+        Q::join(
+            pair(up[j][i], down[j][i]),
+            pair(up[j + 1][i], down[j + 1][i]),
+        )
     }
     #[inline(always)]
-    fn couplings(&self, i: usize) -> [Q; B] {
+    fn coupling(&self, i: usize, j: usize) -> Q::Half {
         let [up, down] = self.coupling;
-        let mut rows = [Q::splat(0.0); B];
-        unroll!(p < B / 2, pairs, {
-            let j = 2 * p;
-            [rows[j], rows[j + 1]] = Q::interleave_transposed(
-                [two(&up[j], i), two(&up[j + 1], i)],
-                [two(&down[i], j), two(&down[i + 1], j)],
-            );
-        });
-        if B % 2 == 1 {
-            let last = B - 1;
-            rows[last] = Q::interleave(two(&up[last], i), &[down[i][last], down[i + 1][last]]);
-        }
-        rows
+        pair(up[j][i], down[i][j])
+    }
+    #[inline(always)]
+    fn couplings(&self, i: usize, j: usize) -> Q {
+        let [up, down] = self.coupling;
+        Q::interleave(two(&up[j], i), &[down[i][j], down[i + 1][j]])
     }
 }
 
@@ -91,20 +89,6 @@ impl<Q: Quad<Half: Halves>, const B: usize> Blocks<Q, B> for Ends<'_, B> {
 #[inline(always)]
 fn two<const B: usize>(v: &[f64; B], i: usize) -> &[f64; 2] {
     v[i..].first_chunk().unwrap_or(&[0.0; 2])
-}
-
-/// Both ends meet in the middle block.
-struct Both;
-
-impl<V: Halves> Meet<V> for Both {
-    #[inline(always)]
-    fn sum(&self, v: V) -> V {
-        add(v)
-    }
-    #[inline(always)]
-    fn largest(&self, v: V) -> V {
-        V::both(v.lower().max(v.upper()))
-    }
 }
 
 /// The sum of both lanes, in both lanes.
@@ -154,14 +138,6 @@ impl<const B: usize> Padded<B> {
             self.diagonal[end][r][r] = 1.0;
         }
     }
-
-    #[inline(always)]
-    fn ends(&self) -> Ends<'_, B> {
-        Ends {
-            diagonal: self.diagonal.each_ref(),
-            coupling: self.coupling.each_ref(),
-        }
-    }
 }
 
 /// A block of the values into the corner of a full one.
@@ -175,23 +151,14 @@ fn copy<const B: usize>(values: &[f64], first: usize, size: [usize; 2], to: &mut
     }
 }
 
-/// The blocks of a step of full ones, where they lie; `None` where one would reach beyond the values.
+/// A block of full size of each end, where it lies; `None` where it is not, or beyond the values.
 #[inline(always)]
-fn in_place<'a, const B: usize>(
-    values: &'a [f64],
-    here: &Step,
-    next: &Step,
-) -> Option<Ends<'a, B>> {
+fn in_place<const B: usize>(values: &[f64], first: [Option<usize>; 2]) -> Option<[&Full<B>; 2]> {
     let at = |first: usize| {
         let (columns, _) = values.get(first..first + B * B)?.as_chunks::<B>();
         columns.first_chunk::<B>()
     };
-    let diagonal = |end: usize| at(next.ends[end].diagonal);
-    let coupling = |end: usize| at(here.ends[end].coupling?);
-    Some(Ends {
-        diagonal: [diagonal(0)?, diagonal(1)?],
-        coupling: [coupling(0)?, coupling(1)?],
-    })
+    Some([at(first[0]?)?, at(first[1]?)?])
 }
 
 impl<const B: usize> Kernel for Factorize<'_, B> {
@@ -199,47 +166,90 @@ impl<const B: usize> Kernel for Factorize<'_, B> {
 
     #[inline(always)]
     fn run<I: Isa>(self) -> bool {
+        self.factorize::<I::X4>().is_some()
+    }
+}
+
+impl<const B: usize> Factorize<'_, B> {
+    #[inline(always)]
+    fn factorize<Q: Quad<Half: Halves>>(self) -> Option<()> {
         let Self {
             places,
             values,
             factor,
+            scratch,
         } = self;
-        factorize::<I::X4, B>(places, values, factor).is_some()
-    }
-}
-
-#[inline(always)]
-fn factorize<Q: Quad<Half: Halves>, const B: usize>(
-    places: &Places,
-    values: &[f64],
-    factor: &mut [f64],
-) -> Option<()> {
-    let (steps, count) = (&places.steps[..], places.steps());
-    let mut padded = Padded::<B>::new();
-    let mut largest = Q::Half::splat(0.0);
-    for end in 0..2 {
-        padded.diagonal(values, end, steps[0].ends[end]);
-    }
-    block::first::<Q, B>(&padded.ends(), factor, &mut largest)?;
-    for (t, step) in steps[..count].iter().enumerate() {
-        let (next, middle) = (&steps[t + 1], t + 1 == count);
-        let (here, after) = factor[2 * per_step(B) * t..].split_at_mut(2 * per_step(B));
-        if middle {
-            padded.fill(values, step, next, true);
-            block::eliminate::<Q, B>(&padded.ends(), here, after, &mut largest, &Both)?;
-            break;
-        }
-        let ends = if step.full {
-            in_place(values, step, next)?
+        let (steps, count) = (&places.steps[..], places.steps());
+        // A step's own blocks may be padded, and so may the next ones.
+        let [mut even, mut odd] = [Padded::<B>::new(), Padded::new()];
+        let mut first = if steps[0].full {
+            in_place(values, steps[0].ends.map(|end| Some(end.diagonal)))?
         } else {
-            padded.fill(values, step, next, false);
-            padded.ends()
+            for end in 0..2 {
+                even.diagonal(values, end, steps[0].ends[end]);
+            }
+            even.diagonal.each_ref()
         };
-        block::eliminate::<Q, B>(&ends, here, after, &mut largest, &Apart)?;
+        // The middle block is the first end's alone.
+        let none = [[0.0; B]; B];
+        if count == 0 {
+            first[1] = &none;
+        }
+        let mut pivot = block::begin::<Q, B>(
+            scratch,
+            &Ends {
+                own: first,
+                diagonal: first,
+                coupling: first,
+            },
+        );
+        for (t, step) in steps[..count].iter().enumerate() {
+            let (padded, other) = match t % 2 {
+                0 => (&even, &mut odd),
+                _ => (&odd, &mut even),
+            };
+            let next = &steps[t + 1];
+            let ends = if step.full {
+                let mut ends = Ends {
+                    own: in_place(values, step.ends.map(|end| Some(end.diagonal)))?,
+                    diagonal: in_place(values, next.ends.map(|end| Some(end.diagonal)))?,
+                    coupling: in_place(values, step.ends.map(|end| end.coupling))?,
+                };
+                if t + 1 == count {
+                    ends.diagonal[1] = &none;
+                }
+                ends
+            } else {
+                other.fill(values, step, next, t + 1 == count);
+                let whole = step.ends.iter().all(|end| end.size == B);
+                let own = whole.then_some(step.ends.map(|end| Some(end.diagonal)));
+                Ends {
+                    own: own.map_or(Some(padded.diagonal.each_ref()), |own| {
+                        in_place(values, own)
+                    })?,
+                    diagonal: other.diagonal.each_ref(),
+                    coupling: other.coupling.each_ref(),
+                }
+            };
+            let here = &mut factor[2 * per_step(B) * t..];
+            pivot = block::eliminate::<Q, B>(pivot, scratch, &ends, here)?;
+        }
+        let middle = steps[count].ends[0].diagonal;
+        let [middle, _] = match steps[..count].last() {
+            Some(before) if before.full => in_place(values, [Some(middle); 2])?,
+            _ if count % 2 == 0 => even.diagonal.each_ref(),
+            _ => odd.diagonal.each_ref(),
+        };
+        let mut own = [Q::Half::splat(0.0); B];
+        unroll!(i < B, {
+            own[i] = Q::Half::splat(middle[i][i]);
+        });
+        for v in scratch.left_mut::<Q::Half, B>().chunks_exact_mut(2) {
+            add(Q::Half::load(v)).store(v);
+        }
+        let here = &mut factor[2 * per_step(B) * count..];
+        block::finish(add(pivot), scratch, own, here)
     }
-    largest
-        .all_below(Q::Half::splat(f64::INFINITY))
-        .then_some(())
 }
 
 /// The rows of a step's blocks in a vector; zero where there is only padding.
@@ -315,7 +325,7 @@ impl<const B: usize> Kernel for Forward<'_, B> {
                 put(&done, &mut y[2 * B * t..]);
             }
             put(&scaled(factor, done), &mut z[2 * B * t..]);
-            rows = pass_on(&factor[2 * triangle(B)..], done, gather(b, step));
+            rows = pass_on(factor, done, gather(b, step));
         }
         if count > 0 {
             rows = rows.map(add);

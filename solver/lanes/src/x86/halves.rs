@@ -98,15 +98,4 @@ impl Quad for FusedFour {
         // SAFETY: the processor has the instructions, see `vector`.
         Self(unsafe { _mm256_shuffle_pd::<0b1100>(twice(p), twice(q)) })
     }
-    #[inline(always)]
-    fn interleave_transposed(p: [&[f64; 2]; 2], q: [&[f64; 2]; 2]) -> [Self; 2] {
-        // SAFETY: as in `vector`; there are as many doubles as are read, and no alignment is needed.
-        unsafe {
-            let q = _mm256_setr_m128d(_mm_loadu_pd(q[0].as_ptr()), _mm_loadu_pd(q[1].as_ptr()));
-            [
-                Self(_mm256_shuffle_pd::<0b0100>(twice(p[0]), q)),
-                Self(_mm256_shuffle_pd::<0b1110>(twice(p[1]), q)),
-            ]
-        }
-    }
 }
