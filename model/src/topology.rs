@@ -29,8 +29,8 @@ pub struct Topology {
     /// Group of each constraint, for [`Scene::groups`]: one for each component, numbered by their first constraints, and
     /// after them one for all that close loops.
     pub groups: Vec<u32>,
-    /// An elimination order of the constraints (position → constraint): the trees, leaves first, each up to the
-    /// component's last body, then the closing ones.
+    /// An elimination order of the constraints (position → constraint): the trees, leaves first, each up to its root,
+    /// then the closing ones. The root is an end of a longest path of the tree, its last body where that is one.
     pub order: Vec<usize>,
 }
 
@@ -165,8 +165,7 @@ impl Edges {
         &self.vertices[self.start[constraint]..self.start[constraint + 1]]
     }
 
-    /// The constraints that do not close a loop, children before parents, each subtree in one piece. The root of a tree
-    /// is its last body: a cable that is listed from its anchor on keeps its order.
+    /// The constraints that do not close a loop, children before parents, each subtree in one piece.
     fn leaves_first(&self, bodies: usize, closes: &[bool]) -> Vec<usize> {
         let mut at_body = vec![Vec::new(); bodies];
         let tree = (0..self.len()).filter(|&c| !closes[c]);
@@ -179,8 +178,15 @@ impl Edges {
         let mut order = Vec::with_capacity(self.len());
         let mut seen = vec![false; self.len()];
         let mut stack = Vec::new();
-        for root in (0..bodies).rev() {
+        for last in (0..bodies).rev() {
+            // What a tree before has reached has nothing left.
+            if at_body[last].is_empty() {
+                continue;
+            }
+            let root = self.root(last, &at_body);
             stack.append(&mut at_body[root]);
+            // What acts on nothing else is the end of the path: the first here, behind all others when turned round.
+            stack.sort_by_key(|&c| self.vertices(c).len() == 1);
             while let Some(c) = stack.pop() {
                 if std::mem::replace(&mut seen[c], true) {
                     continue;
@@ -195,6 +201,38 @@ impl Edges {
         order.extend(tree.filter(|&c| !seen[c]));
         order.reverse();
         order
+    }
+
+    /// The root of the tree whose last body is given: an end of a longest path, for from anywhere else that path is cut
+    /// into two branches, and a ring or a cable between two points is no chain. The last body where it is such an end:
+    /// a cable that is listed from its anchor on keeps its order.
+    fn root(&self, last: usize, at_body: &[Vec<usize>]) -> usize {
+        let (end, distance) = self.farthest(last, at_body);
+        let (other, longest) = self.farthest(end, at_body);
+        if distance == longest {
+            last
+        } else {
+            end.max(other)
+        }
+    }
+
+    /// A body that is as far as any from one of its tree, and how many constraints are between them.
+    fn farthest(&self, from: usize, at_body: &[Vec<usize>]) -> (usize, usize) {
+        let (mut level, mut distance) = (vec![(from, None)], 0);
+        loop {
+            let beyond = level.iter().flat_map(|&(body, towards)| {
+                let onwards = at_body[body].iter().filter(move |&&c| Some(c) != towards);
+                onwards.flat_map(move |&c| {
+                    let others = self.vertices(c).iter().filter(move |&&b| b != body);
+                    others.map(move |&b| (b, Some(c)))
+                })
+            });
+            let next: Vec<_> = beyond.collect();
+            if next.is_empty() {
+                return (level.last().map_or(from, |&(body, _)| body), distance);
+            }
+            (level, distance) = (next, distance + 1);
+        }
     }
 }
 
@@ -344,6 +382,35 @@ mod tests {
             &[&[None, Some(0)], &[Some(0), Some(1)], &[Some(1), None]],
         ));
         assert!(t.is_forest());
+    }
+
+    /// The load at the middle of a ring, or of a cable between two points of the world, is no root: a path would have two
+    /// branches there.
+    #[test]
+    fn paths_are_ordered_from_end_to_end() {
+        let (w, b) = (None, Some);
+        // A ring of five bodies, listed in pieces, with a load at body 2.
+        let sides: [&[_]; 6] = [
+            &[b(0), b(1)],
+            &[b(3), b(4)],
+            &[b(1), b(2)],
+            &[b(2), b(3)],
+            &[b(4), b(0)],
+            &[b(2), b(5)],
+        ];
+        let t = Topology::of(&scene(6, &sides));
+        assert_eq!(t.closing, [4]);
+        assert_eq!(t.order, [0, 2, 5, 3, 1, 4]);
+        // Two cables of two bodies from the world to body 4.
+        let sides: [&[_]; 6] = [
+            &[w, b(0)],
+            &[b(0), b(1)],
+            &[w, b(2)],
+            &[b(2), b(3)],
+            &[b(1), b(4)],
+            &[b(3), b(4)],
+        ];
+        assert_eq!(Topology::of(&scene(5, &sides)).order, [0, 1, 4, 5, 3, 2]);
     }
 
     #[test]
