@@ -20,7 +20,8 @@ use taut_solver::{
 pub enum Elimination {
     /// [`Elimination::Scene`] where that fills nothing of what the backend factorises (all of S, its groups, or single
     /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
-    /// where some are equal. An order in which the backend is faster ([`Backend::is_fast_in`]) may take twice as many.
+    /// where some are equal. Of those that take at most twice as many, one in which the backend is faster goes before,
+    /// the one with the fewest rows in the border ([`Backend::border_rows`]).
     #[default]
     Auto,
     /// The scene's own order.
@@ -131,26 +132,29 @@ pub(crate) fn order_of(
         return Ok(unfilled);
     }
     // Minimum degree is counted first: it is seldom far from the cheapest, and so bounds what counting the others takes.
-    let mut cheapest = counted(Elimination::MinimumDegree, MOST)?;
+    let mut found = vec![counted(Elimination::MinimumDegree, MOST)?];
+    let flops = |order: &EliminationOrder| order.cost.unwrap_or(MOST).flops;
+    let twice = |order: &EliminationOrder| EliminationCost {
+        flops: flops(order).saturating_mul(2).min(MOST.flops),
+        ..MOST
+    };
+    let most = twice(&found[0]);
     for other in [Elimination::Border, Elimination::Scene] {
-        let flops = cheapest.cost.unwrap_or(MOST).flops;
-        let found = counted(other, EliminationCost { flops, ..MOST })?;
-        // Of equal ones the last that is counted.
-        if found.cost.is_some() {
-            cheapest = found;
+        found.extend(Some(counted(other, most)?).filter(|order| order.cost.is_some()));
+    }
+    // The cheapest first, of equal ones the last that was counted.
+    found.reverse();
+    found.sort_by_key(flops);
+    let most = twice(&found[0]);
+    found.retain(|order| flops(order) <= most.flops);
+    let (mut taken, mut fewest) = (0, usize::MAX);
+    for (at, order) in found.iter().enumerate() {
+        let rows = backend.border_rows(&pattern, &order.constraints)?;
+        if let Some(rows) = rows.filter(|&rows| rows < fewest) {
+            (taken, fewest) = (at, rows);
         }
     }
-    if backend.is_fast_in(&pattern, &cheapest.constraints)? {
-        return Ok(cheapest);
-    }
-    let flops = cheapest.cost.unwrap_or(MOST).flops.saturating_mul(2);
-    for other in [Elimination::Scene, Elimination::Border] {
-        let found = counted(other, EliminationCost { flops, ..MOST })?;
-        if found.cost.is_some() && backend.is_fast_in(&pattern, &found.constraints)? {
-            return Ok(found);
-        }
-    }
-    Ok(cheapest)
+    Ok(found.swap_remove(taken))
 }
 
 /// The pattern of what the backend factorises, constraint by constraint in the scene's order: S, its groups' diagonal
@@ -184,6 +188,7 @@ fn factorized(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taut_model::{JointKind, Network, NetworkParams};
 
     fn auto(scene: &Scene, backend: &Backend) -> EliminationOrder {
         let rows = Linearized::new(scene);
@@ -205,6 +210,44 @@ mod tests {
             }
             assert_eq!(order.taken, Elimination::Scene, "{name}: {:?}", order.cost);
             assert!(order.constraints.into_iter().eq(0..scene.constraints.len()));
+        }
+    }
+
+    /// Rows of the border in the order that is taken.
+    fn border_rows(scene: &Scene) -> Option<usize> {
+        let backend = Backend::Banded;
+        let order = auto(scene, &backend);
+        let pattern = factorized(scene, &Linearized::new(scene), &backend).unwrap();
+        backend.border_rows(&pattern, &order.constraints).unwrap()
+    }
+
+    /// Whatever the order in which it is listed, one joint of a ring is enough.
+    #[test]
+    fn loops_get_no_more_border_rows_than_close_them() {
+        for (joint, rows) in [(JointKind::Cosserat, 6), (JointKind::Spherical, 3)] {
+            for (segments, points) in [(8, 1), (8, 2), (24, 1), (24, 2), (25, 1), (100, 2)] {
+                let params = NetworkParams {
+                    segments,
+                    points,
+                    joint,
+                    ..NetworkParams::new(Network::Ring)
+                };
+                let mut ring = params.build().unwrap();
+                let name = format!("{joint:?} {segments} {points}");
+                assert_eq!(border_rows(&ring), Some(rows), "{name}");
+                // Two cables side by side, and a joint across both their ends.
+                let along = Topology::of(&ring).order;
+                let (one, other) = along.split_at(along.len() / 2);
+                let listed: Vec<usize> = one.iter().chain(other.iter().rev()).copied().collect();
+                let take = |&c: &usize| ring.constraints[c].clone();
+                ring.constraints = listed.iter().map(take).collect();
+                assert_eq!(border_rows(&ring), Some(rows), "{name}, listed otherwise");
+            }
+        }
+        // A cable from point to point with its load in the middle is a chain; of three that meet one joint is too many.
+        for (network, rows) in [(Network::Cranes, 0), (Network::Junction, 3)] {
+            let scene = NetworkParams::new(network).build().unwrap();
+            assert_eq!(border_rows(&scene), Some(rows), "{network:?}");
         }
     }
 

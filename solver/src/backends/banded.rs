@@ -93,6 +93,14 @@ impl Fast {
         self.leaves.is_none() && matches!(self.rest, Rest::Chain(_))
     }
 
+    /// Scalar rows of the border.
+    fn border_rows(&self) -> usize {
+        match &self.rest {
+            Rest::Chain(_) => 0,
+            Rest::Bordered(factor) => factor.border_rows(),
+        }
+    }
+
     /// Whether all pivots were accepted.
     fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         let (a, magnitudes) = match &mut self.leaves {
@@ -121,11 +129,15 @@ impl Fast {
     }
 }
 
-/// Whether blocks of positive definite matrices of `pattern`, taken in `order` (position → block), are a chain with leaves
-/// and a border, or less.
-pub(crate) fn is_chain(pattern: &BlockPattern, order: &[usize]) -> Result<bool, SolveError> {
+/// Scalar rows of the border where blocks of positive definite matrices of `pattern`, taken in `order` (position → block),
+/// are a chain with leaves and a border, 0 where they are less; `None` where they are more.
+pub(crate) fn border_rows(
+    pattern: &BlockPattern,
+    order: &[usize],
+) -> Result<Option<usize>, SolveError> {
     let permuted = Arc::new(pattern.permuted(order)?);
-    Ok(Fast::new(&permuted, Level::best()).is_some())
+    let fast = Fast::new(&permuted, Level::best());
+    Ok(fast.map(|fast| fast.border_rows()))
 }
 
 /// Below this the squares that pivots are made of in `chain` lose digits to underflow.
@@ -267,19 +279,23 @@ mod tests {
             for &size in sizes {
                 let a = with_hooks(9, size, ring, hooks);
                 let b: Vec<f64> = (0..a.dim()).map(|i| (i as f64).cos()).collect();
-                let mut solver = Banded::default();
-                solver.analyze(a.pattern()).expect("analysed");
-                let fast = solver.fast.as_ref().expect("a fast way");
-                assert!(fast.leaves.is_some());
-                assert_eq!(matches!(fast.rest, Rest::Bordered(_)), ring, "{hooks:?}");
-                let mut x = vec![f64::NAN; b.len()];
-                // Twice: nothing is left of the first.
-                for _ in 0..2 {
-                    solver.factorize(&a).expect("factorised");
-                    assert!(matches!(solver.last, Way::Fast));
-                    solver.solve(&a, &b, &mut x).expect("solved");
-                    let e = backward_error(&a, &b, &x).expect("finite");
-                    assert!(e.componentwise < 2e-15, "{size} {hooks:?}: {e:?}");
+                for level in Level::available() {
+                    let mut solver = Banded::default();
+                    solver.analyze(a.pattern()).expect("analysed");
+                    let fast = Fast::new(a.pattern(), level).expect("a fast way");
+                    assert!(fast.leaves.is_some());
+                    // One block closes a ring.
+                    assert_eq!(fast.border_rows(), if ring { size } else { 0 }, "{hooks:?}");
+                    solver.fast = Some(fast);
+                    let mut x = vec![f64::NAN; b.len()];
+                    // Twice: nothing is left of the first.
+                    for _ in 0..2 {
+                        solver.factorize(&a).expect("factorised");
+                        assert!(matches!(solver.last, Way::Fast));
+                        solver.solve(&a, &b, &mut x).expect("solved");
+                        let e = backward_error(&a, &b, &x).expect("finite");
+                        assert!(e.componentwise < 2e-15, "{level} {size} {hooks:?}: {e:?}");
+                    }
                 }
             }
         }

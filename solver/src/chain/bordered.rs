@@ -83,6 +83,11 @@ impl Bordered {
         })
     }
 
+    /// Scalar rows of the border.
+    pub(crate) fn border_rows(&self) -> usize {
+        self.rows.len()
+    }
+
     /// Factorises `a`, of the pattern of [`of`](Self::of); whether all pivots are more than noise, of what
     /// their rows were made from where these magnitudes are given, one for every row of the matrix. Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, magnitudes: Option<&[f64]>) -> bool {
