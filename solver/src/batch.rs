@@ -278,6 +278,13 @@ struct Side {
     half: Vec<f64>,
 }
 
+impl Side {
+    /// Their first one's place among the eight, and their factor.
+    fn with_factor(&mut self) -> (usize, &mut [f64]) {
+        (self.side.lane, self.factor.as_mut_slice())
+    }
+}
+
 /// Cables that are worked on one by one, each with its factor.
 #[derive(Debug, Clone)]
 struct Single {
@@ -361,12 +368,24 @@ impl BatchBanded {
         expect_len("cables", self.count, a.count)?;
         let stored = self.pattern.stored_values();
         let (values, _) = a.values.as_chunks::<LANES>();
-        for side in &mut self.sides {
-            let values = &values[side.eight * stored..(side.eight + 1) * stored];
-            let factor = side.factor.as_mut_slice();
-            if !self.order.factorize(side.side, values, factor) {
-                let first = side.eight * LANES + side.side.lane;
-                return Err(blame(a, first..first + side.side.level.widest()));
+        let same = |a: &Side, b: &Side| a.eight == b.eight && a.side.level == b.side.level;
+        let eights = self.sides.chunk_by_mut(same);
+        for sides in eights.flat_map(|sides| sides.chunks_mut(2)) {
+            let (eight, side) = (sides[0].eight, sides[0].side);
+            let values = &values[eight * stored..(eight + 1) * stored];
+            let (first, count) = (eight * LANES + side.lane, sides.len());
+            let accepted = match sides {
+                [one, other] => {
+                    let sides = &mut [one.with_factor(), other.with_factor()];
+                    self.order.factorize(side.level, values, sides)
+                }
+                _ => {
+                    let mut one = sides.iter_mut().map(Side::with_factor);
+                    one.all(|one| self.order.factorize(side.level, values, &mut [one]))
+                }
+            };
+            if !accepted {
+                return Err(blame(a, first..first + count * side.level.widest()));
             }
         }
         if let Some(single) = &mut self.single {

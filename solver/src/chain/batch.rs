@@ -25,6 +25,8 @@ pub(crate) struct Side {
 pub(crate) struct InOrder {
     size: usize,
     places: Vec<Place>,
+    /// Of two sides.
+    scratch: Box<[Scratch; 2]>,
 }
 
 impl InOrder {
@@ -34,6 +36,7 @@ impl InOrder {
         Some(Self {
             size: size_of_chain(pattern, &all)?,
             places: in_order(pattern, &all),
+            scratch: Box::new([Scratch::new(), Scratch::new()]),
         })
     }
 
@@ -43,21 +46,22 @@ impl InOrder {
         [per_step(size), size].map(|n| n * width * blocks)
     }
 
-    /// Factorises the chains of a side; whether the pivots of all were accepted.
+    /// Factorises the chains of one or two sides of the same eight, given by the place of their first one and with their
+    /// factors; whether the pivots of all were accepted.
     pub(crate) fn factorize(
-        &self,
-        side: Side,
+        &mut self,
+        level: Level,
         values: &[[f64; LANES]],
-        factor: &mut [f64],
+        sides: &mut [(usize, &mut [f64])],
     ) -> bool {
         with_size!(
             self.size,
-            side.level,
+            level,
             Factorize {
                 places: &self.places,
-                side: side,
                 values: values,
-                factor: factor,
+                sides: sides,
+                scratch: &mut self.scratch,
             }
         )
     }
@@ -84,11 +88,11 @@ impl InOrder {
     }
 }
 
-struct Factorize<'a, const B: usize> {
+struct Factorize<'a, 'b, const B: usize> {
     places: &'a [Place],
-    side: Side,
     values: &'a [[f64; LANES]],
-    factor: &'a mut [f64],
+    sides: &'a mut [(usize, &'b mut [f64])],
+    scratch: &'a mut [Scratch; 2],
 }
 
 struct Solve<'a, const B: usize> {
@@ -193,7 +197,7 @@ fn in_place<const B: usize>(values: &[[f64; LANES]], first: usize) -> Option<&Fu
     columns.first_chunk::<B>()
 }
 
-impl<const B: usize> Kernel for Factorize<'_, B> {
+impl<const B: usize> Kernel for Factorize<'_, '_, B> {
     type Output = bool;
 
     #[inline(always)]
@@ -202,32 +206,35 @@ impl<const B: usize> Kernel for Factorize<'_, B> {
     }
 }
 
-impl<const B: usize> Factorize<'_, B> {
+impl<const B: usize> Factorize<'_, '_, B> {
+    /// A step of all sides before the next one: what they read stands in the same cache lines.
     #[inline(always)]
     fn factorize<Q: Halves>(self) -> Option<()> {
         let Self {
             places,
             values,
-            factor,
-            ..
+            sides,
+            scratch,
         } = self;
-        let lane = self.side.lane.min(LANES - Q::Half::LANES);
         let Some(&first) = places.first() else {
             return Some(());
         };
+        for (lane, _) in &mut *sides {
+            *lane = (*lane).min(LANES - Q::Half::LANES);
+        }
         // A block may be padded, and so may the next one.
         let [mut even, mut odd] = [Padded::<B>::new(), Padded::new()];
         even.fill(values, None, first);
-        let mut scratch = Scratch::new();
-        // A memory of which the compiler knows nothing, as the steps have it.
-        let scratch = std::hint::black_box(&mut scratch);
-        let blocks = Pair {
-            own: &even.diagonal,
-            diagonal: &even.diagonal,
-            coupling: &even.coupling,
-            lane,
-        };
-        let mut pivot = block::begin::<Q, B>(scratch, &blocks);
+        let mut pivots = [Q::Half::splat(0.0); 2];
+        for ((lane, _), (scratch, pivot)) in sides.iter().zip(scratch.iter_mut().zip(&mut pivots)) {
+            let blocks = Pair {
+                own: &even.diagonal,
+                diagonal: &even.diagonal,
+                coupling: &even.coupling,
+                lane: *lane,
+            };
+            *pivot = block::begin::<Q, B>(scratch, &blocks);
+        }
         let step = Q::Half::LANES * per_step(B);
         for (t, pair) in places.array_windows::<2>().enumerate() {
             let [here, next] = *pair;
@@ -250,13 +257,17 @@ impl<const B: usize> Factorize<'_, B> {
                     (&other.diagonal, &other.coupling)
                 }
             };
-            let blocks = Pair {
-                own,
-                diagonal,
-                coupling,
-                lane,
-            };
-            pivot = block::eliminate::<Q, B>(pivot, scratch, &blocks, &mut factor[step * t..])?;
+            let with = scratch.iter_mut().zip(&mut pivots);
+            for ((lane, factor), (scratch, pivot)) in sides.iter_mut().zip(with) {
+                let blocks = Pair {
+                    own,
+                    diagonal,
+                    coupling,
+                    lane: *lane,
+                };
+                let here = &mut factor[step * t..];
+                *pivot = block::eliminate::<Q, B>(*pivot, scratch, &blocks, here)?;
+            }
         }
         let count = places.len() - 1;
         let padded = if count % 2 == 0 { &even } else { &odd };
@@ -264,11 +275,15 @@ impl<const B: usize> Factorize<'_, B> {
             true => in_place(values, places[count].diagonal)?,
             false => &padded.diagonal,
         };
-        let mut own = [Q::Half::splat(0.0); B];
-        unroll!(i < B, {
-            own[i] = Q::Half::load(&last[i][i][lane..]);
-        });
-        block::finish(pivot, scratch, own, &mut factor[step * count..])
+        let with = scratch.iter_mut().zip(&pivots);
+        for ((lane, factor), (scratch, &pivot)) in sides.iter_mut().zip(with) {
+            let mut own = [Q::Half::splat(0.0); B];
+            unroll!(i < B, {
+                own[i] = Q::Half::load(&last[i][i][*lane..]);
+            });
+            block::finish(pivot, scratch, own, &mut factor[step * count..])?;
+        }
+        Some(())
     }
 }
 
