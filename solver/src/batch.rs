@@ -202,7 +202,7 @@ impl Kernel for Spread<'_> {
 /// Why a batch has no solutions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatchError {
-    /// The first cable that fails; `None` where the call itself is at fault, or no cable fails by itself.
+    /// The first cable that fails; `None` where the call itself is at fault.
     pub cable: Option<usize>,
     /// What is wrong with it.
     pub error: SolveError,
@@ -233,7 +233,8 @@ impl From<SolveError> for BatchError {
 /// agrees with that of `banded` to rounding (the elimination runs from one end only), and does not depend on its
 /// neighbours or on their number but for rounding.
 ///
-/// Pivots below 1e-120 are refused, for squares of such numbers lose digits to underflow: scale the matrices.
+/// Pivots below 1e-120 are refused, for squares of such numbers lose digits to underflow, and so is what overflows where
+/// it is squared (entries beyond 1e154): scale such matrices.
 ///
 /// As many cables go together as a register holds doubles; fewer than four that are left over go one by one.
 ///
@@ -358,8 +359,8 @@ impl BatchBanded {
     ///
     /// # Errors
     /// Of the first cable that fails [`SolveError::Singular`], [`SolveError::NotPositiveDefinite`],
-    /// [`SolveError::NonFinite`] with the block (entries above the diagonal are not looked at);
-    /// [`SolveError::PatternChanged`], [`SolveError::Dimension`]. There is then no factor of any.
+    /// [`SolveError::OutOfRange`], [`SolveError::NonFinite`] with the block (entries above the diagonal are not looked
+    /// at); [`SolveError::PatternChanged`], [`SolveError::Dimension`]. There is then no factor of any.
     pub fn factorize(&mut self, a: &BatchMatrix) -> Result<(), BatchError> {
         self.factorized = false;
         if !Arc::ptr_eq(&self.pattern, &a.pattern) && *self.pattern != *a.pattern {
@@ -460,18 +461,31 @@ impl BatchBanded {
     }
 }
 
-/// What is wrong with the first of some cables that fails by itself; no cable is named where none does.
+/// What is wrong with the first of some cables that fails by itself. Where none does, the first that has the smallest or
+/// the largest pivots is out of range.
 fn blame(a: &BatchMatrix, cables: std::ops::Range<usize>) -> BatchError {
     let mut one = SymBlockMatrix::zeros(a.pattern.clone());
+    let mut worst = (0.0, None, 0);
     for cable in cables {
         let finite = a.get(cable, &mut one).and_then(|()| one.check_finite());
         if let Err(error) = finite.and_then(|()| factorize_in_order(&one)) {
             let cable = Some(cable);
             return BatchError { cable, error };
         }
+        let p = &a.pattern;
+        for block in 0..p.blocks() {
+            let entries = one.block(p.column(block).start);
+            for d in entries.iter().step_by(p.size(block) + 1) {
+                let decades = d.log10().abs();
+                if decades > worst.0 {
+                    worst = (decades, Some(cable), block);
+                }
+            }
+        }
     }
-    // Numbers beyond what the vectors' elimination takes, though not beyond that of `banded`.
-    SolveError::Singular { block: 0 }.into()
+    let (_, cable, block) = worst;
+    let error = SolveError::OutOfRange { block };
+    BatchError { cable, error }
 }
 
 /// The elimination of one matrix from its first block on.

@@ -20,7 +20,6 @@ pub(crate) const NOISE: f64 = 8.0;
 /// Which pivots are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pivots {
-    #[allow(dead_code)] // where no backend that uses it is compiled in
     /// Positive ones only.
     Positive,
     /// Any that is not noise.

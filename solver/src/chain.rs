@@ -20,36 +20,36 @@
 //!
 //! Matrices that are not positive definite are refused, and so are pivots below 1e-120: the backend has a general way.
 //!
-//! Left out, for they lost where they were measured (AVX2, blocks of 5 rows, with a step of 27 ns a block, before it had
-//! its present order):
+//! Left out, for they lost where they were measured (AVX2, blocks of 5 rows):
 //!
-//! - Two threads, an end each. One end alone took 46 ns a block, for it waited for its divisions; both in the lanes of a
-//!   vector took 27 ns. What two threads could gain, 23 against 27, was less than what it takes to hand them their
-//!   halves: 30 ns at 4000 blocks, 34 at 400.
+//! - Two threads, an end each. One end alone takes 1.7 times what both take in the lanes of a vector, for it waits for its
+//!   divisions, so that two threads could gain 15 %; to hand them their halves takes more than that, at 4000 blocks too.
 //! - Pieces of one chain in the four lanes of a vector. All but the first fill towards the block before them, 2.4 times the
 //!   arithmetic, while four lanes cost 0.6 to 0.7 of two ends in two lanes for each block.
 //! - A factor in single precision. Refined from the pieces that S is made of it gains three digits a sweep (hoist of 100
 //!   segments, mass ratios 1, 10³, 10⁵: 4 or 5 sweeps to the accuracy that this factor has after one), and a sweep costs
 //!   two thirds of the whole factorisation in doubles.
 //!
-//! Files: `block` one step of the elimination for any vector, `twisted` the two eliminations, `places` where their blocks
-//! lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides;
+//! Files: `block` one step of the elimination for any vector, `substitution` the same of a solve, `layout` what is stored
+//! of a step; `twisted` the two eliminations, `places` where their blocks lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides;
 //! `leaves` blocks that go first, so that the others are one of these.
 
 pub(crate) mod batch;
 mod block;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod bordered;
+mod layout;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod leaves;
 mod places;
+mod substitution;
 mod twisted;
 
 use crate::aligned::Aligned;
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
 use crate::{BlockPattern, SymBlockMatrix};
-use block::Scratch;
+use block::ScratchOfTwo;
 use places::Places;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward};
@@ -73,7 +73,7 @@ pub(crate) struct Chain {
     level: Level,
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Aligned,
-    scratch: Box<Scratch>,
+    scratch: Box<ScratchOfTwo>,
     /// D⁻¹ L⁻¹ b between the forward and the backward pass.
     half: Vec<f64>,
 }
@@ -91,8 +91,8 @@ impl Chain {
         let places = Places::new(pattern, blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
-            factor: Aligned::new(2 * (steps + 1) * block::per_step(size)),
-            scratch: Box::new(Scratch::new()),
+            factor: Aligned::new(2 * (steps + 1) * layout::per_step(size)),
+            scratch: Box::new(ScratchOfTwo::new()),
             half: vec![0.0; 2 * (steps + 1) * size],
             places,
             level,
@@ -119,8 +119,8 @@ impl Chain {
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
         let size = self.places.size;
-        let inverse = 2 * block::inverse_at(size, 0)..2 * block::inverse_at(size, size);
-        let steps = self.factor.as_slice().chunks(2 * block::per_step(size));
+        let inverse = 2 * layout::inverse_at(size, 0)..2 * layout::inverse_at(size, size);
+        let steps = self.factor.as_slice().chunks(2 * layout::per_step(size));
         steps.zip(&self.places.steps).all(|(factor, step)| {
             step.ends.iter().enumerate().all(|(end, place)| {
                 let inverse = factor[inverse.clone()].chunks_exact(2);

@@ -48,6 +48,11 @@ pub enum SolveError {
         /// Block row.
         block: usize,
     },
+    /// Numbers of this block, or what is left of them, are too small or too large for an elimination that squares them.
+    OutOfRange {
+        /// Block row.
+        block: usize,
+    },
     /// The matrix is not symmetric, and the backend is for symmetric matrices.
     NotSymmetric {
         /// Name of the backend.
@@ -131,6 +136,13 @@ impl fmt::Display for SolveError {
                     f,
                     "the matrix is not positive definite at block {block}: choose a backend for indefinite systems \
                      (umfpack, faer:lu, dense; banded and faer:ldlt where it is quasi-definite)"
+                )
+            }
+            Self::OutOfRange { block } => {
+                write!(
+                    f,
+                    "numbers of block {block} are too small or too large to be squared: scale the matrix, or take its \
+                     cable by itself with `banded`"
                 )
             }
             Self::NotSymmetric { backend } => {

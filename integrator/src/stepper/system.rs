@@ -196,6 +196,7 @@ impl Stepper {
         let block = match &source {
             SolveError::Singular { block }
             | SolveError::NotPositiveDefinite { block }
+            | SolveError::OutOfRange { block }
             | SolveError::NonFinite { block, .. } => Some(*block),
             _ => None,
         };

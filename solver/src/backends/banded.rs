@@ -24,8 +24,6 @@ pub(crate) struct Banded {
     /// Where the pattern has a faster way.
     fast: Option<Fast>,
     in_order: Option<BlockLdlt<f64>>,
-    /// Places of the diagonal entries, where the faster way does not itself see that they are positive.
-    diagonal: Vec<usize>,
     last: Way,
 }
 
@@ -37,20 +35,7 @@ enum Way {
     Fast,
 }
 
-impl Banded {
-    /// The fastest way that accepts the pivots, of numbers that are not too small for it. A matrix with a diagonal entry
-    /// that is not positive is not positive definite, and its factor exists in the order of the pattern at best
-    /// ([M Jᵀ; J 0] has one with M first).
-    fn try_fast(&mut self, a: &SymBlockMatrix) -> Option<Way> {
-        let values = a.values();
-        if !self.diagonal.iter().all(|&k| values[k] > TINY) {
-            return None;
-        }
-        self.fast.as_mut()?.factorize(a).then_some(Way::Fast)
-    }
-}
-
-/// A factor that is not eliminated in the order of the pattern.
+/// A factor of a positive definite matrix that is not eliminated in the order of the pattern.
 #[derive(Debug)]
 struct Fast {
     leaves: Option<Leaves>,
@@ -88,11 +73,6 @@ impl Fast {
         Bordered::of(&all, pattern, level).map(|b| whole(Rest::Bordered(Box::new(b))))
     }
 
-    /// Whether it is a chain and nothing else, which takes positive pivots only.
-    fn is_plain(&self) -> bool {
-        self.leaves.is_none() && matches!(self.rest, Rest::Chain(_))
-    }
-
     /// Scalar rows of the border.
     fn border_rows(&self) -> usize {
         match &self.rest {
@@ -101,7 +81,7 @@ impl Fast {
         }
     }
 
-    /// Whether all pivots were accepted.
+    /// Whether all pivots were accepted: they are positive, and more than noise.
     fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         let (a, magnitudes) = match &mut self.leaves {
             None => (a, None),
@@ -140,15 +120,6 @@ pub(crate) fn border_rows(
     Ok(fast.map(|fast| fast.border_rows()))
 }
 
-/// Below this the squares that pivots are made of in `chain` lose digits to underflow.
-const TINY: f64 = 1e-120;
-
-/// Where the diagonal entries of the matrices of a pattern are among their values.
-fn diagonal_entries(p: &BlockPattern) -> Vec<usize> {
-    let of_block = |j: usize| p.values(p.column(j).start).step_by(p.size(j) + 1);
-    (0..p.blocks()).flat_map(of_block).collect()
-}
-
 impl LinearSolver for Banded {
     fn name(&self) -> &'static str {
         "banded"
@@ -159,18 +130,16 @@ impl LinearSolver for Banded {
         let factor_entries = Some(in_order.factor_values());
         self.fast = Fast::new(pattern, Level::best());
         self.in_order = Some(in_order);
-        self.diagonal = match &self.fast {
-            Some(fast) if !fast.is_plain() => diagonal_entries(pattern),
-            _ => Vec::new(),
-        };
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport { factor_entries })
     }
 
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
         self.phases.begin_unchecked(a)?;
-        // What is not finite leaves a pivot that is not.
-        self.last = self.try_fast(a).unwrap_or(Way::InOrder);
+        // What is not finite leaves a pivot that is not. The fast way takes positive definite matrices only: others have a
+        // factor in the order of the pattern at best ([M Jᵀ; J 0] with M first).
+        let fast = self.fast.as_mut().is_some_and(|fast| fast.factorize(a));
+        self.last = if fast { Way::Fast } else { Way::InOrder };
         if let (Way::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
             // It accepts more, and says what it does not.
             a.check_finite()?;

@@ -150,6 +150,29 @@ fn names_cable_and_block() {
     }
 }
 
+/// Numbers that `banded` takes the general way, in every lane and in cables that go one by one.
+#[test]
+fn names_the_cable_whose_numbers_cannot_be_squared() {
+    let pattern = chain(&[3; 4]);
+    for level in Level::available() {
+        for (bad, count) in (1..14).flat_map(|count| (0..count).map(move |bad| (bad, count))) {
+            let (mut a, mut each) = batch(&pattern, count);
+            for scale in [1e-130, 1e160] {
+                each[bad] = matrix(&pattern, 1);
+                each[bad].values_mut().iter_mut().for_each(|v| *v *= scale);
+                a.set(bad, &each[bad]).unwrap();
+                let mut solver = BatchBanded::with_level(&pattern, count, level).unwrap();
+                let error = solver.factorize(&a).unwrap_err();
+                assert_eq!(error.cable, Some(bad), "{level}: {count} {scale:e}");
+                assert!(
+                    matches!(error.error, SolveError::OutOfRange { .. }),
+                    "{error:?}"
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn refuses_what_does_not_fit() {
     let ring = BlockPattern::new(&[3; 3], &[(0, 1), (1, 2), (0, 2)]).unwrap();

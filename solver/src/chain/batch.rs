@@ -1,11 +1,12 @@
 //! Chains of equal pattern side by side, one in each lane, eliminated from the first block on.
 //!
-//! Numbers of eight chains stand together (see [`crate::BatchMatrix`]); a kernel works on as many of these as a register holds, from a lane on.
+//! Numbers of eight chains stand together (see [`crate::BatchMatrix`]); a kernel works on as many of these as a register
+//! holds, from a lane on.
 
-use super::block::{
-    self, Blocks, Scratch, lower_solve, pass_on, per_step, scaled, take_back, unroll, upper_solve,
-};
+use super::block::{self, Blocks, ScratchOfEight};
+use super::layout::{per_step, unroll};
 use super::places::{Place, in_order, size_of_chain};
+use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
 use super::with_size;
 use crate::BlockPattern;
 use crate::batch::LANES;
@@ -26,7 +27,7 @@ pub(crate) struct InOrder {
     size: usize,
     places: Vec<Place>,
     /// Of two sides.
-    scratch: Box<[Scratch; 2]>,
+    scratch: Box<[ScratchOfEight; 2]>,
 }
 
 impl InOrder {
@@ -36,7 +37,7 @@ impl InOrder {
         Some(Self {
             size: size_of_chain(pattern, &all)?,
             places: in_order(pattern, &all),
-            scratch: Box::new([Scratch::new(), Scratch::new()]),
+            scratch: Box::new([ScratchOfEight::new(), ScratchOfEight::new()]),
         })
     }
 
@@ -92,7 +93,7 @@ struct Factorize<'a, 'b, const B: usize> {
     places: &'a [Place],
     values: &'a [[f64; LANES]],
     sides: &'a mut [(usize, &'b mut [f64])],
-    scratch: &'a mut [Scratch; 2],
+    scratch: &'a mut [ScratchOfEight; 2],
 }
 
 struct Solve<'a, const B: usize> {
@@ -233,7 +234,7 @@ impl<const B: usize> Factorize<'_, '_, B> {
                 coupling: &even.coupling,
                 lane: *lane,
             };
-            *pivot = block::begin::<Q, B>(scratch, &blocks);
+            *pivot = block::begin::<Q, B, _, _>(scratch, &blocks);
         }
         let step = Q::Half::LANES * per_step(B);
         for (t, pair) in places.array_windows::<2>().enumerate() {
@@ -266,7 +267,7 @@ impl<const B: usize> Factorize<'_, '_, B> {
                     lane: *lane,
                 };
                 let here = &mut factor[step * t..];
-                *pivot = block::eliminate::<Q, B>(*pivot, scratch, &blocks, here)?;
+                *pivot = block::eliminate::<Q, B, _, _>(*pivot, scratch, &blocks, here)?;
             }
         }
         let count = places.len() - 1;

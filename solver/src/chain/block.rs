@@ -7,9 +7,6 @@
 //! for the reciprocal before it with one multiply-add only, since the square is formed beforehand; so does the first
 //! pivot of the next block.
 //!
-//! What is stored of a step, each number for all lanes: W by columns, its last row apart where the number of rows is
-//! odd; L (strictly lower triangle, by rows); 1/D.
-//!
 //! In W and in the next block two rows stand side by side in a vector of twice the lanes ([`Halves`]), the last one
 //! alone where their number is odd: half the instructions, or where there are no such vectors, every factor is loaded
 //! once for two rows. The next block is kept as the diagonals and the antidiagonals of blocks of two rows and columns,
@@ -17,10 +14,11 @@
 //!
 //! Loads are nearly free beside all this, stores are not: one takes the time of a multiply-add or two (measured on AMD
 //! Zen 3). So registers hold the next block until it is done, and L D lies in memory besides what is stored anyway
-//! ([`Scratch`]). The compiler has to be kept from having it its own way, which would be to carry everything in
-//! registers, and to store what there are no registers for: after a [`fence`] it reads memory again. All loops are
-//! written out ([`unroll`]), so that it sees indices into local arrays as constants.
+//! ([`Scratch`]). The compiler would rather carry everything in registers, and store what there are no registers for:
+//! at a [`fence`] it gives that up. All loops are written out ([`unroll`]), so that it sees indices into local arrays as
+//! constants.
 
+use super::layout::{get, inverse_at, l_at, pair, per_step, put, put_pair, unroll, w_at, y_at};
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
 use std::sync::atomic::{Ordering, compiler_fence};
@@ -28,69 +26,6 @@ use taut_lanes::{Halves, Lanes};
 
 /// Below this the squares that pivots are made of lose digits to underflow.
 const TINY: f64 = 1e-120;
-
-/// Largest blocks, and the most lanes of half a vector.
-const LARGEST: usize = 6;
-const MOST_LANES: usize = 8;
-
-/// Entries of a triangle of this many rows, with its diagonal.
-const fn triangle(size: usize) -> usize {
-    size * (size + 1) / 2
-}
-
-/// Vectors of a step: W, L and 1/D. An even number, so that pairs are aligned in all steps if they are in one.
-pub(super) const fn per_step(size: usize) -> usize {
-    (size * size + triangle(size)).next_multiple_of(2)
-}
-
-/// Where 1/Dᵢ is among the vectors of a step.
-pub(super) const fn inverse_at(size: usize, i: usize) -> usize {
-    size * size + triangle(size) - size + i
-}
-
-/// Where L_ij is, i > j.
-const fn l_at(size: usize, i: usize, j: usize) -> usize {
-    size * size + y_at(i, j)
-}
-
-/// Where entry (i, j) is in a strictly lower triangle by rows.
-const fn y_at(i: usize, j: usize) -> usize {
-    i * (i - 1) / 2 + j
-}
-
-/// Where W_ij is.
-const fn w_at(size: usize, i: usize, j: usize) -> usize {
-    let paired = size / 2 * 2;
-    if i < paired {
-        j * paired + i
-    } else {
-        size * paired + j
-    }
-}
-
-/// The body for i = 0, 1, … below a bound of at most six, written out; i and the bound are constants, so that nothing is
-/// compiled of the bodies beyond it.
-macro_rules! unroll {
-    ($i:ident < $bound:expr, $body:block) => {
-        $crate::chain::block::unroll!(@ $i, $bound, $body, 0 1 2 3 4 5)
-    };
-    ($i:ident < $bound:expr, down, $body:block) => {
-        $crate::chain::block::unroll!(@ $i, $bound, $body, 5 4 3 2 1 0)
-    };
-    ($i:ident < $bound:expr, pairs, $body:block) => {
-        $crate::chain::block::unroll!(@ $i, $bound, $body, 0 1 2)
-    };
-    (@ $i:ident, $bound:expr, $body:block, $($value:literal)*) => {$(
-        #[allow(non_upper_case_globals, unused_comparisons, clippy::absurd_extreme_comparisons)]
-        {
-            const $i: usize = $value;
-            if const { $i < $bound } {
-                $body
-            }
-        }
-    )*};
-}
-pub(super) use unroll;
 
 /// Where a step finds its blocks: rows i and i + 1 side by side, or one alone.
 pub(super) trait Blocks<Q: Halves, const B: usize> {
@@ -108,20 +43,25 @@ pub(super) trait Blocks<Q: Halves, const B: usize> {
     fn couplings(&self, i: usize, j: usize) -> Q;
 }
 
-/// Memory that steps work in.
+/// Memory that steps work in: `LEFT` doubles for what is left of a diagonal block ([`left_len`] vectors), `BELOW` for L D
+/// below the diagonal.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
-pub(super) struct Scratch {
+pub(super) struct Scratch<const LEFT: usize, const BELOW: usize> {
     /// What is left of a diagonal block ([`left_at`]).
-    left: [f64; MOST_LANES * left_len(LARGEST)],
+    left: [f64; LEFT],
     /// L D below the diagonal, by rows.
-    y: [f64; MOST_LANES * y_at(LARGEST, 0)],
+    y: [f64; BELOW],
     /// What is left of the next block where a pivot is refused: not read. Without it the compiler would put off all
     /// products to the end of a step, and store their factors until then.
-    refused: [f64; MOST_LANES * left_len(LARGEST)],
+    refused: [f64; LEFT],
 }
 
-impl Scratch {
+/// For blocks of at most six rows, and vectors of as many lanes.
+pub(super) type ScratchOfTwo = Scratch<{ 2 * left_len(6) }, { 2 * y_at(6, 0) }>;
+pub(super) type ScratchOfEight = Scratch<{ 8 * left_len(6) }, { 8 * y_at(6, 0) }>;
+
+impl<const LEFT: usize, const BELOW: usize> Scratch<LEFT, BELOW> {
     pub(super) fn new() -> Self {
         Self {
             left: [0.0; _],
@@ -137,7 +77,7 @@ impl Scratch {
 }
 
 /// Entries of what is left of a diagonal block.
-const fn left_len(size: usize) -> usize {
+pub(super) const fn left_len(size: usize) -> usize {
     size / 2 * (size / 2 + 1) * 2 + size % 2 * size
 }
 
@@ -152,29 +92,7 @@ const fn left_at(size: usize, i: usize, j: usize) -> usize {
     }
 }
 
-/// Number `at` of a list of vectors.
-#[inline(always)]
-fn get<V: Lanes>(v: &[f64], at: usize) -> V {
-    V::load(&v[at * V::LANES..])
-}
-
-/// The same of vectors of two halves in a list of halves.
-#[inline(always)]
-fn pair<Q: Halves>(v: &[f64], at: usize) -> Q {
-    Q::load(&v[at * Q::Half::LANES..])
-}
-
-#[inline(always)]
-fn put<V: Lanes>(x: V, v: &mut [f64], at: usize) {
-    x.store(&mut v[at * V::LANES..]);
-}
-
-#[inline(always)]
-fn put_pair<Q: Halves>(x: Q, v: &mut [f64], at: usize) {
-    x.store(&mut v[at * Q::Half::LANES..]);
-}
-
-/// What was stored before is read from memory after this.
+/// A hint to read from memory what was stored before; without it the same is computed, slower.
 #[inline(always)]
 fn fence() {
     compiler_fence(Ordering::SeqCst);
@@ -332,7 +250,7 @@ impl<Q: Halves> Column<Q> {
     }
 }
 
-impl Scratch {
+impl<const LEFT: usize, const BELOW: usize> Scratch<LEFT, BELOW> {
     /// Column K of L D below the diagonal; its first entry. `l` is the entry of L to the left of its pivot.
     #[inline(always)]
     fn column<V: Lanes, const K: usize, const B: usize>(&mut self, l: V, step: &[f64]) -> V {
@@ -401,8 +319,8 @@ impl Scratch {
 
 /// Begins with the diagonal block that `blocks` have as the next one; its first pivot.
 #[inline(always)]
-pub(super) fn begin<Q: Halves, const B: usize>(
-    scratch: &mut Scratch,
+pub(super) fn begin<Q: Halves, const B: usize, const LEFT: usize, const BELOW: usize>(
+    scratch: &mut Scratch<LEFT, BELOW>,
     blocks: &impl Blocks<Q, B>,
 ) -> Q::Half {
     Next::load(blocks).store(&mut scratch.left);
@@ -413,9 +331,9 @@ pub(super) fn begin<Q: Halves, const B: usize>(
 /// next one. `None` where a pivot is not positive, or noise.
 #[inline(always)]
 #[allow(unused_assignments)] // in the last turn, of what the next one would use
-pub(super) fn eliminate<Q: Halves, const B: usize>(
+pub(super) fn eliminate<Q: Halves, const B: usize, const LEFT: usize, const BELOW: usize>(
     pivot: Q::Half,
-    scratch: &mut Scratch,
+    scratch: &mut Scratch<LEFT, BELOW>,
     blocks: &impl Blocks<Q, B>,
     step: &mut [f64],
 ) -> Option<Q::Half> {
@@ -461,9 +379,9 @@ pub(super) fn eliminate<Q: Halves, const B: usize>(
 /// subtracted: the part of a step that [`eliminate`] makes of L and D. `None` where a pivot is not positive, or noise.
 #[inline(always)]
 #[allow(unused_assignments)] // as above
-pub(super) fn finish<V: Lanes, const B: usize>(
+pub(super) fn finish<V: Lanes, const B: usize, const LEFT: usize, const BELOW: usize>(
     pivot: V,
-    scratch: &mut Scratch,
+    scratch: &mut Scratch<LEFT, BELOW>,
     own: [V; B],
     step: &mut [f64],
 ) -> Option<()> {
@@ -480,71 +398,4 @@ pub(super) fn finish<V: Lanes, const B: usize>(
         l = scratch.scale::<_, k, B>(first, inverse, step);
     });
     Some(())
-}
-
-/// y = L⁻¹ b.
-#[inline(always)]
-pub(super) fn lower_solve<V: Lanes, const B: usize>(step: &[f64], b: [V; B]) -> [V; B] {
-    let step = &step[..per_step(B) * V::LANES];
-    let mut y = b;
-    unroll!(j < B, {
-        unroll!(i < B, {
-            if const { i > j } {
-                let l: V = get(step, l_at(B, i, j));
-                y[i] = l.neg_mul_add(y[j], y[i]);
-            }
-        });
-    });
-    y
-}
-
-/// D⁻¹ y.
-#[inline(always)]
-pub(super) fn scaled<V: Lanes, const B: usize>(step: &[f64], y: [V; B]) -> [V; B] {
-    let step = &step[..per_step(B) * V::LANES];
-    let mut z = y;
-    unroll!(i < B, {
-        z[i] = y[i] * get(step, inverse_at(B, i));
-    });
-    z
-}
-
-/// b − W y.
-#[inline(always)]
-pub(super) fn pass_on<V: Lanes, const B: usize>(step: &[f64], y: [V; B], b: [V; B]) -> [V; B] {
-    let step = &step[..per_step(B) * V::LANES];
-    let mut next = b;
-    unroll!(j < B, {
-        unroll!(i < B, {
-            next[i] = get::<V>(step, w_at(B, i, j)).neg_mul_add(y[j], next[i]);
-        });
-    });
-    next
-}
-
-/// L⁻ᵀ (z − Wᵀ next).
-#[inline(always)]
-pub(super) fn take_back<V: Lanes, const B: usize>(step: &[f64], z: [V; B], next: [V; B]) -> [V; B] {
-    let step = &step[..per_step(B) * V::LANES];
-    let mut x = z;
-    // The first row of the next block is the last that is known.
-    unroll!(i < B, down, {
-        unroll!(j < B, {
-            x[j] = get::<V>(step, w_at(B, i, j)).neg_mul_add(next[i], x[j]);
-        });
-    });
-    upper_solve(step, x)
-}
-
-/// L⁻ᵀ x.
-#[inline(always)]
-pub(super) fn upper_solve<V: Lanes, const B: usize>(step: &[f64], x: [V; B]) -> [V; B] {
-    let step = &step[..per_step(B) * V::LANES];
-    let mut x = x;
-    unroll!(i < B, down, {
-        unroll!(j < i, {
-            x[j] = get::<V>(step, l_at(B, i, j)).neg_mul_add(x[i], x[j]);
-        });
-    });
-    x
 }

@@ -125,7 +125,7 @@ impl Bordered {
             }
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
-        factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Nonzero).is_ok()
+        factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Positive).is_ok()
     }
 
     /// Solves A x = b, of which the rows of the blocks are read and written. Allocates nothing.

@@ -217,7 +217,7 @@ impl Leaves {
                 *scale = scale.max(d.abs());
             }
             let inverse = &mut self.inverse_pivots[leaf.rows.clone()];
-            let pivots = Pivots::Nonzero;
+            let pivots = Pivots::Positive;
             if by_size!(n, |n| factor_diagonal::<S, _, _>(
                 n, factor, inverse, scale, pivots
             ))

@@ -133,31 +133,123 @@ fn a_pivot_that_is_noise_is_no_pivot() {
     }
 }
 
+/// Chains of each size of a vector, full and padded, of even and odd lengths, and two chains of which the second begins
+/// in the middle.
+fn refusing() -> Vec<Arc<BlockPattern>> {
+    let mut patterns = Vec::new();
+    let sizes: &[usize] = if cfg!(miri) { &[3] } else { &[2, 3, 4, 5, 6] };
+    for &size in sizes {
+        for blocks in [1, 2, 5, 6] {
+            patterns.push(pattern(&vec![size; blocks]));
+            let mut sizes = vec![size; blocks];
+            (sizes[0], sizes[blocks / 2]) = (1, 2);
+            patterns.push(pattern(&sizes));
+        }
+        let couplings = [(0, 1), (1, 2), (3, 4), (4, 5)];
+        patterns.push(Arc::new(BlockPattern::new(&[size; 6], &couplings).unwrap()));
+    }
+    patterns
+}
+
+/// Refused at every level; what was factorised then is as if nothing had been refused.
+fn assert_refused(a: &SymBlockMatrix, good: &SymBlockMatrix, what: &str) {
+    let b: Vec<_> = (0..a.dim()).map(|i| (i as f64).cos()).collect();
+    for level in Level::available() {
+        let solved = |chain: &mut Chain| {
+            assert!(chain.factorize(good), "{level}: {what}");
+            let mut x = vec![f64::NAN; b.len()];
+            chain.solve(&b, &mut x);
+            x
+        };
+        let new = || Chain::new(a.pattern(), level).unwrap();
+        let mut chain = new();
+        assert!(!chain.factorize(a), "{level}: {what} for {:?}", a.pattern());
+        assert_eq!(solved(&mut chain), solved(&mut new()), "{level}: {what}");
+    }
+}
+
 #[test]
-fn pivots_are_positive() {
-    for blocks in [1, 2, 3, 8, 9] {
-        let pattern = pattern(&vec![3; blocks]);
-        for bad in 0..blocks {
-            // Indefinite by itself: the product of two entries is less than the square of a third.
-            let mut a = matrix(&pattern, 7);
-            let diagonal = a.block_mut(pattern.column(bad).start);
-            (diagonal[1], diagonal[3]) = (20.0, 20.0);
-            for level in Level::available() {
-                let mut chain = Chain::new(&pattern, level).unwrap();
-                assert!(!chain.factorize(&a), "{level}: {bad} of {blocks} blocks");
+fn diagonal_entries_that_are_no_pivots_are_refused_in_every_row() {
+    let values = [
+        0.0,
+        -0.0,
+        -1.0,
+        1e-121,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        f64::NAN,
+    ];
+    for pattern in refusing() {
+        let good = matrix(&pattern, 3);
+        for j in 0..pattern.blocks() {
+            let n = pattern.size(j);
+            for (r, value) in (0..n).flat_map(|r| values.map(|v| (r, v))) {
+                let mut a = good.clone();
+                a.block_mut(pattern.column(j).start)[r * (n + 1)] = value;
+                assert_refused(&a, &good, &format!("{value} in row {r} of block {j}"));
             }
         }
     }
 }
 
 #[test]
-fn an_infinite_pivot_is_no_pivot() {
+fn couplings_that_leave_no_pivot_are_refused() {
+    // Too large for positive definiteness, for its square, and no numbers.
+    let values = [30.0, -30.0, 1e160, f64::INFINITY, f64::NAN];
+    for pattern in refusing() {
+        let good = matrix(&pattern, 4);
+        for j in 0..pattern.blocks() {
+            for k in pattern.column(j) {
+                let (rows, columns) = (pattern.size(pattern.row(k)), pattern.size(j));
+                let diagonal = pattern.row(k) == j;
+                for (c, r) in (0..columns).flat_map(|c| (0..rows).map(move |r| (c, r))) {
+                    if diagonal && r <= c {
+                        continue;
+                    }
+                    for value in values {
+                        let mut a = good.clone();
+                        a.block_mut(k)[c * rows + r] = value;
+                        assert_refused(&a, &good, &format!("{value} at {r}, {c} of {k}"));
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Either end alone leaves a pivot in the middle, both do not.
+#[test]
+fn both_ends_take_from_the_middle() {
     let pattern = pattern(&[1, 1, 1]);
-    let mut a = matrix(&pattern, 1);
-    a.values_mut()
-        .copy_from_slice(&[1e-200, 1e200, 1.0, 0.0, 1.0]);
-    for level in Level::available() {
-        let mut chain = Chain::new(&pattern, level).unwrap();
-        assert!(!chain.factorize(&a), "{level}");
+    let good = matrix(&pattern, 1);
+    for (both, refused) in [(0.6, false), (0.8, true)] {
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        a.values_mut().copy_from_slice(&[1.0, both, 1.0, both, 1.0]);
+        if refused {
+            assert_refused(&a, &good, "both ends");
+        } else {
+            assert!(Chain::new(&pattern, Level::best()).unwrap().factorize(&a));
+        }
+    }
+}
+
+/// Rows whose numbers were larger than they are now: a pivot is noise beside them, row by row.
+#[test]
+fn soundness_is_asked_row_by_row() {
+    for pattern in refusing() {
+        let a = matrix(&pattern, 5);
+        for level in Level::available() {
+            let mut chain = Chain::new(&pattern, level).unwrap();
+            assert!(chain.factorize(&a));
+            assert!(chain.is_sound(&vec![0.0; a.dim()]));
+            for row in 0..a.dim() {
+                // Pivots lie between a little and the diagonal entries, which are less than 11.
+                let mut from = vec![0.0; a.dim()];
+                from[row] = 11.0 / (NOISE * f64::ROUNDOFF);
+                assert!(!chain.is_sound(&from), "{level}: {row} of {pattern:?}");
+                from[row] = 1e-3 / (NOISE * f64::ROUNDOFF);
+                assert!(chain.is_sound(&from), "{level}: {row} of {pattern:?}");
+            }
+        }
     }
 }

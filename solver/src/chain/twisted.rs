@@ -1,9 +1,9 @@
 //! The two eliminations of a chain as the two lanes of a vector.
 
-use super::block::{
-    self, Blocks, Scratch, lower_solve, pass_on, per_step, scaled, take_back, unroll, upper_solve,
-};
+use super::block::{self, Blocks, ScratchOfTwo};
+use super::layout::{per_step, unroll};
 use super::places::{Place, Places, Step};
+use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
 /// Factorises; whether the pivots were accepted.
@@ -11,7 +11,7 @@ pub(super) struct Factorize<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) values: &'a [f64],
     pub(super) factor: &'a mut [f64],
-    pub(super) scratch: &'a mut Scratch,
+    pub(super) scratch: &'a mut ScratchOfTwo,
 }
 
 /// L⁻¹ b into `y` (unless that is empty) and D⁻¹ L⁻¹ b into `z`, both in the order of elimination: the rows of a step for
@@ -180,22 +180,25 @@ impl<const B: usize> Factorize<'_, B> {
             scratch,
         } = self;
         let (steps, count) = (&places.steps[..], places.steps());
-        // A step's own blocks may be padded, and so may the next ones.
-        let [mut even, mut odd] = [Padded::<B>::new(), Padded::new()];
-        let mut first = if steps[0].full {
-            in_place(values, steps[0].ends.map(|end| Some(end.diagonal)))?
-        } else {
-            for end in 0..2 {
-                even.diagonal(values, end, steps[0].ends[end]);
+        // A step's own blocks may be padded, and so may the next ones: of even and of odd steps. Where all are full these
+        // are not made, which takes as long as a step.
+        let all_full = count > 0 && steps[..count].iter().all(|step| step.full);
+        let mut padded = (!all_full).then(|| [Padded::<B>::new(), Padded::new()]);
+        let mut first = match &mut padded {
+            Some([even, _]) if !steps[0].full => {
+                for end in 0..2 {
+                    even.diagonal(values, end, steps[0].ends[end]);
+                }
+                even.diagonal.each_ref()
             }
-            even.diagonal.each_ref()
+            _ => in_place(values, steps[0].ends.map(|end| Some(end.diagonal)))?,
         };
         // The middle block is the first end's alone.
         let none = [[0.0; B]; B];
         if count == 0 {
             first[1] = &none;
         }
-        let mut pivot = block::begin::<Q, B>(
+        let mut pivot = block::begin::<Q, B, _, _>(
             scratch,
             &Ends {
                 own: first,
@@ -204,10 +207,6 @@ impl<const B: usize> Factorize<'_, B> {
             },
         );
         for (t, step) in steps[..count].iter().enumerate() {
-            let (padded, other) = match t % 2 {
-                0 => (&even, &mut odd),
-                _ => (&odd, &mut even),
-            };
             let next = &steps[t + 1];
             let ends = if step.full {
                 let mut ends = Ends {
@@ -220,6 +219,11 @@ impl<const B: usize> Factorize<'_, B> {
                 }
                 ends
             } else {
+                let (padded, other) = match (&mut padded, t % 2) {
+                    (Some([even, odd]), 0) => (&*even, odd),
+                    (Some([even, odd]), _) => (&*odd, even),
+                    (None, _) => return None,
+                };
                 other.fill(values, step, next, t + 1 == count);
                 let whole = step.ends.iter().all(|end| end.size == B);
                 let own = whole.then_some(step.ends.map(|end| Some(end.diagonal)));
@@ -232,13 +236,13 @@ impl<const B: usize> Factorize<'_, B> {
                 }
             };
             let here = &mut factor[2 * per_step(B) * t..];
-            pivot = block::eliminate::<Q, B>(pivot, scratch, &ends, here)?;
+            pivot = block::eliminate::<Q, B, _, _>(pivot, scratch, &ends, here)?;
         }
         let middle = steps[count].ends[0].diagonal;
-        let [middle, _] = match steps[..count].last() {
-            Some(before) if before.full => in_place(values, [Some(middle); 2])?,
-            _ if count % 2 == 0 => even.diagonal.each_ref(),
-            _ => odd.diagonal.each_ref(),
+        let [middle, _] = match (steps[..count].last(), &padded) {
+            (Some(before), _) if before.full => in_place(values, [Some(middle); 2])?,
+            (_, Some(padded)) => padded[count % 2].diagonal.each_ref(),
+            (_, None) => return None,
         };
         let mut own = [Q::Half::splat(0.0); B];
         unroll!(i < B, {
