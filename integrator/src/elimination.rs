@@ -241,6 +241,8 @@ mod tests {
                 let listed: Vec<usize> = one.iter().chain(other.iter().rev()).copied().collect();
                 let take = |&c: &usize| ring.constraints[c].clone();
                 ring.constraints = listed.iter().map(take).collect();
+                let group = |&c: &usize| ring.groups.get(c).copied();
+                ring.groups = listed.iter().filter_map(group).collect();
                 assert_eq!(border_rows(&ring), Some(rows), "{name}, listed otherwise");
             }
         }

@@ -1,7 +1,7 @@
 use taut_bench::Choice;
 use taut_integrator::{Elimination, EliminationOrder, Form, StepOptions, Stepper};
 use taut_model::{Scene, Topology};
-use taut_solver::{Status, backward_error, forward_error};
+use taut_solver::{Backend, Status, backward_error, forward_error};
 use taut_tests::graphs::{ladder, net, parts, rings, star, tree};
 use taut_tests::{Worst, compiled, compiled_direct};
 
@@ -37,6 +37,19 @@ fn order(scene: &Scene, elimination: Elimination) -> EliminationOrder {
 
 fn flops(scene: &Scene, elimination: Elimination) -> u64 {
     order(scene, elimination).cost.expect("few").flops
+}
+
+/// Rows of the border of `banded` in an order; more than any where it has none.
+fn border_rows(scene: &Scene, elimination: Elimination) -> usize {
+    let options = StepOptions {
+        elimination,
+        ..StepOptions::default()
+    };
+    let stepper = Stepper::new(scene.clone(), options).expect("sound");
+    let pattern = stepper.system().0.pattern().clone();
+    let as_it_is: Vec<usize> = (0..pattern.blocks()).collect();
+    let rows = Backend::Banded.border_rows(&pattern, &as_it_is);
+    rows.expect("an order").unwrap_or(usize::MAX)
 }
 
 /// Entries of S itself, all of which a factor has.
@@ -198,9 +211,10 @@ fn a_ring_costs_in_proportion_to_its_length() {
     }
 }
 
-/// Predicted operations of scene, border and minimum-degree order, of 6 rows a joint, in millions.
+/// Of scene, border and minimum-degree order, of 6 rows a joint: among those of at most twice the least operations the
+/// shortest border, then the fewest operations, then the first.
 #[test]
-fn the_automatic_order_is_the_cheapest() {
+fn the_automatic_order_has_the_shortest_border_or_is_the_cheapest() {
     let scenes = [
         ("ring of 1000", rings("cosserat", 1, 1000)),
         ("Y of 3 × 300", star("cosserat", 3, 300)),
@@ -220,12 +234,12 @@ fn the_automatic_order_is_the_cheapest() {
             entries(&scene),
             auto.taken
         );
-        let least = found.iter().map(|c| c.flops).min();
-        assert_eq!(auto.cost.map(|c| c.flops), least, "{name}");
-        let first = listed
+        let least = found.iter().map(|c| c.flops).min().expect("three");
+        let cheap = listed
             .into_iter()
             .zip(found)
-            .find(|(_, c)| Some(c.flops) == least);
-        assert_eq!(Some(auto.taken), first.map(|(taken, _)| taken), "{name}");
+            .filter(|(_, c)| c.flops <= 2 * least);
+        let best = cheap.min_by_key(|(taken, c)| (border_rows(&scene, *taken), c.flops));
+        assert_eq!(Some(auto.taken), best.map(|(taken, _)| taken), "{name}");
     }
 }
