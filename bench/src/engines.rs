@@ -8,11 +8,11 @@
 //!
 //! As measured (`taut bench --sweep engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
 //! 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact at rest;
-//! 8.8 and 29 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
-//! stable at all: 1.3 and 2.9 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
+//! 8.4 and 28 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
+//! stable at all: 1.4 and 3.0 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
 //! Apache-2.0, off by default; a rival, no part of anything) at its cheapest setting within 1 %, sub-steps and sweeps
-//! by powers of two: its soft rope solved implicitly takes 5.5 and 25 times as long at 24 segments, 12 and 67 times at
-//! 100; swept by Gauss–Seidel 13 and 42, 25 and 101; impulse joints 44 and 158, 136 and not reached; the multibody with
+//! by powers of two: its soft rope solved implicitly takes 5.7 and 26 times as long at 24 segments, 12 and 69 times at
+//! 100; swept by Gauss–Seidel 11 and 43, 26 and 103; impulse joints 42 and 167, 101 and 406; the multibody with
 //! springs 670 times at 10³ and 24 segments, and no multibody the others within real time.
 //!
 //! | module | holds |
