@@ -357,11 +357,11 @@ fn judged(case: String, run: &Run, compliant: bool, step: &str, fine: &Run) -> C
             ),
         ),
         Some(_) if !compliant && run.singular => (Verdict::Pass, String::new()),
-        // A motion that goes on may be wrong by as much as spook's, not by any amount.
+        // A motion that goes on may come to rest in the singular position, but gain no more than spook may deviate.
         failure
             if !compliant
                 && finite
-                && (failure.is_some() || run.drift <= SPOOK_BARS[0])
+                && (failure.is_some() || run.gain <= SPOOK_BARS[0])
                 && run.dependence.is_some_and(|d| d <= DEPENDENT) =>
         {
             (
