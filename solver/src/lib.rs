@@ -43,7 +43,7 @@
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
-//! | `kernels`, `double_double` | small dense blocks; extended-precision numbers |
+//! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
 //! | `serde_forms` (feature `serde`) | numbers that may be NaN, backends as text |
 //!
 //! # Features
