@@ -188,7 +188,6 @@ fn factorized(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_model::{JointKind, Network, NetworkParams};
 
     fn auto(scene: &Scene, backend: &Backend) -> EliminationOrder {
         let rows = Linearized::new(scene);
@@ -214,6 +213,7 @@ mod tests {
     }
 
     /// Rows of the border in the order that is taken.
+    #[cfg(feature = "banded")]
     fn border_rows(scene: &Scene) -> Option<usize> {
         let backend = Backend::Banded;
         let order = auto(scene, &backend);
@@ -223,7 +223,9 @@ mod tests {
 
     /// Whatever the order in which it is listed, one joint of a ring is enough.
     #[test]
+    #[cfg(feature = "banded")]
     fn loops_get_no_more_border_rows_than_close_them() {
+        use taut_model::{JointKind, Network, NetworkParams};
         for (joint, rows) in [(JointKind::Cosserat, 6), (JointKind::Spherical, 3)] {
             for (segments, points) in [(8, 1), (8, 2), (24, 1), (24, 2), (25, 1), (100, 2)] {
                 let params = NetworkParams {
