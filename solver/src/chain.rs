@@ -31,8 +31,9 @@
 //!   two thirds of the whole factorisation in doubles.
 //!
 //! Files: `block` one step of the elimination for any vector, `substitution` the same of a solve, `layout` what is stored
-//! of a step; `twisted` the two eliminations, `places` where their blocks lie; `batch` chains side by side, of which each is eliminated from one end; `bordered` chains with a few rows besides;
-//! `leaves` blocks that go first, so that the others are one of these.
+//! of a step; `twisted` the two eliminations, `places` where their blocks lie; `batch` chains side by side, of which
+//! each is eliminated from one end; `bordered` chains with a few rows besides; `leaves` blocks that go first, so that
+//! the others are one of these.
 
 pub(crate) mod batch;
 mod block;
