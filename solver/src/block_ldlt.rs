@@ -178,6 +178,18 @@ impl<T: Scalar> BlockLdlt<T> {
         Ok(())
     }
 
+    /// The row whose pivot is the least of what it was made from, where that is at most `weak` units of roundoff.
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    pub(crate) fn weakest(&self, weak: f64) -> Option<usize> {
+        weakest(&self.inverse_pivots, &self.scale, weak)
+    }
+
+    /// Largest magnitude that the diagonal entry of row `i` was made from.
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    pub(crate) fn made_from(&self, i: usize) -> f64 {
+        self.scale[i]
+    }
+
     /// Solves A x = b in place of b, of length `dim`. Allocates nothing.
     pub(crate) fn solve(&self, x: &mut [T]) {
         let blocks = self.factor.blocks();
@@ -303,6 +315,19 @@ impl PivotError {
             },
         }
     }
+}
+
+/// The one of the pivots, given as 1/D, that is the least of what it was made from, where that is at most `weak` units of
+/// roundoff.
+pub(crate) fn weakest<T: Scalar>(inverse: &[T], scale: &[f64], weak: f64) -> Option<usize> {
+    let (mut worst, mut largest) = (None, 1.0 / (weak * T::ROUNDOFF));
+    for (c, (inverse, scale)) in inverse.iter().zip(scale).enumerate() {
+        let ratio = inverse.to_f64().abs() * scale;
+        if ratio >= largest {
+            (worst, largest) = (Some(c), ratio);
+        }
+    }
+    worst
 }
 
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of

@@ -4,12 +4,17 @@
 //! before it (`chain/leaves`), and a few blocks that close loops or join branches become its border rows
 //! (`chain/bordered`). All other patterns, blocks of more than six rows,
 //! and matrices that are not positive definite, go the general way in the order of the pattern (`block_ldlt`).
+//!
+//! Where loops make rows depend on others, rounding leaves a pivot that may be far above the noise of its own row: with
+//! the null vector x it is off by some u Σ xᵢ² aᵢᵢ / xₖ², for it is xᵀ A x, and A is known to u √(aᵢᵢ aⱼⱼ). A weak pivot
+//! is therefore asked for its row's column of A⁻¹, which is that vector where there is one ([`Probe`]).
 
 use super::{Phases, check_solution};
-use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
+use crate::kernels::Scalar;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
     SymBlockMatrix,
@@ -24,6 +29,7 @@ pub(crate) struct Banded {
     /// Where the pattern has a faster way.
     fast: Option<Fast>,
     in_order: Option<BlockLdlt<f64>>,
+    probe: Probe,
     last: Way,
 }
 
@@ -40,6 +46,43 @@ enum Way {
 struct Fast {
     leaves: Option<Leaves>,
     rest: Rest,
+}
+
+/// Pivots from this many units of roundoff of what they were made from on are taken as they are: of a null vector whose
+/// other entries are ten thousand times that of the pivot's row, scaled, rounding makes no more.
+const WEAK: f64 = 1e8;
+
+/// Whether a weak pivot is noise.
+#[derive(Debug, Default)]
+struct Probe {
+    /// eₖ and A⁻¹ eₖ, of the dimension of the matrix.
+    unit: Vec<f64>,
+    column: Vec<f64>,
+}
+
+impl Probe {
+    fn new(dim: usize) -> Self {
+        Self {
+            unit: vec![0.0; dim],
+            column: vec![0.0; dim],
+        }
+    }
+
+    /// Whether row `k` depends on the others. With y = A⁻¹ eₖ, 1/yₖ is the pivot of the row were it the last, and y/yₖ its
+    /// null vector where that vanishes: yₖ is noise if it is at most [`NOISE`] u Σ yᵢ² sᵢ, `made_from` the sᵢ.
+    fn is_dependent(
+        &mut self,
+        k: usize,
+        made_from: impl Fn(usize) -> f64,
+        solve: impl FnOnce(&[f64], &mut [f64]),
+    ) -> bool {
+        self.unit[k] = 1.0;
+        solve(&self.unit, &mut self.column);
+        self.unit[k] = 0.0;
+        let y = self.column.iter().enumerate();
+        let sum: f64 = y.map(|(i, y)| y * y * made_from(i)).sum();
+        self.column[k].abs() <= NOISE * f64::ROUNDOFF * sum
+    }
 }
 
 /// What is left without leaves.
@@ -78,6 +121,14 @@ impl Fast {
         match &self.rest {
             Rest::Chain(_) => 0,
             Rest::Bordered(factor) => factor.border_rows(),
+        }
+    }
+
+    /// The row of the weakest pivot of the border, if that is weak.
+    fn weak_row(&self) -> Option<usize> {
+        match &self.rest {
+            Rest::Chain(_) => None,
+            Rest::Bordered(factor) => factor.weakest(WEAK),
         }
     }
 
@@ -130,6 +181,7 @@ impl LinearSolver for Banded {
         let factor_entries = Some(in_order.factor_values());
         self.fast = Fast::new(pattern, Level::best());
         self.in_order = Some(in_order);
+        self.probe = Probe::new(pattern.dim());
         self.phases.analyzed(pattern);
         Ok(AnalyzeReport { factor_entries })
     }
@@ -138,12 +190,29 @@ impl LinearSolver for Banded {
         self.phases.begin_unchecked(a)?;
         // What is not finite leaves a pivot that is not. The fast way takes positive definite matrices only: others have a
         // factor in the order of the pattern at best ([M Jᵀ; J 0] with M first).
-        let fast = self.fast.as_mut().is_some_and(|fast| fast.factorize(a));
+        let probe = &mut self.probe;
+        let fast = self.fast.as_mut().is_some_and(|fast| {
+            fast.factorize(a)
+                && !fast.weak_row().is_some_and(|k| {
+                    let diagonal = |i| a.get(i, i).abs();
+                    probe.is_dependent(k, diagonal, |b, x| fast.solve(b, x))
+                })
+        });
         self.last = if fast { Way::Fast } else { Way::InOrder };
         if let (Way::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
             // It accepts more, and says what it does not.
             a.check_finite()?;
             in_order.factorize(a, Pivots::Nonzero)?;
+            if let Some(k) = in_order.weakest(WEAK) {
+                let solve = |b: &[f64], x: &mut [f64]| {
+                    x.copy_from_slice(b);
+                    in_order.solve(x);
+                };
+                if probe.is_dependent(k, |i| in_order.made_from(i), solve) {
+                    let block = a.pattern().block_of_row(k);
+                    return Err(SolveError::Singular { block });
+                }
+            }
         }
         self.phases.factorized();
         Ok(FactorReport::default())
@@ -325,5 +394,49 @@ mod tests {
         let values = [2.0, -1.0, -1.0, 2.0, -1.0, 2.0, -1.0, 2.0];
         let a = matrix(&[1; 4], &couplings, &values);
         assert_eq!(solved(&a, &[0.0; 4]), singular(3));
+    }
+
+    /// Springs that close a loop and hold nothing: the weaker those of the last block, the more of its pivot is what
+    /// rounding made of the others. Each way finds the dependence; a grain of stiffness more and none is left.
+    #[test]
+    fn dependence_does_not_hang_on_one_pivot() {
+        let couplings = [(0, 1), (1, 2), (2, 3), (3, 4), (0, 4)];
+        let stiffness = |weak: f64| [0.3, 0.7, 1.1, 0.9 * weak, 0.4 * weak];
+        let system = |weak: f64, grain: f64| {
+            let mut a = matrix(&[1; 5], &couplings, &[0.0; 10]);
+            let p = a.pattern().clone();
+            let mut add = |i: usize, j: usize, k: f64| {
+                a.block_mut(p.find(i.max(j), i.min(j)).expect("stored"))[0] += k;
+            };
+            for ((i, j), k) in couplings.into_iter().zip(stiffness(weak)) {
+                add(i, i, k);
+                add(j, j, k);
+                add(i, j, -k);
+            }
+            for i in 0..5 {
+                add(i, i, grain * stiffness(weak)[i.min(3)]);
+            }
+            a
+        };
+        // Down to the square of a ten-thousandth.
+        for digits in 0..25 {
+            let weak = 0.5_f64.powi(digits) / 3.0;
+            let a = system(weak, 0.0);
+            for fast in [true, false] {
+                let mut solver = Banded::default();
+                solver.analyze(a.pattern()).expect("analysed");
+                assert!(solver.fast.is_some());
+                if !fast {
+                    solver.fast = None;
+                }
+                assert!(
+                    matches!(solver.factorize(&a), Err(SolveError::Singular { .. })),
+                    "{weak:e} {fast}"
+                );
+                let firm = system(weak, 1e-12);
+                solver.factorize(&firm).expect("factorised");
+                assert_eq!(matches!(solver.last, Way::Fast), fast);
+            }
+        }
     }
 }

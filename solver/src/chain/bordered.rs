@@ -10,7 +10,7 @@
 //! s = S⁻¹ (b − Vᵀ D⁻¹ y), and the backward pass of D⁻¹ (y − V s): block LDLᵀ in an order of the blocks, as stable as any.
 
 use super::Chain;
-use crate::block_ldlt::{Pivots, factor_diagonal};
+use crate::block_ldlt::{Pivots, factor_diagonal, weakest};
 use crate::kernels::{OneByOne, unit_lower_solve, unit_upper_solve};
 use crate::{BlockPattern, SymBlockMatrix};
 use std::ops::Range;
@@ -126,6 +126,12 @@ impl Bordered {
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
         factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Positive).is_ok()
+    }
+
+    /// The row of the border whose pivot is the least of what it was made from, where that is at most `weak` units of
+    /// roundoff.
+    pub(crate) fn weakest(&self, weak: f64) -> Option<usize> {
+        weakest(&self.inverse, &self.scale, weak).map(|c| self.rows[c].row)
     }
 
     /// Solves A x = b, of which the rows of the blocks are read and written. Allocates nothing.
