@@ -8,6 +8,9 @@
 //! ```
 //!
 //! + where both are its side a or both its side b. Of each row of \[r]× one number is zero.
+//!
+//! Along a cable, where joint k has its side b at the body of side a of joint k + 1, both blocks of a column of S take the
+//! same A Q_kᵀ and stand one after the other: a stretch of four joints is written in one go.
 
 use crate::inertia::Inertia;
 use crate::lanes::{of_rows, side};
@@ -27,25 +30,71 @@ pub(crate) struct Coupling {
     pub(crate) target: usize,
 }
 
+/// Values of a block of six rows and columns.
+const BLOCK: usize = 36;
+
+/// Values of the blocks of a stretch.
+const STRETCH: usize = 2 * BLOCK * ABREAST;
+
+/// A pack of joints of six rows, each of which is followed by another at its body b.
+#[derive(Debug, Clone, Copy)]
+struct Stretch {
+    pack: usize,
+    /// First value of the first diagonal block. The block below it follows, then the next diagonal block, and so on.
+    first: usize,
+}
+
 /// Where the joints' blocks are.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    /// First value of each joint's diagonal block, filled up with copies of the last one.
-    diagonal: Vec<usize>,
-    /// Blocks below the diagonal, filled up likewise.
+    stretches: Vec<Stretch>,
+    /// All other packs, and the first value of each joint's diagonal block, filled up with copies of the last one.
+    apart: Vec<(usize, [usize; ABREAST])>,
+    /// All other blocks below the diagonal, filled up likewise.
     couplings: Vec<Coupling>,
 }
 
 impl Assembly {
-    pub(crate) fn new(mut diagonal: Vec<usize>, mut couplings: Vec<Coupling>) -> Self {
+    /// For the diagonal blocks of the `joints`, given by their first values, and blocks below the diagonal.
+    pub(crate) fn new(
+        joints: &Abreast,
+        mut diagonal: Vec<usize>,
+        mut couplings: Vec<Coupling>,
+    ) -> Self {
+        // Whether a joint is followed by the next, as in a stretch.
+        let mut followed = vec![false; diagonal.len()];
+        for c in &couplings {
+            let [(next, left), (k, right)] = c.sides;
+            followed[k] |= (next, left, right) == (k + 1, 0, 1)
+                && [k, next].iter().all(|&k| joints.joints()[k].rows == 6)
+                && c.target == diagonal[k] + BLOCK;
+        }
+        let mut stretches = Vec::new();
+        for (pack, first) in diagonal.as_chunks::<ABREAST>().0.iter().enumerate() {
+            let places = (0..ABREAST).map(|lane| first[0] + 2 * BLOCK * lane);
+            let at = ABREAST * pack..ABREAST * (pack + 1);
+            let whole = followed[at.clone()].iter().all(|followed| *followed);
+            if whole && first.iter().copied().eq(places) {
+                let first = first[0];
+                stretches.push(Stretch { pack, first });
+            } else {
+                followed[at].fill(false);
+            }
+        }
+        let rest = diagonal.len() - diagonal.len() % ABREAST;
+        followed[rest..].fill(false);
+        couplings.retain(|c| !followed[c.sides[1].0] || c.target != diagonal[c.sides[1].0] + BLOCK);
         if let Some(&last) = diagonal.last() {
             diagonal.resize(diagonal.len().next_multiple_of(ABREAST), last);
         }
         if let Some(&last) = couplings.last() {
             couplings.resize(couplings.len().next_multiple_of(ABREAST), last);
         }
+        let packs = diagonal.as_chunks().0.iter().copied().enumerate();
+        let alone = |(pack, _): &(usize, _)| !followed.get(ABREAST * pack).is_some_and(|f| *f);
         Self {
-            diagonal,
+            apart: packs.filter(alone).collect(),
+            stretches,
             couplings,
         }
     }
@@ -59,6 +108,16 @@ impl Assembly {
         a: &mut SymBlockMatrix,
     ) {
         let values = a.values_mut();
+        dispatch(
+            Level::best(),
+            Stretches {
+                plan: self,
+                rows,
+                inertia,
+                sigma,
+                values: &mut *values,
+            },
+        );
         dispatch(
             Level::best(),
             Diagonal {
@@ -138,6 +197,31 @@ impl<V: Lanes> Side<V> {
     }
 }
 
+impl<V: Lanes> Side<V> {
+    /// Side a of the joints that follow those of a pack, −Q instead of Q.
+    #[inline(always)]
+    fn negative_of_next(pack: &Pack, next: &Pack) -> Self {
+        Self {
+            arm: negative_shifted(&pack.arms[0], &next.arms[0]),
+            gradients: [
+                negative_shifted(&pack.gradients[0], &next.gradients[0]),
+                negative_shifted(&pack.gradients[1], &next.gradients[1]),
+                negative_shifted(&pack.gradients[2], &next.gradients[2]),
+            ],
+        }
+    }
+}
+
+/// What stands one lane on, with the other sign.
+#[inline(always)]
+fn negative_shifted<V: Lanes>(pack: &[Four; 3], next: &[Four; 3]) -> Vec3<V> {
+    let mut shifted = [V::splat(0.0); 3];
+    for (to, (a, b)) in shifted.iter_mut().zip(pack.iter().zip(next)) {
+        *to = -V::from_fn(|l| if l + 1 < ABREAST { a[l + 1] } else { b[0] });
+    }
+    shifted
+}
+
 /// Where four blocks are written to, column by column.
 struct Blocks<'a> {
     values: &'a mut [f64],
@@ -174,6 +258,102 @@ fn inverse_inertia<V: Lanes>(mass: &[f64], angular: &View<'_>, bodies: &Group) -
     (bodies.load(mass), angular.load(bodies))
 }
 
+/// Both blocks of the columns of a stretch's joints.
+struct Stretches<'a> {
+    plan: &'a Assembly,
+    rows: &'a Linearized,
+    inertia: &'a Inertia,
+    sigma: &'a [f64],
+    values: &'a mut [f64],
+}
+
+impl Kernel for Stretches<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let mass = &self.inertia.inverse_mass[..];
+        let angular = self.inertia.inverse_angular.view();
+        let joints = &self.rows.abreast;
+        let packs = joints.jacobians();
+        for s in &self.plan.stretches {
+            let (pack, places) = (&packs[s.pack], &joints.places()[s.pack]);
+            let bodies = [side(places, 0), side(places, 1)];
+            let between = bodies[1].load::<I::X4>(mass);
+            let mut room = [[[0.0; ABREAST]; 6]; 2];
+            let [room_a, room_b] = &mut room;
+            let pair = Pair {
+                pack,
+                inverse: [
+                    angular.places(&bodies[0], room_a),
+                    angular.places(&bodies[1], room_b),
+                ],
+                mass: bodies[0].load::<I::X4>(mass) + between,
+                sigma: of_rows::<I::X4>(self.sigma, places),
+                next: Side::negative_of_next(pack, &packs[s.pack + 1]),
+                between,
+            };
+            let Some(to) = self.values[s.first..].first_chunk_mut() else {
+                continue;
+            };
+            pair.write::<0>(to);
+            pair.write::<1>(to);
+            pair.write::<2>(to);
+            pair.write::<3>(to);
+            pair.write::<4>(to);
+            pair.write::<5>(to);
+        }
+    }
+}
+
+/// What a joint's diagonal block and the one below it are made of. Registers do not hold it: what stands in memory is
+/// left there, and loaded for each column anew, for a load is nothing beside the store that it takes to keep a number.
+struct Pair<'a, V> {
+    pack: &'a Pack,
+    /// A of both bodies.
+    inverse: [[&'a Four; 6]; 2],
+    /// 1/m_a + 1/m_b.
+    mass: V,
+    sigma: [V; 6],
+    /// Side a of the next joint, −Q instead of Q.
+    next: Side<V>,
+    /// 1/m of the body between the two.
+    between: V,
+}
+
+/// The columns of A.
+#[inline(always)]
+fn loaded<V: Lanes>(a: &[&Four; 6]) -> [Vec3<V>; 3] {
+    let mut loaded = [V::splat(0.0); 6];
+    for (to, from) in loaded.iter_mut().zip(a) {
+        *to = V::load(*from);
+    }
+    columns(&loaded)
+}
+
+impl<V: Lanes> Pair<'_, V> {
+    /// Writes column `C` of both.
+    #[inline(always)]
+    fn write<const C: usize>(&self, to: &mut [f64; STRETCH]) {
+        let [a, b] = &self.inverse;
+        let joint = Whole {
+            sides: [Side::of_pack(self.pack, 0), Side::of_pack(self.pack, 1)],
+            inverse: [loaded(a), loaded(b)],
+            mass: self.mass,
+            sigma: self.sigma,
+        };
+        let (column, on_b) = joint.column::<C>();
+        let at = [0, 1, 2, 3].map(|lane| 2 * BLOCK * lane + 6 * C);
+        V::scatter(&column, to, at);
+        let mut below = self.next.apply(&on_b);
+        if C < 3 {
+            below[C] = below[C] - self.between;
+        }
+        V::scatter(&below, to, at.map(|at| at + BLOCK));
+    }
+}
+
+/// Diagonal blocks of all other joints.
 struct Diagonal<'a> {
     plan: &'a Assembly,
     rows: &'a Linearized,
@@ -189,9 +369,9 @@ impl Kernel for Diagonal<'_> {
     fn run<I: Isa>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
-        let packs = self.rows.abreast.packs();
-        let (targets, _) = self.plan.diagonal.as_chunks::<ABREAST>();
-        for ((pack, places), targets) in packs.zip(targets) {
+        let joints = &self.rows.abreast;
+        for (k, targets) in &self.plan.apart {
+            let (pack, places) = (&joints.jacobians()[*k], &joints.places()[*k]);
             let (w_a, a) = inverse_inertia::<I::X4>(mass, &angular, &side(places, 0));
             let (w_b, b) = inverse_inertia::<I::X4>(mass, &angular, &side(places, 1));
             let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
@@ -209,12 +389,12 @@ impl Kernel for Diagonal<'_> {
                 mass: w_a + w_b,
                 sigma,
             };
-            blocks.write::<I::X4, 0>(&joint.column::<0>());
-            blocks.write::<I::X4, 1>(&joint.column::<1>());
-            blocks.write::<I::X4, 2>(&joint.column::<2>());
-            blocks.write::<I::X4, 3>(&joint.column::<3>());
-            blocks.write::<I::X4, 4>(&joint.column::<4>());
-            blocks.write::<I::X4, 5>(&joint.column::<5>());
+            blocks.write::<I::X4, 0>(&joint.column::<0>().0);
+            blocks.write::<I::X4, 1>(&joint.column::<1>().0);
+            blocks.write::<I::X4, 2>(&joint.column::<2>().0);
+            blocks.write::<I::X4, 3>(&joint.column::<3>().0);
+            blocks.write::<I::X4, 4>(&joint.column::<4>().0);
+            blocks.write::<I::X4, 5>(&joint.column::<5>().0);
         }
     }
 }
@@ -230,12 +410,13 @@ struct Whole<V> {
 }
 
 impl<V: Lanes> Whole<V> {
+    /// Column `C`, and that of A Qᵀ of side b.
     #[inline(always)]
-    fn column<const C: usize>(&self) -> [V; 6] {
+    fn column<const C: usize>(&self) -> ([V; 6], Vec3<V>) {
         let [a, b] = &self.sides;
         let mut column = a.apply(&a.row_times::<C>(&self.inverse[0]));
-        let on_b = b.apply(&b.row_times::<C>(&self.inverse[1]));
-        for (sum, on_b) in column.iter_mut().zip(on_b) {
+        let times_b = b.row_times::<C>(&self.inverse[1]);
+        for (sum, on_b) in column.iter_mut().zip(b.apply(&times_b)) {
             *sum = *sum + on_b;
         }
         let straight = if C < 3 {
@@ -244,10 +425,11 @@ impl<V: Lanes> Whole<V> {
             self.sigma[C]
         };
         column[C] = column[C] + straight;
-        column
+        (column, times_b)
     }
 }
 
+/// Blocks that couple two joints and are not of a stretch.
 struct Below<'a> {
     plan: &'a Assembly,
     joints: &'a Abreast,

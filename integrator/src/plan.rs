@@ -355,7 +355,11 @@ fn schur_maps(
         p.left = weighted.partition_point(|&s| s < p.left);
     }
     Maps::Schur {
-        joints: Assembly::new(joints.map(|j| diagonal(j.constraint)).collect(), couplings),
+        joints: Assembly::new(
+            &rows.abreast,
+            joints.map(|j| diagonal(j.constraint)).collect(),
+            couplings,
+        ),
         cleared: (0..written.len()).filter(|&k| !written[k]).collect(),
         w: vec![0.0; W * weighted.len()],
         weighted,

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use std::array::from_fn;
 use taut_lanes::vector::gather;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::ABREAST;
+use taut_model::{ABREAST, Four};
 
 /// Six numbers a body.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -165,6 +165,26 @@ pub(crate) struct View<'a>([&'a [f64]; 6]);
 pub(crate) struct ViewMut<'a>([&'a mut [f64]; 6]);
 
 impl View<'_> {
+    /// Where the numbers of four bodies stand: `room`, which then is theirs, unless they are one after the other.
+    #[inline(always)]
+    pub(crate) fn places<'s>(&'s self, of: &Group, room: &'s mut [Four; 6]) -> [&'s Four; 6] {
+        let [a, b, c, d, e, f] = self.0;
+        if let Some(first) = of.first
+            && let Some(a) = a[first..].first_chunk()
+            && let Some(b) = b[first..].first_chunk()
+            && let Some(c) = c[first..].first_chunk()
+            && let Some(d) = d[first..].first_chunk()
+            && let Some(e) = e[first..].first_chunk()
+            && let Some(f) = f[first..].first_chunk()
+        {
+            return [a, b, c, d, e, f];
+        }
+        for (to, from) in room.iter_mut().zip(&self.0) {
+            *to = of.bodies.map(|i| from[i]);
+        }
+        room.each_ref()
+    }
+
     /// The numbers of four bodies.
     #[inline(always)]
     pub(crate) fn load<V: Lanes>(&self, of: &Group) -> [V; 6] {

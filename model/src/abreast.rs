@@ -174,6 +174,12 @@ impl Abreast {
         &self.joints[..self.count]
     }
 
+    /// Where the joints of each pack stand.
+    #[must_use]
+    pub fn places(&self) -> &[Places] {
+        &self.places
+    }
+
     /// The Jacobians and where they stand, pack by pack.
     pub fn packs(&self) -> impl Iterator<Item = (&Pack, &Places)> {
         self.packs.iter().zip(&self.places)
