@@ -95,6 +95,13 @@ impl History {
         }
     }
 
+    /// The past is like the present, of rates `jv` = J v: r_{n−1} = r_n.
+    pub(crate) fn take_rates(&mut self, jv: &[f64]) {
+        for (rate, (jv, phi_t)) in self.rate.iter_mut().zip(jv.iter().zip(&self.phi_t)) {
+            *rate = jv + phi_t;
+        }
+    }
+
     /// The step under way is done: `v` is what it started from, `phi_t` its ∂φ/∂t.
     pub(crate) fn accept(&mut self, v: &Six, phi_t: &[f64]) {
         std::mem::swap(&mut self.rate, &mut self.rate_now);

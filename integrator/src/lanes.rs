@@ -7,7 +7,8 @@ use taut_lanes::Lanes;
 use taut_lanes::vector::{Vec3, gather, load, save, turned};
 use taut_model::{ABREAST, Four, Places};
 
-static NOTHING: [f64; 6] = [0.0; 6];
+/// Rows of four joints that have 6 each.
+const RUN: usize = 6 * ABREAST;
 
 /// The bodies of one side of four joints.
 #[inline(always)]
@@ -18,15 +19,14 @@ pub(crate) fn side(places: &Places, side: usize) -> Group {
 /// The rows of four joints; zeros for those that they do not have.
 #[inline(always)]
 pub(crate) fn of_rows<V: Lanes>(from: &[f64], places: &Places) -> [V; 6] {
-    if places.six {
-        return gather(
-            places
-                .row
-                .map(|s| from[s..s + 6].first_chunk().unwrap_or(&NOTHING)),
-        );
+    if let Some(first) = places.run
+        && let Some(rows) = from[first..].first_chunk::<RUN>()
+        && let ([a, b, c, d], []) = rows.as_chunks::<6>()
+    {
+        return gather([a, b, c, d]);
     }
     let rows: [[f64; 6]; ABREAST] = from_fn(|l| {
-        let mut row = NOTHING;
+        let mut row = [0.0; 6];
         let (start, count) = (places.row[l], places.rows[l]);
         row[..count].copy_from_slice(&from[start..start + count]);
         row
@@ -37,8 +37,10 @@ pub(crate) fn of_rows<V: Lanes>(from: &[f64], places: &Places) -> [V; 6] {
 /// Writes the rows of four joints.
 #[inline(always)]
 pub(crate) fn write_rows<V: Lanes>(from: &[V; 6], rows: &mut [f64], places: &Places) {
-    if places.six {
-        return V::scatter(from, rows, places.row);
+    if let Some(first) = places.run
+        && let Some(rows) = rows[first..].first_chunk_mut::<RUN>()
+    {
+        return V::scatter(from, rows, [0, 6, 12, 18]);
     }
     let from: [Four; 6] = save(from);
     for lane in 0..ABREAST {

@@ -16,6 +16,7 @@ use crate::options::Weights;
 use crate::products::{add_transposed, times_jacobian};
 use crate::regularization::Regularization;
 use crate::six::Six;
+use taut_lanes::{Isa, Kernel, Level, dispatch};
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -125,14 +126,14 @@ impl Pieces {
 
     /// Σ and c for what is `known`, then c − J v for the rates `jv` = J v; Δv is set to zero.
     pub(crate) fn regularize(&mut self, dt: f64, jv: &[f64]) {
-        self.regularization.update(dt, &self.rows, &self.known);
+        let Self { rows, known, .. } = self;
+        self.regularization
+            .update(dt, rows, known, jv, &mut self.rate);
         for &r in &self.speed_rows {
             // J v⁺ is what it is to be, whatever went before.
-            self.regularization.sigma[r] = 0.0;
-            self.regularization.c[r] = -self.rows.phi_t[r];
-        }
-        for ((rate, c), jv) in self.rate.iter_mut().zip(&self.regularization.c).zip(jv) {
-            *rate = c - jv;
+            let c = -self.rows.phi_t[r];
+            (self.regularization.sigma[r], self.regularization.c[r]) = (0.0, c);
+            self.rate[r] = c - jv[r];
         }
         self.dv.clear();
     }
@@ -164,19 +165,20 @@ impl Pieces {
         self.inertia
             .correct_velocities(&self.inertia.impulse, &mut self.dv);
         times_jacobian(&self.rows, &self.dv, r);
-        for (r, rate) in r.iter_mut().zip(&self.rate) {
-            *r = rate - *r;
-        }
+        dispatch(Level::best(), SubtractFrom(&self.rate, r));
     }
 
     /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
     pub(crate) fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
         self.update_velocity_change(mu);
         times_jacobian(&self.rows, &self.dv, r);
-        let pieces = self.rate.iter().zip(&self.regularization.sigma).zip(mu);
-        for (r, ((rate, sigma), mu)) in r.iter_mut().zip(pieces) {
-            *r = (rate - sigma * mu) - *r;
-        }
+        let residual = Residual {
+            rate: &self.rate,
+            sigma: &self.regularization.sigma,
+            mu,
+            r,
+        };
+        dispatch(Level::best(), residual);
     }
 
     /// J (v + Δv).
@@ -189,35 +191,19 @@ impl Pieces {
     pub(crate) fn predict(&mut self, dt: f64) {
         let mut predicted = std::mem::take(&mut self.predicted);
         self.rates_after(&mut predicted);
-        let rows = &self.rows;
-        for (p, (phi, phi_t)) in predicted.iter_mut().zip(rows.phi.iter().zip(&rows.phi_t)) {
-            *p = phi + dt * (*p + phi_t);
-        }
+        let Linearized { phi, phi_t, .. } = &self.rows;
+        dispatch(Level::best(), Predict(dt, phi, phi_t, &mut predicted));
         self.predicted = predicted;
     }
 
     /// Largest distance of a gap from its prediction, over the length that turns; slack cables have none. NaN where a gap
     /// is.
     pub(crate) fn disagreement(&self) -> f64 {
-        let rows = &self.rows;
         let mut worst = 0.0_f64;
         for gap in &self.gaps {
-            if self.idle.get(gap.constraint) == Some(&true) {
-                continue;
-            }
-            let at = gap.first..gap.first + gap.rows;
-            let (found, predicted) = (&rows.phi[at.clone()], &self.predicted[at]);
-            // The gaps of joints, of three rows, without a loop.
-            let square = match (found.as_array(), predicted.as_array()) {
-                (Some(found), Some(predicted)) => distance_squared::<3>(found, predicted),
-                _ => found
-                    .iter()
-                    .zip(predicted)
-                    .map(|(a, b)| (a - b) * (a - b))
-                    .sum(),
-            };
-            let relative = square * gap.scale;
-            if relative > worst || relative.is_nan() {
+            let relative = gap.square(&self.rows.phi, &self.predicted) * gap.scale;
+            let is_worse = relative > worst || relative.is_nan();
+            if is_worse && self.idle.get(gap.constraint) != Some(&true) {
                 worst = relative;
             }
         }
@@ -225,9 +211,53 @@ impl Pieces {
     }
 }
 
-#[inline]
-fn distance_squared<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
+/// r ← rate − r.
+struct SubtractFrom<'a>(&'a [f64], &'a mut [f64]);
+
+impl Kernel for SubtractFrom<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (r, rate) in self.1.iter_mut().zip(self.0) {
+            *r = rate - *r;
+        }
+    }
+}
+
+/// r ← (rate − Σ μ) − r.
+struct Residual<'a> {
+    rate: &'a [f64],
+    sigma: &'a [f64],
+    mu: &'a [f64],
+    r: &'a mut [f64],
+}
+
+impl Kernel for Residual<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let pieces = self.rate.iter().zip(self.sigma).zip(self.mu);
+        for (r, ((rate, sigma), mu)) in self.r.iter_mut().zip(pieces) {
+            *r = (rate - sigma * mu) - *r;
+        }
+    }
+}
+
+/// p ← φ + Δt (p + ∂φ/∂t).
+struct Predict<'a>(f64, &'a [f64], &'a [f64], &'a mut [f64]);
+
+impl Kernel for Predict<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self(dt, phi, phi_t, predicted) = self;
+        for (p, (phi, phi_t)) in predicted.iter_mut().zip(phi.iter().zip(phi_t)) {
+            *p = phi + dt * (*p + phi_t);
+        }
+    }
 }
 
 /// Rows of a constraint that measure a length that turns.
@@ -241,6 +271,20 @@ struct Gap {
 }
 
 impl Gap {
+    /// Square of the distance of what was found from what was predicted \[m²].
+    #[inline]
+    fn square(&self, found: &[f64], predicted: &[f64]) -> f64 {
+        let at = self.first..self.first + self.rows;
+        let (found, predicted) = (&found[at.clone()], &predicted[at]);
+        // The gaps of joints, of three rows, without a loop.
+        if let ([a, b, c], [x, y, z]) = (found, predicted) {
+            let [a, b, c] = [a - x, b - y, c - z];
+            return a * a + b * b + c * c;
+        }
+        let pairs = found.iter().zip(predicted);
+        pairs.map(|(a, b)| (a - b) * (a - b)).sum()
+    }
+
     /// The gap of constraint `c`, if it turns.
     fn of(
         c: usize,

@@ -62,24 +62,72 @@ impl Regularization {
         weights.of = Some(*of);
     }
 
-    /// h = q r_n − s r_{n−1} with each row's weights; all of length rows.
-    pub(crate) fn combine_rates(&self, now: &[f64], before: &[f64], known: &mut [f64]) {
-        let (q, s) = (&self.weights.now, &self.weights.before);
-        let rates = now.iter().zip(before).zip(q.iter().zip(s));
-        for (known, ((now, before), (q, s))) in known.iter_mut().zip(rates) {
-            *known = q * now - s * before;
-        }
+    /// r_n = J v + ∂φ/∂t of the last step into `now`, and h = q r_n − s r_{n−1} with each row's weights into `known`; all
+    /// of length rows.
+    pub(crate) fn combine_rates(
+        &self,
+        (jv, phi_t): (&[f64], &[f64]),
+        before: &[f64],
+        now: &mut [f64],
+        known: &mut [f64],
+    ) {
+        let weights = &self.weights;
+        dispatch(
+            Level::best(),
+            Rates {
+                jv,
+                phi_t,
+                before,
+                weights,
+                now,
+                known,
+            },
+        );
     }
 
-    /// Σ and c for what is `known` (h).
-    pub(crate) fn update(&mut self, dt: f64, rows: &Linearized, known: &[f64]) {
+    /// Σ and c for what is `known` (h), and c − J v for the rates `jv` into `rate`.
+    pub(crate) fn update(
+        &mut self,
+        dt: f64,
+        rows: &Linearized,
+        known: &[f64],
+        jv: &[f64],
+        rate: &mut [f64],
+    ) {
         let update = Update {
             dt,
             rows,
             known,
+            jv,
             regularization: self,
+            rate,
         };
         dispatch(Level::best(), update);
+    }
+}
+
+/// See [`Regularization::combine_rates`].
+struct Rates<'a> {
+    jv: &'a [f64],
+    phi_t: &'a [f64],
+    before: &'a [f64],
+    weights: &'a RowWeights,
+    now: &'a mut [f64],
+    known: &'a mut [f64],
+}
+
+impl Kernel for Rates<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let weights = self.weights.now.iter().zip(&self.weights.before);
+        let rates = self.jv.iter().zip(self.phi_t).zip(self.before);
+        let to = self.now.iter_mut().zip(self.known);
+        for ((now, known), (((jv, phi_t), before), (q, s))) in to.zip(rates.zip(weights)) {
+            *now = jv + phi_t;
+            *known = q * *now - s * before;
+        }
     }
 }
 
@@ -87,7 +135,9 @@ struct Update<'a> {
     dt: f64,
     rows: &'a Linearized,
     known: &'a [f64],
+    jv: &'a [f64],
     regularization: &'a mut Regularization,
+    rate: &'a mut [f64],
 }
 
 impl Kernel for Update<'_> {
@@ -95,39 +145,54 @@ impl Kernel for Update<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(mut self) {
-        let rows = self.known.len();
-        let even = rows - rows % 4;
-        for r in (0..even).step_by(4) {
-            self.rows_at::<I::X4>(r);
-        }
-        for r in even..rows {
-            self.rows_at::<I::X1>(r);
-        }
+        self.rows_by::<I::X4, 4>(0);
+        let whole = self.known.len() / 4 * 4;
+        self.rows_by::<I::X1, 1>(whole);
     }
 }
 
+/// As many vectors of `L` numbers as there are whole ones from `first` to `end`.
+#[inline(always)]
+fn vectors<const L: usize>(of: &[f64], first: usize, end: usize) -> &[[f64; L]] {
+    of[first..end].as_chunks().0
+}
+
+/// The same, to be written.
+#[inline(always)]
+fn vectors_mut<const L: usize>(of: &mut [f64], first: usize, end: usize) -> &mut [[f64; L]] {
+    of[first..end].as_chunks_mut().0
+}
+
 impl Update<'_> {
-    /// A vector's worth of rows from `r` on.
+    /// The rows from `first` on, as far as they fill vectors of `L` lanes.
     #[inline(always)]
-    fn rows_at<V: Lanes>(&mut self, r: usize) {
-        let Self {
-            rows,
-            known,
-            regularization: Regularization { sigma, c, weights },
-            ..
-        } = self;
-        let at = r..r + V::LANES;
-        let dt = V::splat(self.dt);
-        let next = V::load(&weights.next[at.clone()]);
-        let inverse = V::splat(1.0) / next.mul_add(dt, V::load(&rows.damping[at.clone()]));
-        let compliance = V::load(&rows.compliance[at.clone()]);
-        (compliance * V::splat(1.0 / self.dt) * inverse).store(&mut sigma[at.clone()]);
-        let known = V::load(&known[at.clone()]);
+    fn rows_by<V: Lanes, const L: usize>(&mut self, first: usize) {
+        let Self { rows, known, .. } = self;
+        let end = known.len();
+        let Regularization { sigma, c, weights } = &mut *self.regularization;
+        let next = vectors::<L>(&weights.next, first, end);
+        let damping = vectors::<L>(&rows.damping, first, end);
+        let compliance = vectors::<L>(&rows.compliance, first, end);
         let (phi, phi_t) = (
-            V::load(&rows.phi[at.clone()]),
-            V::load(&rows.phi_t[at.clone()]),
+            vectors::<L>(&rows.phi, first, end),
+            vectors::<L>(&rows.phi_t, first, end),
         );
-        let driven = dt.mul_add(known, -phi);
-        driven.mul_add(inverse, -phi_t).store(&mut c[at]);
+        let (known, jv) = (
+            vectors::<L>(known, first, end),
+            vectors::<L>(self.jv, first, end),
+        );
+        let sigma = vectors_mut::<L>(sigma, first, end);
+        let c = vectors_mut::<L>(c, first, end);
+        let rate = vectors_mut::<L>(self.rate, first, end);
+        let (dt, frequency) = (V::splat(self.dt), V::splat(1.0 / self.dt));
+        for k in 0..sigma.len() {
+            let divisor = V::load(&next[k]).mul_add(dt, V::load(&damping[k]));
+            let inverse = V::splat(1.0) / divisor;
+            (V::load(&compliance[k]) * frequency * inverse).store(&mut sigma[k]);
+            let driven = dt.mul_add(V::load(&known[k]), -V::load(&phi[k]));
+            let constant = driven.mul_add(inverse, -V::load(&phi_t[k]));
+            constant.store(&mut c[k]);
+            (constant - V::load(&jv[k])).store(&mut rate[k]);
+        }
     }
 }

@@ -105,9 +105,11 @@ impl Six {
 
     /// x a + y b.
     pub(crate) fn combine(&mut self, (x, a): (f64, &Self), (y, b): (f64, &Self)) {
-        for (sum, (a, b)) in self.values.iter_mut().zip(a.values.iter().zip(&b.values)) {
-            *sum = x * a + y * b;
-        }
+        let combine = Combine {
+            to: &mut self.values,
+            of: [(x, &a.values), (y, &b.values)],
+        };
+        dispatch(Level::best(), combine);
     }
 
     /// The numbers to be read by vectors.
@@ -130,6 +132,24 @@ impl Six {
         let (d, rest) = rest.split_at_mut(self.room);
         let (e, rest) = rest.split_at_mut(self.room);
         ViewMut([a, b, c, d, e, &mut rest[..self.room]])
+    }
+}
+
+/// See [`Six::combine`].
+struct Combine<'a> {
+    to: &'a mut [f64],
+    of: [(f64, &'a [f64]); 2],
+}
+
+impl Kernel for Combine<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let [(x, a), (y, b)] = self.of;
+        for (sum, (a, b)) in self.to.iter_mut().zip(a.iter().zip(b)) {
+            *sum = x * a + y * b;
+        }
     }
 }
 

@@ -263,25 +263,20 @@ impl Stepper {
         let dt = self.substep();
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
-        // r_n: the driven part is that of the step that led here.
         let jv = &mut self.in_rows[0];
         times_jacobian(&pieces.rows, &pieces.v, jv);
-        for (rate, (jv, phi_t)) in history
-            .rate_now
-            .iter_mut()
-            .zip(jv.iter().zip(&history.phi_t))
-        {
-            *rate = jv + phi_t;
-        }
         if !history.known {
-            history.rate.copy_from_slice(&history.rate_now);
+            history.take_rates(jv);
             history.v.copy_from(&pieces.v);
         }
         pieces.weigh(&self.options.row_weights(stiffness));
-        let (now, before) = (&history.rate_now, &history.rate);
-        pieces
-            .regularization
-            .combine_rates(now, before, &mut pieces.known);
+        // The driven part of r_n is that of the step that led here.
+        pieces.regularization.combine_rates(
+            (jv, &history.phi_t),
+            &history.rate,
+            &mut history.rate_now,
+            &mut pieces.known,
+        );
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
         let stiff = stiffness != GeometricStiffness::Off;
         pieces.soften_transverse_rows(&self.tension, stiff);

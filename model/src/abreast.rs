@@ -73,6 +73,8 @@ pub struct Places {
     pub rows: [usize; ABREAST],
     /// Whether all have 6.
     pub six: bool,
+    /// The first row where all have 6 and those of one follow those of the other.
+    pub run: Option<usize>,
     /// Bodies of the sides a and b; the number of bodies stands for the world.
     pub bodies: [[usize; ABREAST]; 2],
     /// Whether a side's bodies are one after the other.
@@ -345,10 +347,14 @@ impl Places {
     fn new(joints: &[Joint; ABREAST], count: usize) -> Self {
         let bodies = [0, 1].map(|side| joints.each_ref().map(|j| j.bodies[side]));
         let rows = joints.each_ref().map(|j| j.rows);
+        let row = joints.each_ref().map(|j| j.row);
+        let six = rows == [6; ABREAST];
+        let follows = row.windows(2).all(|pair| pair[1] == pair[0] + 6);
         Self {
-            row: joints.each_ref().map(|j| j.row),
+            row,
             rows,
-            six: rows == [6; ABREAST],
+            six,
+            run: (six && follows).then_some(row[0]),
             neighbours: bodies.map(|side| side.windows(2).all(|pair| pair[1] == pair[0] + 1)),
             bodies,
             count,

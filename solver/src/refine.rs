@@ -5,6 +5,7 @@
 //! mass ratio), which no solve with A can.
 
 use crate::{LinearSolver, SolveError, SolveReport, Status, SymBlockMatrix};
+use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// Buffers of a refinement, made once.
 #[derive(Debug, Clone, Default)]
@@ -50,16 +51,44 @@ pub fn refine(
         scratch.correction.fill(0.0);
         let mut report = solver.solve(a, &scratch.residual, &mut scratch.correction)?;
         report.iterations += last.map_or(0, |r| r.iterations);
-        let (mut size, mut change) = (0.0_f64, 0.0_f64);
-        for (x, d) in x.iter_mut().zip(&scratch.correction) {
-            *x += d;
-            size = size.max(x.abs());
-            change = change.max(d.abs());
-        }
+        let correct = Correct(x, &scratch.correction);
+        let [size, change] = dispatch(Level::best(), correct);
         if report.status == Status::Direct && change > CONTRACTION * size {
             report.status = Status::Stalled;
         }
         last = Some(report);
     }
     Ok(last)
+}
+
+/// x ← x + d; ‖x‖∞ and ‖d‖∞.
+struct Correct<'a>(&'a mut [f64], &'a [f64]);
+
+impl Kernel for Correct<'_> {
+    type Output = [f64; 2];
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> [f64; 2] {
+        let ((x, tail_x), (d, tail_d)) = (self.0.as_chunks_mut::<8>(), self.1.as_chunks::<8>());
+        let mut sizes = [I::X4::splat(0.0); 4];
+        for (x, d) in x.iter_mut().zip(d) {
+            for (half, sizes) in sizes.chunks_exact_mut(2).enumerate() {
+                let (x, d) = (&mut x[4 * half..][..4], I::X4::load(&d[4 * half..]));
+                let sum = I::X4::load(x) + d;
+                sum.store(x);
+                sizes[0] = sum.abs().max(sizes[0]);
+                sizes[1] = d.abs().max(sizes[1]);
+            }
+        }
+        let [mut size, mut change] = [
+            sizes[0].max(sizes[2]).max_lane(),
+            sizes[1].max(sizes[3]).max_lane(),
+        ];
+        for (x, d) in tail_x.iter_mut().zip(tail_d) {
+            *x += d;
+            size = size.max(x.abs());
+            change = change.max(d.abs());
+        }
+        [size, change]
+    }
 }

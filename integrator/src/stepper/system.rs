@@ -125,8 +125,10 @@ impl Stepper {
                     let rows = &self.pieces.rows;
                     self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
                 }
-                let rows = &self.pieces.rows;
-                self.plan.gather(rows, None, &self.mu, 1.0, &mut self.x);
+                if self.options.warm_start {
+                    let rows = &self.pieces.rows;
+                    self.plan.gather(rows, None, &self.mu, 1.0, &mut self.x);
+                }
             }
             Form::Kkt => {
                 let Pieces {
@@ -138,8 +140,10 @@ impl Stepper {
                 } = &self.pieces;
                 self.plan
                     .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
-                self.plan
-                    .gather(rows, Some(dv), &self.mu, sign, &mut self.x);
+                if self.options.warm_start {
+                    self.plan
+                        .gather(rows, Some(dv), &self.mu, sign, &mut self.x);
+                }
             }
         }
         if !self.options.warm_start {
