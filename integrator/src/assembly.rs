@@ -10,14 +10,14 @@
 //! + where both are its side a or both its side b. Of each row of \[r]× one number is zero.
 //!
 //! Along a cable, where joint k has its side b at the body of side a of joint k + 1, both blocks of a column of S take the
-//! same A Q_kᵀ and stand one after the other: a stretch of four joints is written in one go.
+//! same A Q_kᵀ: they are written together, and the other blocks below the diagonal by themselves.
 
 use crate::inertia::Inertia;
 use crate::lanes::{of_rows, side};
 use crate::six::{Group, View};
-use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, save, scale, scale_add};
+use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, scale, scale_add};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Abreast, Four, Linearized, Pack};
+use taut_model::{ABREAST, Abreast, Four, Joint, Linearized, Pack};
 use taut_solver::SymBlockMatrix;
 
 /// Two joints at one body.
@@ -33,69 +33,60 @@ pub(crate) struct Coupling {
 /// Values of a block of six rows and columns.
 const BLOCK: usize = 36;
 
-/// Values of the blocks of a stretch.
-const STRETCH: usize = 2 * BLOCK * ABREAST;
+/// Values of the columns of four joints: of each its diagonal block, then the one below.
+const COLUMNS: usize = 2 * BLOCK * ABREAST;
 
-/// A pack of joints of six rows, each of which is followed by another at its body b.
-#[derive(Debug, Clone, Copy)]
-struct Stretch {
-    pack: usize,
-    /// First value of the first diagonal block. The block below it follows, then the next diagonal block, and so on.
-    first: usize,
+/// Where a joint's diagonal block stands, and the block below it that couples it to the next joint.
+#[derive(Debug, Clone, Copy, Default)]
+struct Column {
+    /// First value and rows of the diagonal block.
+    diagonal: usize,
+    rows: usize,
+    /// First value and rows of the block below, if the next joint is at its body b.
+    below: Option<(usize, usize)>,
 }
 
 /// Where the joints' blocks are.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    stretches: Vec<Stretch>,
-    /// All other packs, and the first value of each joint's diagonal block, filled up with copies of the last one.
-    apart: Vec<(usize, [usize; ABREAST])>,
-    /// All other blocks below the diagonal, filled up likewise.
+    /// Of each pack, and the first value where all of it is of blocks of six rows and columns, one after the other.
+    columns: Vec<([Column; ABREAST], Option<usize>)>,
+    /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
     couplings: Vec<Coupling>,
+    coupled: usize,
 }
 
 impl Assembly {
     /// For the diagonal blocks of the `joints`, given by their first values, and blocks below the diagonal.
     pub(crate) fn new(
-        joints: &Abreast,
-        mut diagonal: Vec<usize>,
+        joints: &[Joint],
+        diagonal: impl Iterator<Item = usize>,
         mut couplings: Vec<Coupling>,
     ) -> Self {
-        // Whether a joint is followed by the next, as in a stretch.
-        let mut followed = vec![false; diagonal.len()];
-        for c in &couplings {
+        let joint = |(diagonal, joint): (usize, &Joint)| Column {
+            diagonal,
+            rows: joint.rows,
+            below: None,
+        };
+        let mut columns: Vec<Column> = diagonal.zip(joints).map(joint).collect();
+        couplings.retain(|c| {
             let [(next, left), (k, right)] = c.sides;
-            followed[k] |= (next, left, right) == (k + 1, 0, 1)
-                && [k, next].iter().all(|&k| joints.joints()[k].rows == 6)
-                && c.target == diagonal[k] + BLOCK;
-        }
-        let mut stretches = Vec::new();
-        for (pack, first) in diagonal.as_chunks::<ABREAST>().0.iter().enumerate() {
-            let places = (0..ABREAST).map(|lane| first[0] + 2 * BLOCK * lane);
-            let at = ABREAST * pack..ABREAST * (pack + 1);
-            let whole = followed[at.clone()].iter().all(|followed| *followed);
-            if whole && first.iter().copied().eq(places) {
-                let first = first[0];
-                stretches.push(Stretch { pack, first });
-            } else {
-                followed[at].fill(false);
+            let follows = (next, left, right) == (k + 1, 0, 1) && columns[k].below.is_none();
+            if follows {
+                columns[k].below = Some((c.target, joints[next].rows));
             }
-        }
-        let rest = diagonal.len() - diagonal.len() % ABREAST;
-        followed[rest..].fill(false);
-        couplings.retain(|c| !followed[c.sides[1].0] || c.target != diagonal[c.sides[1].0] + BLOCK);
-        if let Some(&last) = diagonal.last() {
-            diagonal.resize(diagonal.len().next_multiple_of(ABREAST), last);
-        }
+            !follows
+        });
+        let coupled = couplings.len();
         if let Some(&last) = couplings.last() {
-            couplings.resize(couplings.len().next_multiple_of(ABREAST), last);
+            couplings.resize(coupled.next_multiple_of(ABREAST), last);
         }
-        let packs = diagonal.as_chunks().0.iter().copied().enumerate();
-        let alone = |(pack, _): &(usize, _)| !followed.get(ABREAST * pack).is_some_and(|f| *f);
+        columns.resize(columns.len().next_multiple_of(ABREAST), Column::default());
+        let packs = columns.as_chunks().0.iter();
         Self {
-            apart: packs.filter(alone).collect(),
-            stretches,
+            columns: packs.map(|pack| (*pack, first_of_run(pack))).collect(),
             couplings,
+            coupled,
         }
     }
 
@@ -110,17 +101,7 @@ impl Assembly {
         let values = a.values_mut();
         dispatch(
             Level::best(),
-            Stretches {
-                plan: self,
-                rows,
-                inertia,
-                sigma,
-                values: &mut *values,
-            },
-        );
-        dispatch(
-            Level::best(),
-            Diagonal {
+            Columns {
                 plan: self,
                 rows,
                 inertia,
@@ -138,6 +119,24 @@ impl Assembly {
                 values,
             },
         );
+    }
+}
+
+/// The first value of a pack's columns where they are of blocks of six rows and columns, one after the other.
+fn first_of_run(pack: &[Column; ABREAST]) -> Option<usize> {
+    let first = pack[0].diagonal;
+    let in_run = |(lane, column): (usize, &Column)| {
+        let at = first + 2 * BLOCK * lane;
+        (column.diagonal, column.rows, column.below) == (at, 6, Some((at + BLOCK, 6)))
+    };
+    pack.iter().enumerate().all(in_run).then_some(first)
+}
+
+/// Takes the first `rows` rows and `columns` columns of a block of six rows.
+fn copy_block(block: &[f64], rows: usize, columns: usize, to: &mut [f64]) {
+    let columns = block.chunks_exact(6).take(columns);
+    for (to, from) in to.chunks_exact_mut(rows.max(1)).zip(columns) {
+        to.copy_from_slice(&from[..rows]);
     }
 }
 
@@ -222,44 +221,14 @@ fn negative_shifted<V: Lanes>(pack: &[Four; 3], next: &[Four; 3]) -> Vec3<V> {
     shifted
 }
 
-/// Where four blocks are written to, column by column.
-struct Blocks<'a> {
-    values: &'a mut [f64],
-    /// First value, rows and columns of each.
-    targets: [usize; ABREAST],
-    rows: [usize; ABREAST],
-    columns: [usize; ABREAST],
-    /// Whether all have 6 rows and columns.
-    six: bool,
-}
-
-impl Blocks<'_> {
-    #[inline(always)]
-    fn write<V: Lanes, const C: usize>(&mut self, column: &[V; 6]) {
-        if self.six {
-            return V::scatter(column, self.values, self.targets.map(|t| t + 6 * C));
-        }
-        let column: [Four; 6] = save(column);
-        for lane in 0..ABREAST {
-            let m = self.rows[lane];
-            if C < self.columns[lane] {
-                let to = &mut self.values[self.targets[lane] + m * C..][..m];
-                for (to, from) in to.iter_mut().zip(&column) {
-                    *to = from[lane];
-                }
-            }
-        }
-    }
-}
-
 /// 1/m and A of four bodies; zeros for the world.
 #[inline(always)]
 fn inverse_inertia<V: Lanes>(mass: &[f64], angular: &View<'_>, bodies: &Group) -> (V, Sym3<V>) {
     (bodies.load(mass), angular.load(bodies))
 }
 
-/// Both blocks of the columns of a stretch's joints.
-struct Stretches<'a> {
+/// Diagonal blocks, and those that couple a joint to the next.
+struct Columns<'a> {
     plan: &'a Assembly,
     rows: &'a Linearized,
     inertia: &'a Inertia,
@@ -267,17 +236,16 @@ struct Stretches<'a> {
     values: &'a mut [f64],
 }
 
-impl Kernel for Stretches<'_> {
+impl Kernel for Columns<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<I: Isa>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
-        let joints = &self.rows.abreast;
-        let packs = joints.jacobians();
-        for s in &self.plan.stretches {
-            let (pack, places) = (&packs[s.pack], &joints.places()[s.pack]);
+        let packs = self.rows.abreast.jacobians();
+        let all = self.rows.abreast.packs().zip(&self.plan.columns);
+        for (k, ((pack, places), (columns, run))) in all.enumerate() {
             let bodies = [side(places, 0), side(places, 1)];
             let between = bodies[1].load::<I::X4>(mass);
             let mut room = [[[0.0; ABREAST]; 6]; 2];
@@ -290,18 +258,25 @@ impl Kernel for Stretches<'_> {
                 ],
                 mass: bodies[0].load::<I::X4>(mass) + between,
                 sigma: of_rows::<I::X4>(self.sigma, places),
-                next: Side::negative_of_next(pack, &packs[s.pack + 1]),
+                next: Side::negative_of_next(pack, packs.get(k + 1).unwrap_or(pack)),
                 between,
             };
-            let Some(to) = self.values[s.first..].first_chunk_mut() else {
+            if let Some(first) = *run
+                && let Some(to) = self.values[first..].first_chunk_mut()
+            {
+                pair.write_all(to);
                 continue;
-            };
-            pair.write::<0>(to);
-            pair.write::<1>(to);
-            pair.write::<2>(to);
-            pair.write::<3>(to);
-            pair.write::<4>(to);
-            pair.write::<5>(to);
+            }
+            let mut room = [0.0; COLUMNS];
+            pair.write_all(&mut room);
+            let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
+            for (column, blocks) in columns.iter().zip(blocks).take(places.count) {
+                let m = column.rows;
+                copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
+                if let Some((at, rows)) = column.below {
+                    copy_block(&blocks[1], rows, m, &mut self.values[at..]);
+                }
+            }
         }
     }
 }
@@ -332,9 +307,33 @@ fn loaded<V: Lanes>(a: &[&Four; 6]) -> [Vec3<V>; 3] {
 }
 
 impl<V: Lanes> Pair<'_, V> {
-    /// Writes column `C` of both.
+    /// Writes both.
     #[inline(always)]
-    fn write<const C: usize>(&self, to: &mut [f64; STRETCH]) {
+    fn write_all(&self, to: &mut [f64; COLUMNS]) {
+        self.write::<0, 1>(to);
+        self.write::<2, 3>(to);
+        self.write::<4, 5>(to);
+    }
+
+    /// Writes columns `C` and `D`, which is the next, of both.
+    #[inline(always)]
+    fn write<const C: usize, const D: usize>(&self, to: &mut [f64; COLUMNS]) {
+        let at = [0, 1, 2, 3].map(|lane| 2 * BLOCK * lane + 6 * C);
+        let (at_rest, at_below) = (at.map(|at| at + 4), at.map(|at| at + BLOCK));
+        let ([x, y, z, p, q, s], on_b) = self.column::<C>();
+        V::scatter_fours(&[x, y, z, p], to, at);
+        let [x, y, z, p, t, u] = self.below::<C>(&on_b);
+        V::scatter_fours(&[x, y, z, p], to, at_below);
+        let ([x, y, z, a, b, c], on_b) = self.column::<D>();
+        V::scatter_fours(&[q, s, x, y, z, a, b, c], to, at_rest);
+        let [x, y, z, a, b, c] = self.below::<D>(&on_b);
+        let at_rest = at_below.map(|at| at + 4);
+        V::scatter_fours(&[t, u, x, y, z, a, b, c], to, at_rest);
+    }
+
+    /// Column `C` of the diagonal block, and that of A Qᵀ of side b.
+    #[inline(always)]
+    fn column<const C: usize>(&self) -> ([V; 6], Vec3<V>) {
         let [a, b] = &self.inverse;
         let joint = Whole {
             sides: [Side::of_pack(self.pack, 0), Side::of_pack(self.pack, 1)],
@@ -342,60 +341,17 @@ impl<V: Lanes> Pair<'_, V> {
             mass: self.mass,
             sigma: self.sigma,
         };
-        let (column, on_b) = joint.column::<C>();
-        let at = [0, 1, 2, 3].map(|lane| 2 * BLOCK * lane + 6 * C);
-        V::scatter(&column, to, at);
-        let mut below = self.next.apply(&on_b);
+        joint.column::<C>()
+    }
+
+    /// Column `C` of the block below.
+    #[inline(always)]
+    fn below<const C: usize>(&self, on_b: &Vec3<V>) -> [V; 6] {
+        let mut below = self.next.apply(on_b);
         if C < 3 {
             below[C] = below[C] - self.between;
         }
-        V::scatter(&below, to, at.map(|at| at + BLOCK));
-    }
-}
-
-/// Diagonal blocks of all other joints.
-struct Diagonal<'a> {
-    plan: &'a Assembly,
-    rows: &'a Linearized,
-    inertia: &'a Inertia,
-    sigma: &'a [f64],
-    values: &'a mut [f64],
-}
-
-impl Kernel for Diagonal<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let mass = &self.inertia.inverse_mass[..];
-        let angular = self.inertia.inverse_angular.view();
-        let joints = &self.rows.abreast;
-        for (k, targets) in &self.plan.apart {
-            let (pack, places) = (&joints.jacobians()[*k], &joints.places()[*k]);
-            let (w_a, a) = inverse_inertia::<I::X4>(mass, &angular, &side(places, 0));
-            let (w_b, b) = inverse_inertia::<I::X4>(mass, &angular, &side(places, 1));
-            let (side_a, side_b) = (Side::of_pack(pack, 0), Side::of_pack(pack, 1));
-            let sigma = of_rows::<I::X4>(self.sigma, places);
-            let mut blocks = Blocks {
-                values: &mut *self.values,
-                targets: *targets,
-                rows: places.rows,
-                columns: places.rows,
-                six: places.six,
-            };
-            let joint = Whole {
-                sides: [side_a, side_b],
-                inverse: [columns(&a), columns(&b)],
-                mass: w_a + w_b,
-                sigma,
-            };
-            blocks.write::<I::X4, 0>(&joint.column::<0>().0);
-            blocks.write::<I::X4, 1>(&joint.column::<1>().0);
-            blocks.write::<I::X4, 2>(&joint.column::<2>().0);
-            blocks.write::<I::X4, 3>(&joint.column::<3>().0);
-            blocks.write::<I::X4, 4>(&joint.column::<4>().0);
-            blocks.write::<I::X4, 5>(&joint.column::<5>().0);
-        }
+        below
     }
 }
 
@@ -429,7 +385,7 @@ impl<V: Lanes> Whole<V> {
     }
 }
 
-/// Blocks that couple two joints and are not of a stretch.
+/// Blocks that couple two joints of which neither follows the other.
 struct Below<'a> {
     plan: &'a Assembly,
     joints: &'a Abreast,
@@ -446,41 +402,56 @@ impl Kernel for Below<'_> {
         let angular = self.inertia.inverse_angular.view();
         let (packs, joints) = (self.joints.jacobians(), self.joints.joints());
         let (couplings, _) = self.plan.couplings.as_chunks::<ABREAST>();
-        for couplings in couplings {
+        let mut room = [0.0; BLOCK * ABREAST];
+        for (k, couplings) in couplings.iter().enumerate() {
             let bodies = couplings.map(|c| c.body);
             let neighbours = bodies.windows(2).all(|pair| pair[1] == pair[0] + 1);
             let bodies = Group::new(bodies, neighbours);
             let (w, a) = inverse_inertia::<I::X4>(mass, &angular, &bodies);
-            let left = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[0]));
-            let right = Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[1]));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;
             let sign = I::X4::from_fn(|l| if same(&couplings[l]) { 1.0 } else { -1.0 });
             let mut signed = a;
             for a in &mut signed {
                 *a = *a * sign;
             }
-            let (signed, w) = (columns(&signed), w * sign);
-            let rows = couplings.map(|c| joints[c.sides[0].0].rows);
-            let across = couplings.map(|c| joints[c.sides[1].0].rows);
-            let mut blocks = Blocks {
-                values: &mut *self.values,
-                targets: couplings.map(|c| c.target),
-                six: rows == [6; ABREAST] && across == [6; ABREAST],
-                rows,
-                columns: across,
+            let blocks = Across {
+                left: Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[0])),
+                right: Side::of_joints(packs, couplings.map(|c| c.sides[1])),
+                inverse: columns(&signed),
+                mass: w * sign,
             };
-            let mut first = left.apply(&right.row_times::<0>(&signed));
-            first[0] = first[0] + w;
-            blocks.write::<I::X4, 0>(&first);
-            let mut second = left.apply(&right.row_times::<1>(&signed));
-            second[1] = second[1] + w;
-            blocks.write::<I::X4, 1>(&second);
-            let mut third = left.apply(&right.row_times::<2>(&signed));
-            third[2] = third[2] + w;
-            blocks.write::<I::X4, 2>(&third);
-            blocks.write::<I::X4, 3>(&left.apply(&right.row_times::<3>(&signed)));
-            blocks.write::<I::X4, 4>(&left.apply(&right.row_times::<4>(&signed)));
-            blocks.write::<I::X4, 5>(&left.apply(&right.row_times::<5>(&signed)));
+            blocks.write::<0>(&mut room);
+            blocks.write::<1>(&mut room);
+            blocks.write::<2>(&mut room);
+            blocks.write::<3>(&mut room);
+            blocks.write::<4>(&mut room);
+            blocks.write::<5>(&mut room);
+            let count = self.plan.coupled - ABREAST * k;
+            let blocks = room.as_chunks::<BLOCK>().0;
+            for (c, block) in couplings.iter().zip(blocks).take(count) {
+                let [rows, columns] = c.sides.map(|(k, _)| joints[k].rows);
+                copy_block(block, rows, columns, &mut self.values[c.target..]);
+            }
         }
+    }
+}
+
+/// What a block that couples two joints is made of, with the sign of A and 1/m that their sides give it.
+struct Across<V> {
+    left: Side<V>,
+    right: Side<V>,
+    inverse: [Vec3<V>; 3],
+    mass: V,
+}
+
+impl<V: Lanes> Across<V> {
+    /// Writes column `C`.
+    #[inline(always)]
+    fn write<const C: usize>(&self, to: &mut [f64; BLOCK * ABREAST]) {
+        let mut column = self.left.apply(&self.right.row_times::<C>(&self.inverse));
+        if C < 3 {
+            column[C] = column[C] + self.mass;
+        }
+        V::scatter(&column, to, [0, 1, 2, 3].map(|lane| BLOCK * lane + 6 * C));
     }
 }

@@ -2,7 +2,6 @@
 
 use crate::six::Group;
 use nalgebra::{Matrix3, UnitQuaternion};
-use std::array::from_fn;
 use taut_lanes::Lanes;
 use taut_lanes::vector::{Vec3, gather, load, save, turned};
 use taut_model::{ABREAST, Four, Places};
@@ -25,13 +24,19 @@ pub(crate) fn of_rows<V: Lanes>(from: &[f64], places: &Places) -> [V; 6] {
     {
         return gather([a, b, c, d]);
     }
-    let rows: [[f64; 6]; ABREAST] = from_fn(|l| {
-        let mut row = [0.0; 6];
-        let (start, count) = (places.row[l], places.rows[l]);
-        row[..count].copy_from_slice(&from[start..start + count]);
-        row
-    });
-    gather(rows.each_ref())
+    let mut lanes = [[0.0; ABREAST]; 6];
+    for lane in 0..places.count {
+        let rows = &from[places.row[lane]..][..places.rows[lane]];
+        for (to, from) in lanes.iter_mut().zip(rows) {
+            to[lane] = *from;
+        }
+    }
+    let last = places.count - 1;
+    for number in &mut lanes {
+        let copied = number[last];
+        number[last..].fill(copied);
+    }
+    load(&lanes)
 }
 
 /// Writes the rows of four joints.
@@ -43,7 +48,7 @@ pub(crate) fn write_rows<V: Lanes>(from: &[V; 6], rows: &mut [f64], places: &Pla
         return V::scatter(from, rows, [0, 6, 12, 18]);
     }
     let from: [Four; 6] = save(from);
-    for lane in 0..ABREAST {
+    for lane in 0..places.count {
         let rows = &mut rows[places.row[lane]..][..places.rows[lane]];
         for (r, from) in rows.iter_mut().zip(&from) {
             *r = from[lane];

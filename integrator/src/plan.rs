@@ -356,8 +356,8 @@ fn schur_maps(
     }
     Maps::Schur {
         joints: Assembly::new(
-            &rows.abreast,
-            joints.map(|j| diagonal(j.constraint)).collect(),
+            rows.abreast.joints(),
+            joints.map(|j| diagonal(j.constraint)),
             couplings,
         ),
         cleared: (0..written.len()).filter(|&k| !written[k]).collect(),

@@ -43,6 +43,12 @@ impl Clone for Aligned {
     }
 }
 
+impl PartialEq for Aligned {
+    fn eq(&self, other: &Self) -> bool {
+        self.as_slice() == other.as_slice()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -55,7 +61,7 @@ mod tests {
                 *v = i as f64;
             }
             let b = a.clone();
-            assert_eq!(a.as_slice(), b.as_slice());
+            assert_eq!(a, b);
             for v in [&a, &b] {
                 assert_eq!(v.as_slice().len(), len);
                 assert_eq!(v.as_slice().as_ptr() as usize % LINE, 0);

@@ -1,5 +1,6 @@
 //! Symmetric block-sparse matrices: a shared pattern and its values.
 
+use crate::aligned::Aligned;
 use crate::kernels::{
     OneByOne, by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
 };
@@ -13,14 +14,15 @@ use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymBlockMatrix {
     pattern: Arc<BlockPattern>,
-    values: Vec<f64>,
+    /// They begin with a cache line, so that blocks of an even size are written and read in whole vectors.
+    values: Aligned,
 }
 
 impl SymBlockMatrix {
     /// The zero matrix of a pattern. Allocates.
     #[must_use]
     pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
-        let values = vec![0.0; pattern.stored_values()];
+        let values = Aligned::new(pattern.stored_values());
         Self { pattern, values }
     }
 
@@ -39,23 +41,23 @@ impl SymBlockMatrix {
     /// All stored values, `pattern.stored_values()` of them, in the order of the pattern's stored blocks.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        &self.values
+        self.values.as_slice()
     }
 
     /// All stored values, to be written.
     pub fn values_mut(&mut self) -> &mut [f64] {
-        &mut self.values
+        self.values.as_mut_slice()
     }
 
     /// Stored block `k`, `size(row) × size(column)` numbers, column-major.
     #[must_use]
     pub fn block(&self, k: usize) -> &[f64] {
-        &self.values[self.pattern.values(k)]
+        &self.values.as_slice()[self.pattern.values(k)]
     }
 
     /// Stored block `k`, column-major, to be written.
     pub fn block_mut(&mut self, k: usize) -> &mut [f64] {
-        &mut self.values[self.pattern.values(k)]
+        &mut self.values.as_mut_slice()[self.pattern.values(k)]
     }
 
     /// Entry at scalar row `r` and column `c`; zero where nothing is stored. For tests and dumps: O(log n).
@@ -140,7 +142,7 @@ impl SymBlockMatrix {
     /// # Errors
     /// [`SolveError::NonFinite`].
     pub fn check_finite(&self) -> Result<(), SolveError> {
-        if all_finite(&self.values) {
+        if all_finite(self.values.as_slice()) {
             return Ok(());
         }
         let p = &self.pattern;

@@ -114,6 +114,19 @@ pub trait Lanes:
         }
     }
 
+    /// The same for a multiple of four components, in vectors of four numbers: for places that are aligned to them.
+    ///
+    /// # Panics
+    /// Where a place is beyond `to`.
+    #[inline(always)]
+    fn scatter_fours<const L: usize, const N: usize>(
+        from: &[Self; N],
+        to: &mut [f64],
+        at: [usize; L],
+    ) {
+        Self::scatter(from, to, at);
+    }
+
     /// self · a + b.
     #[must_use]
     fn mul_add(self, a: Self, b: Self) -> Self;
@@ -335,6 +348,13 @@ mod tests {
             let mut to = [0.0; 9];
             I::X4::scatter(&[first, second], &mut to, [0, 2, 4, 6]);
             assert_eq!(to[..8].as_chunks().0, from);
+            let fours = [first, second, second, first, first, first, second, second];
+            let mut to_fours = [0.0; 33];
+            I::X4::scatter_fours(&fours, &mut to_fours, [0, 8, 17, 25]);
+            for (at, [a, b]) in [0, 8, 17, 25].into_iter().zip(from) {
+                assert_eq!(to_fours[at..at + 8], [a, b, b, a, a, a, b, b]);
+            }
+            assert_eq!(to_fours[16], 0.0);
             // Where places overlap the last one stays.
             I::X4::scatter(&[first, second, first], &mut to, [0, 6, 4, 6]);
             assert_eq!(to, [1.0, 2.0, 1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 7.0]);

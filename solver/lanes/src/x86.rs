@@ -311,6 +311,21 @@ vector!(
                 }
             }
         }
+
+        #[inline(always)]
+        fn scatter_fours<const L: usize, const N: usize>(
+            from: &[Self; N],
+            to: &mut [f64],
+            at: [usize; L],
+        ) {
+            assert!(L >= 4 && N.is_multiple_of(4));
+            for c in (0..N).step_by(4) {
+                let lanes = transpose([from[c].0, from[c + 1].0, from[c + 2].0, from[c + 3].0]);
+                for (lane, at) in lanes.into_iter().zip(at) {
+                    Self(lane).store(&mut to[at + c..]);
+                }
+            }
+        }
     }
 );
 vector!(
@@ -322,6 +337,22 @@ vector!(
     neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
     mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
 );
+
+/// The four numbers of each lane.
+#[inline(always)]
+fn transpose([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
+    // SAFETY: called where vectors of four lanes are, see `vector`.
+    unsafe {
+        let (ab, cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
+        let (ab_odd, cd_odd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
+        [
+            _mm256_permute2f128_pd::<0x20>(ab, cd),
+            _mm256_permute2f128_pd::<0x20>(ab_odd, cd_odd),
+            _mm256_permute2f128_pd::<0x31>(ab, cd),
+            _mm256_permute2f128_pd::<0x31>(ab_odd, cd_odd),
+        ]
+    }
+}
 
 /// The pair of each lane.
 #[inline(always)]
