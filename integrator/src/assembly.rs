@@ -214,9 +214,9 @@ impl<V: Lanes> Side<V> {
 /// What stands one lane on, with the other sign.
 #[inline(always)]
 fn negative_shifted<V: Lanes>(pack: &[Four; 3], next: &[Four; 3]) -> Vec3<V> {
-    let mut shifted = [V::splat(0.0); 3];
-    for (to, (a, b)) in shifted.iter_mut().zip(pack.iter().zip(next)) {
-        *to = -V::from_fn(|l| if l + 1 < ABREAST { a[l + 1] } else { b[0] });
+    let mut shifted: Vec3<V> = load(pack);
+    for (lanes, next) in shifted.iter_mut().zip(next) {
+        *lanes = -lanes.shift_in(V::load(next));
     }
     shifted
 }
@@ -248,14 +248,9 @@ impl Kernel for Columns<'_> {
         for (k, ((pack, places), (columns, run))) in all.enumerate() {
             let bodies = [side(places, 0), side(places, 1)];
             let between = bodies[1].load::<I::X4>(mass);
-            let mut room = [[[0.0; ABREAST]; 6]; 2];
-            let [room_a, room_b] = &mut room;
             let pair = Pair {
                 pack,
-                inverse: [
-                    angular.places(&bodies[0], room_a),
-                    angular.places(&bodies[1], room_b),
-                ],
+                inverse: [angular.load(&bodies[0]), angular.load(&bodies[1])],
                 mass: bodies[0].load::<I::X4>(mass) + between,
                 sigma: of_rows::<I::X4>(self.sigma, places),
                 next: Side::negative_of_next(pack, packs.get(k + 1).unwrap_or(pack)),
@@ -281,12 +276,12 @@ impl Kernel for Columns<'_> {
     }
 }
 
-/// What a joint's diagonal block and the one below it are made of. Registers do not hold it: what stands in memory is
-/// left there, and loaded for each column anew, for a load is nothing beside the store that it takes to keep a number.
+/// What a joint's diagonal block and the one below it are made of. Registers do not hold it: what stands in memory as it
+/// is needed is left there, and loaded for each column anew, for a load is nothing beside the store that keeps a number.
 struct Pair<'a, V> {
     pack: &'a Pack,
     /// A of both bodies.
-    inverse: [[&'a Four; 6]; 2],
+    inverse: [Sym3<V>; 2],
     /// 1/m_a + 1/m_b.
     mass: V,
     sigma: [V; 6],
@@ -294,16 +289,6 @@ struct Pair<'a, V> {
     next: Side<V>,
     /// 1/m of the body between the two.
     between: V,
-}
-
-/// The columns of A.
-#[inline(always)]
-fn loaded<V: Lanes>(a: &[&Four; 6]) -> [Vec3<V>; 3] {
-    let mut loaded = [V::splat(0.0); 6];
-    for (to, from) in loaded.iter_mut().zip(a) {
-        *to = V::load(*from);
-    }
-    columns(&loaded)
 }
 
 impl<V: Lanes> Pair<'_, V> {
@@ -334,44 +319,9 @@ impl<V: Lanes> Pair<'_, V> {
     /// Column `C` of the diagonal block, and that of A Qᵀ of side b.
     #[inline(always)]
     fn column<const C: usize>(&self) -> ([V; 6], Vec3<V>) {
-        let [a, b] = &self.inverse;
-        let joint = Whole {
-            sides: [Side::of_pack(self.pack, 0), Side::of_pack(self.pack, 1)],
-            inverse: [loaded(a), loaded(b)],
-            mass: self.mass,
-            sigma: self.sigma,
-        };
-        joint.column::<C>()
-    }
-
-    /// Column `C` of the block below.
-    #[inline(always)]
-    fn below<const C: usize>(&self, on_b: &Vec3<V>) -> [V; 6] {
-        let mut below = self.next.apply(on_b);
-        if C < 3 {
-            below[C] = below[C] - self.between;
-        }
-        below
-    }
-}
-
-/// What a joint's diagonal block is made of.
-struct Whole<V> {
-    sides: [Side<V>; 2],
-    /// A of both bodies.
-    inverse: [[Vec3<V>; 3]; 2],
-    /// 1/m_a + 1/m_b.
-    mass: V,
-    sigma: [V; 6],
-}
-
-impl<V: Lanes> Whole<V> {
-    /// Column `C`, and that of A Qᵀ of side b.
-    #[inline(always)]
-    fn column<const C: usize>(&self) -> ([V; 6], Vec3<V>) {
-        let [a, b] = &self.sides;
-        let mut column = a.apply(&a.row_times::<C>(&self.inverse[0]));
-        let times_b = b.row_times::<C>(&self.inverse[1]);
+        let (a, b) = (Side::of_pack(self.pack, 0), Side::of_pack(self.pack, 1));
+        let mut column = a.apply(&a.row_times::<C>(&columns(&self.inverse[0])));
+        let times_b = b.row_times::<C>(&columns(&self.inverse[1]));
         for (sum, on_b) in column.iter_mut().zip(b.apply(&times_b)) {
             *sum = *sum + on_b;
         }
@@ -382,6 +332,16 @@ impl<V: Lanes> Whole<V> {
         };
         column[C] = column[C] + straight;
         (column, times_b)
+    }
+
+    /// Column `C` of the block below.
+    #[inline(always)]
+    fn below<const C: usize>(&self, on_b: &Vec3<V>) -> [V; 6] {
+        let mut below = self.next.apply(on_b);
+        if C < 3 {
+            below[C] = below[C] - self.between;
+        }
+        below
     }
 }
 

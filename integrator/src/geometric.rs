@@ -14,7 +14,7 @@
 //! the spin about r free.
 
 use crate::GeometricStiffness;
-use crate::lanes::{of_rows, side};
+use crate::lanes::of_rows;
 use crate::six::Six;
 use nalgebra::Vector3;
 use taut_lanes::vector::{Vec3, dot, load};
@@ -191,8 +191,7 @@ impl Kernel for Joints<'_> {
             let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, places);
             let on_a = across(&[x, y, z], &load(&pack.arms[0]));
             let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
-            stiffness.add(&side(places, 0), &on_a, places.count);
-            stiffness.add(&side(places, 1), &on_b, places.count);
+            stiffness.add_sides(places, [&on_a, &on_b]);
         }
     }
 }

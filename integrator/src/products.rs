@@ -126,9 +126,8 @@ impl Kernel for Transposed<'_> {
             let on_a = sub(&cross(&load(&pack.arms[0]), &force), &torque);
             let on_b = sub(&torque, &cross(&load(&pack.arms[1]), &force));
             let ([ax, ay, az], [bx, by, bz]) = (on_a, on_b);
-            impulse.add(&of_side(places, 0), &[x, y, z, ax, ay, az], places.count);
-            let on_b = [-x, -y, -z, bx, by, bz];
-            impulse.add(&of_side(places, 1), &on_b, places.count);
+            let (on_a, on_b) = ([x, y, z, ax, ay, az], [-x, -y, -z, bx, by, bz]);
+            impulse.add_sides(places, [&on_a, &on_b]);
         }
     }
 }

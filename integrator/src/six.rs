@@ -3,11 +3,12 @@
 //! They are stored number by number, so that neighbouring bodies' numbers make a vector as they stand. After the last
 //! body comes the world, and what fills up the last vector.
 
+use crate::lanes::side;
 use nalgebra::Vector3;
 use std::array::from_fn;
 use taut_lanes::vector::gather;
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Four};
+use taut_lanes::{Halves, Isa, Kernel, Lanes, Level, dispatch};
+use taut_model::{ABREAST, Places};
 
 /// Six numbers a body.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -185,26 +186,6 @@ pub(crate) struct View<'a>([&'a [f64]; 6]);
 pub(crate) struct ViewMut<'a>([&'a mut [f64]; 6]);
 
 impl View<'_> {
-    /// Where the numbers of four bodies stand: `room`, which then is theirs, unless they are one after the other.
-    #[inline(always)]
-    pub(crate) fn places<'s>(&'s self, of: &Group, room: &'s mut [Four; 6]) -> [&'s Four; 6] {
-        let [a, b, c, d, e, f] = self.0;
-        if let Some(first) = of.first
-            && let Some(a) = a[first..].first_chunk()
-            && let Some(b) = b[first..].first_chunk()
-            && let Some(c) = c[first..].first_chunk()
-            && let Some(d) = d[first..].first_chunk()
-            && let Some(e) = e[first..].first_chunk()
-            && let Some(f) = f[first..].first_chunk()
-        {
-            return [a, b, c, d, e, f];
-        }
-        for (to, from) in room.iter_mut().zip(&self.0) {
-            *to = of.bodies.map(|i| from[i]);
-        }
-        room.each_ref()
-    }
-
     /// The numbers of four bodies.
     #[inline(always)]
     pub(crate) fn load<V: Lanes>(&self, of: &Group) -> [V; 6] {
@@ -244,15 +225,35 @@ impl ViewMut<'_> {
         }
     }
 
+    /// Adds to the numbers of the bodies of the sides a and b of four joints.
+    #[inline(always)]
+    pub(crate) fn add_sides<V>(&mut self, places: &Places, [on_a, on_b]: [&[V; 6]; 2])
+    where
+        V: Halves<Half: Halves>,
+    {
+        if !places.along {
+            self.add(&side(places, 0), on_a, places.count);
+            self.add(&side(places, 1), on_b, places.count);
+            return;
+        }
+        // A vector is stored once: one that is loaded again, shifted by a body, would wait for the store.
+        let (first, before) = (places.bodies[1][0], places.bodies[0][0]);
+        let sums = on_a.iter().zip(on_b);
+        for (to, (on_a, on_b)) in self.0.iter_mut().zip(sums) {
+            let both = *on_b + on_a.shift_in(V::splat(0.0));
+            add_to(both, &mut to[first..first + ABREAST]);
+            add_to(on_a.lower().lower(), &mut to[before..=before]);
+        }
+    }
+
     /// Adds to the numbers of the first `count` of four bodies, one after the other where they are the same.
     #[inline(always)]
-    pub(crate) fn add<V: Lanes>(&mut self, of: &Group, added: &[V; 6], count: usize) {
+    fn add<V: Lanes>(&mut self, of: &Group, added: &[V; 6], count: usize) {
         if let Some(first) = of.first
             && count == ABREAST
         {
             for (to, added) in self.0.iter_mut().zip(added) {
-                let to = &mut to[first..first + ABREAST];
-                (V::load(to) + *added).store(to);
+                add_to(*added, &mut to[first..first + ABREAST]);
             }
         } else {
             for (to, added) in self.0.iter_mut().zip(added) {
@@ -264,6 +265,12 @@ impl ViewMut<'_> {
             }
         }
     }
+}
+
+/// Adds a vector to as many numbers.
+#[inline(always)]
+fn add_to<V: Lanes>(added: V, to: &mut [f64]) {
+    (V::load(to) + added).store(to);
 }
 
 #[cfg(test)]

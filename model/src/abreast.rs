@@ -79,6 +79,9 @@ pub struct Places {
     pub bodies: [[usize; ABREAST]; 2],
     /// Whether a side's bodies are one after the other.
     pub neighbours: [bool; 2],
+    /// Whether they are four joints along a cable: those of side b are one after the other, and those of side a, but for
+    /// the first, are those of side b.
+    pub along: bool,
     /// How many of the four are joints of their own, not copies of the last one. What is written for a copy is written
     /// twice, and must not be added.
     pub count: usize,
@@ -349,13 +352,15 @@ impl Places {
         let rows = joints.each_ref().map(|j| j.rows);
         let row = joints.each_ref().map(|j| j.row);
         let six = rows == [6; ABREAST];
+        let neighbours = bodies.map(|side| side.windows(2).all(|pair| pair[1] == pair[0] + 1));
         let follows = row.windows(2).all(|pair| pair[1] == pair[0] + 6);
         Self {
             row,
             rows,
             six,
             run: (six && follows).then_some(row[0]),
-            neighbours: bodies.map(|side| side.windows(2).all(|pair| pair[1] == pair[0] + 1)),
+            along: neighbours[1] && count == ABREAST && bodies[0][1..] == bodies[1][..ABREAST - 1],
+            neighbours,
             bodies,
             count,
         }

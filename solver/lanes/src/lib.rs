@@ -154,6 +154,10 @@ pub trait Lanes:
     /// Whether each lane is less than that of the other; not so where either is NaN.
     fn all_below(self, other: Self) -> bool;
 
+    /// All lanes but the first, and after them the first of `next`.
+    #[must_use]
+    fn shift_in(self, next: Self) -> Self;
+
     /// The largest lane; any lane where one is NaN.
     #[must_use]
     #[inline(always)]
@@ -213,6 +217,10 @@ impl Lanes for f64 {
     #[inline(always)]
     fn all_below(self, other: Self) -> bool {
         self < other
+    }
+    #[inline(always)]
+    fn shift_in(self, next: Self) -> Self {
+        next
     }
 }
 
@@ -329,6 +337,8 @@ mod tests {
             }
         }
         assert_eq!(x.max_lane(), a[V::LANES - 1]);
+        x.shift_in(y).store(&mut lanes);
+        assert_eq!(lanes, [&a[1..], &b[..1]].concat(), "{} lanes", V::LANES);
     }
 
     struct Pairs;

@@ -79,6 +79,10 @@ impl<V: Lanes> Lanes for Twice<V> {
     fn all_below(self, other: Self) -> bool {
         self.0.all_below(other.0) && self.1.all_below(other.1)
     }
+    #[inline(always)]
+    fn shift_in(self, next: Self) -> Self {
+        Self(self.0.shift_in(self.1), self.1.shift_in(next.0))
+    }
 }
 
 impl<V: Lanes> Halves for Twice<V> {

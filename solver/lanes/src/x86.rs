@@ -143,6 +143,10 @@ impl Lanes for FusedOne {
     fn all_below(self, other: Self) -> bool {
         self.0 < other.0
     }
+    #[inline(always)]
+    fn shift_in(self, next: Self) -> Self {
+        next
+    }
 }
 
 /// A vector from its intrinsics. What each block relies on: values of the type exist only inside kernels that
@@ -151,6 +155,7 @@ macro_rules! vector {
     ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, set $set:ident($($lane:literal)*), splat $splat:ident, load $load:ident, store $store:ident,
      add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, max $max:ident, min $min:ident, sqrt $sqrt:ident,
      below |$g:ident, $h:ident| $below:expr, neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
+     shift |$q:ident, $r:ident| $shift:expr,
      mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr
      $(, more { $($more:tt)* })?) => {
         $(#[$doc])*
@@ -235,6 +240,12 @@ macro_rules! vector {
                 // SAFETY: the processor has the instructions, see `vector`.
                 unsafe { $below }
             }
+            #[inline(always)]
+            fn shift_in(self, next: Self) -> Self {
+                let ($q, $r) = (self.0, next.0);
+                // SAFETY: the processor has the instructions, see `vector`.
+                Self(unsafe { $shift })
+            }
         }
     };
     (@binary $name:ident, $($trait:ident $method:ident $intrinsic:ident),*) => {$(
@@ -255,6 +266,7 @@ vector!(
     add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
     below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
     neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
+    shift |x, y| _mm_shuffle_pd::<1>(x, y),
     mul_add |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c), neg_mul_add |a, b, c| _mm_sub_pd(c, _mm_mul_pd(a, b))
 );
 vector!(
@@ -263,6 +275,7 @@ vector!(
     add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
     below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
     neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
+    shift |x, y| _mm_shuffle_pd::<1>(x, y),
     mul_add |a, b, c| _mm_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm_fnmadd_pd(a, b, c)
 );
 vector!(
@@ -272,6 +285,7 @@ vector!(
     min _mm256_min_pd, sqrt _mm256_sqrt_pd,
     below |a, b| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) == 0b1111,
     neg |x| _mm256_xor_pd(x, _mm256_set1_pd(-0.0)), abs |x| _mm256_andnot_pd(_mm256_set1_pd(-0.0), x),
+    shift |x, y| _mm256_shuffle_pd::<0b0101>(x, _mm256_permute2f128_pd::<0x21>(x, y)),
     mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c),
     more {
         #[inline(always)]
@@ -335,6 +349,7 @@ vector!(
     min _mm512_min_pd, sqrt _mm512_sqrt_pd,
     below |a, b| _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b) == 0xff,
     neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
+    shift |x, y| _mm512_castsi512_pd(_mm512_alignr_epi64::<1>(_mm512_castpd_si512(y), _mm512_castpd_si512(x))),
     mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
 );
 
