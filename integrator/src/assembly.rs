@@ -134,6 +134,10 @@ fn first_of_run(pack: &[Column; ABREAST]) -> Option<usize> {
 
 /// Takes the first `rows` rows and `columns` columns of a block of six rows.
 fn copy_block(block: &[f64], rows: usize, columns: usize, to: &mut [f64]) {
+    if rows == 6 {
+        let all = 6 * columns;
+        return to[..all].copy_from_slice(&block[..all]);
+    }
     let columns = block.chunks_exact(6).take(columns);
     for (to, from) in to.chunks_exact_mut(rows.max(1)).zip(columns) {
         to.copy_from_slice(&from[..rows]);
@@ -244,6 +248,7 @@ impl Kernel for Columns<'_> {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
         let packs = self.rows.abreast.jacobians();
+        let mut room = [0.0; COLUMNS];
         let all = self.rows.abreast.packs().zip(&self.plan.columns);
         for (k, ((pack, places), (columns, run))) in all.enumerate() {
             let bodies = [side(places, 0), side(places, 1)];
@@ -256,14 +261,12 @@ impl Kernel for Columns<'_> {
                 next: Side::negative_of_next(pack, packs.get(k + 1).unwrap_or(pack)),
                 between,
             };
-            if let Some(first) = *run
-                && let Some(to) = self.values[first..].first_chunk_mut()
-            {
-                pair.write_all(to);
+            let in_place = run.and_then(|first| self.values[first..].first_chunk_mut());
+            let is_in_place = in_place.is_some();
+            pair.write_all(in_place.unwrap_or(&mut room));
+            if is_in_place {
                 continue;
             }
-            let mut room = [0.0; COLUMNS];
-            pair.write_all(&mut room);
             let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
             for (column, blocks) in columns.iter().zip(blocks).take(places.count) {
                 let m = column.rows;
