@@ -30,7 +30,7 @@
 //! | | stiffness | λ, levers | K |
 //! | | inertia | orientations, K, forces | M̃, M̃⁻¹, Δt f |
 //! | assemble | free motion | M̃⁻¹, Δt f, J | right-hand side |
-//! | | blocks | levers, gradients, M̃⁻¹, Σ | S: diagonal blocks, then couplings |
+//! | | blocks | levers, gradients, M̃⁻¹, Σ | S: joints' columns, then other couplings |
 //! | factorise, solve | the backend's | S, right-hand side | μ |
 //! | refine | residual | μ, J, M̃⁻¹ | Δv, residual; one more solve |
 //! | update | impulses | μ, J, M̃⁻¹ | Δv |
