@@ -66,6 +66,7 @@ pub struct Places {
     pub rows: [usize; ABREAST],
     /// Whether all have 6.
     pub six: bool,
+    angles: Angles,
     /// Bodies of the sides a and b; the number of bodies stands for the world.
     pub bodies: [[usize; ABREAST]; 2],
     /// Whether a side's bodies are one after the other.
@@ -82,6 +83,24 @@ enum Kind {
     Cable { bend: bool, twist: bool },
     /// Anything else.
     Other,
+}
+
+impl Kind {
+    /// Whether there are bends and a twist for lanes.
+    fn angles(self) -> (bool, bool) {
+        match self {
+            Self::Cable { bend, twist } => (bend, twist),
+            Self::Other => (false, false),
+        }
+    }
+}
+
+/// Which of the angles the joints of a pack have in lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Angles {
+    None,
+    Some,
+    All,
 }
 
 /// The joints of a scene.
@@ -176,13 +195,8 @@ impl Abreast {
         for (k, joint) in self.joints.iter().enumerate() {
             let (frames, lane) = (&mut self.frames[k / ABREAST], k % ABREAST);
             let c = &scene.constraints[joint.constraint];
-            for (side, frame) in c.frames().iter().enumerate() {
-                for i in 0..3 {
-                    frames.points[side][i][lane] = frame.point[i];
-                    for column in 0..3 {
-                        frames.axes[side][column][i][lane] = frame.axes[(i, column)];
-                    }
-                }
+            if let [a, b] = c.frames() {
+                frames.take(lane, a, b);
             }
             if let Constraint::Cosserat(c) = c {
                 frames.twist[lane] = c.twist_reference;
@@ -226,10 +240,7 @@ impl Abreast {
             for (side, frame) in c.frames().iter().enumerate() {
                 if frame.body_index().is_none() {
                     let point = frame.point + frame.displacement(t);
-                    let points = &mut self.frames[k / ABREAST].points[side];
-                    for (to, x) in points.iter_mut().zip(point.iter()) {
-                        to[k % ABREAST] = *x;
-                    }
+                    self.frames[k / ABREAST].place(k % ABREAST, side, point.as_ref());
                 }
             }
         }
@@ -320,7 +331,14 @@ impl Places {
     fn new(joints: &[Joint; ABREAST], count: usize) -> Self {
         let bodies = [0, 1].map(|side| joints.each_ref().map(|j| j.bodies[side]));
         let rows = joints.each_ref().map(|j| j.rows);
+        let have = |angles| joints.iter().all(|j| j.kind.angles() == angles);
+        let angles = match () {
+            () if have((true, true)) => Angles::All,
+            () if have((false, false)) => Angles::None,
+            () => Angles::Some,
+        };
         Self {
+            angles,
             row: joints.each_ref().map(|j| j.row),
             rows,
             six: rows == [6; ABREAST],

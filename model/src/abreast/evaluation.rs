@@ -1,29 +1,94 @@
 //! Gaps, angles and their gradients of joints four abreast, as they are evaluated in lanes.
+//!
+//! The formulas are those of [`crate::Cosserat`] in terms of the quaternion (x, y, z, w) of side b's axes as side a's see
+//! them, where square roots cancel and all components are those of side a: with t = y² + z² = sin²(θ/2) and d = u_a × u_b,
+//!
+//! ```text
+//! c = 1 − 2t      d·v_a = 2 (w y − x z)      d·w_a = 2 (x y + w z)      Ω = 2 arctan(x/w)
+//! g = 1 + t f(t)      h = (2 − c f(t))/(4 (1 − t))      1 + c = 2 (1 − t) = 2 (w² + x²)
+//! ```
 
-use taut_lanes::functions::{asin_ratio, atan};
+use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use taut_lanes::functions::{atan, over_sine};
 use taut_lanes::vector::{
-    Quaternion, Vec3, add, combine, cross, dot, gather, load, rotation, save, scale, scale_add, sub,
+    Quaternion, Vec3, add, combine, dot, gather, load, product, relative, rotation, save,
+    scale_add, sub, turned,
 };
 use taut_lanes::{Isa, Kernel, Lanes};
 
-use super::{ABREAST, Abreast, Four, Joint, Kind, Pack};
+use super::{ABREAST, Abreast, Angles, Four, Joint, Kind, Pack, Places};
 use crate::body::Bodies;
+use crate::frame::Frame;
 
-/// Largest |sin|/cos of a twist in lanes.
-const TWIST: f64 = 0.4375;
-/// Least cosine of a bend in lanes.
-const BEND: f64 = 0.5;
+/// What must stay below [`LIMITS`] for a joint to be evaluated in lanes: |x/w|, the tangent of half the twist; the
+/// distance of the twist from what it is unwrapped against; t.
+type Measures<V> = [V; 3];
+
+/// See [`Measures`].
+const LIMITS: [f64; 3] = [0.2087, std::f64::consts::PI, 0.25];
 
 /// What does not change while a cable moves, of four joints.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C, align(32))]
 pub(super) struct Frames {
     /// Attachment points of the sides, body frame.
-    pub(super) points: [[Four; 3]; 2],
-    /// Axes of the sides, body frame: columns u, v, w.
-    pub(super) axes: [[[Four; 3]; 3]; 2],
+    points: [[Four; 3]; 2],
+    /// Axes of side a, body frame: columns u, v, w.
+    axes: [[Four; 3]; 3],
+    /// The rotation of side b's axes as side a's see them, where both bodies stand alike.
+    between: [Four; 4],
     /// What the twist is unwrapped against.
     pub(super) twist: Four,
+    /// Whether `between` is none in all lanes.
+    parallel: bool,
+}
+
+impl Default for Frames {
+    fn default() -> Self {
+        Self {
+            points: Default::default(),
+            axes: Default::default(),
+            between: [
+                [0.0; ABREAST],
+                [0.0; ABREAST],
+                [0.0; ABREAST],
+                [1.0; ABREAST],
+            ],
+            twist: [0.0; ABREAST],
+            parallel: true,
+        }
+    }
+}
+
+impl Frames {
+    /// Takes the frames of a joint.
+    pub(super) fn take(&mut self, lane: usize, a: &Frame, b: &Frame) {
+        self.place(lane, 0, a.point.as_ref());
+        self.place(lane, 1, b.point.as_ref());
+        let (a, b) = (&a.axes, &b.axes);
+        for (to, from) in self.axes.iter_mut().zip(a.column_iter()) {
+            for (to, from) in to.iter_mut().zip(&from) {
+                to[lane] = *from;
+            }
+        }
+        let between = if a == b {
+            UnitQuaternion::identity()
+        } else {
+            let between = Rotation3::from_matrix_unchecked(a.transpose() * b);
+            UnitQuaternion::from_rotation_matrix(&between)
+        };
+        for (to, from) in self.between.iter_mut().zip(between.coords.iter()) {
+            to[lane] = *from;
+        }
+        self.parallel = self.between[3] == [1.0; ABREAST];
+    }
+
+    /// Takes an attachment point, body frame.
+    pub(super) fn place(&mut self, lane: usize, side: usize, point: &[f64; 3]) {
+        for (to, x) in self.points[side].iter_mut().zip(point) {
+            to[lane] = *x;
+        }
+    }
 }
 
 /// Evaluates all packs.
@@ -42,152 +107,254 @@ impl Kernel for Evaluation<'_> {
         let Abreast {
             joints,
             packs,
+            places,
             frames,
             ..
         } = self.joints;
         let (joints, _) = joints.as_chunks::<ABREAST>();
-        for (p, ((pack, frames), joints)) in packs.iter_mut().zip(frames).zip(joints).enumerate() {
-            let found = evaluate::<I::X4>(joints, frames, self.bodies, pack);
-            for (lane, joint) in joints.iter().enumerate() {
-                let phi = &mut self.phi[joint.row..joint.row + joint.rows];
-                // Six is what most have, and a loop of constant length.
-                if let Some(phi) = phi.first_chunk_mut::<6>() {
-                    for (to, from) in phi.iter_mut().zip(&found.phi) {
-                        *to = from[lane];
-                    }
-                } else {
-                    for (to, from) in phi.iter_mut().zip(&found.phi) {
-                        *to = from[lane];
-                    }
-                }
-                if !found.good[lane] || joint.kind == Kind::Other {
-                    self.rest.push(ABREAST * p + lane);
-                }
+        let stand = Standing::new(self.bodies);
+        let (for_a, for_b) = (&mut Copies::default(), &mut Copies::default());
+        let packs = packs.iter_mut().zip(places).zip(frames).zip(joints);
+        for (p, (((pack, places), frames), joints)) in packs.enumerate() {
+            let a = stand.of(places, 0, for_a);
+            let b = stand.of(places, 1, for_b);
+            let (q_a, q_b) = (orientation::<I::X4>(a.1), orientation(b.1));
+            let body = rotation(&q_a);
+            let arms = (
+                combine(&body, &load(&frames.points[0])),
+                turned(&q_b, &load(&frames.points[1])),
+            );
+            pack.arms = [save(&arms.0), save(&arms.1)];
+            let gap = add(&sub(&position(a.0), &position(b.0)), &sub(&arms.0, &arms.1));
+            if places.angles == Angles::None {
+                I::X4::scatter(&gap, self.phi, places.row);
+                rest(self.rest, ABREAST * p, joints, [true; ABREAST]);
+                continue;
+            }
+            let axes = [
+                combine(&body, &load(&frames.axes[0])),
+                combine(&body, &load(&frames.axes[1])),
+                combine(&body, &load(&frames.axes[2])),
+            ];
+            let angular = Angular::new(frames, &axes, &relative(&q_a, &q_b));
+            let good = if places.angles == Angles::All {
+                angular.write(&gap, self.phi, places, pack)
+            } else {
+                Err(angular.write_some(&gap, self.phi, joints, pack))
+            };
+            if let Err(good) = good {
+                rest(self.rest, ABREAST * p, joints, good);
             }
         }
     }
 }
 
-/// Four joints, as evaluated.
-struct Found {
-    phi: [Four; 6],
-    /// Which lanes hold what they should.
-    good: [bool; ABREAST],
+/// Adds the joints of a pack that lanes cannot do, of which `first` is the first.
+fn rest(rest: &mut Vec<usize>, first: usize, joints: &[Joint; ABREAST], good: [bool; ABREAST]) {
+    for (lane, (joint, good)) in joints.iter().zip(good).enumerate() {
+        if !good || joint.kind == Kind::Other {
+            rest.push(first + lane);
+        }
+    }
 }
 
-/// Position and orientation of one side.
-#[inline(always)]
-fn pose<V: Lanes>(bodies: &Bodies, index: [usize; ABREAST]) -> (Vec3<V>, Quaternion<V>) {
-    let world = (&[0.0; 3], &[0.0, 0.0, 0.0, 1.0]);
-    let at = index.map(
-        |i| match (bodies.position.get(i), bodies.orientation.get(i)) {
-            (Some(x), Some(q)) => (x.as_ref(), q.coords.as_ref()),
-            _ => world,
-        },
-    );
-    (gather(at.map(|at| at.0)), gather(at.map(|at| at.1)))
+/// Where the bodies stand.
+struct Standing<'a> {
+    position: &'a [Vector3<f64>],
+    orientation: &'a [UnitQuaternion<f64>],
 }
 
-/// The axes of one side in the world frame.
-#[inline(always)]
-fn axes<V: Lanes>(rotation: &[Vec3<V>; 3], axes: &[[Four; 3]; 3]) -> [Vec3<V>; 3] {
-    let [u, v, w] = axes;
-    [
-        combine(rotation, &load(u)),
-        combine(rotation, &load(v)),
-        combine(rotation, &load(w)),
-    ]
-}
+/// Positions and orientations of four bodies.
+type Copies = ([Vector3<f64>; ABREAST], [UnitQuaternion<f64>; ABREAST]);
 
-/// What both bends of a joint are made of, in the notation of [`crate::Cosserat`].
-struct Bend<V> {
-    ua: Vec3<V>,
-    ub: Vec3<V>,
-    d: Vec3<V>,
-    c: V,
-    g: V,
-    h: V,
-}
-
-impl<V: Lanes> Bend<V> {
-    /// The angle about an axis of side a, and its gradient on ω_b.
+impl<'a> Standing<'a> {
     #[inline(always)]
-    fn about(&self, axis: &Vec3<V>) -> (V, Vec3<V>) {
-        let along = dot(&self.d, axis);
-        let inner = scale_add(&self.ua, -dot(&self.ub, axis), &scale(axis, self.c));
-        let row = scale_add(&self.d, self.h * along, &scale(&inner, self.g));
-        (self.g * along, row)
+    fn new(bodies: &'a Bodies) -> Self {
+        let position = &bodies.position[..];
+        Self {
+            position,
+            orientation: &bodies.orientation[..position.len()],
+        }
+    }
+
+    /// The bodies of one side; in `copies`, if they are not one after the other.
+    #[inline(always)]
+    fn of<'b>(
+        &self,
+        places: &Places,
+        side: usize,
+        copies: &'b mut Copies,
+    ) -> (
+        &'b [Vector3<f64>; ABREAST],
+        &'b [UnitQuaternion<f64>; ABREAST],
+    )
+    where
+        'a: 'b,
+    {
+        let index = &places.bodies[side];
+        if places.neighbours[side]
+            && let Some(x) = four(self.position, index[0])
+            && let Some(q) = four(self.orientation, index[0])
+        {
+            return (x, q);
+        }
+        for ((x, q), i) in copies.0.iter_mut().zip(&mut copies.1).zip(index) {
+            // The world is no body.
+            *x = self.position.get(*i).copied().unwrap_or_default();
+            *q = self.orientation.get(*i).copied().unwrap_or_default();
+        }
+        (&copies.0, &copies.1)
     }
 }
 
-/// Gaps, bends and twists of four joints: the formulas of [`crate::Cosserat`], in another arrangement where that saves
-/// divisions: with t = sin²(θ/2) = sin²θ/(2 (1 + cos θ)), θ/sin θ = (arcsin √t/√t)/√(1 − t).
+/// Four from the first on, if there are as many.
 #[inline(always)]
-fn evaluate<V: Lanes>(
-    joints: &[Joint; ABREAST],
-    frames: &Frames,
-    bodies: &Bodies,
-    pack: &mut Pack,
-) -> Found {
-    let (centre_a, a) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[0]));
-    let (centre_b, b) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[1]));
-    let (a, b) = (rotation(&a), rotation(&b));
-    let arm_a = combine(&a, &load(&frames.points[0]));
-    let arm_b = combine(&b, &load(&frames.points[1]));
-    let gap = add(&sub(&centre_a, &centre_b), &sub(&arm_a, &arm_b));
-    pack.arms = [save(&arm_a), save(&arm_b)];
-    let mut found = Found {
-        phi: [[0.0; ABREAST]; 6],
-        good: [true; ABREAST],
-    };
-    found.phi[..3].copy_from_slice(&save::<V, ABREAST, 3>(&gap));
-    let angular = |joint: &Joint| match joint.kind {
-        Kind::Cable { bend, twist } => (bend, twist),
-        Kind::Other => (false, false),
-    };
-    let parts = joints.each_ref().map(angular);
-    if parts == [(false, false); ABREAST] {
-        return found;
+fn four<T>(of: &[T], first: usize) -> Option<&[T; ABREAST]> {
+    of.get(first..)?.first_chunk()
+}
+
+#[inline(always)]
+fn position<V: Lanes>(of: &[Vector3<f64>; ABREAST]) -> Vec3<V> {
+    gather(of.each_ref().map(AsRef::as_ref))
+}
+
+#[inline(always)]
+fn orientation<V: Lanes>(of: &[UnitQuaternion<f64>; ABREAST]) -> Quaternion<V> {
+    gather(of.each_ref().map(|q| q.coords.as_ref()))
+}
+
+/// Bends and twist of four joints.
+struct Angular<V> {
+    angles: [V; 3],
+    /// Their gradients on ω_b, world.
+    gradients: [Vec3<V>; 3],
+    measures: Measures<V>,
+}
+
+impl<V: Lanes> Angular<V> {
+    /// By the axes of side a, and the rotation that takes side a's bodies to side b's, all in the world frame.
+    #[inline(always)]
+    fn new(frames: &Frames, axes: &[Vec3<V>; 3], turn: &Quaternion<V>) -> Self {
+        let [x, y, z, w] = *turn;
+        let imaginary = [x, y, z];
+        let mut seen = [
+            dot(&axes[0], &imaginary),
+            dot(&axes[1], &imaginary),
+            dot(&axes[2], &imaginary),
+            w,
+        ];
+        if !frames.parallel {
+            seen = product(&seen, &load(&frames.between));
+        }
+        let [x, y, z, w] = seen;
+        let (one, half) = (V::splat(1.0), V::splat(0.5));
+        let (x2, w2) = (x + x, w + w);
+        let (along_v, along_w) = (x2.neg_mul_add(z, w2 * y), x2.mul_add(y, w2 * z));
+        let t = z.mul_add(z, y * y);
+        let rest = one - t;
+        let c = rest - t;
+        // One division for x/w and 1/(1 + c).
+        let inverse = one / (w * rest);
+        let tangent = x * rest * inverse;
+        let mean = half * (w * inverse);
+        let f = over_sine(t);
+        let g = f.mul_add(t, one);
+        let h = mean * f.neg_mul_add(half * c, one);
+        let (beta_v, beta_w, straight) = (g * along_v, g * along_w, g * c);
+        let half_twist = atan(tangent);
+        let twist = half_twist + half_twist;
+        let (hv, hw) = (h * along_v, h * along_w);
+        let (vv, vw, ww) = (
+            hv.mul_add(along_v, straight),
+            hv * along_w,
+            hw.mul_add(along_w, straight),
+        );
+        let [u, v, w] = *axes;
+        let lean = scale_add(&v, mean * along_w, &u);
+        Self {
+            angles: [beta_v, beta_w, twist],
+            gradients: [
+                combine(&[v, w, u], &[vv, vw, -beta_w]),
+                combine(&[v, w, u], &[vw, ww, beta_v]),
+                scale_add(&w, -(mean * along_v), &lean),
+            ],
+            measures: [tangent.abs(), (V::load(&frames.twist) - twist).abs(), t],
+        }
     }
-    let ([ua, va, wa], [ub, vb, wb]) = (axes(&a, &frames.axes[0]), axes(&b, &frames.axes[1]));
-    let (one, half) = (V::splat(1.0), V::splat(0.5));
-    let d = cross(&ua, &ub);
-    let (c, q) = (dot(&ua, &ub), dot(&d, &d));
-    let inverse = one / (one + c);
-    let t = q * inverse * half;
-    let (p, r) = asin_ratio(t);
-    let g = p / (r * (one - t).sqrt());
-    // For a straight joint h is 0/0; it is multiplied with squares of d, which vanish faster than its error grows.
-    let h = g.neg_mul_add(c, one) / (q + V::splat(1e-40));
-    let straight = Bend { ua, ub, d, c, g, h };
-    let (beta_v, row_v) = straight.about(&va);
-    let (beta_w, row_w) = straight.about(&wa);
-    let sine = dot(&wa, &vb) - dot(&va, &wb);
-    let cosine = dot(&va, &vb) + dot(&wa, &wb);
-    let twist = atan(sine / cosine);
-    let row_twist = scale(&add(&ua, &ub), inverse);
-    let angles: [Four; 6] = save(&[beta_v, beta_w, twist, c, sine, cosine]);
-    let (row_v, row_w, row_twist) = (save(&row_v), save(&row_w), save(&row_twist));
-    for (lane, (bend, twist)) in parts.into_iter().enumerate() {
-        let mut row = 0;
-        let mut put = |angle: f64, gradient: &[Four; 3]| {
-            found.phi[3 + row][lane] = angle;
-            for (to, from) in pack.gradients[row].iter_mut().zip(gradient) {
-                to[lane] = from[lane];
+
+    /// Writes φ and the gradients of joints that have all rows; which lanes hold what they should, if not all.
+    #[inline(always)]
+    fn write(
+        &self,
+        gap: &Vec3<V>,
+        phi: &mut [f64],
+        places: &Places,
+        pack: &mut Pack,
+    ) -> Result<(), [bool; ABREAST]> {
+        let ([x, y, z], [beta_v, beta_w, twist]) = (*gap, self.angles);
+        let rows = [x, y, z, beta_v, beta_w, twist];
+        let first = places.row[0];
+        if places.row[ABREAST - 1] == first + 6 * (ABREAST - 1)
+            && let Some(phi) = phi[first..].as_chunks_mut().0.first_chunk_mut::<ABREAST>()
+        {
+            V::spread(&rows, phi.each_mut());
+        } else {
+            V::scatter(&rows, phi, places.row);
+        }
+        for (to, gradient) in pack.gradients.iter_mut().zip(&self.gradients) {
+            *to = save(gradient);
+        }
+        let [tangent, turn, t] = &self.measures;
+        if tangent.all_below(V::splat(LIMITS[0]))
+            && turn.all_below(V::splat(LIMITS[1]))
+            && t.all_below(V::splat(LIMITS[2]))
+        {
+            return Ok(());
+        }
+        let measures: [Four; 3] = save(&self.measures);
+        let below = |lane: usize| (0..3).all(|k| measures[k][lane] < LIMITS[k]);
+        Err(std::array::from_fn(below))
+    }
+
+    /// The same of joints that have some of the rows; which lanes hold what they should.
+    #[inline(always)]
+    fn write_some(
+        &self,
+        gap: &Vec3<V>,
+        phi: &mut [f64],
+        joints: &[Joint; ABREAST],
+        pack: &mut Pack,
+    ) -> [bool; ABREAST] {
+        let (gap, angles): ([Four; 3], [Four; 3]) = (save(gap), save(&self.angles));
+        let measures: [Four; 3] = save(&self.measures);
+        let gradients: [[Four; 3]; 3] = [
+            save(&self.gradients[0]),
+            save(&self.gradients[1]),
+            save(&self.gradients[2]),
+        ];
+        let mut good = [true; ABREAST];
+        for (lane, joint) in joints.iter().enumerate() {
+            let phi = &mut phi[joint.row..joint.row + joint.rows];
+            for (to, from) in phi.iter_mut().zip(&gap) {
+                *to = from[lane];
             }
-            row += 1;
-        };
-        let [beta_v, beta_w, angle, c, sine, cosine] = angles.each_ref().map(|x| x[lane]);
-        if bend {
-            put(beta_v, &row_v);
-            put(beta_w, &row_w);
+            let (bend, twist) = joint.kind.angles();
+            let has = [bend, bend, twist];
+            let mut row = 0;
+            for k in (0..3).filter(|k| has[*k]) {
+                phi[3 + row] = angles[k][lane];
+                for (to, from) in pack.gradients[row].iter_mut().zip(&gradients[k]) {
+                    to[lane] = from[lane];
+                }
+                row += 1;
+            }
+            let [tangent, turn, t] = measures.each_ref().map(|x| x[lane]);
+            if twist {
+                good[lane] = tangent < LIMITS[0] && turn < LIMITS[1];
+            }
+            // Where w is zero the bends are not numbers either.
+            good[lane] &= row == 0 || t < LIMITS[2] && tangent < f64::INFINITY;
         }
-        if twist {
-            put(angle, &row_twist);
-            found.good[lane] &= sine.abs() <= TWIST * cosine
-                && (frames.twist[lane] - angle).abs() < std::f64::consts::PI;
-        }
-        found.good[lane] &= !(bend || twist) || c >= BEND;
+        good
     }
-    found
 }
