@@ -118,29 +118,29 @@ impl Kernel for Evaluation<'_> {
         for (p, (((pack, places), frames), joints)) in packs.enumerate() {
             let a = stand.of(places, 0, for_a);
             let b = stand.of(places, 1, for_b);
-            let (q_a, q_b) = (orientation::<I::X4>(a.1), orientation(b.1));
-            let body = rotation(&q_a);
-            let arms = (
-                combine(&body, &load(&frames.points[0])),
-                turned(&q_b, &load(&frames.points[1])),
-            );
-            pack.arms = [save(&arms.0), save(&arms.1)];
-            let gap = add(&sub(&position(a.0), &position(b.0)), &sub(&arms.0, &arms.1));
             if places.angles == Angles::None {
+                let gap = gap::<I::X4>(a, b, frames, pack);
                 I::X4::scatter(&gap, self.phi, places.row);
                 rest(self.rest, ABREAST * p, joints, [true; ABREAST]);
                 continue;
             }
+            let (q_a, q_b) = (orientation::<I::X4>(a.1), orientation(b.1));
+            let arm_b = turned(&q_b, &load(&frames.points[1]));
+            let turn = relative(&q_a, &q_b);
+            let body = rotation(&q_a);
+            let arm_a = combine(&body, &load(&frames.points[0]));
+            pack.arms = [save(&arm_a), save(&arm_b)];
+            let gap = add(&sub(&position(a.0), &position(b.0)), &sub(&arm_a, &arm_b));
             let axes = [
                 combine(&body, &load(&frames.axes[0])),
                 combine(&body, &load(&frames.axes[1])),
                 combine(&body, &load(&frames.axes[2])),
             ];
-            let angular = Angular::new(frames, &axes, &relative(&q_a, &q_b));
+            let angular = Angular::new(frames, &axes, &turn);
             let good = if places.angles == Angles::All {
-                angular.write(&gap, self.phi, places, pack)
+                angular.write(&gap, &axes, self.phi, places, pack)
             } else {
-                Err(angular.write_some(&gap, self.phi, joints, pack))
+                Err(angular.write_some(&gap, &axes, self.phi, joints, pack))
             };
             if let Err(good) = good {
                 rest(self.rest, ABREAST * p, joints, good);
@@ -158,14 +158,22 @@ fn rest(rest: &mut Vec<usize>, first: usize, joints: &[Joint; ABREAST], good: [b
     }
 }
 
+/// Positions and orientations of the four bodies of one side.
+type Stand<'a> = (
+    &'a [Vector3<f64>; ABREAST],
+    &'a [UnitQuaternion<f64>; ABREAST],
+);
+
 /// Where the bodies stand.
 struct Standing<'a> {
     position: &'a [Vector3<f64>],
     orientation: &'a [UnitQuaternion<f64>],
 }
 
-/// Positions and orientations of four bodies.
-type Copies = ([Vector3<f64>; ABREAST], [UnitQuaternion<f64>; ABREAST]);
+/// Positions and orientations of four bodies. The alignment is that of the kernel's vectors, which share its stack.
+#[derive(Default)]
+#[repr(C, align(32))]
+struct Copies([Vector3<f64>; ABREAST], [UnitQuaternion<f64>; ABREAST]);
 
 impl<'a> Standing<'a> {
     #[inline(always)]
@@ -223,11 +231,22 @@ fn orientation<V: Lanes>(of: &[UnitQuaternion<f64>; ABREAST]) -> Quaternion<V> {
     gather(of.each_ref().map(|q| q.coords.as_ref()))
 }
 
+/// Gaps and lever arms of joints without angles.
+#[inline(always)]
+fn gap<V: Lanes>(a: Stand<'_>, b: Stand<'_>, frames: &Frames, pack: &mut Pack) -> Vec3<V> {
+    let arm_a = turned(&orientation(a.1), &load(&frames.points[0]));
+    let arm_b = turned(&orientation(b.1), &load(&frames.points[1]));
+    pack.arms = [save(&arm_a), save(&arm_b)];
+    add(&sub(&position(a.0), &position(b.0)), &sub(&arm_a, &arm_b))
+}
+
 /// Bends and twist of four joints.
 struct Angular<V> {
     angles: [V; 3],
-    /// Their gradients on ω_b, world.
-    gradients: [Vec3<V>; 3],
+    /// Components of the gradients along side a's axes: of the bends' those along v and w, v v, v w and w w; of the
+    /// twist's those along v and w.
+    bends: [V; 3],
+    twist: [V; 2],
     measures: Measures<V>,
 }
 
@@ -269,17 +288,24 @@ impl<V: Lanes> Angular<V> {
             hv * along_w,
             hw.mul_add(along_w, straight),
         );
-        let [u, v, w] = *axes;
-        let lean = scale_add(&v, mean * along_w, &u);
         Self {
             angles: [beta_v, beta_w, twist],
-            gradients: [
-                combine(&[v, w, u], &[vv, vw, -beta_w]),
-                combine(&[v, w, u], &[vw, ww, beta_v]),
-                scale_add(&w, -(mean * along_v), &lean),
-            ],
+            bends: [vv, vw, ww],
+            twist: [mean * along_w, -(mean * along_v)],
             measures: [tangent.abs(), (V::load(&frames.twist) - twist).abs(), t],
         }
+    }
+
+    /// The gradients on ω_b, by side a's axes, world.
+    #[inline(always)]
+    fn gradients(&self, [u, v, w]: &[Vec3<V>; 3]) -> [Vec3<V>; 3] {
+        let ([beta_v, beta_w, _], [vv, vw, ww], [tv, tw]) = (self.angles, self.bends, self.twist);
+        let axes = [*v, *w, *u];
+        [
+            combine(&axes, &[vv, vw, -beta_w]),
+            combine(&axes, &[vw, ww, beta_v]),
+            scale_add(w, tw, &scale_add(v, tv, u)),
+        ]
     }
 
     /// Writes φ and the gradients of joints that have all rows; which lanes hold what they should, if not all.
@@ -287,6 +313,7 @@ impl<V: Lanes> Angular<V> {
     fn write(
         &self,
         gap: &Vec3<V>,
+        axes: &[Vec3<V>; 3],
         phi: &mut [f64],
         places: &Places,
         pack: &mut Pack,
@@ -301,9 +328,16 @@ impl<V: Lanes> Angular<V> {
         } else {
             V::scatter(&rows, phi, places.row);
         }
-        for (to, gradient) in pack.gradients.iter_mut().zip(&self.gradients) {
+        let good = self.good();
+        for (to, gradient) in pack.gradients.iter_mut().zip(&self.gradients(axes)) {
             *to = save(gradient);
         }
+        good
+    }
+
+    /// Which lanes are within the limits, if not all.
+    #[inline(always)]
+    fn good(&self) -> Result<(), [bool; ABREAST]> {
         let [tangent, turn, t] = &self.measures;
         if tangent.all_below(V::splat(LIMITS[0]))
             && turn.all_below(V::splat(LIMITS[1]))
@@ -321,17 +355,15 @@ impl<V: Lanes> Angular<V> {
     fn write_some(
         &self,
         gap: &Vec3<V>,
+        axes: &[Vec3<V>; 3],
         phi: &mut [f64],
         joints: &[Joint; ABREAST],
         pack: &mut Pack,
     ) -> [bool; ABREAST] {
         let (gap, angles): ([Four; 3], [Four; 3]) = (save(gap), save(&self.angles));
         let measures: [Four; 3] = save(&self.measures);
-        let gradients: [[Four; 3]; 3] = [
-            save(&self.gradients[0]),
-            save(&self.gradients[1]),
-            save(&self.gradients[2]),
-        ];
+        let [first, second, third] = &self.gradients(axes);
+        let gradients: [[Four; 3]; 3] = [save(first), save(second), save(third)];
         let mut good = [true; ABREAST];
         for (lane, joint) in joints.iter().enumerate() {
             let phi = &mut phi[joint.row..joint.row + joint.rows];
