@@ -67,6 +67,8 @@ pub struct Places {
     /// Whether all have 6.
     pub six: bool,
     angles: Angles,
+    /// Whether the joints are constraints one after the other.
+    together: bool,
     /// Bodies of the sides a and b; the number of bodies stands for the world.
     pub bodies: [[usize; ABREAST]; 2],
     /// Whether a side's bodies are one after the other.
@@ -207,23 +209,38 @@ impl Abreast {
     /// Moves the unwrapping references of the joints to their angles at the present state, of which `phi` are the
     /// violations, at time `t`: here and in the scene.
     pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64], t: f64) {
-        for (k, joint) in self.joints[..self.count].iter().enumerate() {
-            let c = &mut scene.constraints[joint.constraint];
-            match (joint.kind, &mut *c) {
-                (Kind::Cable { twist: true, .. }, Constraint::Cosserat(c)) => {
-                    let twist = phi[joint.row + joint.rows - 1];
-                    c.twist_reference = twist;
-                    self.frames[k / ABREAST].twist[k % ABREAST] = twist;
+        let (joints, _) = self.joints.as_chunks::<ABREAST>();
+        let packs = joints.iter().zip(&self.places).zip(&mut self.frames);
+        for ((joints, places), frames) in packs {
+            let Joint {
+                constraint, row, ..
+            } = joints[0];
+            if places.together
+                && places.angles == Angles::All
+                && let Some(constraints) =
+                    scene.constraints[constraint..].first_chunk_mut::<ABREAST>()
+                && let Some(rows) = phi[row..].as_chunks::<6>().0.first_chunk::<ABREAST>()
+            {
+                for ((c, rows), to) in constraints.iter_mut().zip(rows).zip(&mut frames.twist) {
+                    if let Constraint::Cosserat(c) = c {
+                        c.twist_reference = rows[5];
+                    }
+                    *to = rows[5];
                 }
-                (Kind::Cable { .. }, _) => {}
-                (Kind::Other, c) => c.update_winding(&scene.bodies, t),
+                continue;
             }
-        }
-        // The copies at the end are the last joint, too.
-        if let Some(last) = self.frames.last_mut() {
-            let lane = (self.count - 1) % ABREAST;
-            let twist = last.twist[lane];
-            last.twist[lane..].fill(twist);
+            for (lane, joint) in joints.iter().enumerate() {
+                let c = &mut scene.constraints[joint.constraint];
+                match (joint.kind, c) {
+                    (Kind::Cable { twist, .. }, Constraint::Cosserat(c)) if twist => {
+                        let twist = phi[joint.row + joint.rows - 1];
+                        c.twist_reference = twist;
+                        frames.twist[lane] = twist;
+                    }
+                    (Kind::Other, c) if lane < places.count => c.update_winding(&scene.bodies, t),
+                    _ => {}
+                }
+            }
         }
     }
 
@@ -342,11 +359,17 @@ impl Places {
             row: joints.each_ref().map(|j| j.row),
             rows,
             six: rows == [6; ABREAST],
-            neighbours: bodies.map(|side| side.windows(2).all(|pair| pair[1] == pair[0] + 1)),
+            together: follow(&joints.each_ref().map(|j| j.constraint)),
+            neighbours: bodies.each_ref().map(follow),
             bodies,
             count,
         }
     }
+}
+
+/// Whether four are one after the other.
+fn follow(four: &[usize; ABREAST]) -> bool {
+    four.windows(2).all(|pair| pair[1] == pair[0] + 1)
 }
 
 /// What a constraint is as a joint, if it is one.

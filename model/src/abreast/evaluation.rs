@@ -320,9 +320,11 @@ impl<V: Lanes> Angular<V> {
     ) -> Result<(), [bool; ABREAST]> {
         let ([x, y, z], [beta_v, beta_w, twist]) = (*gap, self.angles);
         let rows = [x, y, z, beta_v, beta_w, twist];
-        let first = places.row[0];
-        if places.row[ABREAST - 1] == first + 6 * (ABREAST - 1)
-            && let Some(phi) = phi[first..].as_chunks_mut().0.first_chunk_mut::<ABREAST>()
+        if places.together
+            && let Some(phi) = phi[places.row[0]..]
+                .as_chunks_mut()
+                .0
+                .first_chunk_mut::<ABREAST>()
         {
             V::spread(&rows, phi.each_mut());
         } else {
