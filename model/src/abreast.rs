@@ -433,21 +433,120 @@ mod tests {
                 let mut lin = Linearized::new(&scene);
                 for _ in 0..2 {
                     lin.update(&scene, 0.0);
-                    for (k, c) in scene.constraints.iter().enumerate() {
-                        let rows = lin.row_range(k);
-                        let mut phi = vec![0.0; rows.len()];
-                        c.violation(&scene.bodies, 0.0, &mut phi);
-                        for (found, exact) in lin.phi[rows].iter().zip(&phi) {
-                            let error = (found - exact).abs();
-                            assert!(error < 2e-15, "{segments} {angle} {k}: {found} {exact}");
-                        }
-                        let error = crate::check_jacobian(&scene, k).max;
-                        assert!(error < 1e-8, "{segments} {angle} {k}: {error:e}");
-                    }
+                    assert_agree(&lin, &scene, &format!("{segments} {angle}"));
                     lin.follow_windings(&mut scene, 0.0);
                 }
             }
         }
+    }
+
+    /// What lanes found is what single joints find.
+    fn assert_agree(lin: &Linearized, scene: &Scene, case: &str) {
+        for (k, c) in scene.constraints.iter().enumerate() {
+            let rows = lin.row_range(k);
+            let mut phi = vec![0.0; rows.len()];
+            c.violation(&scene.bodies, 0.0, &mut phi);
+            for (found, exact) in lin.phi[rows].iter().zip(&phi) {
+                let error = (found - exact).abs();
+                assert!(error < 2e-15, "{case} {k}: {found} {exact}");
+            }
+            let error = crate::check_jacobian(scene, k).max;
+            assert!(error < 1e-8, "{case} {k}: {error:e}");
+        }
+    }
+
+    /// Joints with all angles, bends, twist or none, packs of one kind and of several, frames along any axes that are
+    /// parallel or not, bodies in any order: lanes do them all, and the angles follow their windings.
+    #[test]
+    fn lanes_do_joints_of_every_kind() {
+        let turn = |x: f64, y: f64, z: f64| {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
+            turn.to_rotation_matrix().into_inner()
+        };
+        for (kinds, reversed) in [
+            ([0; 4], false),
+            ([1; 4], false),
+            ([2; 4], true),
+            ([3; 4], true),
+            ([0, 1, 2, 3], false),
+            ([3, 0, 0, 1], true),
+        ] {
+            for parallel in [true, false] {
+                let mut scene = cable(11, 0.05, 5);
+                for (k, c) in scene.constraints.iter_mut().enumerate() {
+                    // The load hangs on a ball joint.
+                    let Constraint::Cosserat(c) = c else {
+                        continue;
+                    };
+                    let kind = kinds[k % 4];
+                    c.law.bend = c.law.bend.filter(|_| [0, 1].contains(&kind));
+                    c.law.twist = c.law.twist.filter(|_| [0, 2].contains(&kind));
+                    let a = turn(0.3 * k as f64, 1.0, -0.4) * c.frames[0].axes;
+                    let lean = turn(0.1, -0.05, 0.02 * k as f64);
+                    // Bends do not see a half turn of the axes about u.
+                    let half = turn(if kind == 1 { std::f64::consts::PI } else { 0.0 }, 0.0, 0.0);
+                    let b = if parallel { a } else { lean * a * half };
+                    (c.frames[0].axes, c.frames[1].axes) = (a, b);
+                }
+                if reversed {
+                    scene.constraints.reverse();
+                    scene.constraints.swap(1, 4);
+                }
+                let case = format!("{kinds:?} {reversed} {parallel}");
+                let mut lin = Linearized::new(&scene);
+                for _ in 0..2 {
+                    lin.update(&scene, 0.0);
+                    assert_agree(&lin, &scene, &case);
+                    let mut rest = Vec::new();
+                    let mut phi = lin.phi.clone();
+                    lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
+                    assert_eq!((&phi, rest), (&lin.phi, vec![]), "{case}");
+                    lin.follow_windings(&mut scene, 0.0);
+                }
+                for (k, c) in scene.constraints.iter().enumerate() {
+                    if let Constraint::Cosserat(c) = c
+                        && c.law.twist.is_some()
+                    {
+                        let twist = lin.phi[lin.row_range(k).end - 1];
+                        assert_eq!(c.twist_reference, twist, "{case}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bends beside a half turn, exact or nearly so, have no division by zero.
+    #[test]
+    fn bends_do_not_see_half_turns() {
+        for off in [0.0, 1e-17, 1e-9] {
+            let mut scene = cable(4, 0.0, 3);
+            for c in &mut scene.constraints {
+                let Constraint::Cosserat(c) = c else {
+                    continue;
+                };
+                c.law.twist = None;
+                let half = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, off, 0.0, -off, -1.0);
+                c.frames[1].axes *= half;
+            }
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0);
+            assert_agree(&lin, &scene, &format!("{off}"));
+        }
+    }
+
+    #[test]
+    fn where_angles_are_too_large_the_others_stay_in_lanes() {
+        let mut scene = cable(8, 0.0, 3);
+        let bend = UnitQuaternion::from_scaled_axis(Vector3::new(1.2, 0.0, 0.0));
+        for q in &mut scene.bodies.orientation[6..] {
+            *q = bend * *q;
+        }
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        assert_agree(&lin, &scene, "bent");
+        let (mut rest, mut phi) = (Vec::new(), lin.phi.clone());
+        lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
+        assert_eq!(rest, [6]);
     }
 
     #[test]
