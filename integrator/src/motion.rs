@@ -325,6 +325,68 @@ mod tests {
         }
     }
 
+    /// Bodies that are neighbours move as the same bodies with others between them, to the bit, whether all turn by
+    /// angles for lanes or one does not; and the first one that is lost has its name in either case.
+    #[test]
+    fn neighbours_move_as_others_do() {
+        let rates = |i: usize, speed: f64| -> [f64; 6] {
+            std::array::from_fn(|k| speed * ((6 * i + k) as f64).sin())
+        };
+        for (fast, broken) in [
+            (None, None),
+            (Some(2), None),
+            (None, Some((1, 0))),
+            (None, Some((2, 4))),
+            (Some(0), Some((3, 5))),
+        ] {
+            let moved = |stride: usize| {
+                let mut bodies = Bodies::new();
+                let (mut v, mut dv) = (Six::new(8 * stride), Six::new(8 * stride));
+                for i in 0..8 * stride {
+                    let mut body = Body::rod(1.5, 0.1, 2.0);
+                    if i % stride > 0 {
+                        body.mobility = Mobility::Static;
+                    } else {
+                        let i = i / stride;
+                        let turn = Vector3::new(0.3 * i as f64, -0.7, 1.1);
+                        body.orientation = UnitQuaternion::from_scaled_axis(turn);
+                        body.position = turn * 3.0;
+                        let speed = if fast == Some(i) { 300.0 } else { 1.0 };
+                        let mut rates = rates(i, speed);
+                        if let Some((at, k)) = broken
+                            && i % 4 == at
+                        {
+                            rates[k] = f64::NAN;
+                        }
+                        v.set(stride * i, rates);
+                        dv.set(stride * i, [1e-3; 6]);
+                    }
+                    bodies.push(body);
+                }
+                let (rods, others) = Rods::new(&bodies);
+                let neighbours = rods.shapes.iter().all(|s| s.neighbours);
+                assert_eq!((rods.shapes.len(), neighbours), (2, stride == 1));
+                let lost = move_bodies(&mut bodies, &rods, &others, &v, &dv, 1.0 / 60.0);
+                let state = |i: usize| {
+                    let q = bodies.orientation[i].coords;
+                    let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+                    let x = bodies.position[i];
+                    x.iter()
+                        .chain(&q)
+                        .chain(&v)
+                        .chain(&w)
+                        .map(|x| x.to_bits())
+                        .collect::<Vec<_>>()
+                };
+                let states: Vec<_> = (0..8).map(|i| state(stride * i)).collect();
+                (states, lost.map_err(|i| i / stride))
+            };
+            let (together, apart) = (moved(1), moved(3));
+            assert_eq!(together, apart, "{fast:?} {broken:?}");
+            assert_eq!(together.1, broken.map_or(Ok(()), |(at, _)| Err(at)));
+        }
+    }
+
     #[test]
     fn the_first_body_that_is_lost_is_named() {
         let mut bodies = Bodies::new();
