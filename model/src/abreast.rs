@@ -453,6 +453,8 @@ mod tests {
             let error = crate::check_jacobian(scene, k).max;
             assert!(error < 1e-8, "{case} {k}: {error:e}");
         }
+        let finite = |slot: usize| lin.block(slot).iter().all(|x| x.is_finite());
+        assert!((0..lin.slots.len()).all(finite), "{case}");
     }
 
     /// Joints with all angles, bends, twist or none, packs of one kind and of several, frames along any axes that are
