@@ -473,7 +473,7 @@ mod tests {
             ([0, 1, 2, 3], false),
             ([3, 0, 0, 1], true),
         ] {
-            for parallel in [true, false] {
+            for lean in [0.0, 1e-9, 1.0] {
                 let mut scene = cable(11, 0.05, 5);
                 for (k, c) in scene.constraints.iter_mut().enumerate() {
                     // The load hangs on a ball joint.
@@ -484,17 +484,17 @@ mod tests {
                     c.law.bend = c.law.bend.filter(|_| [0, 1].contains(&kind));
                     c.law.twist = c.law.twist.filter(|_| [0, 2].contains(&kind));
                     let a = turn(0.3 * k as f64, 1.0, -0.4) * c.frames[0].axes;
-                    let lean = turn(0.1, -0.05, 0.02 * k as f64);
+                    let between = turn(0.1 * lean, -0.05 * lean, 0.02 * lean * k as f64);
                     // Bends do not see a half turn of the axes about u.
                     let half = turn(if kind == 1 { std::f64::consts::PI } else { 0.0 }, 0.0, 0.0);
-                    let b = if parallel { a } else { lean * a * half };
+                    let b = if lean == 0.0 { a } else { between * a * half };
                     (c.frames[0].axes, c.frames[1].axes) = (a, b);
                 }
                 if reversed {
                     scene.constraints.reverse();
                     scene.constraints.swap(1, 4);
                 }
-                let case = format!("{kinds:?} {reversed} {parallel}");
+                let case = format!("{kinds:?} {reversed} {lean}");
                 let mut lin = Linearized::new(&scene);
                 for _ in 0..2 {
                     lin.update(&scene, 0.0);

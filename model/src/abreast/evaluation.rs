@@ -80,7 +80,7 @@ impl Frames {
         for (to, from) in self.between.iter_mut().zip(between.coords.iter()) {
             to[lane] = *from;
         }
-        self.parallel = self.between[3] == [1.0; ABREAST];
+        self.parallel = self.between == Self::default().between;
     }
 
     /// Takes an attachment point, body frame.
