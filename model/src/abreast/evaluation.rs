@@ -1,7 +1,7 @@
 //! Gaps, angles and their gradients of joints four abreast, as they are evaluated in lanes.
 //!
-//! The formulas are those of [`crate::Cosserat`] in terms of the quaternion (x, y, z, w) of side b's axes as side a's see
-//! them, where square roots cancel and all components are those of side a: with t = y² + z² = sin²(θ/2) and d = u_a × u_b,
+//! The formulas are those of [`crate::Cosserat`] in terms of the quaternion (x, y, z, w) of side b's axes as side a's
+//! see them, where square roots cancel: with t = y² + z² = sin²(θ/2), d = u_a × u_b and f of [`over_sine`],
 //!
 //! ```text
 //! c = 1 − 2t      d·v_a = 2 (w y − x z)      d·w_a = 2 (x y + w z)      Ω = 2 arctan(x/w)
