@@ -3,15 +3,18 @@
 
 use crate::gyroscopic;
 use crate::inertia::{RodShape, Rods};
-use crate::six::{Group, Six};
-use nalgebra::{UnitQuaternion, Vector3};
+use crate::six::{Group, Six, View};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
 use taut_lanes::functions::sinc_cos;
 use taut_lanes::vector::{
-    Quaternion, Vec3, add, dot, gather, load, product, save, scale, scale_add, sub, turned,
+    Quaternion, Vec3, add, cross, dot, gather, load, product, save, scale, scale_add, turned,
 };
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Bodies, Mobility};
+use taut_model::{ABREAST, Bodies, Four, Mobility};
+
+/// Square of the largest half of an angle that lanes turn by.
+const LARGEST: f64 = FRAC_PI_4 * FRAC_PI_4;
 
 /// Moves all bodies over `dt` (s). `Err(body)`, the first of them, where a state is no longer
 /// finite.
@@ -71,33 +74,39 @@ struct Move<'a> {
     dt: f64,
 }
 
-/// The quaternion of the rotation vector `turn`, and the square of half its angle.
-#[inline(always)]
-fn exponential<V: Lanes>(turn: &Vec3<V>) -> (Quaternion<V>, V) {
-    let half = V::splat(0.5);
-    let square = dot(turn, turn) * half * half;
-    let (sinc, cosine) = sinc_cos(square);
-    let scale = sinc * half;
-    (
-        [turn[0] * scale, turn[1] * scale, turn[2] * scale, cosine],
-        square,
-    )
-}
-
-/// Orientation and angular velocity after `dt`, and the square of half the larger angle turned by.
+/// Orientation and angular velocity after twice `half_dt`, and the square of half the larger angle turned by.
 #[inline(always)]
 fn turn_rods<V: Lanes>(
     orientation: &Quaternion<V>,
     omega: &Vec3<V>,
     shape: &RodShape,
-    dt: V,
+    half_dt: V,
 ) -> (Quaternion<V>, Vec3<V>, V) {
-    let axis = turned(orientation, &load(&shape.axis));
-    let spin = dot(omega, &axis) * V::load(&shape.ratio);
-    let precession = scale_add(&axis, spin, omega);
-    let (carried, first) = exponential(&scale(&precession, dt));
-    let (spun, second) = exponential(&scale(&sub(omega, &precession), dt));
-    let mut q = product(&carried, &product(&spun, orientation));
+    // The axis as `turned` has it, of which the spin takes its first half, too.
+    let ([x, y, z, w], axis) = (*orientation, load(&shape.axis));
+    let imaginary = [x, y, z];
+    let inner = scale_add(&axis, w, &cross(&imaginary, &axis));
+    let seen = scale_add(&cross(&imaginary, &inner), V::splat(2.0), &axis);
+    let spin = dot(omega, &seen) * V::load(&shape.ratio);
+    // exp(Δt p̂)
+    let half = scale(&scale_add(&seen, spin, omega), half_dt);
+    let first = dot(&half, &half);
+    let (sinc, cosine) = sinc_cos(first);
+    let [i, j, k] = scale(&half, sinc);
+    let carried = [i, j, k, cosine];
+    // exp(Δt ŝ) R = R exp(Δt Rᵀŝ), where Rᵀs is along the axis.
+    let half = -(spin * half_dt);
+    let second = half * half;
+    let (sinc, cosine) = sinc_cos(second);
+    let sine = half * sinc;
+    let [x, y, z] = scale_add(&inner, sine, &scale(&imaginary, cosine));
+    let spun = [
+        x,
+        y,
+        z,
+        sine.neg_mul_add(dot(&imaginary, &axis), w * cosine),
+    ];
+    let mut q = product(&carried, &spun);
     let square = q[3].mul_add(q[3], dot(&[q[0], q[1], q[2]], &[q[0], q[1], q[2]]));
     // One Newton step for 1/√square.
     let scale = V::splat(0.5) * (V::splat(3.0) - square);
@@ -105,6 +114,132 @@ fn turn_rods<V: Lanes>(
         *q = *q * scale;
     }
     (q, turned(&carried, omega), first.max(second))
+}
+
+/// What moves of all bodies.
+struct Moving<'a> {
+    position: &'a mut [Vector3<f64>],
+    orientation: &'a mut [UnitQuaternion<f64>],
+    velocity: &'a mut [Vector3<f64>],
+    angular_velocity: &'a mut [Vector3<f64>],
+    inertia: &'a [Matrix3<f64>],
+}
+
+impl<'a> Moving<'a> {
+    /// Slices of the same length, so that bounds are checked once.
+    #[inline(always)]
+    fn new(bodies: &'a mut Bodies) -> Self {
+        let n = bodies.len();
+        Self {
+            position: &mut bodies.position[..n],
+            orientation: &mut bodies.orientation[..n],
+            velocity: &mut bodies.velocity[..n],
+            angular_velocity: &mut bodies.angular_velocity[..n],
+            inertia: &bodies.inertia[..n],
+        }
+    }
+
+    /// Moves four bodies from `first` on and says so, where all of them turn by angles for lanes and stay finite; none
+    /// otherwise.
+    #[inline(always)]
+    fn together<V: Lanes>(
+        &mut self,
+        first: usize,
+        velocity: &Vec3<V>,
+        omega: &Vec3<V>,
+        shape: &RodShape,
+        half_dt: V,
+    ) -> bool {
+        let (Some(x), Some(q), Some(v), Some(w)) = (
+            four(self.position, first),
+            four(self.orientation, first),
+            four(self.velocity, first),
+            four(self.angular_velocity, first),
+        ) else {
+            return false;
+        };
+        let position = gather(x.each_ref().map(AsRef::as_ref));
+        let position = scale_add(velocity, half_dt + half_dt, &position);
+        let orientation = gather(q.each_ref().map(|q| q.coords.as_ref()));
+        let (orientation, rotated, half_angle) = turn_rods(&orientation, omega, shape, half_dt);
+        let moved = add(&add(&position, velocity), &rotated);
+        let [x_, y_, z_, w_] = orientation;
+        let sum = (moved[0] + moved[1] + moved[2]) + ((x_ + y_) + (z_ + w_));
+        if !half_angle.all_below(V::splat(LARGEST)) || !sum.abs().all_below(V::splat(f64::INFINITY))
+        {
+            return false;
+        }
+        V::spread(&position, x.each_mut().map(AsMut::as_mut));
+        V::spread(velocity, v.each_mut().map(AsMut::as_mut));
+        V::spread(&rotated, w.each_mut().map(AsMut::as_mut));
+        let q = q.each_mut().map(|q| q.as_mut_unchecked().coords.as_mut());
+        V::spread(&orientation, q);
+        true
+    }
+
+    /// Moves four bodies, one by one where they turn by larger angles; the first of them whose state is no longer
+    /// finite.
+    #[inline(always)]
+    fn one_by_one<V: Lanes>(
+        &mut self,
+        pack: &[usize; ABREAST],
+        velocity: &Vec3<V>,
+        omega: &Vec3<V>,
+        shape: &RodShape,
+        dt: f64,
+    ) -> Option<usize> {
+        let position = gather(pack.map(|i| self.position[i].as_ref()));
+        let position = scale_add(velocity, V::splat(dt), &position);
+        let orientation = gather(pack.map(|i| self.orientation[i].coords.as_ref()));
+        let (orientation, rotated, half_angle) =
+            turn_rods(&orientation, omega, shape, V::splat(0.5 * dt));
+        let velocity: [Four; 3] = save(velocity);
+        let (omega, rotated): ([Four; 3], [Four; 3]) = (save(omega), save(&rotated));
+        let (position, orientation): ([Four; 3], [Four; 4]) = (save(&position), save(&orientation));
+        let [half_angle]: [Four; 1] = save(&[half_angle]);
+        let mut lost = None;
+        for (lane, &i) in pack.iter().enumerate() {
+            // A body that fills up the last pack moves once.
+            if pack[..lane].contains(&i) {
+                continue;
+            }
+            let vector = |x: &[Four; 3]| Vector3::new(x[0][lane], x[1][lane], x[2][lane]);
+            self.velocity[i] = vector(&velocity);
+            self.position[i] = vector(&position);
+            let [x, y, z, w] = orientation.map(|x| x[lane]);
+            let (orientation, rate) = (&mut self.orientation[i], &mut self.angular_velocity[i]);
+            if half_angle[lane] < LARGEST {
+                *rate = vector(&rotated);
+                *orientation = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
+            } else {
+                *rate = vector(&omega);
+                gyroscopic::turn(&self.inertia[i], orientation, rate, dt);
+            }
+            let moved = self.position[i].sum() + orientation.coords.sum();
+            let rates = self.velocity[i].sum() + rate.sum();
+            if lost.is_none() && !(moved + rates).is_finite() {
+                lost = Some(i);
+            }
+        }
+        lost
+    }
+}
+
+/// Four from the first on, if there are as many.
+#[inline(always)]
+fn four<T>(of: &mut [T], first: usize) -> Option<&mut [T; ABREAST]> {
+    of.get_mut(first..)?.first_chunk_mut()
+}
+
+/// Linear and angular velocities after their changes.
+#[inline(always)]
+fn rates<V: Lanes>(v: &View<'_>, dv: &View<'_>, of: &Group) -> (Vec3<V>, Vec3<V>) {
+    let [vx, vy, vz, x, y, z] = v.load(of);
+    let [ux, uy, uz, p, q, r] = dv.load(of);
+    (
+        add(&[vx, vy, vz], &[ux, uy, uz]),
+        add(&[x, y, z], &[p, q, r]),
+    )
 }
 
 impl Kernel for Move<'_> {
@@ -119,47 +254,18 @@ impl Kernel for Move<'_> {
             dv,
             dt,
         } = self;
-        let (v, dv, step) = (v.view(), dv.view(), I::X4::splat(dt));
+        let (v, dv, half_dt) = (v.view(), dv.view(), I::X4::splat(0.5 * dt));
+        let mut bodies = Moving::new(bodies);
         let mut lost: Option<usize> = None;
         for (pack, shape) in rods.bodies.iter().zip(&rods.shapes) {
-            let group = Group::new(*pack, shape.neighbours);
-            let [vx, vy, vz, x, y, z] = v.load::<I::X4>(&group);
-            let [ux, uy, uz, p, q, r] = dv.load::<I::X4>(&group);
-            let velocity = add(&[vx, vy, vz], &[ux, uy, uz]);
-            let omega = add(&[x, y, z], &[p, q, r]);
-            let position = gather(pack.map(|i| bodies.position[i].as_ref()));
-            let position = scale_add(&velocity, step, &position);
-            let orientation = gather(pack.map(|i| bodies.orientation[i].coords.as_ref()));
-            let (orientation, rotated, half_angle) = turn_rods(&orientation, &omega, shape, step);
-            let velocity = save(&velocity);
-            let (omega, rotated) = (save(&omega), save(&rotated));
-            let (position, orientation): (_, [[f64; ABREAST]; 4]) =
-                (save(&position), save(&orientation));
-            let [half_angle]: [[f64; ABREAST]; 1] = save(&[half_angle]);
-            for (lane, &i) in pack.iter().enumerate() {
-                // A body that fills up the last pack moves once.
-                if pack[..lane].contains(&i) {
+            if shape.neighbours {
+                let (velocity, omega) = rates(&v, &dv, &Group::new(*pack, true));
+                if bodies.together(pack[0], &velocity, &omega, shape, half_dt) {
                     continue;
                 }
-                let vector =
-                    |x: &[[f64; ABREAST]; 3]| Vector3::new(x[0][lane], x[1][lane], x[2][lane]);
-                bodies.velocity[i] = vector(&velocity);
-                bodies.position[i] = vector(&position);
-                let [x, y, z, w] = orientation.map(|x| x[lane]);
-                if half_angle[lane] <= FRAC_PI_4 * FRAC_PI_4 {
-                    bodies.angular_velocity[i] = vector(&rotated);
-                    bodies.orientation[i] =
-                        UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
-                } else {
-                    bodies.angular_velocity[i] = vector(&omega);
-                    turn(bodies, i, dt);
-                }
-                let moved = bodies.position[i].sum() + bodies.orientation[i].coords.sum();
-                let rates = bodies.velocity[i].sum() + bodies.angular_velocity[i].sum();
-                if lost.is_none() && !(moved + rates).is_finite() {
-                    lost = Some(i);
-                }
             }
+            let (velocity, omega) = rates::<I::X4>(&v, &dv, &Group::new(*pack, false));
+            lost = lost.or(bodies.one_by_one(pack, &velocity, &omega, shape, dt));
         }
         lost
     }
@@ -168,7 +274,6 @@ impl Kernel for Move<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
     use taut_model::Body;
 
     /// Lanes turn bodies as single ones turn, at every speed, about every axis of symmetry, whatever their number.
@@ -217,6 +322,68 @@ mod tests {
                     }
                 }
             }
+        }
+    }
+
+    /// Bodies that are neighbours move as the same bodies with others between them, to the bit, whether all turn by
+    /// angles for lanes or one does not; and the first one that is lost has its name in either case.
+    #[test]
+    fn neighbours_move_as_others_do() {
+        let rates = |i: usize, speed: f64| -> [f64; 6] {
+            std::array::from_fn(|k| speed * ((6 * i + k) as f64).sin())
+        };
+        for (fast, broken) in [
+            (None, None),
+            (Some(2), None),
+            (None, Some((1, 0))),
+            (None, Some((2, 4))),
+            (Some(0), Some((3, 5))),
+        ] {
+            let moved = |stride: usize| {
+                let mut bodies = Bodies::new();
+                let (mut v, mut dv) = (Six::new(8 * stride), Six::new(8 * stride));
+                for i in 0..8 * stride {
+                    let mut body = Body::rod(1.5, 0.1, 2.0);
+                    if i % stride > 0 {
+                        body.mobility = Mobility::Static;
+                    } else {
+                        let i = i / stride;
+                        let turn = Vector3::new(0.3 * i as f64, -0.7, 1.1);
+                        body.orientation = UnitQuaternion::from_scaled_axis(turn);
+                        body.position = turn * 3.0;
+                        let speed = if fast == Some(i) { 300.0 } else { 1.0 };
+                        let mut rates = rates(i, speed);
+                        if let Some((at, k)) = broken
+                            && i % 4 == at
+                        {
+                            rates[k] = f64::NAN;
+                        }
+                        v.set(stride * i, rates);
+                        dv.set(stride * i, [1e-3; 6]);
+                    }
+                    bodies.push(body);
+                }
+                let (rods, others) = Rods::new(&bodies);
+                let neighbours = rods.shapes.iter().all(|s| s.neighbours);
+                assert_eq!((rods.shapes.len(), neighbours), (2, stride == 1));
+                let lost = move_bodies(&mut bodies, &rods, &others, &v, &dv, 1.0 / 60.0);
+                let state = |i: usize| {
+                    let q = bodies.orientation[i].coords;
+                    let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+                    let x = bodies.position[i];
+                    x.iter()
+                        .chain(&q)
+                        .chain(&v)
+                        .chain(&w)
+                        .map(|x| x.to_bits())
+                        .collect::<Vec<_>>()
+                };
+                let states: Vec<_> = (0..8).map(|i| state(stride * i)).collect();
+                (states, lost.map_err(|i| i / stride))
+            };
+            let (together, apart) = (moved(1), moved(3));
+            assert_eq!(together, apart, "{fast:?} {broken:?}");
+            assert_eq!(together.1, broken.map_or(Ok(()), |(at, _)| Err(at)));
         }
     }
 

@@ -16,14 +16,12 @@
 //! Ball joints and [`Cosserat`](crate::Cosserat) joints are evaluated in lanes where they bend by less than 60° and are
 //! twisted by less than 23°, with the same formulas as elsewhere; all others one by one.
 
-use nalgebra::Vector3;
-use taut_lanes::functions::{asin_ratio, atan};
-use taut_lanes::vector::{
-    Quaternion, Vec3, add, combine, cross, dot, gather, load, rotation, save, scale, scale_add, sub,
-};
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+mod evaluation;
 
-use crate::body::Bodies;
+use evaluation::{Evaluation, Frames};
+use nalgebra::Vector3;
+use taut_lanes::{Level, dispatch};
+
 use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
@@ -32,11 +30,6 @@ pub const ABREAST: usize = 4;
 
 /// One number of each joint of a pack.
 pub type Four = [f64; ABREAST];
-
-/// Largest |sin|/cos of a twist in lanes.
-const TWIST: f64 = 0.4375;
-/// Least cosine of a bend in lanes.
-const BEND: f64 = 0.5;
 
 /// The Jacobians of four joints.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -71,10 +64,11 @@ pub struct Places {
     pub row: [usize; ABREAST],
     /// Number of rows of each.
     pub rows: [usize; ABREAST],
-    /// Whether all have 6.
-    pub six: bool,
     /// The first row where all have 6 and those of one follow those of the other.
     pub run: Option<usize>,
+    angles: Angles,
+    /// Whether the joints are constraints one after the other.
+    together: bool,
     /// Bodies of the sides a and b; the number of bodies stands for the world.
     pub bodies: [[usize; ABREAST]; 2],
     /// Whether a side's bodies are one after the other.
@@ -96,16 +90,22 @@ enum Kind {
     Other,
 }
 
-/// What does not change while a cable moves, of four joints.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C, align(32))]
-struct Frames {
-    /// Attachment points of the sides, body frame.
-    points: [[Four; 3]; 2],
-    /// Axes of the sides, body frame: columns u, v, w.
-    axes: [[[Four; 3]; 3]; 2],
-    /// What the twist is unwrapped against.
-    twist: Four,
+impl Kind {
+    /// Whether there are bends and a twist for lanes.
+    fn angles(self) -> (bool, bool) {
+        match self {
+            Self::Cable { bend, twist } => (bend, twist),
+            Self::Other => (false, false),
+        }
+    }
+}
+
+/// Which of the angles the joints of a pack have in lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Angles {
+    None,
+    Some,
+    All,
 }
 
 /// The joints of a scene.
@@ -206,13 +206,8 @@ impl Abreast {
         for (k, joint) in self.joints.iter().enumerate() {
             let (frames, lane) = (&mut self.frames[k / ABREAST], k % ABREAST);
             let c = &scene.constraints[joint.constraint];
-            for (side, frame) in c.frames().iter().enumerate() {
-                for i in 0..3 {
-                    frames.points[side][i][lane] = frame.point[i];
-                    for column in 0..3 {
-                        frames.axes[side][column][i][lane] = frame.axes[(i, column)];
-                    }
-                }
+            if let [a, b] = c.frames() {
+                frames.take(lane, a, b);
             }
             if let Constraint::Cosserat(c) = c {
                 frames.twist[lane] = c.twist_reference;
@@ -223,23 +218,38 @@ impl Abreast {
     /// Moves the unwrapping references of the joints to their angles at the present state, of which `phi` are the
     /// violations, at time `t`: here and in the scene.
     pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64], t: f64) {
-        for (k, joint) in self.joints[..self.count].iter().enumerate() {
-            let c = &mut scene.constraints[joint.constraint];
-            match (joint.kind, &mut *c) {
-                (Kind::Cable { twist: true, .. }, Constraint::Cosserat(c)) => {
-                    let twist = phi[joint.row + joint.rows - 1];
-                    c.twist_reference = twist;
-                    self.frames[k / ABREAST].twist[k % ABREAST] = twist;
+        let (joints, _) = self.joints.as_chunks::<ABREAST>();
+        let packs = joints.iter().zip(&self.places).zip(&mut self.frames);
+        for ((joints, places), frames) in packs {
+            let Joint {
+                constraint, row, ..
+            } = joints[0];
+            if places.together
+                && places.angles == Angles::All
+                && let Some(constraints) =
+                    scene.constraints[constraint..].first_chunk_mut::<ABREAST>()
+                && let Some(rows) = phi[row..].as_chunks::<6>().0.first_chunk::<ABREAST>()
+            {
+                for ((c, rows), to) in constraints.iter_mut().zip(rows).zip(&mut frames.twist) {
+                    if let Constraint::Cosserat(c) = c {
+                        c.twist_reference = rows[5];
+                    }
+                    *to = rows[5];
                 }
-                (Kind::Cable { .. }, _) => {}
-                (Kind::Other, c) => c.update_winding(&scene.bodies, t),
+                continue;
             }
-        }
-        // The copies at the end are the last joint, too.
-        if let Some(last) = self.frames.last_mut() {
-            let lane = (self.count - 1) % ABREAST;
-            let twist = last.twist[lane];
-            last.twist[lane..].fill(twist);
+            for (lane, joint) in joints.iter().enumerate() {
+                let c = &mut scene.constraints[joint.constraint];
+                match (joint.kind, c) {
+                    (Kind::Cable { twist, .. }, Constraint::Cosserat(c)) if twist => {
+                        let twist = phi[joint.row + joint.rows - 1];
+                        c.twist_reference = twist;
+                        frames.twist[lane] = twist;
+                    }
+                    (Kind::Other, c) if lane < places.count => c.update_winding(&scene.bodies, t),
+                    _ => {}
+                }
+            }
         }
     }
 
@@ -256,10 +266,7 @@ impl Abreast {
             for (side, frame) in c.frames().iter().enumerate() {
                 if frame.body_index().is_none() {
                     let point = frame.point + frame.displacement(t);
-                    let points = &mut self.frames[k / ABREAST].points[side];
-                    for (to, x) in points.iter_mut().zip(point.iter()) {
-                        to[k % ABREAST] = *x;
-                    }
+                    self.frames[k / ABREAST].place(k % ABREAST, side, point.as_ref());
                 }
             }
         }
@@ -351,20 +358,31 @@ impl Places {
         let bodies = [0, 1].map(|side| joints.each_ref().map(|j| j.bodies[side]));
         let rows = joints.each_ref().map(|j| j.rows);
         let row = joints.each_ref().map(|j| j.row);
-        let six = rows == [6; ABREAST];
-        let neighbours = bodies.map(|side| side.windows(2).all(|pair| pair[1] == pair[0] + 1));
         let follows = row.windows(2).all(|pair| pair[1] == pair[0] + 6);
+        let neighbours = bodies.each_ref().map(follow);
+        let have = |angles| joints.iter().all(|j| j.kind.angles() == angles);
+        let angles = match () {
+            () if have((true, true)) => Angles::All,
+            () if have((false, false)) => Angles::None,
+            () => Angles::Some,
+        };
         Self {
+            angles,
             row,
             rows,
-            six,
-            run: (six && follows).then_some(row[0]),
+            run: (rows == [6; ABREAST] && follows).then_some(row[0]),
+            together: follow(&joints.each_ref().map(|j| j.constraint)),
             along: neighbours[1] && count == ABREAST && bodies[0][1..] == bodies[1][..ABREAST - 1],
             neighbours,
             bodies,
             count,
         }
     }
+}
+
+/// Whether four are one after the other.
+fn follow(four: &[usize; ABREAST]) -> bool {
+    four.windows(2).all(|pair| pair[1] == pair[0] + 1)
 }
 
 /// What a constraint is as a joint, if it is one.
@@ -388,172 +406,6 @@ fn kind(c: &Constraint) -> Option<Kind> {
         Constraint::Lock(_) => Some(Kind::Other),
         _ => None,
     }
-}
-
-/// Evaluates all packs.
-struct Evaluation<'a> {
-    joints: &'a mut Abreast,
-    bodies: &'a Bodies,
-    phi: &'a mut [f64],
-    rest: &'a mut Vec<usize>,
-}
-
-impl Kernel for Evaluation<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let Abreast {
-            joints,
-            packs,
-            frames,
-            ..
-        } = self.joints;
-        let (joints, _) = joints.as_chunks::<ABREAST>();
-        for (p, ((pack, frames), joints)) in packs.iter_mut().zip(frames).zip(joints).enumerate() {
-            let found = evaluate::<I::X4>(joints, frames, self.bodies, pack);
-            for (lane, joint) in joints.iter().enumerate() {
-                let phi = &mut self.phi[joint.row..joint.row + joint.rows];
-                // Six is what most have, and a loop of constant length.
-                if let Some(phi) = phi.first_chunk_mut::<6>() {
-                    for (to, from) in phi.iter_mut().zip(&found.phi) {
-                        *to = from[lane];
-                    }
-                } else {
-                    for (to, from) in phi.iter_mut().zip(&found.phi) {
-                        *to = from[lane];
-                    }
-                }
-                if !found.good[lane] || joint.kind == Kind::Other {
-                    self.rest.push(ABREAST * p + lane);
-                }
-            }
-        }
-    }
-}
-
-/// Four joints, as evaluated.
-struct Found {
-    phi: [Four; 6],
-    /// Which lanes hold what they should.
-    good: [bool; ABREAST],
-}
-
-/// Position and orientation of one side.
-#[inline(always)]
-fn pose<V: Lanes>(bodies: &Bodies, index: [usize; ABREAST]) -> (Vec3<V>, Quaternion<V>) {
-    let world = (&[0.0; 3], &[0.0, 0.0, 0.0, 1.0]);
-    let at = index.map(
-        |i| match (bodies.position.get(i), bodies.orientation.get(i)) {
-            (Some(x), Some(q)) => (x.as_ref(), q.coords.as_ref()),
-            _ => world,
-        },
-    );
-    (gather(at.map(|at| at.0)), gather(at.map(|at| at.1)))
-}
-
-/// The axes of one side in the world frame.
-#[inline(always)]
-fn axes<V: Lanes>(rotation: &[Vec3<V>; 3], axes: &[[Four; 3]; 3]) -> [Vec3<V>; 3] {
-    let [u, v, w] = axes;
-    [
-        combine(rotation, &load(u)),
-        combine(rotation, &load(v)),
-        combine(rotation, &load(w)),
-    ]
-}
-
-/// What both bends of a joint are made of, in the notation of [`crate::Cosserat`].
-struct Bend<V> {
-    ua: Vec3<V>,
-    ub: Vec3<V>,
-    d: Vec3<V>,
-    c: V,
-    g: V,
-    h: V,
-}
-
-impl<V: Lanes> Bend<V> {
-    /// The angle about an axis of side a, and its gradient on ω_b.
-    #[inline(always)]
-    fn about(&self, axis: &Vec3<V>) -> (V, Vec3<V>) {
-        let along = dot(&self.d, axis);
-        let inner = scale_add(&self.ua, -dot(&self.ub, axis), &scale(axis, self.c));
-        let row = scale_add(&self.d, self.h * along, &scale(&inner, self.g));
-        (self.g * along, row)
-    }
-}
-
-/// Gaps, bends and twists of four joints: the formulas of [`crate::Cosserat`], in another arrangement where that saves
-/// divisions: with t = sin²(θ/2) = sin²θ/(2 (1 + cos θ)), θ/sin θ = (arcsin √t/√t)/√(1 − t).
-#[inline(always)]
-fn evaluate<V: Lanes>(
-    joints: &[Joint; ABREAST],
-    frames: &Frames,
-    bodies: &Bodies,
-    pack: &mut Pack,
-) -> Found {
-    let (centre_a, a) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[0]));
-    let (centre_b, b) = pose::<V>(bodies, joints.each_ref().map(|j| j.bodies[1]));
-    let (a, b) = (rotation(&a), rotation(&b));
-    let arm_a = combine(&a, &load(&frames.points[0]));
-    let arm_b = combine(&b, &load(&frames.points[1]));
-    let gap = add(&sub(&centre_a, &centre_b), &sub(&arm_a, &arm_b));
-    pack.arms = [save(&arm_a), save(&arm_b)];
-    let mut found = Found {
-        phi: [[0.0; ABREAST]; 6],
-        good: [true; ABREAST],
-    };
-    found.phi[..3].copy_from_slice(&save::<V, ABREAST, 3>(&gap));
-    let angular = |joint: &Joint| match joint.kind {
-        Kind::Cable { bend, twist } => (bend, twist),
-        Kind::Other => (false, false),
-    };
-    let parts = joints.each_ref().map(angular);
-    if parts == [(false, false); ABREAST] {
-        return found;
-    }
-    let ([ua, va, wa], [ub, vb, wb]) = (axes(&a, &frames.axes[0]), axes(&b, &frames.axes[1]));
-    let (one, half) = (V::splat(1.0), V::splat(0.5));
-    let d = cross(&ua, &ub);
-    let (c, q) = (dot(&ua, &ub), dot(&d, &d));
-    let inverse = one / (one + c);
-    let t = q * inverse * half;
-    let (p, r) = asin_ratio(t);
-    let g = p / (r * (one - t).sqrt());
-    // For a straight joint h is 0/0; it is multiplied with squares of d, which vanish faster than its error grows.
-    let h = g.neg_mul_add(c, one) / (q + V::splat(1e-40));
-    let straight = Bend { ua, ub, d, c, g, h };
-    let (beta_v, row_v) = straight.about(&va);
-    let (beta_w, row_w) = straight.about(&wa);
-    let sine = dot(&wa, &vb) - dot(&va, &wb);
-    let cosine = dot(&va, &vb) + dot(&wa, &wb);
-    let twist = atan(sine / cosine);
-    let row_twist = scale(&add(&ua, &ub), inverse);
-    let angles: [Four; 6] = save(&[beta_v, beta_w, twist, c, sine, cosine]);
-    let (row_v, row_w, row_twist) = (save(&row_v), save(&row_w), save(&row_twist));
-    for (lane, (bend, twist)) in parts.into_iter().enumerate() {
-        let mut row = 0;
-        let mut put = |angle: f64, gradient: &[Four; 3]| {
-            found.phi[3 + row][lane] = angle;
-            for (to, from) in pack.gradients[row].iter_mut().zip(gradient) {
-                to[lane] = from[lane];
-            }
-            row += 1;
-        };
-        let [beta_v, beta_w, angle, c, sine, cosine] = angles.each_ref().map(|x| x[lane]);
-        if bend {
-            put(beta_v, &row_v);
-            put(beta_w, &row_w);
-        }
-        if twist {
-            put(angle, &row_twist);
-            found.good[lane] &= sine.abs() <= TWIST * cosine
-                && (frames.twist[lane] - angle).abs() < std::f64::consts::PI;
-        }
-        found.good[lane] &= !(bend || twist) || c >= BEND;
-    }
-    found
 }
 
 #[cfg(test)]
@@ -594,21 +446,124 @@ mod tests {
                 let mut lin = Linearized::new(&scene);
                 for _ in 0..2 {
                     lin.update(&scene, 0.0);
-                    for (k, c) in scene.constraints.iter().enumerate() {
-                        let rows = lin.row_range(k);
-                        let mut phi = vec![0.0; rows.len()];
-                        c.violation(&scene.bodies, 0.0, &mut phi);
-                        for (found, exact) in lin.phi[rows].iter().zip(&phi) {
-                            let error = (found - exact).abs();
-                            assert!(error < 2e-15, "{segments} {angle} {k}: {found} {exact}");
-                        }
-                        let error = crate::check_jacobian(&scene, k).max;
-                        assert!(error < 1e-8, "{segments} {angle} {k}: {error:e}");
-                    }
+                    assert_agree(&lin, &scene, &format!("{segments} {angle}"));
                     lin.follow_windings(&mut scene, 0.0);
                 }
             }
         }
+    }
+
+    /// What lanes found is what single joints find.
+    fn assert_agree(lin: &Linearized, scene: &Scene, case: &str) {
+        for (k, c) in scene.constraints.iter().enumerate() {
+            let rows = lin.row_range(k);
+            let mut phi = vec![0.0; rows.len()];
+            c.violation(&scene.bodies, 0.0, &mut phi);
+            for (found, exact) in lin.phi[rows].iter().zip(&phi) {
+                let error = (found - exact).abs();
+                assert!(error < 2e-15, "{case} {k}: {found} {exact}");
+            }
+            let error = crate::check_jacobian(scene, k).max;
+            assert!(error < 1e-8, "{case} {k}: {error:e}");
+        }
+        let finite = |slot: usize| lin.block(slot).iter().all(|x| x.is_finite());
+        assert!((0..lin.slots.len()).all(finite), "{case}");
+    }
+
+    /// Joints with all angles, bends, twist or none, packs of one kind and of several, frames along any axes that are
+    /// parallel or not, bodies in any order: lanes do them all, and the angles follow their windings.
+    #[test]
+    fn lanes_do_joints_of_every_kind() {
+        let turn = |x: f64, y: f64, z: f64| {
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
+            turn.to_rotation_matrix().into_inner()
+        };
+        for (kinds, reversed) in [
+            ([0; 4], false),
+            ([1; 4], false),
+            ([2; 4], true),
+            ([3; 4], true),
+            ([0, 1, 2, 3], false),
+            ([3, 0, 0, 1], true),
+        ] {
+            for lean in [0.0, 1e-9, 1.0] {
+                let mut scene = cable(11, 0.05, 5);
+                for (k, c) in scene.constraints.iter_mut().enumerate() {
+                    // The load hangs on a ball joint.
+                    let Constraint::Cosserat(c) = c else {
+                        continue;
+                    };
+                    let kind = kinds[k % 4];
+                    c.law.bend = c.law.bend.filter(|_| [0, 1].contains(&kind));
+                    c.law.twist = c.law.twist.filter(|_| [0, 2].contains(&kind));
+                    // Exact axes have a between whose cosine is 1 where they lean little.
+                    let skew = if lean == 1e-9 { 0.0 } else { 1.0 };
+                    let a = turn(0.3 * skew * k as f64, skew, -0.4 * skew) * c.frames[0].axes;
+                    let between = turn(0.1 * lean, -0.05 * lean, 0.02 * lean * k as f64);
+                    // Bends do not see a half turn of the axes about u.
+                    let half = turn(if kind == 1 { std::f64::consts::PI } else { 0.0 }, 0.0, 0.0);
+                    let b = if lean == 0.0 { a } else { between * a * half };
+                    (c.frames[0].axes, c.frames[1].axes) = (a, b);
+                }
+                if reversed {
+                    scene.constraints.reverse();
+                    scene.constraints.swap(1, 4);
+                }
+                let case = format!("{kinds:?} {reversed} {lean}");
+                let mut lin = Linearized::new(&scene);
+                for _ in 0..2 {
+                    lin.update(&scene, 0.0);
+                    assert_agree(&lin, &scene, &case);
+                    let mut rest = Vec::new();
+                    let mut phi = lin.phi.clone();
+                    lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
+                    assert_eq!((&phi, rest), (&lin.phi, vec![]), "{case}");
+                    lin.follow_windings(&mut scene, 0.0);
+                }
+                for (k, c) in scene.constraints.iter().enumerate() {
+                    if let Constraint::Cosserat(c) = c
+                        && c.law.twist.is_some()
+                    {
+                        let twist = lin.phi[lin.row_range(k).end - 1];
+                        assert_eq!(c.twist_reference, twist, "{case}");
+                    }
+                }
+            }
+        }
+    }
+
+    /// Bends beside a half turn, exact or nearly so, have no division by zero.
+    #[test]
+    fn bends_do_not_see_half_turns() {
+        for off in [0.0, 1e-17, 1e-9] {
+            let mut scene = cable(4, 0.0, 3);
+            for c in &mut scene.constraints {
+                let Constraint::Cosserat(c) = c else {
+                    continue;
+                };
+                c.law.twist = None;
+                let half = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, off, 0.0, -off, -1.0);
+                c.frames[1].axes *= half;
+            }
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0);
+            assert_agree(&lin, &scene, &format!("{off}"));
+        }
+    }
+
+    #[test]
+    fn where_angles_are_too_large_the_others_stay_in_lanes() {
+        let mut scene = cable(8, 0.0, 3);
+        let bend = UnitQuaternion::from_scaled_axis(Vector3::new(1.2, 0.0, 0.0));
+        for q in &mut scene.bodies.orientation[6..] {
+            *q = bend * *q;
+        }
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        assert_agree(&lin, &scene, "bent");
+        let (mut rest, mut phi) = (Vec::new(), lin.phi.clone());
+        lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
+        assert_eq!(rest, [6]);
     }
 
     #[test]

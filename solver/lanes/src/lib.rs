@@ -31,9 +31,9 @@
 //!
 //! # Mathematics
 //! Of numbers x, a, b in each lane: `mul_add` is fl(x a + b), `neg_mul_add` fl(b − x a), rounded once or twice as said;
-//! `max` and `min` give the second where either is NaN. [`functions`] has arcsin, arctan, sin x / x and cos near zero, by
-//! polynomials; [`vector`] has 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold what
-//! the caller puts there.
+//! `max` and `min` give the second where either is NaN. [`functions`] has x / sin x, arctan, sin x / x and cos near zero,
+//! by polynomials; [`vector`] has 3-vectors and symmetric 3×3 matrices of lanes. No number has a unit here: lanes hold
+//! what the caller puts there.
 //!
 //! # Map
 //! | module | holds |
@@ -125,6 +125,20 @@ pub trait Lanes:
         at: [usize; L],
     ) {
         Self::scatter(from, to, at);
+    }
+
+    /// Each lane of the components into its own numbers: what [`vector::gather`] takes apart.
+    #[inline(always)]
+    fn spread<const L: usize, const N: usize>(from: &[Self; N], to: [&mut [f64; N]; L]) {
+        let mut lanes = [[0.0; L]; N];
+        for (from, lanes) in from.iter().zip(&mut lanes) {
+            from.store(lanes);
+        }
+        for (l, to) in to.into_iter().enumerate() {
+            for (to, lanes) in to.iter_mut().zip(&lanes) {
+                *to = lanes[l];
+            }
+        }
     }
 
     /// self · a + b.
@@ -368,6 +382,9 @@ mod tests {
             // Where places overlap the last one stays.
             I::X4::scatter(&[first, second, first], &mut to, [0, 6, 4, 6]);
             assert_eq!(to, [1.0, 2.0, 1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 7.0]);
+            let mut to = [[0.0; 3]; 4];
+            I::X4::spread(&[first, second, first], to.each_mut());
+            assert_eq!(to, from.map(|[a, b]| [a, b, a]));
         }
     }
 

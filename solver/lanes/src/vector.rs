@@ -210,6 +210,20 @@ pub fn product<V: Lanes>(a: &Quaternion<V>, b: &Quaternion<V>) -> Quaternion<V> 
     [x, y, z, a[3] * b[3] - dot(&u, &v)]
 }
 
+/// The product b ā: the rotation that takes a to b.
+#[must_use]
+#[inline(always)]
+pub fn relative<V: Lanes>(a: &Quaternion<V>, b: &Quaternion<V>) -> Quaternion<V> {
+    let (u, v) = ([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
+    let [x, y, z] = scale_add(&v, a[3], &cross(&u, &v));
+    [
+        u[0].neg_mul_add(b[3], x),
+        u[1].neg_mul_add(b[3], y),
+        u[2].neg_mul_add(b[3], z),
+        a[3].mul_add(b[3], dot(&u, &v)),
+    ]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -253,7 +267,10 @@ mod tests {
             let once = turned(&q, &v);
             worst = worst.max(size(sub(&combine(&rotation(&q), &v), &once)));
             let p = [q[1], q[0], q[3], q[2]];
-            worst.max(size(sub(&turned(&product(&p, &q), &v), &turned(&p, &once))))
+            let twice = turned(&p, &once);
+            worst = worst.max(size(sub(&turned(&product(&p, &q), &v), &twice)));
+            let there = turned(&product(&relative(&p, &q), &p), &v);
+            worst.max(size(sub(&there, &once)))
         }
     }
 

@@ -308,21 +308,19 @@ vector!(
             at: [usize; L],
         ) {
             assert!(L >= 4);
-            let mut pairs = [split(from[0].0, from[0].0); N];
-            for c in (0..N).step_by(2) {
-                pairs[c / 2] = split(from[c].0, from[(c + 1).min(N - 1)].0);
-            }
+            let pairs = split_all(from);
             for l in 0..4 {
                 let to = &mut to[at[l]..at[l] + N];
-                let (even, odd) = to.as_chunks_mut::<2>();
-                for (to, pairs) in even.iter_mut().zip(&pairs) {
-                    // SAFETY: as in `vector`; there is room for the two doubles, and no alignment is needed.
-                    unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[l]) };
-                }
-                if let Some(to) = odd.first_mut() {
-                    // SAFETY: as in `vector`.
-                    *to = unsafe { _mm_cvtsd_f64(pairs[N / 2][l]) };
-                }
+                put(&pairs, l, to);
+            }
+        }
+
+        #[inline(always)]
+        fn spread<const L: usize, const N: usize>(from: &[Self; N], to: [&mut [f64; N]; L]) {
+            assert!(L >= 4);
+            let pairs = split_all(from);
+            for (l, to) in to.into_iter().enumerate().take(4) {
+                put(&pairs, l, to);
             }
         }
 
@@ -382,5 +380,30 @@ fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
             _mm256_extractf128_pd::<1>(even),
             _mm256_extractf128_pd::<1>(odd),
         ]
+    }
+}
+
+/// The pairs of all lanes, for as many numbers as there are components; the last one twice where their number is odd.
+#[inline(always)]
+fn split_all<const N: usize>(from: &[FusedFour; N]) -> [[__m128d; 4]; N] {
+    let mut pairs = [split(from[0].0, from[0].0); N];
+    for c in (0..N).step_by(2) {
+        pairs[c / 2] = split(from[c].0, from[(c + 1).min(N - 1)].0);
+    }
+    pairs
+}
+
+/// One lane of [`split_all`] into memory.
+#[inline(always)]
+fn put<const N: usize>(pairs: &[[__m128d; 4]; N], lane: usize, to: &mut [f64]) {
+    let (even, odd) = to[..N].as_chunks_mut::<2>();
+    for (to, pairs) in even.iter_mut().zip(pairs) {
+        // SAFETY: called where vectors of four lanes are, see `vector`; there is room for the two doubles, and no
+        // alignment is needed.
+        unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[lane]) };
+    }
+    if let Some(to) = odd.first_mut() {
+        // SAFETY: as above.
+        *to = unsafe { _mm_cvtsd_f64(pairs[N / 2][lane]) };
     }
 }
