@@ -17,6 +17,11 @@ use crate::{BlockPattern, SolveError, SymBlockMatrix};
 /// A pivot at or below this many units of roundoff of what it was made from is noise.
 pub(crate) const NOISE: f64 = 8.0;
 
+/// One from this many units on is taken as it is; below it stands in doubt. Rounding leaves x^T A x of a null vector x with
+/// the pivot's own number 1, and A is known to u √(aᵢᵢ aⱼⱼ): more than this only where other numbers of x, scaled, are ten
+/// thousand times that one.
+pub(crate) const WEAK: f64 = 1e8;
+
 /// Which pivots are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Pivots {
@@ -178,10 +183,10 @@ impl<T: Scalar> BlockLdlt<T> {
         Ok(())
     }
 
-    /// The row whose pivot is the least of what it was made from, where that is at most `weak` units of roundoff.
+    /// Of each row what its pivot was made from over the pivot, in units of 1/u: above 1/[`WEAK`] it is weak.
     #[allow(dead_code)] // where no backend that uses it is compiled in
-    pub(crate) fn weakest(&self, weak: f64) -> Option<usize> {
-        weakest(&self.inverse_pivots, &self.scale, weak)
+    pub(crate) fn doubts(&self) -> impl Iterator<Item = f64> {
+        doubts(&self.inverse_pivots, &self.scale)
     }
 
     /// Largest magnitude that the diagonal entry of row `i` was made from.
@@ -317,17 +322,10 @@ impl PivotError {
     }
 }
 
-/// The one of the pivots, given as 1/D, that is the least of what it was made from, where that is at most `weak` units of
-/// roundoff.
-pub(crate) fn weakest<T: Scalar>(inverse: &[T], scale: &[f64], weak: f64) -> Option<usize> {
-    let (mut worst, mut largest) = (None, 1.0 / (weak * T::ROUNDOFF));
-    for (c, (inverse, scale)) in inverse.iter().zip(scale).enumerate() {
-        let ratio = inverse.to_f64().abs() * scale;
-        if ratio >= largest {
-            (worst, largest) = (Some(c), ratio);
-        }
-    }
-    worst
+/// Of pivots, given as 1/D, what each was made from over the pivot, in units of 1/u.
+pub(crate) fn doubts<T: Scalar>(inverse: &[T], scale: &[f64]) -> impl Iterator<Item = f64> {
+    let pivots = inverse.iter().zip(scale);
+    pivots.map(|(inverse, scale)| T::ROUNDOFF * scale * inverse.to_f64().abs())
 }
 
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of

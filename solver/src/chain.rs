@@ -18,7 +18,8 @@
 //! rows) are padded with rows of the identity, missing couplings (several chains) with zeros, and where the number of
 //! blocks is even the second elimination begins with a block of padding alone.
 //!
-//! Matrices that are not positive definite are refused, and so are pivots below 1e-120: the backend has a general way.
+//! Matrices that are not positive definite are refused, and so are those with a pivot that is weak beside its diagonal
+//! entry, or below 1e-120: the backend has a general way.
 //!
 //! Left out, for they lost where they were measured (AVX2, blocks of 5 rows):
 //!
@@ -47,7 +48,7 @@ mod substitution;
 mod twisted;
 
 use crate::aligned::Aligned;
-use crate::block_ldlt::NOISE;
+use crate::block_ldlt::WEAK;
 use crate::kernels::Scalar;
 use crate::{BlockPattern, SymBlockMatrix};
 use block::ScratchOfTwo;
@@ -101,7 +102,7 @@ impl Chain {
     }
 
     /// Factorises `a`, of the pattern of [`new`](Self::new), if that is positive definite: whether all pivots are
-    /// positive and more than noise. Allocates nothing.
+    /// positive and beyond doubt ([`WEAK`]). Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         with_size!(
             self.places.size,
@@ -115,7 +116,7 @@ impl Chain {
         )
     }
 
-    /// Whether all pivots of the last factorisation are more than noise of what their rows were made from, which is
+    /// Whether all pivots of the last factorisation are beyond doubt beside what their rows were made from, which is
     /// given for every row of the matrix: magnitudes that the matrix itself no longer shows.
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
@@ -127,7 +128,7 @@ impl Chain {
                 let inverse = factor[inverse.clone()].chunks_exact(2);
                 let rows = &magnitudes[place.row..place.row + place.size];
                 let mut pivots = inverse.zip(rows);
-                pivots.all(|(d, from)| NOISE * f64::ROUNDOFF * from * d[end] < 1.0)
+                pivots.all(|(d, from)| WEAK * f64::ROUNDOFF * from * d[end] < 1.0)
             })
         })
     }

@@ -5,12 +5,12 @@
 //! (`chain/bordered`). All other patterns, blocks of more than six rows,
 //! and matrices that are not positive definite, go the general way in the order of the pattern (`block_ldlt`).
 //!
-//! Where loops make rows depend on others, rounding leaves a pivot that may be far above the noise of its own row: with
-//! the null vector x it is off by some u Σ xᵢ² aᵢᵢ / xₖ², for it is xᵀ A x, and A is known to u √(aᵢᵢ aⱼⱼ). A weak pivot
-//! is therefore asked for its row's column of A⁻¹, which is that vector where there is one ([`Probe`]).
+//! Where rows depend on others, rounding leaves a pivot that may be far above the noise of its own row: it is that of all
+//! rows of the null vector. Matrices with a weak pivot therefore go the general way, after which two steps of inverse
+//! iteration tell whether there is such a vector ([`Probe`]).
 
 use super::{Phases, check_solution};
-use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
+use crate::block_ldlt::{BlockLdlt, NOISE, Pivots, WEAK};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
@@ -48,41 +48,58 @@ struct Fast {
     rest: Rest,
 }
 
-/// Pivots from this many units of roundoff of what they were made from on are taken as they are: of a null vector whose
-/// other entries are ten thousand times that of the pivot's row, scaled, rounding makes no more.
-const WEAK: f64 = 1e8;
-
-/// Whether a weak pivot is noise.
+/// Whether a factor with weak pivots is that of a singular matrix.
 #[derive(Debug, Default)]
 struct Probe {
-    /// eₖ and A⁻¹ eₖ, of the dimension of the matrix.
-    unit: Vec<f64>,
-    column: Vec<f64>,
+    /// A vector of the dimension of the matrix.
+    vector: Vec<f64>,
 }
 
 impl Probe {
     fn new(dim: usize) -> Self {
         Self {
-            unit: vec![0.0; dim],
-            column: vec![0.0; dim],
+            vector: vec![0.0; dim],
         }
     }
 
-    /// Whether row `k` depends on the others. With y = A⁻¹ eₖ, 1/yₖ is the pivot of the row were it the last, and y/yₖ its
-    /// null vector where that vanishes: yₖ is noise if it is at most [`NOISE`] u Σ yᵢ² sᵢ, `made_from` the sᵢ.
-    fn is_dependent(
-        &mut self,
-        k: usize,
-        made_from: impl Fn(usize) -> f64,
-        solve: impl FnOnce(&[f64], &mut [f64]),
-    ) -> bool {
-        self.unit[k] = 1.0;
-        solve(&self.unit, &mut self.column);
-        self.unit[k] = 0.0;
-        let y = self.column.iter().enumerate();
-        let sum: f64 = y.map(|(i, y)| y * y * made_from(i)).sum();
-        self.column[k].abs() <= NOISE * f64::ROUNDOFF * sum
+    /// The row of the weakest pivot where the matrix is singular to rounding: with sᵢ what the diagonal entries were made
+    /// from and Ã = S^(−1/2) A S^(−1/2), ỹ = Ã⁻¹ x̃ shows an eigenvalue of at most ‖x̃‖/‖ỹ‖. The first of two such ỹ starts
+    /// at the rows of weak pivots, which a null vector takes part in; that of the second is at most [`NOISE`] u.
+    fn dependent_row(&mut self, factor: &BlockLdlt<f64>) -> Option<usize> {
+        let doubts = || factor.doubts().enumerate();
+        let (weakest, largest) = doubts().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        if WEAK * largest < 1.0 {
+            return None;
+        }
+        for (row, doubt) in doubts() {
+            self.vector[row] = if WEAK * doubt < 1.0 { 0.0 } else { 1.0 };
+        }
+        self.iterate(factor);
+        let growth = self.iterate(factor);
+        // Where numbers overflow there is no inverse to speak of.
+        let regular = NOISE * f64::ROUNDOFF * growth < 1.0;
+        (!regular).then_some(weakest)
     }
+
+    /// x̃ ← Ã⁻¹ x̃/‖x̃‖; its length.
+    fn iterate(&mut self, factor: &BlockLdlt<f64>) -> f64 {
+        let length = length(&self.vector);
+        for (i, x) in self.vector.iter_mut().enumerate() {
+            *x = *x / length * factor.made_from(i).sqrt();
+        }
+        factor.solve(&mut self.vector);
+        for (i, x) in self.vector.iter_mut().enumerate() {
+            *x *= factor.made_from(i).sqrt();
+        }
+        self::length(&self.vector)
+    }
+}
+
+/// ‖x‖, of numbers that may be too large to be squared; NaN where one is.
+fn length(x: &[f64]) -> f64 {
+    let largest = x.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    let squares = x.iter().map(|x| (x / largest) * (x / largest));
+    largest * squares.sum::<f64>().sqrt()
 }
 
 /// What is left without leaves.
@@ -124,15 +141,7 @@ impl Fast {
         }
     }
 
-    /// The row of the weakest pivot of the border, if that is weak.
-    fn weak_row(&self) -> Option<usize> {
-        match &self.rest {
-            Rest::Chain(_) => None,
-            Rest::Bordered(factor) => factor.weakest(WEAK),
-        }
-    }
-
-    /// Whether all pivots were accepted: they are positive, and more than noise.
+    /// Whether all pivots were accepted: they are positive, and beyond doubt.
     fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         let (a, magnitudes) = match &mut self.leaves {
             None => (a, None),
@@ -190,28 +199,15 @@ impl LinearSolver for Banded {
         self.phases.begin_unchecked(a)?;
         // What is not finite leaves a pivot that is not. The fast way takes positive definite matrices only: others have a
         // factor in the order of the pattern at best ([M Jᵀ; J 0] with M first).
-        let probe = &mut self.probe;
-        let fast = self.fast.as_mut().is_some_and(|fast| {
-            fast.factorize(a)
-                && !fast.weak_row().is_some_and(|k| {
-                    let diagonal = |i| a.get(i, i).abs();
-                    probe.is_dependent(k, diagonal, |b, x| fast.solve(b, x))
-                })
-        });
+        let fast = self.fast.as_mut().is_some_and(|fast| fast.factorize(a));
         self.last = if fast { Way::Fast } else { Way::InOrder };
         if let (Way::InOrder, Some(in_order)) = (self.last, &mut self.in_order) {
             // It accepts more, and says what it does not.
             a.check_finite()?;
             in_order.factorize(a, Pivots::Nonzero)?;
-            if let Some(k) = in_order.weakest(WEAK) {
-                let solve = |b: &[f64], x: &mut [f64]| {
-                    x.copy_from_slice(b);
-                    in_order.solve(x);
-                };
-                if probe.is_dependent(k, |i| in_order.made_from(i), solve) {
-                    let block = a.pattern().block_of_row(k);
-                    return Err(SolveError::Singular { block });
-                }
+            if let Some(row) = self.probe.dependent_row(in_order) {
+                let block = a.pattern().block_of_row(row);
+                return Err(SolveError::Singular { block });
             }
         }
         self.phases.factorized();
@@ -396,47 +392,83 @@ mod tests {
         assert_eq!(solved(&a, &[0.0; 4]), singular(3));
     }
 
-    /// Springs that close a loop and hold nothing: the weaker those of the last block, the more of its pivot is what
-    /// rounding made of the others. Each way finds the dependence; a grain of stiffness more and none is left.
+    /// Springs that hold nothing: the weaker those of some node, the more of its pivot is what rounding made of the others.
+    /// A grain of stiffness more, and there is no doubt.
     #[test]
     fn dependence_does_not_hang_on_one_pivot() {
-        let couplings = [(0, 1), (1, 2), (2, 3), (3, 4), (0, 4)];
-        let stiffness = |weak: f64| [0.3, 0.7, 1.1, 0.9 * weak, 0.4 * weak];
-        let system = |weak: f64, grain: f64| {
-            let mut a = matrix(&[1; 5], &couplings, &[0.0; 10]);
+        let chain = vec![(0, 1), (1, 2), (2, 3), (3, 4)];
+        let ring = [chain.clone(), vec![(0, 4)]].concat();
+        let system = |springs: &[(usize, usize)], stiffness: &[f64], grain: f64| {
+            let mut a = matrix(&[1; 5], springs, &vec![0.0; 5 + springs.len()]);
             let p = a.pattern().clone();
             let mut add = |i: usize, j: usize, k: f64| {
                 a.block_mut(p.find(i.max(j), i.min(j)).expect("stored"))[0] += k;
             };
-            for ((i, j), k) in couplings.into_iter().zip(stiffness(weak)) {
-                add(i, i, k);
-                add(j, j, k);
+            for (&(i, j), &k) in springs.iter().zip(stiffness) {
+                add(i, i, k * (1.0 + grain));
+                add(j, j, k * (1.0 + grain));
                 add(i, j, -k);
-            }
-            for i in 0..5 {
-                add(i, i, grain * stiffness(weak)[i.min(3)]);
             }
             a
         };
         // Down to the square of a ten-thousandth.
         for digits in 0..25 {
             let weak = 0.5_f64.powi(digits) / 3.0;
-            let a = system(weak, 0.0);
-            for fast in [true, false] {
+            for (springs, stiffness) in [
+                (&ring, [0.3, 0.7, 1.1, 0.9 * weak, 0.4 * weak]),
+                (&chain, [0.3, 0.7 * weak, 1.1 * weak, 0.9, f64::NAN]),
+                (&chain, [0.3, 0.7, 1.1, 0.9 * weak, f64::NAN]),
+            ] {
+                let a = system(springs, &stiffness, 0.0);
                 let mut solver = Banded::default();
                 solver.analyze(a.pattern()).expect("analysed");
                 assert!(solver.fast.is_some());
-                if !fast {
-                    solver.fast = None;
+                for fast in [true, false] {
+                    if !fast {
+                        solver.fast = None;
+                    }
+                    let refused = solver.factorize(&a);
+                    assert!(
+                        matches!(refused, Err(SolveError::Singular { .. })),
+                        "{stiffness:?} {fast}"
+                    );
+                    let (b, mut x) = ([1.0, 2.0, 3.0, 4.0, 5.0], [0.0; 5]);
+                    let too_early = solver.solve(&a, &b, &mut x);
+                    assert!(matches!(too_early, Err(SolveError::OutOfOrder { .. })));
+                    let firm = system(springs, &stiffness, 1e-12);
+                    solver.factorize(&firm).expect("factorised");
+                    solver.solve(&firm, &b, &mut x).expect("solved");
+                    let e = backward_error(&firm, &b, &x).expect("finite");
+                    assert!(e.normwise < 1e-15, "{stiffness:?} {fast}: {e:?}");
                 }
-                assert!(
-                    matches!(solver.factorize(&a), Err(SolveError::Singular { .. })),
-                    "{weak:e} {fast}"
-                );
-                let firm = system(weak, 1e-12);
-                solver.factorize(&firm).expect("factorised");
-                assert_eq!(matches!(solver.last, Way::Fast), fast);
             }
+        }
+    }
+
+    /// Two masses that are all but one, held by two joints: the inverse has a zero at the second of them, whose pivot is
+    /// weak, and the matrix is a good one, of whatever size its numbers are.
+    #[test]
+    fn a_weak_pivot_of_a_good_indefinite_matrix_is_one() {
+        let e: f64 = 1e-9;
+        for scale in [1.0, 1e-150, 1e150] {
+            let values = [
+                1.0,
+                1.0,
+                1.0,
+                1.0 + e,
+                1.0,
+                0.0,
+                1.0,
+                e.sqrt(),
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ];
+            let a = matrix(&[2, 2], &[(0, 1)], &values.map(|v| v * scale));
+            let b = [1.0, 2.0, 3.0, 4.0];
+            let x = solved(&a, &b).expect("solved");
+            assert!(backward_error(&a, &b, &x).expect("finite").normwise < 1e-9);
         }
     }
 }

@@ -10,6 +10,7 @@ use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
 use super::with_size;
 use crate::BlockPattern;
 use crate::batch::LANES;
+use crate::block_ldlt::NOISE;
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Level, dispatch};
 
 /// Which chains a kernel works on.
@@ -267,7 +268,7 @@ impl<const B: usize> Factorize<'_, '_, B> {
                     lane: *lane,
                 };
                 let here = &mut factor[step * t..];
-                *pivot = block::eliminate::<Q, B, _, _>(*pivot, scratch, &blocks, here)?;
+                *pivot = block::eliminate::<Q, B, _, _>(*pivot, scratch, &blocks, NOISE, here)?;
             }
         }
         let count = places.len() - 1;
@@ -282,7 +283,7 @@ impl<const B: usize> Factorize<'_, '_, B> {
             unroll!(i < B, {
                 own[i] = Q::Half::load(&last[i][i][*lane..]);
             });
-            block::finish(pivot, scratch, own, &mut factor[step * count..])?;
+            block::finish(pivot, scratch, own, NOISE, &mut factor[step * count..])?;
         }
         Some(())
     }

@@ -19,7 +19,6 @@
 //! constants.
 
 use super::layout::{get, inverse_at, l_at, pair, per_step, put, put_pair, unroll, w_at, y_at};
-use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
 use std::sync::atomic::{Ordering, compiler_fence};
 use taut_lanes::{Halves, Lanes};
@@ -98,12 +97,12 @@ fn fence() {
     compiler_fence(Ordering::SeqCst);
 }
 
-/// Whether `d`, left of a diagonal entry `own`, is a pivot of a positive definite matrix, and more than noise, in all
-/// lanes. Not so for NaN, nor where `own` is infinite.
+/// Whether `d`, left of a diagonal entry `own`, is a pivot of a positive definite matrix, and more than `least` units of
+/// roundoff of that, in all lanes. Not so for NaN, nor where `own` is infinite.
 #[inline(always)]
-fn is_pivot<V: Lanes>(d: V, own: V) -> bool {
-    let noise = V::splat(NOISE * f64::ROUNDOFF);
-    own.mul_add(noise, V::splat(TINY)).all_below(d)
+fn is_pivot<V: Lanes>(d: V, own: V, least: f64) -> bool {
+    let least = V::splat(least * f64::ROUNDOFF);
+    own.mul_add(least, V::splat(TINY)).all_below(d)
 }
 
 /// A diagonal block, from which products are subtracted.
@@ -328,13 +327,14 @@ pub(super) fn begin<Q: Halves, const B: usize, const LEFT: usize, const BELOW: u
 }
 
 /// Eliminates the block whose first pivot is given, into the [`per_step`] vectors of `step`; the first pivot of the
-/// next one. `None` where a pivot is not positive, or noise.
+/// next one. `None` where a pivot is not positive, or at most `least` units of roundoff of its diagonal entry.
 #[inline(always)]
 #[allow(unused_assignments)] // in the last turn, of what the next one would use
 pub(super) fn eliminate<Q: Halves, const B: usize, const LEFT: usize, const BELOW: usize>(
     pivot: Q::Half,
     scratch: &mut Scratch<LEFT, BELOW>,
     blocks: &impl Blocks<Q, B>,
+    least: f64,
     step: &mut [f64],
 ) -> Option<Q::Half> {
     let step = &mut step[..per_step(B) * Q::Half::LANES];
@@ -343,7 +343,7 @@ pub(super) fn eliminate<Q: Halves, const B: usize, const LEFT: usize, const BELO
     let mut next = Next::zero();
     unroll!(k < B, {
         let (pivot, known) = (d, inverse);
-        if const { k > 0 } && !is_pivot(pivot, blocks.own(k)) {
+        if const { k > 0 } && !is_pivot(pivot, blocks.own(k), least) {
             next.store(&mut scratch.refused);
             return None;
         }
@@ -359,7 +359,7 @@ pub(super) fn eliminate<Q: Halves, const B: usize, const LEFT: usize, const BELO
         if const { k == 0 } {
             next = Next::load(blocks);
         }
-        if const { k == 0 } && !is_pivot(pivot, blocks.own(k)) {
+        if const { k == 0 } && !is_pivot(pivot, blocks.own(k), least) {
             next.store(&mut scratch.refused);
             return None;
         }
@@ -376,19 +376,20 @@ pub(super) fn eliminate<Q: Halves, const B: usize, const LEFT: usize, const BELO
 }
 
 /// Factorises the last block, whose first pivot is given and whose diagonal entries were `own` before anything was
-/// subtracted: the part of a step that [`eliminate`] makes of L and D. `None` where a pivot is not positive, or noise.
+/// subtracted: the part of a step that [`eliminate`] makes of L and D. `None` as there.
 #[inline(always)]
 #[allow(unused_assignments)] // as above
 pub(super) fn finish<V: Lanes, const B: usize, const LEFT: usize, const BELOW: usize>(
     pivot: V,
     scratch: &mut Scratch<LEFT, BELOW>,
     own: [V; B],
+    least: f64,
     step: &mut [f64],
 ) -> Option<()> {
     let step = &mut step[..per_step(B) * V::LANES];
     let (mut d, mut l) = (pivot, pivot);
     unroll!(k < B, {
-        if !is_pivot(d, own[k]) {
+        if !is_pivot(d, own[k], least) {
             return None;
         }
         let inverse = V::splat(1.0) / d;

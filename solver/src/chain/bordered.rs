@@ -10,7 +10,7 @@
 //! s = S⁻¹ (b − Vᵀ D⁻¹ y), and the backward pass of D⁻¹ (y − V s): block LDLᵀ in an order of the blocks, as stable as any.
 
 use super::Chain;
-use crate::block_ldlt::{Pivots, factor_diagonal, weakest};
+use crate::block_ldlt::{Pivots, WEAK, doubts, factor_diagonal};
 use crate::kernels::{OneByOne, unit_lower_solve, unit_upper_solve};
 use crate::{BlockPattern, SymBlockMatrix};
 use std::ops::Range;
@@ -88,7 +88,7 @@ impl Bordered {
         self.rows.len()
     }
 
-    /// Factorises `a`, of the pattern of [`of`](Self::of); whether all pivots are more than noise, of what
+    /// Factorises `a`, of the pattern of [`of`](Self::of); whether all pivots are positive and beyond doubt, of what
     /// their rows were made from where these magnitudes are given, one for every row of the matrix. Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, magnitudes: Option<&[f64]>) -> bool {
         let sound = |chain: &Chain| magnitudes.is_none_or(|m| chain.is_sound(m));
@@ -126,12 +126,7 @@ impl Bordered {
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
         factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Positive).is_ok()
-    }
-
-    /// The row of the border whose pivot is the least of what it was made from, where that is at most `weak` units of
-    /// roundoff.
-    pub(crate) fn weakest(&self, weak: f64) -> Option<usize> {
-        weakest(&self.inverse, &self.scale, weak).map(|c| self.rows[c].row)
+            && doubts(inverse, &self.scale).all(|doubt| WEAK * doubt < 1.0)
     }
 
     /// Solves A x = b, of which the rows of the blocks are read and written. Allocates nothing.

@@ -245,9 +245,9 @@ fn soundness_is_asked_row_by_row() {
             for row in 0..a.dim() {
                 // Pivots lie between a little and the diagonal entries, which are less than 11.
                 let mut from = vec![0.0; a.dim()];
-                from[row] = 11.0 / (NOISE * f64::ROUNDOFF);
+                from[row] = 11.0 / (WEAK * f64::ROUNDOFF);
                 assert!(!chain.is_sound(&from), "{level}: {row} of {pattern:?}");
-                from[row] = 1e-3 / (NOISE * f64::ROUNDOFF);
+                from[row] = 1e-3 / (WEAK * f64::ROUNDOFF);
                 assert!(chain.is_sound(&from), "{level}: {row} of {pattern:?}");
             }
         }

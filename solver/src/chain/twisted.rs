@@ -4,6 +4,7 @@ use super::block::{self, Blocks, ScratchOfTwo};
 use super::layout::{per_step, unroll};
 use super::places::{Place, Places, Step};
 use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
+use crate::block_ldlt::WEAK;
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
 /// Factorises; whether the pivots were accepted.
@@ -236,7 +237,7 @@ impl<const B: usize> Factorize<'_, B> {
                 }
             };
             let here = &mut factor[2 * per_step(B) * t..];
-            pivot = block::eliminate::<Q, B, _, _>(pivot, scratch, &ends, here)?;
+            pivot = block::eliminate::<Q, B, _, _>(pivot, scratch, &ends, WEAK, here)?;
         }
         let middle = steps[count].ends[0].diagonal;
         let [middle, _] = match (steps[..count].last(), &padded) {
@@ -252,7 +253,7 @@ impl<const B: usize> Factorize<'_, B> {
             add(Q::Half::load(v)).store(v);
         }
         let here = &mut factor[2 * per_step(B) * count..];
-        block::finish(add(pivot), scratch, own, here)
+        block::finish(add(pivot), scratch, own, WEAK, here)
     }
 }
 
