@@ -8,8 +8,8 @@
 //!
 //! As measured (`taut bench --sweep engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
 //! 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact at rest;
-//! 8.4 and 28 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
-//! stable at all: 1.4 and 3.0 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
+//! 7.0 and 22 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
+//! stable at all: 1.7 and 3.8 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
 //! Apache-2.0, off by default; a rival, no part of anything) at its cheapest setting within 1 %, sub-steps and sweeps
 //! by powers of two: its soft rope solved implicitly takes 5.7 and 26 times as long at 24 segments, 12 and 69 times at
 //! 100; swept by Gauss–Seidel 11 and 43, 26 and 103; impulse joints 42 and 167, 101 and 406; the multibody with

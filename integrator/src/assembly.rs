@@ -71,7 +71,7 @@ impl Assembly {
         let mut columns: Vec<Column> = diagonal.zip(joints).map(joint).collect();
         couplings.retain(|c| {
             let [(next, left), (k, right)] = c.sides;
-            let follows = (next, left, right) == (k + 1, 0, 1) && columns[k].below.is_none();
+            let follows = (next, left, right) == (k + 1, 0, 1);
             if follows {
                 columns[k].below = Some((c.target, joints[next].rows));
             }
@@ -139,7 +139,7 @@ fn copy_block(block: &[f64], rows: usize, columns: usize, to: &mut [f64]) {
         return to[..all].copy_from_slice(&block[..all]);
     }
     let columns = block.chunks_exact(6).take(columns);
-    for (to, from) in to.chunks_exact_mut(rows.max(1)).zip(columns) {
+    for (to, from) in to.chunks_exact_mut(rows).zip(columns) {
         to.copy_from_slice(&from[..rows]);
     }
 }
@@ -198,9 +198,7 @@ impl<V: Lanes> Side<V> {
         let [p, q, s] = &self.gradients;
         [x, y, z, dot(p, v), dot(q, v), dot(s, v)]
     }
-}
 
-impl<V: Lanes> Side<V> {
     /// Side a of the joints that follow those of a pack, −Q instead of Q.
     #[inline(always)]
     fn negative_of_next(pack: &Pack, next: &Pack) -> Self {

@@ -276,7 +276,7 @@ fn add_to<V: Lanes>(added: V, to: &mut [f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use taut_lanes::{Isa, Kernel, Level, dispatch};
+    use taut_model::{Body, Constraint, Frame, HoistParams, Linearized, RowLaw, Scene, Spherical};
 
     struct Access;
 
@@ -316,6 +316,74 @@ mod tests {
                     assert_eq!(sum.get(i)[4], expected(i), "{bodies:?} {i}");
                 }
             }
+        }
+    }
+
+    /// What acts on both sides of joints, of all packs of a scene.
+    struct Sides<'a>(&'a Linearized, usize);
+
+    impl Kernel for Sides<'_> {
+        /// How many packs are along a cable.
+        type Output = usize;
+
+        #[inline(always)]
+        fn run<I: Isa>(self) -> usize {
+            let zero = [I::X4::splat(0.0); 6];
+            let (mut on_a, mut on_b) = (zero, zero);
+            for k in 0..6 {
+                on_a[k] = I::X4::from_fn(|l| (1 + 7 * k + l) as f64);
+                on_b[k] = I::X4::from_fn(|l| (100 * l + k) as f64);
+            }
+            let (mut together, mut apart) = (Six::new(self.1), Six::new(self.1));
+            let mut along = 0;
+            for (_, places) in self.0.abreast.packs() {
+                together.view_mut().add_sides(places, [&on_a, &on_b]);
+                let mut to = apart.view_mut();
+                to.add(&side(places, 0), &on_a, places.count);
+                to.add(&side(places, 1), &on_b, places.count);
+                along += usize::from(places.along);
+            }
+            assert_eq!(together, apart);
+            along
+        }
+    }
+
+    #[test]
+    fn both_sides_together_are_one_after_the_other() {
+        let hoist = |segments| HoistParams {
+            segments,
+            ..HoistParams::default()
+        };
+        for (segments, packs) in [(2, 0), (3, 1), (4, 1), (9, 2), (11, 3)] {
+            let scene = hoist(segments).build().expect("builds");
+            let (rows, bodies) = (Linearized::new(&scene), scene.bodies.len());
+            for level in Level::available() {
+                let along = dispatch(level, Sides(&rows, bodies));
+                assert_eq!(along, packs, "{level}: {segments} segments");
+            }
+        }
+        // A ring of four: the last body comes before the first.
+        let mut scene = Scene::new("ring");
+        for _ in 0..4 {
+            scene.add_body("rod", Body::rod(1.0, 0.1, 1.0));
+        }
+        for i in 0..4 {
+            let frames = [(i + 3) % 4, i].map(|i| Frame::body(i, Vector3::zeros()));
+            scene.add_constraint(
+                "joint",
+                Constraint::Spherical(Spherical {
+                    frames,
+                    stretch: RowLaw::new(1e-6, 0.0),
+                }),
+                0,
+            );
+        }
+        for level in Level::available() {
+            assert_eq!(
+                dispatch(level, Sides(&Linearized::new(&scene), 4)),
+                1,
+                "{level}"
+            );
         }
     }
 

@@ -14,7 +14,8 @@
 //! which stands still.
 //!
 //! Ball joints and [`Cosserat`](crate::Cosserat) joints are evaluated in lanes where they bend by less than 60° and are
-//! twisted by less than 23°, with the same formulas as elsewhere; all others one by one.
+//! twisted by less than 23°, all others one by one. The formulas are others, of the same angles: where axes are not quite
+//! orthonormal the two differ by as much.
 
 mod evaluation;
 
@@ -76,8 +77,8 @@ pub struct Places {
     /// Whether they are four joints along a cable: those of side b are one after the other, and those of side a, but for
     /// the first, are those of side b.
     pub along: bool,
-    /// How many of the four are joints of their own, not copies of the last one. What is written for a copy is written
-    /// twice, and must not be added.
+    /// How many of the four are joints of their own, not copies of the last one. What is written for a copy, if it is, is
+    /// written twice, and must not be added.
     pub count: usize,
 }
 
@@ -177,12 +178,6 @@ impl Abreast {
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         &self.joints[..self.count]
-    }
-
-    /// Where the joints of each pack stand.
-    #[must_use]
-    pub fn places(&self) -> &[Places] {
-        &self.places
     }
 
     /// The Jacobians and where they stand, pack by pack.
@@ -409,188 +404,4 @@ fn kind(c: &Constraint) -> Option<Kind> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{HoistParams, Linearized};
-    use nalgebra::UnitQuaternion;
-
-    /// A cable whose joints bend and twist by about `angle`, of every number of joints in the last pack.
-    fn cable(segments: usize, angle: f64, seed: u64) -> Scene {
-        let params = HoistParams {
-            segments,
-            anchor: crate::End::Clamped,
-            ..HoistParams::default()
-        };
-        let mut scene = params.build().expect("builds");
-        let mut state = seed;
-        let mut number = || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1);
-            (state >> 11) as f64 / (1_u64 << 53) as f64 * 2.0 - 1.0
-        };
-        for q in &mut scene.bodies.orientation {
-            *q *= UnitQuaternion::from_scaled_axis(Vector3::from_fn(|_, _| angle * number()));
-        }
-        for x in &mut scene.bodies.position {
-            *x += Vector3::from_fn(|_, _| 0.01 * number());
-        }
-        scene
-    }
-
-    #[test]
-    fn lanes_and_single_joints_agree() {
-        for segments in [1, 2, 3, 4, 7, 24] {
-            for angle in [0.0, 1e-12, 1e-6, 1e-3, 0.05, 0.2, 1.0, 3.0] {
-                let mut scene = cable(segments, angle, 7 + segments as u64);
-                let mut lin = Linearized::new(&scene);
-                for _ in 0..2 {
-                    lin.update(&scene, 0.0);
-                    assert_agree(&lin, &scene, &format!("{segments} {angle}"));
-                    lin.follow_windings(&mut scene, 0.0);
-                }
-            }
-        }
-    }
-
-    /// What lanes found is what single joints find.
-    fn assert_agree(lin: &Linearized, scene: &Scene, case: &str) {
-        for (k, c) in scene.constraints.iter().enumerate() {
-            let rows = lin.row_range(k);
-            let mut phi = vec![0.0; rows.len()];
-            c.violation(&scene.bodies, 0.0, &mut phi);
-            for (found, exact) in lin.phi[rows].iter().zip(&phi) {
-                let error = (found - exact).abs();
-                assert!(error < 2e-15, "{case} {k}: {found} {exact}");
-            }
-            let error = crate::check_jacobian(scene, k).max;
-            assert!(error < 1e-8, "{case} {k}: {error:e}");
-        }
-        let finite = |slot: usize| lin.block(slot).iter().all(|x| x.is_finite());
-        assert!((0..lin.slots.len()).all(finite), "{case}");
-    }
-
-    /// Joints with all angles, bends, twist or none, packs of one kind and of several, frames along any axes that are
-    /// parallel or not, bodies in any order: lanes do them all, and the angles follow their windings.
-    #[test]
-    fn lanes_do_joints_of_every_kind() {
-        let turn = |x: f64, y: f64, z: f64| {
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
-            turn.to_rotation_matrix().into_inner()
-        };
-        for (kinds, reversed) in [
-            ([0; 4], false),
-            ([1; 4], false),
-            ([2; 4], true),
-            ([3; 4], true),
-            ([0, 1, 2, 3], false),
-            ([3, 0, 0, 1], true),
-        ] {
-            for lean in [0.0, 1e-9, 1.0] {
-                let mut scene = cable(11, 0.05, 5);
-                for (k, c) in scene.constraints.iter_mut().enumerate() {
-                    // The load hangs on a ball joint.
-                    let Constraint::Cosserat(c) = c else {
-                        continue;
-                    };
-                    let kind = kinds[k % 4];
-                    c.law.bend = c.law.bend.filter(|_| [0, 1].contains(&kind));
-                    c.law.twist = c.law.twist.filter(|_| [0, 2].contains(&kind));
-                    // Exact axes have a between whose cosine is 1 where they lean little.
-                    let skew = if lean == 1e-9 { 0.0 } else { 1.0 };
-                    let a = turn(0.3 * skew * k as f64, skew, -0.4 * skew) * c.frames[0].axes;
-                    let between = turn(0.1 * lean, -0.05 * lean, 0.02 * lean * k as f64);
-                    // Bends do not see a half turn of the axes about u.
-                    let half = turn(if kind == 1 { std::f64::consts::PI } else { 0.0 }, 0.0, 0.0);
-                    let b = if lean == 0.0 { a } else { between * a * half };
-                    (c.frames[0].axes, c.frames[1].axes) = (a, b);
-                }
-                if reversed {
-                    scene.constraints.reverse();
-                    scene.constraints.swap(1, 4);
-                }
-                let case = format!("{kinds:?} {reversed} {lean}");
-                let mut lin = Linearized::new(&scene);
-                for _ in 0..2 {
-                    lin.update(&scene, 0.0);
-                    assert_agree(&lin, &scene, &case);
-                    let mut rest = Vec::new();
-                    let mut phi = lin.phi.clone();
-                    lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
-                    assert_eq!((&phi, rest), (&lin.phi, vec![]), "{case}");
-                    lin.follow_windings(&mut scene, 0.0);
-                }
-                for (k, c) in scene.constraints.iter().enumerate() {
-                    if let Constraint::Cosserat(c) = c
-                        && c.law.twist.is_some()
-                    {
-                        let twist = lin.phi[lin.row_range(k).end - 1];
-                        assert_eq!(c.twist_reference, twist, "{case}");
-                    }
-                }
-            }
-        }
-    }
-
-    /// Bends beside a half turn, exact or nearly so, have no division by zero.
-    #[test]
-    fn bends_do_not_see_half_turns() {
-        for off in [0.0, 1e-17, 1e-9] {
-            let mut scene = cable(4, 0.0, 3);
-            for c in &mut scene.constraints {
-                let Constraint::Cosserat(c) = c else {
-                    continue;
-                };
-                c.law.twist = None;
-                let half = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, -1.0, off, 0.0, -off, -1.0);
-                c.frames[1].axes *= half;
-            }
-            let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0);
-            assert_agree(&lin, &scene, &format!("{off}"));
-        }
-    }
-
-    #[test]
-    fn where_angles_are_too_large_the_others_stay_in_lanes() {
-        let mut scene = cable(8, 0.0, 3);
-        let bend = UnitQuaternion::from_scaled_axis(Vector3::new(1.2, 0.0, 0.0));
-        for q in &mut scene.bodies.orientation[6..] {
-            *q = bend * *q;
-        }
-        let mut lin = Linearized::new(&scene);
-        lin.update(&scene, 0.0);
-        assert_agree(&lin, &scene, "bent");
-        let (mut rest, mut phi) = (Vec::new(), lin.phi.clone());
-        lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
-        assert_eq!(rest, [6]);
-    }
-
-    #[test]
-    fn packs_hold_what_the_blocks_hold() {
-        for angle in [0.1, 2.0] {
-            let scene = cable(6, angle, 3);
-            let mut lin = Linearized::new(&scene);
-            lin.update(&scene, 0.0);
-            let mut joints = 0;
-            for (pack, places) in lin.abreast.packs() {
-                for lane in 0..places.count {
-                    let joint = lin.abreast.joints()[joints];
-                    joints += 1;
-                    let slot = joint.slots[1].expect("side b is a body");
-                    let block = lin.block(slot);
-                    let block = block.rows();
-                    let arm = pack.arms[1].map(|r| r[lane]);
-                    assert_eq!(block[0][4..], [-arm[2], arm[1]]);
-                    for (row, g) in block[3..].iter().zip(&pack.gradients) {
-                        assert_eq!(row[3..], g.map(|g| g[lane]));
-                    }
-                    for g in &pack.gradients[joint.rows - 3..] {
-                        assert_eq!(g.map(|g| g[lane]), [0.0; 3]);
-                    }
-                }
-            }
-            assert_eq!(joints, 7);
-        }
-    }
-}
+mod tests;

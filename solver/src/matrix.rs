@@ -14,7 +14,7 @@ use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymBlockMatrix {
     pattern: Arc<BlockPattern>,
-    /// They begin with a cache line, so that blocks of an even size are written and read in whole vectors.
+    /// They begin with a cache line: where all blocks have a multiple of four values, each is whole vectors.
     values: Aligned,
 }
 

@@ -76,6 +76,7 @@ impl Kernel for Correct<'_> {
                 let (x, d) = (&mut x[4 * half..][..4], I::X4::load(&d[4 * half..]));
                 let sum = I::X4::load(x) + d;
                 sum.store(x);
+                // In this order NaN is passed over, as it is by `f64::max`.
                 sizes[0] = sum.abs().max(sizes[0]);
                 sizes[1] = d.abs().max(sizes[1]);
             }
@@ -90,5 +91,32 @@ impl Kernel for Correct<'_> {
             change = change.max(d.abs());
         }
         [size, change]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn corrections_are_added_and_measured_but_for_nan() {
+        for level in Level::available() {
+            for n in [0, 1, 7, 8, 9, 21] {
+                let d: Vec<f64> = (0..n).map(|i| 1.0 - i as f64).collect();
+                for bad in (0..n).map(Some).chain([None]) {
+                    let mut d = d.clone();
+                    if let Some(bad) = bad {
+                        d[bad] = f64::NAN;
+                    }
+                    let mut x: Vec<f64> = (0..n).map(|i| 3.0 * i as f64 - 9.0).collect();
+                    let sum: Vec<f64> = x.iter().zip(&d).map(|(x, d)| x + d).collect();
+                    let size = |v: &[f64]| v.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+                    let found = dispatch(level, Correct(&mut x, &d));
+                    assert_eq!(found, [size(&sum), size(&d)], "{level} {n} {bad:?}");
+                    let same = |(a, b): (&f64, &f64)| a == b || a.is_nan() && b.is_nan();
+                    assert!(x.iter().zip(&sum).all(same));
+                }
+            }
+        }
     }
 }

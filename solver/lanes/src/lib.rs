@@ -114,22 +114,25 @@ pub trait Lanes:
         }
     }
 
-    /// The same for a multiple of four components, in vectors of four numbers: for places that are aligned to them.
+    /// The same for a multiple of four components, in vectors of four numbers where there are such: fast where places are
+    /// aligned to them.
     ///
     /// # Panics
-    /// Where a place is beyond `to`.
+    /// Where a place is beyond `to`, and for another number of components.
     #[inline(always)]
     fn scatter_fours<const L: usize, const N: usize>(
         from: &[Self; N],
         to: &mut [f64],
         at: [usize; L],
     ) {
+        assert!(N.is_multiple_of(4));
         Self::scatter(from, to, at);
     }
 
     /// Each lane of the components into its own numbers: what [`vector::gather`] takes apart.
     #[inline(always)]
     fn spread<const L: usize, const N: usize>(from: &[Self; N], to: [&mut [f64; N]; L]) {
+        assert!(L == Self::LANES);
         let mut lanes = [[0.0; L]; N];
         for (from, lanes) in from.iter().zip(&mut lanes) {
             from.store(lanes);
