@@ -11,9 +11,9 @@
 //! 7.0 and 22 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
 //! stable at all: 1.7 and 3.8 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
 //! Apache-2.0, off by default; a rival, no part of anything) at its cheapest setting within 1 %, sub-steps and sweeps
-//! by powers of two: its soft rope solved implicitly takes 5.7 and 26 times as long at 24 segments, 12 and 69 times at
-//! 100; swept by Gauss–Seidel 11 and 43, 26 and 103; impulse joints 42 and 167, 101 and 406; the multibody with
-//! springs 670 times at 10³ and 24 segments, and no multibody the others within real time.
+//! by powers of two: its soft rope solved implicitly takes 6.9 and 32 times as long at 24 segments, 16 and 86 times at
+//! 100; swept by Gauss–Seidel 14 and 53, 33 and 128; impulse joints 51 and 204, 127 and 503; the multibody with
+//! springs 803 times at 10³ and 24 segments, and no multibody the others within real time.
 //!
 //! | module | holds |
 //! |---|---|
