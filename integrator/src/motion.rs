@@ -163,8 +163,8 @@ impl<'a> Moving<'a> {
         let orientation = gather(q.each_ref().map(|q| q.coords.as_ref()));
         let (orientation, rotated, half_angle) = turn_rods(&orientation, omega, shape, half_dt);
         let moved = add(&add(&position, velocity), &rotated);
-        let [x_, y_, z_, w_] = orientation;
-        let sum = (moved[0] + moved[1] + moved[2]) + ((x_ + y_) + (z_ + w_));
+        let quaternion = (orientation[0] + orientation[1]) + (orientation[2] + orientation[3]);
+        let sum = (moved[0] + moved[1] + moved[2]) + quaternion;
         if !half_angle.all_below(V::splat(LARGEST)) || !sum.abs().all_below(V::splat(f64::INFINITY))
         {
             return false;

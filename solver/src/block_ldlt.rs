@@ -183,16 +183,11 @@ impl<T: Scalar> BlockLdlt<T> {
         Ok(())
     }
 
-    /// Of each row what its pivot was made from over the pivot, in units of 1/u: above 1/[`WEAK`] it is weak.
+    /// The pivot of each row, and the largest magnitude that it was made from.
     #[allow(dead_code)] // where no backend that uses it is compiled in
-    pub(crate) fn doubts(&self) -> impl Iterator<Item = f64> {
-        doubts(&self.inverse_pivots, &self.scale)
-    }
-
-    /// Largest magnitude that the diagonal entry of row `i` was made from.
-    #[allow(dead_code)] // where no backend that uses it is compiled in
-    pub(crate) fn made_from(&self, i: usize) -> f64 {
-        self.scale[i]
+    pub(crate) fn pivots(&self) -> impl Iterator<Item = (f64, f64)> {
+        let pivots = self.inverse_pivots.iter().map(|d| 1.0 / d.to_f64());
+        pivots.zip(self.scale.iter().copied())
     }
 
     /// Solves A x = b in place of b, of length `dim`. Allocates nothing.
@@ -320,12 +315,6 @@ impl PivotError {
             },
         }
     }
-}
-
-/// Of pivots, given as 1/D, what each was made from over the pivot, in units of 1/u.
-pub(crate) fn doubts<T: Scalar>(inverse: &[T], scale: &[f64]) -> impl Iterator<Item = f64> {
-    let pivots = inverse.iter().zip(scale);
-    pivots.map(|(inverse, scale)| T::ROUNDOFF * scale * inverse.to_f64().abs())
 }
 
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of

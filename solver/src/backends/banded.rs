@@ -5,16 +5,15 @@
 //! (`chain/bordered`). All other patterns, blocks of more than six rows,
 //! and matrices that are not positive definite, go the general way in the order of the pattern (`block_ldlt`).
 //!
-//! Where rows depend on others, rounding leaves a pivot that may be far above the noise of its own row: it is that of all
-//! rows of the null vector. Matrices with a weak pivot therefore go the general way, after which two steps of inverse
-//! iteration tell whether there is such a vector ([`Probe`]).
+//! Matrices with a weak pivot go the general way too, after which inverse iteration tells whether they are singular
+//! (`probe`).
 
 use super::{Phases, check_solution};
-use crate::block_ldlt::{BlockLdlt, NOISE, Pivots, WEAK};
+use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
-use crate::kernels::Scalar;
+use crate::probe::Probe;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
     SymBlockMatrix,
@@ -46,60 +45,6 @@ enum Way {
 struct Fast {
     leaves: Option<Leaves>,
     rest: Rest,
-}
-
-/// Whether a factor with weak pivots is that of a singular matrix.
-#[derive(Debug, Default)]
-struct Probe {
-    /// A vector of the dimension of the matrix.
-    vector: Vec<f64>,
-}
-
-impl Probe {
-    fn new(dim: usize) -> Self {
-        Self {
-            vector: vec![0.0; dim],
-        }
-    }
-
-    /// The row of the weakest pivot where the matrix is singular to rounding: with sᵢ what the diagonal entries were made
-    /// from and Ã = S^(−1/2) A S^(−1/2), ỹ = Ã⁻¹ x̃ shows an eigenvalue of at most ‖x̃‖/‖ỹ‖. The first of two such ỹ starts
-    /// at the rows of weak pivots, which a null vector takes part in; that of the second is at most [`NOISE`] u.
-    fn dependent_row(&mut self, factor: &BlockLdlt<f64>) -> Option<usize> {
-        let doubts = || factor.doubts().enumerate();
-        let (weakest, largest) = doubts().max_by(|a, b| a.1.total_cmp(&b.1))?;
-        if WEAK * largest < 1.0 {
-            return None;
-        }
-        for (row, doubt) in doubts() {
-            self.vector[row] = if WEAK * doubt < 1.0 { 0.0 } else { 1.0 };
-        }
-        self.iterate(factor);
-        let growth = self.iterate(factor);
-        // Where numbers overflow there is no inverse to speak of.
-        let regular = NOISE * f64::ROUNDOFF * growth < 1.0;
-        (!regular).then_some(weakest)
-    }
-
-    /// x̃ ← Ã⁻¹ x̃/‖x̃‖; its length.
-    fn iterate(&mut self, factor: &BlockLdlt<f64>) -> f64 {
-        let length = length(&self.vector);
-        for (i, x) in self.vector.iter_mut().enumerate() {
-            *x = *x / length * factor.made_from(i).sqrt();
-        }
-        factor.solve(&mut self.vector);
-        for (i, x) in self.vector.iter_mut().enumerate() {
-            *x *= factor.made_from(i).sqrt();
-        }
-        self::length(&self.vector)
-    }
-}
-
-/// ‖x‖, of numbers that may be too large to be squared; NaN where one is.
-fn length(x: &[f64]) -> f64 {
-    let largest = x.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let squares = x.iter().map(|x| (x / largest) * (x / largest));
-    largest * squares.sum::<f64>().sqrt()
 }
 
 /// What is left without leaves.
@@ -205,7 +150,8 @@ impl LinearSolver for Banded {
             // It accepts more, and says what it does not.
             a.check_finite()?;
             in_order.factorize(a, Pivots::Nonzero)?;
-            if let Some(row) = self.probe.dependent_row(in_order) {
+            self.probe.look(in_order.pivots());
+            if let Some(row) = self.probe.dependent_row(|x| in_order.solve(x)) {
                 let block = a.pattern().block_of_row(row);
                 return Err(SolveError::Singular { block });
             }

@@ -3,6 +3,7 @@
 
 use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
 use crate::kernels::Scalar;
+use crate::probe::Probe;
 use crate::{BlockPattern, GeneralMatrix, SolveError, SymBlockMatrix};
 
 /// Which entries of the symmetric matrix are listed.
@@ -109,8 +110,9 @@ fn index<I: TryFrom<usize>>(i: usize, largest: usize) -> Result<I, SolveError> {
     })
 }
 
-/// Judges the pivots of a symmetric factorisation in the order of the pattern: `pivot(r)` for each scalar row. The
-/// libraries themselves refuse exact zeros only, and a row that depends on others seldom leaves one. Allocates nothing.
+/// Judges the pivots of a symmetric factorisation in the order of the pattern: `pivot(r)` for each scalar row; `probe`
+/// looks at them. The libraries themselves refuse exact zeros only, and a row that depends on others seldom leaves one.
+/// Allocates nothing.
 ///
 /// # Errors
 /// [`SolveError::Singular`] and [`SolveError::NonFinite`] with the block.
@@ -118,8 +120,10 @@ fn index<I: TryFrom<usize>>(i: usize, largest: usize) -> Result<I, SolveError> {
 pub(crate) fn check_pivots(
     a: &SymBlockMatrix,
     pivot: impl Fn(usize) -> f64,
+    probe: &mut Probe,
 ) -> Result<(), SolveError> {
     let p = a.pattern();
+    let made_from = |entry: f64, pivot: f64| entry.abs().max((entry - pivot).abs());
     for block in 0..p.blocks() {
         let n = p.size(block);
         let diagonal = a.block(p.column(block).start).iter().step_by(n + 1);
@@ -132,12 +136,38 @@ pub(crate) fn check_pivots(
                 });
             }
             // What was subtracted from the entry counts as well: it is what cancels.
-            if pivot.abs() <= NOISE * f64::ROUNDOFF * entry.abs().max((entry - pivot).abs()) {
+            if pivot.abs() <= NOISE * f64::ROUNDOFF * made_from(entry, pivot) {
                 return Err(SolveError::Singular { block });
             }
         }
     }
+    let entries = (0..p.blocks()).flat_map(|block| {
+        let n = p.size(block);
+        a.block(p.column(block).start).iter().step_by(n + 1)
+    });
+    let pivots = entries.enumerate().map(|(row, &entry)| {
+        let pivot = pivot(row);
+        (pivot, made_from(entry, pivot))
+    });
+    probe.look(pivots);
     Ok(())
+}
+
+/// Whether `a` is regular as far as a probe tells that has looked at its pivots; `solve` is x ← A⁻¹ x.
+///
+/// # Errors
+/// [`SolveError::Singular`] with the block.
+#[allow(dead_code)] // where no backend that uses it is compiled in
+pub(crate) fn check_regular(
+    a: &SymBlockMatrix,
+    probe: &mut Probe,
+    solve: impl FnMut(&mut [f64]),
+) -> Result<(), SolveError> {
+    let row = probe.dependent_row(solve);
+    row.map_or(Ok(()), |row| {
+        let block = a.pattern().block_of_row(row);
+        Err(SolveError::Singular { block })
+    })
 }
 
 /// Why a library may have refused `a`, where it does not say or not in terms of blocks: what the project's own

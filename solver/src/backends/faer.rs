@@ -9,10 +9,11 @@
 //! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the
 //! factors outgrow their memory. `solve` allocates nothing.
 
-use super::csc::{Csc, Triangle, check_pivots, diagnose};
+use super::csc::{Csc, Triangle, check_pivots, check_regular, diagnose};
 use super::{Phases, check_solution};
 use crate::block_ldlt::{NOISE, Pivots};
 use crate::kernels::Scalar;
+use crate::probe::Probe;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, GeneralMatrix,
     LinearSolver,
@@ -150,6 +151,7 @@ struct Cholesky {
     /// Where each row's diagonal entry stands in `factor`.
     diagonal: Vec<usize>,
     memory: MemBuffer,
+    probe: Probe,
 }
 
 impl Cholesky {
@@ -182,6 +184,7 @@ impl Cholesky {
             factor,
             diagonal,
             memory,
+            probe: Probe::new(p.dim()),
         })
     }
 
@@ -198,7 +201,12 @@ impl Cholesky {
         }
         // L of L Lᵀ holds the square roots of the pivots.
         let power = if self.llt { 2 } else { 1 };
-        check_pivots(a, |r| self.factor[self.diagonal[r]].powi(power))
+        let mut probe = std::mem::take(&mut self.probe);
+        let pivot = |r: usize| self.factor[self.diagonal[r]].powi(power);
+        let checked = check_pivots(a, pivot, &mut probe)
+            .and_then(|()| check_regular(a, &mut probe, |x| self.solve(x)));
+        self.probe = probe;
+        checked
     }
 
     /// Factorises the values gathered; the row of a pivot that faer refuses as an error.

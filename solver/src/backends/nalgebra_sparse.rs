@@ -4,9 +4,10 @@
 //! and `solve` allocate nothing. The analysis takes time quadratic in the rows, for nalgebra-sparse clears a mark for all
 //! rows at each of them.
 
-use super::csc::{Csc, Triangle, check_pivots, diagnose};
+use super::csc::{Csc, Triangle, check_pivots, check_regular, diagnose};
 use super::{Phases, check_solution};
 use crate::block_ldlt::Pivots;
+use crate::probe::Probe;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
     SymBlockMatrix,
@@ -29,6 +30,13 @@ struct Work {
     /// Both triangles; their rows and columns have moved into `factor`.
     csc: Csc<usize>,
     factor: CscCholesky<f64>,
+    probe: Probe,
+}
+
+/// x ← A⁻¹ x.
+fn solve(factor: &CscCholesky<f64>, x: &mut [f64]) {
+    let dim = x.len();
+    factor.solve_mut(DMatrixViewMut::from_slice(x, dim, 1));
 }
 
 impl LinearSolver for NalgebraSparse {
@@ -62,8 +70,7 @@ impl LinearSolver for NalgebraSparse {
         self.phases.begin_solve(a, b, x)?;
         x.copy_from_slice(b);
         if let Some(work) = &self.work {
-            work.factor
-                .solve_mut(DMatrixViewMut::from_slice(x, b.len(), 1));
+            solve(&work.factor, x);
         }
         check_solution(a, x)?;
         Ok(SolveReport::DIRECT)
@@ -91,6 +98,7 @@ impl Work {
         Ok(Self {
             factor: factor.map_err(library)?,
             csc,
+            probe: Probe::new(p.dim()),
         })
     }
 
@@ -102,7 +110,9 @@ impl Work {
         refused.map_err(|e| diagnose(a, Pivots::Positive).unwrap_or_else(|| library(e)))?;
         // Each column of L begins with its diagonal entry, the square root of the pivot.
         let l = self.factor.l();
-        check_pivots(a, |r| l.values()[l.col_offsets()[r]].powi(2))
+        let pivot = |r: usize| l.values()[l.col_offsets()[r]].powi(2);
+        check_pivots(a, pivot, &mut self.probe)?;
+        check_regular(a, &mut self.probe, |x| solve(&self.factor, x))
     }
 }
 

@@ -10,8 +10,8 @@
 //! s = S⁻¹ (b − Vᵀ D⁻¹ y), and the backward pass of D⁻¹ (y − V s): block LDLᵀ in an order of the blocks, as stable as any.
 
 use super::Chain;
-use crate::block_ldlt::{Pivots, WEAK, doubts, factor_diagonal};
-use crate::kernels::{OneByOne, unit_lower_solve, unit_upper_solve};
+use crate::block_ldlt::{Pivots, WEAK, factor_diagonal};
+use crate::kernels::{OneByOne, Scalar, unit_lower_solve, unit_upper_solve};
 use crate::{BlockPattern, SymBlockMatrix};
 use std::ops::Range;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
@@ -126,7 +126,8 @@ impl Bordered {
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
         factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Positive).is_ok()
-            && doubts(inverse, &self.scale).all(|doubt| WEAK * doubt < 1.0)
+            && (inverse.iter().zip(&self.scale))
+                .all(|(d, from)| WEAK * f64::ROUNDOFF * from * d < 1.0)
     }
 
     /// Solves A x = b, of which the rows of the blocks are read and written. Allocates nothing.
