@@ -387,3 +387,109 @@ fn add_product(w: &[f64], j: &[f64], a: &mut [f64]) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{StepOptions, Stepper};
+    use taut_model::{HoistParams, JointKind, named};
+
+    /// J M̃⁻¹ Jᵀ of two constraints, or with `absolute` the same of the absolute values of all numbers in it, row by row.
+    fn product(stepper: &Stepper, pair: [usize; 2], absolute: bool) -> Vec<f64> {
+        let (rows, inertia) = (&stepper.pieces.rows, &stepper.pieces.inertia);
+        let number = |x: f64| if absolute { x.abs() } else { x };
+        let [left, right] = pair.map(|c| rows.slot_range(c));
+        let [m, n] = pair.map(|c| rows.row_range(c).len());
+        let mut sum = vec![0.0; m * n];
+        for (s, t) in left.flat_map(|s| right.clone().map(move |t| (s, t))) {
+            let body = rows.slots[s].body;
+            if body != rows.slots[t].body {
+                continue;
+            }
+            let (w, a) = (
+                inertia.inverse_mass[body],
+                unpacked(inertia.inverse_angular.get(body)),
+            );
+            for (r, left) in rows.block(s).rows().iter().enumerate() {
+                for (c, right) in rows.block(t).rows().iter().enumerate() {
+                    let to = &mut sum[n * r + c];
+                    for i in 0..3 {
+                        *to += number(left[i] * w * right[i]);
+                        for k in 0..3 {
+                            *to += number(left[3 + i] * a[(i, k)] * right[3 + k]);
+                        }
+                    }
+                }
+            }
+        }
+        sum
+    }
+
+    /// Whatever writes a block, it is J M̃⁻¹ Jᵀ + Σ as the blocks of J have it: cables, branches, loops, joints of every
+    /// number of rows, two joints between the same bodies, in the orders of elimination.
+    #[test]
+    fn the_assembled_matrix_is_the_product_of_its_pieces() {
+        let mut scenes: Vec<Scene> = [
+            "hoist",
+            "gantry",
+            "ring",
+            "junction",
+            "cranes",
+            "net",
+            "particles-b",
+            "particles-f",
+        ]
+        .map(|name| named(name).unwrap())
+        .into();
+        for joint in [JointKind::Spherical, JointKind::Paper] {
+            let cable = HoistParams {
+                segments: 6,
+                joint,
+                ..HoistParams::default()
+            };
+            scenes.push(cable.build().unwrap());
+        }
+        let mut doubled = named("hoist").unwrap();
+        for k in [2, 3, 7] {
+            let twin = doubled.constraints[k].clone();
+            doubled.add_constraint(format!("twin of {k}"), twin, 0);
+        }
+        scenes.push(doubled);
+        for scene in scenes {
+            let name = scene.name.clone();
+            let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+            for _ in 0..20 {
+                stepper.step().unwrap();
+            }
+            stepper.prepare(stepper.options.stiffness).unwrap();
+            stepper.assemble(stepper.options.dt);
+            let (plan, sigma) = (&stepper.plan, &stepper.pieces.regularization.sigma);
+            let constraints: Vec<usize> = (plan.block.iter())
+                .map(|b| match b {
+                    BlockOf::Constraint(c) => *c,
+                    BlockOf::Body(_) => unreachable!("a Schur form has constraints alone"),
+                })
+                .collect();
+            for (j, &column) in constraints.iter().enumerate() {
+                for (i, &row) in constraints.iter().enumerate().skip(j) {
+                    let n = stepper.pieces.rows.row_range(column).len();
+                    let exact = product(&stepper, [row, column], false);
+                    let size = product(&stepper, [row, column], true);
+                    for (k, (exact, size)) in exact.iter().zip(&size).enumerate() {
+                        let (r, c) = (k / n, k % n);
+                        let on_diagonal = (i, r) == (j, c);
+                        let first = stepper.pieces.rows.row_range(row).start;
+                        let sigma = if on_diagonal { sigma[first + r] } else { 0.0 };
+                        let at = |block: usize, k: usize| plan.pattern.rows(block).start + k;
+                        let found = stepper.matrix.get(at(i, r), at(j, c));
+                        let error = (found - (exact + sigma)).abs();
+                        assert!(
+                            error <= 16.0 * f64::EPSILON * (size + sigma),
+                            "{name}: row {r} of {row}, column {c} of {column}: {found:e}, not {exact:e} + {sigma:e}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+}
