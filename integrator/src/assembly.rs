@@ -13,7 +13,7 @@
 //! same A Q_kᵀ: they are written together, and the other blocks below the diagonal by themselves.
 
 use crate::inertia::Inertia;
-use crate::lanes::{of_rows, side};
+use crate::lanes::side;
 use crate::six::{Group, View};
 use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, scale, scale_add};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
@@ -255,7 +255,7 @@ impl Kernel for Columns<'_> {
                 pack,
                 inverse: [angular.load(&bodies[0]), angular.load(&bodies[1])],
                 mass: bodies[0].load::<I::X4>(mass) + between,
-                sigma: of_rows::<I::X4>(self.sigma, places),
+                sigma: places.rows_of::<I::X4>(self.sigma),
                 next: Side::negative_of_next(pack, packs.get(k + 1).unwrap_or(pack)),
                 between,
             };

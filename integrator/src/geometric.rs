@@ -14,7 +14,6 @@
 //! the spin about r free.
 
 use crate::GeometricStiffness;
-use crate::lanes::of_rows;
 use crate::six::Six;
 use nalgebra::Vector3;
 use taut_lanes::vector::{Vec3, dot, load};
@@ -188,7 +187,7 @@ impl Kernel for Joints<'_> {
     fn run<I: Isa>(self) {
         let mut stiffness = self.stiffness.view_mut();
         for (pack, places) in self.joints.packs() {
-            let [x, y, z, ..] = of_rows::<I::X4>(self.lambda, places);
+            let [x, y, z, ..] = places.rows_of::<I::X4>(self.lambda);
             let on_a = across(&[x, y, z], &load(&pack.arms[0]));
             let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
             stiffness.add_sides(places, [&on_a, &on_b]);

@@ -1,7 +1,7 @@
 //! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
-use crate::lanes::{of_rows, side as of_side, write_rows};
+use crate::lanes::side as of_side;
 use crate::six::{Six, View};
 use taut_lanes::vector::{Vec3, add, combine, cross, load, sub};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch, vector};
@@ -99,7 +99,7 @@ impl Kernel for Product<'_> {
                 vector::dot(&load(q), &turning),
                 vector::dot(&load(s), &turning),
             ];
-            write_rows(&rates, self.r, places);
+            places.write_rows(&rates, self.r);
         }
     }
 }
@@ -118,7 +118,7 @@ impl Kernel for Transposed<'_> {
     fn run<I: Isa>(self) {
         let mut impulse = self.p.view_mut();
         for (pack, places) in self.rows.abreast.packs() {
-            let [x, y, z, p, q, s] = of_rows::<I::X4>(self.mu, places);
+            let [x, y, z, p, q, s] = places.rows_of::<I::X4>(self.mu);
             let force = [x, y, z];
             let [first, second, third] = &pack.gradients;
             let gradients = [load(first), load(second), load(third)];

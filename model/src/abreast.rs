@@ -21,13 +21,17 @@ mod evaluation;
 
 use evaluation::{Evaluation, Frames};
 use nalgebra::Vector3;
-use taut_lanes::{Level, dispatch};
+use taut_lanes::vector::{gather, load, save};
+use taut_lanes::{Lanes, Level, dispatch};
 
 use crate::constraint::{Constraint, MAX_ROWS, RowKind, Rows};
 use crate::scene::Scene;
 
 /// Joints in a pack.
 pub const ABREAST: usize = 4;
+
+/// Rows of a pack whose joints have 6 each.
+const RUN: usize = 6 * ABREAST;
 
 /// One number of each joint of a pack.
 pub type Four = [f64; ABREAST];
@@ -371,6 +375,55 @@ impl Places {
             neighbours,
             bodies,
             count,
+        }
+    }
+
+    /// The rows of the four joints out of all rows `from`, zeros for those that a joint does not have; copies of the last
+    /// joint have its rows.
+    ///
+    /// # Panics
+    /// When `from` is shorter than the scene has rows.
+    #[inline(always)]
+    #[must_use]
+    pub fn rows_of<V: Lanes>(&self, from: &[f64]) -> [V; 6] {
+        if let Some(first) = self.run
+            && let Some(rows) = from[first..].first_chunk::<RUN>()
+            && let ([a, b, c, d], []) = rows.as_chunks::<6>()
+        {
+            return gather([a, b, c, d]);
+        }
+        let mut lanes = [[0.0; ABREAST]; 6];
+        for lane in 0..self.count {
+            let rows = &from[self.row[lane]..][..self.rows[lane]];
+            for (to, from) in lanes.iter_mut().zip(rows) {
+                to[lane] = *from;
+            }
+        }
+        let last = self.count - 1;
+        for number in &mut lanes {
+            let copied = number[last];
+            number[last..].fill(copied);
+        }
+        load(&lanes)
+    }
+
+    /// Writes the rows of the four joints to all rows `to`.
+    ///
+    /// # Panics
+    /// When `to` is shorter than the scene has rows.
+    #[inline(always)]
+    pub fn write_rows<V: Lanes>(&self, from: &[V; 6], to: &mut [f64]) {
+        if let Some(first) = self.run
+            && let Some(rows) = to[first..].first_chunk_mut::<RUN>()
+        {
+            return V::scatter(from, rows, [0, 6, 12, 18]);
+        }
+        let from: [Four; 6] = save(from);
+        for lane in 0..self.count {
+            let rows = &mut to[self.row[lane]..][..self.rows[lane]];
+            for (r, from) in rows.iter_mut().zip(&from) {
+                *r = from[lane];
+            }
         }
     }
 }

@@ -319,14 +319,7 @@ impl<V: Lanes> Angular<V> {
         pack: &mut Pack,
     ) -> Result<(), [bool; ABREAST]> {
         let ([x, y, z], [beta_v, beta_w, twist]) = (*gap, self.angles);
-        let rows = [x, y, z, beta_v, beta_w, twist];
-        if let Some(first) = places.run
-            && let Some(phi) = phi[first..].first_chunk_mut::<{ 6 * ABREAST }>()
-        {
-            V::scatter(&rows, phi, [0, 6, 12, 18]);
-        } else {
-            V::scatter(&rows, phi, places.row);
-        }
+        places.write_rows(&[x, y, z, beta_v, beta_w, twist], phi);
         let good = self.good();
         for (to, gradient) in pack.gradients.iter_mut().zip(&self.gradients(axes)) {
             *to = save(gradient);
