@@ -124,6 +124,13 @@ pub struct UnknownCase {
 
 impl fmt::Display for UnknownCase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_it = |(name, ..): &&(&str, _, _)| name.eq_ignore_ascii_case(&self.name);
+        if let Some((name, what, missing)) = NOT_YET.iter().find(is_it) {
+            return write!(
+                f,
+                "case `{name}`, {what}, cannot be measured yet: {missing} missing"
+            );
+        }
         let names: Vec<&str> = cases().map(|c| c.name).collect();
         let names = names.join(", ");
         write!(
@@ -211,6 +218,8 @@ mod tests {
         assert!(e.starts_with("no case is called `H99`: choose one of "));
         assert!(cases().all(|c| e.contains(c.name)), "{e}");
         assert_eq!(named("h42").unwrap().name, "H42");
+        let e = named("h12").unwrap_err().to_string();
+        assert!(e.starts_with("case `H12`, the capstan, cannot be measured yet: "));
     }
 
     #[test]

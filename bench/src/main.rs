@@ -29,7 +29,6 @@ static ALLOCATOR: Counting = Counting;
 #[command(
     name = "taut",
     version,
-    about,
     override_usage = "taut [OPTIONS]\n       taut [--quiet] <COMMAND>",
     max_term_width = 110,
     after_help = "Examples:\n  taut\n  taut --quick\n  taut run hoist --time 10"
@@ -47,6 +46,9 @@ struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
+    ///
+    /// Tables go to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables to
+    /// target/taut/report.html, with its data in report.json beside it.
     #[command(
         after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24\n  taut bench --sweep kernels --backends banded,faer:llt\n  taut bench --matrix bcsstk14.mtx.gz,sherman1.mtx"
     )]

@@ -195,10 +195,10 @@ impl Chart {
         self
     }
 
-    /// Whether lines that are no data say what slopes are.
+    /// Whether lines that are no data say what slopes are, which they do on logarithmic axes alone.
     #[must_use]
     pub fn has_orders(&self) -> bool {
-        self.series.iter().any(|s| s.mark == Mark::Guide)
+        self.x.log && self.y.log && self.series.iter().any(|s| s.mark == Mark::Guide)
     }
 }
 

@@ -38,6 +38,8 @@ pub enum PrepareError {
     File(crate::output::FileError),
     /// The scene is not sound.
     Scene(SceneError),
+    /// The file of that name holds no scene, or none that is sound.
+    SceneFile(PathBuf, SceneError),
     /// The table of inputs in the file of that name does not fit the scene.
     Inputs(PathBuf, InputError),
 }
@@ -47,6 +49,7 @@ impl std::fmt::Display for PrepareError {
         match self {
             Self::File(e) => e.fmt(f),
             Self::Scene(e) => e.fmt(f),
+            Self::SceneFile(path, e) => write!(f, "{}: {e}", path.display()),
             Self::Inputs(path, e) => write!(f, "{}: {e}", path.display()),
         }
     }
@@ -63,13 +66,13 @@ pub fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, Pr
     let named = taut_model::named::NAMES.contains(&scene);
     let is_file =
         !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
-    let source = if is_file {
+    if is_file {
         let text = crate::output::read_text(Path::new(scene)).map_err(PrepareError::File)?;
-        SceneSource::parse(&text, overrides)
+        let source = SceneSource::parse(&text, overrides);
+        source.map_err(|e| PrepareError::SceneFile(PathBuf::from(scene), e))
     } else {
-        SceneSource::load(scene, overrides)
-    };
-    source.map_err(PrepareError::Scene)
+        SceneSource::load(scene, overrides).map_err(PrepareError::Scene)
+    }
 }
 
 /// Reads and builds a scene by name or from a TOML file, with overrides.

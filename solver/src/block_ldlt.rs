@@ -95,7 +95,9 @@ impl<T: Scalar> BlockLdlt<T> {
     /// Factorises `a`, whose pattern is the `of` of [`new`](Self::new). Allocates nothing.
     ///
     /// # Errors
-    /// [`SolveError::Singular`] or [`SolveError::NotPositiveDefinite`] with the block.
+    /// [`SolveError::Singular`] or [`SolveError::NotPositiveDefinite`] with the block; of positive pivots the latter, too,
+    /// where one vanishes of a matrix that is certainly not semidefinite: what is factorised may be a singular part of a
+    /// regular matrix.
     pub(crate) fn factorize(
         &mut self,
         a: &SymBlockMatrix,
@@ -119,7 +121,15 @@ impl<T: Scalar> BlockLdlt<T> {
                 *scale = diagonal[r * (n + 1)].to_f64().abs();
             }
         }
-        T::run(EliminateAll(self, pivots))
+        let done = T::run(EliminateAll(self, pivots));
+        match done {
+            Err(SolveError::Singular { block })
+                if pivots == Pivots::Positive && has_negative_minor(a) =>
+            {
+                Err(SolveError::NotPositiveDefinite { block })
+            }
+            done => done,
+        }
     }
 
     /// Eliminates block column `k`: factor of its diagonal block, its part of L, update of the columns after it.
@@ -296,6 +306,17 @@ fn column_values(p: &BlockPattern, j: usize) -> usize {
     p.values(column.end - 1).end - p.values(column.start).start
 }
 
+/// Whether a_rc² > a_rr a_cc for any r ≠ c, beyond what rounding made of A: no positive semidefinite matrix has that.
+fn has_negative_minor(a: &SymBlockMatrix) -> bool {
+    let mut found = false;
+    a.for_each_lower(|r, c, coupling| {
+        // Of the roots, since squares overflow.
+        let most = a.get(r, r).max(0.0).sqrt() * a.get(c, c).max(0.0).sqrt();
+        found |= r != c && coupling.abs() > most * (1.0 + WEAK * f64::EPSILON);
+    });
+    found
+}
+
 /// A pivot that cannot be divided by.
 #[derive(Debug)]
 pub(crate) enum PivotError {
@@ -448,6 +469,32 @@ mod tests {
                 .normwise
                 < 1e-15
         );
+    }
+
+    /// [0 1; 1 0] between regular rows: the part that is factorised is singular, the matrix is not.
+    #[test]
+    fn a_singular_part_of_an_indefinite_matrix_is_not_called_singular() {
+        let mut a = random(&[1, 1], &[(0, 1)]);
+        let diagonal = a.pattern().restricted(|i, j| i == j).unwrap();
+        let mut parts = BlockLdlt::<f64>::new(a.pattern(), &diagonal).unwrap();
+        for (values, expected) in [
+            (
+                [1.0, 1.0, 0.0],
+                SolveError::NotPositiveDefinite { block: 1 },
+            ),
+            (
+                [1e200, 1e-200, 0.0],
+                SolveError::NotPositiveDefinite { block: 1 },
+            ),
+            ([1.0, 0.0, 0.0], SolveError::Singular { block: 1 }),
+        ] {
+            a.values_mut().copy_from_slice(&values);
+            assert_eq!(parts.factorize(&a, Pivots::Positive), Err(expected));
+        }
+        a.values_mut().copy_from_slice(&[1.0, 1.0, 1.0]);
+        let mut whole = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).unwrap();
+        let singular = Err(SolveError::Singular { block: 1 });
+        assert_eq!(whole.factorize(&a, Pivots::Positive), singular);
     }
 
     #[test]

@@ -148,7 +148,7 @@ impl fmt::Display for SolveError {
             Self::NotSymmetric { backend } => {
                 write!(
                     f,
-                    "backend `{backend}` is for symmetric matrices and this one is not: choose one of \
+                    "backend `{backend}`, as it was chosen, is for symmetric matrices and this one is not: choose one of \
                      umfpack, faer:lu, dense"
                 )
             }

@@ -32,7 +32,8 @@ pub(crate) struct BenchArgs {
     /// Mass ratios load/segment
     #[arg(long, value_delimiter = ',', value_name = "R", value_parser = number, allow_negative_numbers = true)]
     pub(crate) ratios: Vec<f64>,
-    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
+    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt; for
+    /// `--sweep kernels` also batch, NAME+refine, lapack:lower, lapack:upper
     #[arg(long, value_delimiter = ',', value_name = "B")]
     pub(crate) backends: Vec<String>,
     /// Limits of iterations for the iterative solvers
@@ -45,7 +46,7 @@ pub(crate) struct BenchArgs {
     /// Time steps of the accuracy sweep (s), fractions such as 1/60 too; the first is what all schemes run at
     #[arg(long, value_delimiter = ',', value_name = "S", value_parser = number, allow_negative_numbers = true)]
     pub(crate) dt: Vec<f64>,
-    /// Simulated time of the stability and load columns (s)
+    /// Simulated time of what is run to its end, such as the columns `load` and `held` (s)
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
     /// A tenth of the work, under 10 s
@@ -130,9 +131,10 @@ fn hoist(defaults: &HoistParams, overrides: &[(&str, &str)]) -> Result<HoistPara
 /// What the columns of the main job's tables are.
 const LEGEND: &str = "\
 step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
-its own); backw.: componentwise backward error; error: of the multipliers against extended precision (r0: without that
-refinement); elong.: of the hanging cable after ½ s; load m: distance from the reference motion; held: simulated time,
-or the time of the end; fastest 1e: of this scene, with error and elong. within 1e-3 and so on, refined or not";
+its own); backw.: componentwise backward error without that refinement, the worst row's; error: of the multipliers
+against extended precision (r0: without that refinement); elong.: of the hanging cable after ½ s; load m: distance from
+the reference motion; held: simulated time, or the time of the end; fastest 1e: of this scene, with error and elong.
+within 1e-3 and so on, refined or not";
 
 /// Runs the main job, or what is asked for instead of it.
 pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {

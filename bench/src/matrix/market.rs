@@ -200,7 +200,7 @@ impl<R: BufRead> Reader<'_, R> {
         let mut limited = self.text.by_ref().take(LONGEST_LINE as u64 + 1);
         let read = limited.read_until(b'\n', &mut self.line);
         let read = read.map_err(|e| {
-            let message = format!("cannot be read on: {e}; a compressed file may be damaged");
+            let message = format!("cannot be read further: {e}; a compressed file may be damaged");
             self.error(Fault::Unreadable, message)
         })?;
         if read > LONGEST_LINE {

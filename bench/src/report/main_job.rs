@@ -186,7 +186,8 @@ fn means(scores: &[Scores]) -> Option<Section> {
     }
     let body = html! {
         p { "Whole step, shifted geometric mean over the scenes (shift 1 µs); what a solver does not reach, or is left out of, \
-             counts as ten times the slowest that does; – where it reaches none. The best of each level is marked." }
+             counts as ten times the slowest that does, so that a mean may be less at a stricter level, where the slowest no longer \
+             takes part; – where it reaches none. The best of each level is marked." }
         (sortable(&headings, &rows))
     };
     (!rows.is_empty()).then_some(Section {

@@ -148,7 +148,7 @@ fn loops(records: &[Record]) -> String {
         });
         cells.extend(columns.iter().map(|&n| {
             find(n, (backend, limit)).map_or_else(String::new, |r| {
-                format!("{} {}", nanoseconds(r.solve_ns_min), error(r.forward_error))
+                format!("{} {}", error(r.forward_error), nanoseconds(r.solve_ns_min))
             })
         }));
         t.add_row(cells);
@@ -161,7 +161,7 @@ fn loops(records: &[Record]) -> String {
         mark_least(&mut t, 2 + i, &solvers.iter().map(of).collect::<Vec<_>>());
     }
     format!(
-        "\nClosing a loop: linear solve (minimum) and error of the multipliers, ring of N segments, ratio {}\n{}",
+        "\nClosing a loop: error of the multipliers and linear solve (minimum), ring of N segments, ratio {}\n{}",
         ratio(first.mass_ratio),
         text(&t)
     )
@@ -214,7 +214,7 @@ fn growth(results: &Results) -> String {
 pub const LEGEND: &str = "\
 step: median time of a whole step; solve, min: median and minimum of its linear solve with refinement; error: of the
 multipliers against extended precision (r0: without refinement); load: distance of the load from that of the reference
-solver, over the scene's extent; entries: of the factor; bar: where a direct solver misses it";
+solver, over the scene's extent (-: lost on the way); entries: of the factor; bar: where a direct solver misses it";
 
 /// The bar in words.
 #[must_use]
