@@ -14,7 +14,7 @@
 
 use crate::inertia::Inertia;
 use crate::lanes::side;
-use crate::six::{Group, View};
+use crate::six::Group;
 use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, scale, scale_add};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::{ABREAST, Abreast, Four, Joint, Linearized, Pack};
@@ -223,12 +223,6 @@ fn negative_shifted<V: Lanes>(pack: &[Four; 3], next: &[Four; 3]) -> Vec3<V> {
     shifted
 }
 
-/// 1/m and A of four bodies; zeros for the world.
-#[inline(always)]
-fn inverse_inertia<V: Lanes>(mass: &[f64], angular: &View<'_>, bodies: &Group) -> (V, Sym3<V>) {
-    (bodies.load(mass), angular.load(bodies))
-}
-
 /// Diagonal blocks, and those that couple a joint to the next.
 struct Columns<'a> {
     plan: &'a Assembly,
@@ -368,10 +362,10 @@ impl Kernel for Below<'_> {
             let bodies = couplings.map(|c| c.body);
             let neighbours = bodies.windows(2).all(|pair| pair[1] == pair[0] + 1);
             let bodies = Group::new(bodies, neighbours);
-            let (w, a) = inverse_inertia::<I::X4>(mass, &angular, &bodies);
+            let (w, a) = (bodies.load::<I::X4>(mass), angular.load(&bodies));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;
             let sign = I::X4::from_fn(|l| if same(&couplings[l]) { 1.0 } else { -1.0 });
-            let mut signed = a;
+            let mut signed: Sym3<I::X4> = a;
             for a in &mut signed {
                 *a = *a * sign;
             }

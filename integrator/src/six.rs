@@ -201,11 +201,7 @@ impl ViewMut<'_> {
     /// The numbers of four bodies.
     #[inline(always)]
     pub(crate) fn load<V: Lanes>(&self, of: &Group) -> [V; 6] {
-        let mut to = [V::splat(0.0); 6];
-        for (to, from) in to.iter_mut().zip(&self.0) {
-            *to = of.load(from);
-        }
-        to
+        View(self.0.each_ref().map(|numbers| &**numbers)).load(of)
     }
 
     #[inline(always)]

@@ -6,7 +6,7 @@
 //! `((c / 8) n + e) 8 + c % 8` ([`batch_index`]). That is the layout of matrices, right-hand sides and solutions.
 
 use crate::aligned::Aligned;
-use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
 use crate::chain::{Chain, batch};
 use crate::error::expect_len;
 use crate::matrix::check_finite;
@@ -233,6 +233,9 @@ impl From<SolveError> for BatchError {
 /// agrees with that of `banded` to rounding (the elimination runs from one end only), and does not depend on its
 /// neighbours or on their number but for rounding.
 ///
+/// Singular matrices are refused where a pivot shows it, as of a row that repeats another: `banded` also tests those whose
+/// weak pivots are above the noise of their own rows.
+///
 /// Pivots below 1e-120 are refused, for squares of such numbers lose digits to underflow, and so is what overflows where
 /// it is squared (entries beyond 1e154): scale such matrices.
 ///
@@ -395,7 +398,7 @@ impl BatchBanded {
                 let failed = |error| BatchError { cable, error };
                 a.get(single.first + i, &mut single.a).map_err(failed)?;
                 single.a.check_finite().map_err(failed)?;
-                if !chain.factorize(&single.a) {
+                if !chain.factorize(&single.a, NOISE) {
                     let cable = single.first + i;
                     return Err(blame(a, cable..cable + 1));
                 }

@@ -12,12 +12,13 @@ use crate::kernels::{
     subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
 use crate::ordering::factor_pattern;
+use crate::singularity::SingularityTest;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// A pivot at or below this many units of roundoff of what it was made from is noise.
 pub(crate) const NOISE: f64 = 8.0;
 
-/// One from this many units on is taken as it is; below it stands in doubt. Rounding leaves x^T A x of a null vector x with
+/// One from this many units on is taken as it is; below it stands in doubt. Rounding leaves xᵀ A x of a null vector x with
 /// the pivot's own number 1, and A is known to u √(aᵢᵢ aⱼⱼ): more than this only where other numbers of x, scaled, are ten
 /// thousand times that one.
 pub(crate) const WEAK: f64 = 1e8;
@@ -193,13 +194,6 @@ impl<T: Scalar> BlockLdlt<T> {
         Ok(())
     }
 
-    /// The pivot of each row, and the largest magnitude that it was made from.
-    #[allow(dead_code)] // where no backend that uses it is compiled in
-    pub(crate) fn pivots(&self) -> impl Iterator<Item = (f64, f64)> {
-        let pivots = self.inverse_pivots.iter().map(|d| 1.0 / d.to_f64());
-        pivots.zip(self.scale.iter().copied())
-    }
-
     /// Solves A x = b in place of b, of length `dim`. Allocates nothing.
     pub(crate) fn solve(&self, x: &mut [T]) {
         let blocks = self.factor.blocks();
@@ -307,7 +301,7 @@ fn column_values(p: &BlockPattern, j: usize) -> usize {
 }
 
 /// Whether a_rc² > a_rr a_cc for any r ≠ c, beyond what rounding made of A: no positive semidefinite matrix has that.
-fn has_negative_minor(a: &SymBlockMatrix) -> bool {
+pub(crate) fn has_negative_minor(a: &SymBlockMatrix) -> bool {
     let mut found = false;
     a.for_each_lower(|r, c, coupling| {
         // Of the roots, since squares overflow.
@@ -339,17 +333,18 @@ impl PivotError {
 }
 
 /// In place LDLᵀ of the lower triangle of the n×n block `a`; `inverse` receives 1/D. `scale` holds the magnitude of
-/// what each diagonal entry was made from, so that cancellation to noise is seen.
+/// what each diagonal entry was made from, and takes what the block itself subtracts from it, so that cancellation to
+/// noise is seen.
 #[inline(always)]
 pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
     n: N,
     a: &mut [T],
     inverse: &mut [T],
-    scale: &[f64],
+    scale: &mut [f64],
     pivots: Pivots,
 ) -> Result<(), PivotError> {
     let n = n.get();
-    let (a, inverse, scale) = (&mut a[..n * n], &mut inverse[..n], &scale[..n]);
+    let (a, inverse, scale) = (&mut a[..n * n], &mut inverse[..n], &mut scale[..n]);
     for c in 0..n {
         // Left-looking: column c of L D is column c of A less what the columns before it take away. The rows above
         // the diagonal are computed along and never read.
@@ -357,9 +352,14 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
         let column = &mut rest[..n];
         S::subtract(n, c, done, |s| done[s + n * s] * done[c + n * s], column);
         let d = column[c];
-        let size = d.to_f64();
+        let (size, reciprocal) = (d.to_f64(), T::from(1.0) / d);
         if !size.is_finite() {
             return Err(PivotError::NonFinite);
+        }
+        if pivots == Pivots::Nonzero {
+            // Of both signs, so that their sum may be less than they are; positive ones are together less than the entry.
+            let part = |s: usize| (done[s + n * s] * done[c + n * s] * done[c + n * s]).to_f64();
+            scale[c] = (0..c).fold(scale[c], |most, s| most.max(part(s).abs()));
         }
         if size.abs() <= NOISE * T::ROUNDOFF * scale[c] {
             return Err(PivotError::Singular);
@@ -367,13 +367,34 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
         if size < 0.0 && pivots == Pivots::Positive {
             return Err(PivotError::Negative);
         }
-        let reciprocal = T::from(1.0) / d;
+        if !reciprocal.to_f64().is_finite() {
+            return Err(PivotError::NonFinite);
+        }
         inverse[c] = reciprocal;
         for entry in &mut column[c + 1..] {
             *entry = *entry * reciprocal;
         }
     }
     Ok(())
+}
+
+#[allow(dead_code)] // where no backend that uses it is compiled in
+impl BlockLdlt<f64> {
+    /// Whether `a`, which was factorised last, is singular to rounding. Allocates nothing.
+    ///
+    /// # Errors
+    /// [`SolveError::Singular`] with the block.
+    pub(crate) fn test(
+        &self,
+        a: &SymBlockMatrix,
+        test: &mut SingularityTest,
+    ) -> Result<(), SolveError> {
+        test.begin();
+        for (row, (inverse, from)) in self.inverse_pivots.iter().zip(&self.scale).enumerate() {
+            test.take(row, 1.0 / inverse, *from);
+        }
+        test.check(a, |x| self.solve(x))
+    }
 }
 
 #[cfg(test)]

@@ -58,11 +58,11 @@ use twisted::{Backward, Factorize, Forward};
 
 /// Runs a kernel of the constant block size.
 macro_rules! with_size {
-    ($size:expr, $level:expr, $kernel:ident { $($field:ident: $value:expr),* $(,)? }) => {
+    ($size:expr, $level:expr, $kernel:ident { $($field:ident $(: $value:expr)?),* $(,)? }) => {
         match $size {
-            3 => dispatch($level, $kernel::<3> { $($field: $value),* }),
-            5 => dispatch($level, $kernel::<5> { $($field: $value),* }),
-            _ => dispatch($level, $kernel::<6> { $($field: $value),* }),
+            3 => dispatch($level, $kernel::<3> { $($field $(: $value)?),* }),
+            5 => dispatch($level, $kernel::<5> { $($field $(: $value)?),* }),
+            _ => dispatch($level, $kernel::<6> { $($field $(: $value)?),* }),
         }
     };
 }
@@ -102,8 +102,8 @@ impl Chain {
     }
 
     /// Factorises `a`, of the pattern of [`new`](Self::new), if that is positive definite: whether all pivots are
-    /// positive and beyond doubt ([`WEAK`]). Allocates nothing.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
+    /// positive and at least `least` units of roundoff of what they were made from. Allocates nothing.
+    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, least: f64) -> bool {
         with_size!(
             self.places.size,
             self.level,
@@ -112,6 +112,7 @@ impl Chain {
                 values: a.values(),
                 factor: self.factor.as_mut_slice(),
                 scratch: &mut self.scratch,
+                least,
             }
         )
     }

@@ -38,7 +38,8 @@ pub enum SolveError {
         /// Block row of the first one.
         block: usize,
     },
-    /// A pivot vanished to rounding: rows of this block depend on those eliminated before it.
+    /// Rows of this block depend on others: their pivot vanished to rounding, or it is weak and the matrix, scaled by what
+    /// its diagonal entries were made from, has an eigenvalue below about 10⁻¹⁵ (its condition is as large or larger).
     Singular {
         /// Block row.
         block: usize,

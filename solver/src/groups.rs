@@ -4,7 +4,7 @@
 //! Groups of a cable's joints are chains, which are eliminated from both ends (`chain`); where one is none, or a pivot is
 //! not positive there, all are eliminated in the order of the pattern (`block_ldlt`), which also says what is wrong.
 
-use crate::block_ldlt::{BlockLdlt, Pivots};
+use crate::block_ldlt::{BlockLdlt, Pivots, WEAK};
 use crate::chain::Chain;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use taut_lanes::Level;
@@ -82,7 +82,8 @@ impl Groups {
     /// [`SolveError::Singular`] or [`SolveError::NotPositiveDefinite`] with the block.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> Result<(), SolveError> {
         let chains = self.chains.as_mut();
-        self.ordered = !chains.is_some_and(|chains| chains.iter_mut().all(|c| c.factorize(a)));
+        self.ordered =
+            !chains.is_some_and(|chains| chains.iter_mut().all(|c| c.factorize(a, WEAK)));
         if self.ordered {
             self.in_order.factorize(a, Pivots::Positive)?;
         }

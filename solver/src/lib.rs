@@ -41,7 +41,7 @@
 //! | `slices` | matrices and vectors four block rows abreast, for products |
 //! | `groups` | exact solves inside groups of blocks |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
-//! | `probe` | whether a factor with weak pivots is that of a singular matrix |
+//! | `singularity` | whether a factor with weak pivots is that of a singular matrix |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
@@ -73,12 +73,12 @@ mod ordering;
 mod pattern;
 mod phases;
 #[allow(dead_code)] // where no backend that uses it is compiled in
-mod probe;
 mod reference;
 mod refine;
 #[cfg(feature = "serde")]
 mod serde_forms;
 #[allow(dead_code)] // where no backend that uses it is compiled in
+mod singularity;
 mod slices;
 
 pub use accuracy::{

@@ -125,28 +125,23 @@ impl Stepper {
                     let rows = &self.pieces.rows;
                     self.plan.gather(rows, None, residual, 1.0, &mut self.rhs);
                 }
-                if self.options.warm_start {
-                    let rows = &self.pieces.rows;
-                    self.plan.gather(rows, None, &self.mu, 1.0, &mut self.x);
-                }
             }
             Form::Kkt => {
                 let Pieces {
                     rows,
                     inertia,
                     rate,
-                    dv,
                     ..
                 } = &self.pieces;
                 self.plan
                     .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
-                if self.options.warm_start {
-                    self.plan
-                        .gather(rows, Some(dv), &self.mu, sign, &mut self.x);
-                }
             }
         }
-        if !self.options.warm_start {
+        if self.options.warm_start {
+            let Pieces { rows, dv, .. } = &self.pieces;
+            let bodies = (self.options.form == Form::Kkt).then_some(dv);
+            self.plan.gather(rows, bodies, &self.mu, sign, &mut self.x);
+        } else {
             self.x.fill(0.0);
         }
     }

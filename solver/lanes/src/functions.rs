@@ -126,6 +126,7 @@ mod tests {
                 found.store(&mut lanes);
                 for (found, exact) in lanes.into_iter().zip(exact) {
                     let error = (found - exact).abs() / (exact.abs() * f64::EPSILON / 2.0);
+                    assert!(!error.is_nan() || exact == found, "{found} for {exact}");
                     worst[k] = worst[k].max(if exact == found { 0.0 } else { error });
                 }
             };

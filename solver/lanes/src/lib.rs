@@ -97,12 +97,14 @@ pub trait Lanes:
         [Self::from_fn(|l| from[l][0]), Self::from_fn(|l| from[l][1])]
     }
 
-    /// Each lane of the components into the numbers from its place on, one lane after the other.
+    /// Each of the `L` lanes of the components into the numbers from its place on, one lane after the other. Another `L`
+    /// does not compile.
     ///
     /// # Panics
     /// Where a place is beyond `to`.
     #[inline(always)]
     fn scatter<const L: usize, const N: usize>(from: &[Self; N], to: &mut [f64], at: [usize; L]) {
+        const { assert!(L == Self::LANES) };
         let mut lanes = [[0.0; L]; N];
         for (from, lanes) in from.iter().zip(&mut lanes) {
             from.store(lanes);
@@ -114,25 +116,26 @@ pub trait Lanes:
         }
     }
 
-    /// The same for a multiple of four components, in vectors of four numbers where there are such: fast where places are
-    /// aligned to them.
+    /// The same for a multiple of four components, without which it does not compile, in vectors of four numbers where
+    /// there are such: fast where places are aligned to them.
     ///
     /// # Panics
-    /// Where a place is beyond `to`, and for another number of components.
+    /// Where a place is beyond `to`.
     #[inline(always)]
     fn scatter_fours<const L: usize, const N: usize>(
         from: &[Self; N],
         to: &mut [f64],
         at: [usize; L],
     ) {
-        assert!(N.is_multiple_of(4));
+        const { assert!(N.is_multiple_of(4)) };
         Self::scatter(from, to, at);
     }
 
-    /// Each lane of the components into its own numbers: what [`vector::gather`] takes apart.
+    /// Each of the `L` lanes of the components into its own numbers: what [`vector::gather`] takes apart. Another `L` does
+    /// not compile.
     #[inline(always)]
     fn spread<const L: usize, const N: usize>(from: &[Self; N], to: [&mut [f64; N]; L]) {
-        assert!(L == Self::LANES);
+        const { assert!(L == Self::LANES) };
         let mut lanes = [[0.0; L]; N];
         for (from, lanes) in from.iter().zip(&mut lanes) {
             from.store(lanes);

@@ -290,7 +290,7 @@ vector!(
     more {
         #[inline(always)]
         fn load_pairs<const L: usize>(from: [&[f64; 2]; L]) -> [Self; 2] {
-            assert!(L >= 4);
+            const { assert!(L == Self::LANES) };
             // SAFETY: as in `vector`; each pair has the two doubles that are read, and no alignment is needed.
             unsafe {
                 let even = _mm256_castpd128_pd256(_mm_loadu_pd(from[0].as_ptr()));
@@ -307,7 +307,7 @@ vector!(
             to: &mut [f64],
             at: [usize; L],
         ) {
-            assert!(L >= 4);
+            const { assert!(L == Self::LANES) };
             let pairs = split_all(from);
             for l in 0..4 {
                 let to = &mut to[at[l]..at[l] + N];
@@ -317,7 +317,7 @@ vector!(
 
         #[inline(always)]
         fn spread<const L: usize, const N: usize>(from: &[Self; N], to: [&mut [f64; N]; L]) {
-            assert!(L >= 4);
+            const { assert!(L == Self::LANES) };
             let pairs = split_all(from);
             for (l, to) in to.into_iter().enumerate().take(4) {
                 put(&pairs, l, to);
@@ -330,11 +330,11 @@ vector!(
             to: &mut [f64],
             at: [usize; L],
         ) {
-            assert!(L >= 4 && N.is_multiple_of(4));
+            const { assert!(L == Self::LANES && N.is_multiple_of(4)) };
             for c in (0..N).step_by(4) {
-                let lanes = transpose([from[c].0, from[c + 1].0, from[c + 2].0, from[c + 3].0]);
+                let lanes = transpose([from[c], from[c + 1], from[c + 2], from[c + 3]]);
                 for (lane, at) in lanes.into_iter().zip(at) {
-                    Self(lane).store(&mut to[at + c..]);
+                    lane.store(&mut to[at + c..]);
                 }
             }
         }
@@ -353,25 +353,27 @@ vector!(
 
 /// The four numbers of each lane.
 #[inline(always)]
-fn transpose([a, b, c, d]: [__m256d; 4]) -> [__m256d; 4] {
-    // SAFETY: called where vectors of four lanes are, see `vector`.
+fn transpose([a, b, c, d]: [FusedFour; 4]) -> [FusedFour; 4] {
+    // SAFETY: that there are vectors of four lanes shows that their instructions are there, see `vector`.
     unsafe {
+        let (a, b, c, d) = (a.0, b.0, c.0, d.0);
         let (ab, cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
         let (ab_odd, cd_odd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
         [
-            _mm256_permute2f128_pd::<0x20>(ab, cd),
-            _mm256_permute2f128_pd::<0x20>(ab_odd, cd_odd),
-            _mm256_permute2f128_pd::<0x31>(ab, cd),
-            _mm256_permute2f128_pd::<0x31>(ab_odd, cd_odd),
+            FusedFour(_mm256_permute2f128_pd::<0x20>(ab, cd)),
+            FusedFour(_mm256_permute2f128_pd::<0x20>(ab_odd, cd_odd)),
+            FusedFour(_mm256_permute2f128_pd::<0x31>(ab, cd)),
+            FusedFour(_mm256_permute2f128_pd::<0x31>(ab_odd, cd_odd)),
         ]
     }
 }
 
 /// The pair of each lane.
 #[inline(always)]
-fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
-    // SAFETY: called where vectors of four lanes are, see `vector`.
+fn split(first: FusedFour, second: FusedFour) -> [__m128d; 4] {
+    // SAFETY: as above.
     unsafe {
+        let (first, second) = (first.0, second.0);
         let even = _mm256_unpacklo_pd(first, second);
         let odd = _mm256_unpackhi_pd(first, second);
         [
@@ -386,9 +388,9 @@ fn split(first: __m256d, second: __m256d) -> [__m128d; 4] {
 /// The pairs of all lanes, for as many numbers as there are components; the last one twice where their number is odd.
 #[inline(always)]
 fn split_all<const N: usize>(from: &[FusedFour; N]) -> [[__m128d; 4]; N] {
-    let mut pairs = [split(from[0].0, from[0].0); N];
+    let mut pairs = [split(from[0], from[0]); N];
     for c in (0..N).step_by(2) {
-        pairs[c / 2] = split(from[c].0, from[(c + 1).min(N - 1)].0);
+        pairs[c / 2] = split(from[c], from[(c + 1).min(N - 1)]);
     }
     pairs
 }
@@ -398,8 +400,7 @@ fn split_all<const N: usize>(from: &[FusedFour; N]) -> [[__m128d; 4]; N] {
 fn put<const N: usize>(pairs: &[[__m128d; 4]; N], lane: usize, to: &mut [f64]) {
     let (even, odd) = to[..N].as_chunks_mut::<2>();
     for (to, pairs) in even.iter_mut().zip(pairs) {
-        // SAFETY: called where vectors of four lanes are, see `vector`; there is room for the two doubles, and no
-        // alignment is needed.
+        // SAFETY: every x86-64 has the instruction; there is room for the two doubles, and no alignment is needed.
         unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[lane]) };
     }
     if let Some(to) = odd.first_mut() {

@@ -1,9 +1,9 @@
 //! Scalar compressed-column copies of a matrix, for the libraries that want them, and what those libraries leave
 //! open: whether a pivot is noise, and which block is to blame.
 
-use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
+use crate::block_ldlt::{BlockLdlt, NOISE, Pivots, has_negative_minor};
 use crate::kernels::Scalar;
-use crate::probe::Probe;
+use crate::singularity::SingularityTest;
 use crate::{BlockPattern, GeneralMatrix, SolveError, SymBlockMatrix};
 
 /// Which entries of the symmetric matrix are listed.
@@ -110,8 +110,8 @@ fn index<I: TryFrom<usize>>(i: usize, largest: usize) -> Result<I, SolveError> {
     })
 }
 
-/// Judges the pivots of a symmetric factorisation in the order of the pattern: `pivot(r)` for each scalar row; `probe`
-/// looks at them. The libraries themselves refuse exact zeros only, and a row that depends on others seldom leaves one.
+/// Judges the pivots of a symmetric factorisation in the order of the pattern: `pivot(r)` for each scalar row, which
+/// `test` takes. The libraries themselves refuse exact zeros only, and a row that depends on others seldom leaves one.
 /// Allocates nothing.
 ///
 /// # Errors
@@ -120,10 +120,10 @@ fn index<I: TryFrom<usize>>(i: usize, largest: usize) -> Result<I, SolveError> {
 pub(crate) fn check_pivots(
     a: &SymBlockMatrix,
     pivot: impl Fn(usize) -> f64,
-    probe: &mut Probe,
+    test: &mut SingularityTest,
 ) -> Result<(), SolveError> {
     let p = a.pattern();
-    let made_from = |entry: f64, pivot: f64| entry.abs().max((entry - pivot).abs());
+    test.begin();
     for block in 0..p.blocks() {
         let n = p.size(block);
         let diagonal = a.block(p.column(block).start).iter().step_by(n + 1);
@@ -135,46 +135,34 @@ pub(crate) fn check_pivots(
                     block,
                 });
             }
-            // What was subtracted from the entry counts as well: it is what cancels.
-            if pivot.abs() <= NOISE * f64::ROUNDOFF * made_from(entry, pivot) {
+            // The sum of what was subtracted from the entry counts as well: it is what cancels.
+            let from = entry.abs().max((entry - pivot).abs());
+            if pivot.abs() <= NOISE * f64::ROUNDOFF * from {
                 return Err(SolveError::Singular { block });
             }
+            test.take(r, pivot, from);
         }
     }
-    let entries = (0..p.blocks()).flat_map(|block| {
-        let n = p.size(block);
-        a.block(p.column(block).start).iter().step_by(n + 1)
-    });
-    let pivots = entries.enumerate().map(|(row, &entry)| {
-        let pivot = pivot(row);
-        (pivot, made_from(entry, pivot))
-    });
-    probe.look(pivots);
     Ok(())
 }
 
-/// Whether `a` is regular as far as a probe tells that has looked at its pivots; `solve` is x ← A⁻¹ x.
-///
-/// # Errors
-/// [`SolveError::Singular`] with the block.
-#[allow(dead_code)] // where no backend that uses it is compiled in
-pub(crate) fn check_regular(
-    a: &SymBlockMatrix,
-    probe: &mut Probe,
-    solve: impl FnMut(&mut [f64]),
-) -> Result<(), SolveError> {
-    let row = probe.dependent_row(solve);
-    row.map_or(Ok(()), |row| {
-        let block = a.pattern().block_of_row(row);
-        Err(SolveError::Singular { block })
-    })
-}
-
 /// Why a library may have refused `a`, where it does not say or not in terms of blocks: what the project's own
-/// factorisation says of it, `None` where that one accepts it. Allocates; for the way out only.
+/// factorisation says of it, `None` where that one accepts it. Rounding makes the vanishing pivot of a dependent row
+/// negative as often as not, so that a matrix that is not positive definite is tested for being singular. Allocates; for
+/// the way out only.
 pub(crate) fn diagnose(a: &SymBlockMatrix, pivots: Pivots) -> Option<SolveError> {
     let mut own = BlockLdlt::<f64>::new(a.pattern(), a.pattern()).ok()?;
-    own.factorize(a, pivots).err()
+    let refused = own.factorize(a, pivots).err();
+    let in_doubt = matches!(refused, None | Some(SolveError::NotPositiveDefinite { .. }));
+    if in_doubt && !has_negative_minor(a) {
+        let mut test = SingularityTest::new(a.dim());
+        let found = own.factorize(a, Pivots::Nonzero);
+        let found = found.and_then(|()| own.test(a, &mut test));
+        if let Err(singular @ SolveError::Singular { .. }) = found {
+            return Some(singular);
+        }
+    }
+    refused
 }
 
 #[cfg(test)]

@@ -3,17 +3,19 @@
 //! Cholesky and LDLᵀ eliminate in the order of the pattern: for a chain it has no fill, and faer's reordering would only
 //! cost. The fill, the index maps and all memory are made in `analyze`; `factorize` and `solve` allocate nothing, except
 //! that faer's dense product, used where there is much fill, makes its work space at its first use in a thread. LDLᵀ does
-//! not pivot, so that it is for positive definite and quasi-definite matrices. Nothing is regularised.
+//! not pivot, so that it is for positive definite and quasi-definite matrices. Nothing is regularised. Both refuse matrices
+//! that are singular to rounding, of which faer itself would take most (`singularity`); what an LDLᵀ loses where terms of
+//! both signs cancel in a pivot shows in its residual alone.
 //!
 //! LU exchanges rows. From `analyze` it has the column order (COLAMD) and the work space; it fills in as the pivots fall,
 //! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the
 //! factors outgrow their memory. `solve` allocates nothing.
 
-use super::csc::{Csc, Triangle, check_pivots, check_regular, diagnose};
+use super::csc::{Csc, Triangle, check_pivots, diagnose};
 use super::{Phases, check_solution};
 use crate::block_ldlt::{NOISE, Pivots};
 use crate::kernels::Scalar;
-use crate::probe::Probe;
+use crate::singularity::SingularityTest;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, GeneralMatrix,
     LinearSolver,
@@ -151,7 +153,7 @@ struct Cholesky {
     /// Where each row's diagonal entry stands in `factor`.
     diagonal: Vec<usize>,
     memory: MemBuffer,
-    probe: Probe,
+    singularity: SingularityTest,
 }
 
 impl Cholesky {
@@ -184,7 +186,7 @@ impl Cholesky {
             factor,
             diagonal,
             memory,
-            probe: Probe::new(p.dim()),
+            singularity: SingularityTest::new(p.dim()),
         })
     }
 
@@ -201,12 +203,19 @@ impl Cholesky {
         }
         // L of L Lᵀ holds the square roots of the pivots.
         let power = if self.llt { 2 } else { 1 };
-        let mut probe = std::mem::take(&mut self.probe);
-        let pivot = |r: usize| self.factor[self.diagonal[r]].powi(power);
-        let checked = check_pivots(a, pivot, &mut probe)
-            .and_then(|()| check_regular(a, &mut probe, |x| self.solve(x)));
-        self.probe = probe;
-        checked
+        let Self {
+            factor, diagonal, ..
+        } = self;
+        let pivot = |r: usize| factor[diagonal[r]].powi(power);
+        check_pivots(a, pivot, &mut self.singularity)?;
+        let Self {
+            llt,
+            symbolic,
+            memory,
+            ..
+        } = self;
+        let solve = |x: &mut [f64]| substitute(*llt, symbolic, factor, memory, x);
+        self.singularity.check(a, solve)
     }
 
     /// Factorises the values gathered; the row of a pivot that faer refuses as an error.
@@ -254,26 +263,36 @@ impl Cholesky {
     }
 
     fn solve(&mut self, x: &mut [f64]) {
-        let n = x.len();
-        let (x, stack) = (
-            MatMut::from_column_major_slice_mut(x, n, 1),
-            MemStack::new(&mut self.memory),
-        );
-        if self.llt {
-            LltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-                Conj::No,
-                x,
-                Par::Seq,
-                stack,
-            );
-        } else {
-            LdltRef::new(&self.symbolic, &self.factor).solve_in_place_with_conj(
-                Conj::No,
-                x,
-                Par::Seq,
-                stack,
-            );
-        }
+        let Self {
+            llt,
+            symbolic,
+            factor,
+            memory,
+            ..
+        } = self;
+        substitute(*llt, symbolic, factor, memory, x);
+    }
+}
+
+/// x ← A⁻¹ x by the factor of L Lᵀ or of L D Lᵀ.
+fn substitute(
+    llt: bool,
+    symbolic: &SymbolicCholesky<usize>,
+    factor: &[f64],
+    memory: &mut MemBuffer,
+    x: &mut [f64],
+) {
+    let n = x.len();
+    let (x, stack) = (
+        MatMut::from_column_major_slice_mut(x, n, 1),
+        MemStack::new(memory),
+    );
+    if llt {
+        let factor = LltRef::new(symbolic, factor);
+        factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, stack);
+    } else {
+        let factor = LdltRef::new(symbolic, factor);
+        factor.solve_in_place_with_conj(Conj::No, x, Par::Seq, stack);
     }
 }
 
@@ -461,6 +480,9 @@ mod tests {
     fn singular_matrices_are_refused() {
         for kind in ALL {
             testing::refuses_singular(&mut faer(kind), kind != FaerFactorization::Lu);
+            if kind != FaerFactorization::Lu {
+                testing::sees_dependence(&mut faer(kind));
+            }
         }
     }
 

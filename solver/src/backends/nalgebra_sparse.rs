@@ -2,12 +2,12 @@
 //!
 //! It eliminates in the order of the pattern, entry by entry. The fill and all memory are made in `analyze`; `factorize`
 //! and `solve` allocate nothing. The analysis takes time quadratic in the rows, for nalgebra-sparse clears a mark for all
-//! rows at each of them.
+//! rows at each of them. Matrices that are singular to rounding are refused (`singularity`).
 
-use super::csc::{Csc, Triangle, check_pivots, check_regular, diagnose};
+use super::csc::{Csc, Triangle, check_pivots, diagnose};
 use super::{Phases, check_solution};
 use crate::block_ldlt::Pivots;
-use crate::probe::Probe;
+use crate::singularity::SingularityTest;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
     SymBlockMatrix,
@@ -30,7 +30,7 @@ struct Work {
     /// Both triangles; their rows and columns have moved into `factor`.
     csc: Csc<usize>,
     factor: CscCholesky<f64>,
-    probe: Probe,
+    singularity: SingularityTest,
 }
 
 /// x ← A⁻¹ x.
@@ -98,7 +98,7 @@ impl Work {
         Ok(Self {
             factor: factor.map_err(library)?,
             csc,
-            probe: Probe::new(p.dim()),
+            singularity: SingularityTest::new(p.dim()),
         })
     }
 
@@ -111,8 +111,9 @@ impl Work {
         // Each column of L begins with its diagonal entry, the square root of the pivot.
         let l = self.factor.l();
         let pivot = |r: usize| l.values()[l.col_offsets()[r]].powi(2);
-        check_pivots(a, pivot, &mut self.probe)?;
-        check_regular(a, &mut self.probe, |x| solve(&self.factor, x))
+        check_pivots(a, pivot, &mut self.singularity)?;
+        let factor = &self.factor;
+        self.singularity.check(a, |x| solve(factor, x))
     }
 }
 
@@ -136,6 +137,7 @@ mod tests {
     #[test]
     fn singular_matrices_are_refused() {
         testing::refuses_singular(&mut NalgebraSparse::default(), true);
+        testing::sees_dependence(&mut NalgebraSparse::default());
     }
 
     #[test]

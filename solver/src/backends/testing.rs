@@ -194,6 +194,56 @@ pub(crate) fn refuses_singular(solver: &mut dyn LinearSolver, in_order: bool) {
     check(&redundant(&[6, 3, 6, 3, 6]), 4);
 }
 
+/// Springs between five nodes that nothing holds, in chains and rings; and the same with a grain of 10⁻¹² of each more at
+/// both of its nodes, which holds them. The weaker those of some node, from a third to that over 2 to the power of `digits` − 1, the more of its pivot
+/// is what rounding made of the others.
+pub(crate) fn springs(digits: i32) -> impl Iterator<Item = (String, [SymBlockMatrix; 2])> {
+    let stiffness = |digits: i32| {
+        let weak = 0.5_f64.powi(digits) / 3.0;
+        [
+            [0.3, 0.7, 1.1, 0.9 * weak, 0.4 * weak],
+            [0.3, 0.7 * weak, 1.1 * weak, 0.9, 0.0],
+            [0.3, 0.7, 1.1, 0.9 * weak, 0.0],
+        ]
+    };
+    (0..digits).flat_map(stiffness).map(|stiffness| {
+        let mut ends = vec![(0, 1), (1, 2), (2, 3), (3, 4)];
+        if stiffness[4] > 0.0 {
+            ends.push((0, 4));
+        }
+        let pattern = Arc::new(BlockPattern::new(&[1; 5], &ends).unwrap());
+        let system = |grain: f64| {
+            let mut a = SymBlockMatrix::zeros(pattern.clone());
+            let mut add = |i: usize, j: usize, k: f64| {
+                a.block_mut(pattern.find(i.max(j), i.min(j)).unwrap())[0] += k;
+            };
+            for (&(i, j), &k) in ends.iter().zip(&stiffness) {
+                add(i, i, k * (1.0 + grain));
+                add(j, j, k * (1.0 + grain));
+                add(i, j, -k);
+            }
+            a
+        };
+        (format!("{stiffness:?}"), [0.0, 1e-12].map(system))
+    })
+}
+
+/// Dependence is seen whichever pivot it leaves weak, and nothing else is taken for it.
+#[cfg_attr(
+    not(any(feature = "faer", feature = "nalgebra-sparse")),
+    allow(dead_code)
+)]
+pub(crate) fn sees_dependence(solver: &mut dyn LinearSolver) {
+    // Two less than without roots, whose squares are twice as inexact.
+    for (name, [loose, firm]) in springs(23) {
+        solver.analyze(loose.pattern()).unwrap();
+        let refused = solver.factorize(&loose);
+        let singular = matches!(refused, Err(SolveError::Singular { .. }));
+        assert!(singular, "{name}: {refused:?}");
+        solves(solver, &firm);
+    }
+}
+
 /// Indefinite matrices are named as such, with the block, and leave nothing behind.
 pub(crate) fn refuses_indefinite(solver: &mut dyn LinearSolver) {
     for pattern in patterns() {

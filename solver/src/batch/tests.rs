@@ -76,7 +76,7 @@ fn agrees_with_one_cable_at_a_time() {
                 let (b, x) = (of(&b), of(&x));
                 let mut exact = vec![0.0; dim];
                 let mut one = Chain::new(&pattern, level).unwrap();
-                assert!(one.factorize(a));
+                assert!(one.factorize(a, NOISE));
                 one.solve(&b, &mut exact);
                 assert!(
                     forward_error(&x, &exact) <= 1e-13,
@@ -191,4 +191,40 @@ fn refuses_what_does_not_fit() {
         solver.factorize(&other),
         Err(SolveError::PatternChanged.into())
     );
+}
+
+/// Springs that a grain of themselves holds are definite, with a weak pivot: their number is none of their cable's concern.
+#[test]
+fn accepts_the_same_matrices_whatever_their_number() {
+    let pattern = chain(&[1; 5]);
+    for grain in [1e-10, 1e-12] {
+        let k = [0.3, 0.7, 1.1, 0.9];
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        for (i, k) in k.into_iter().enumerate() {
+            for node in [i, i + 1] {
+                a.block_mut(pattern.column(node).start)[0] += k * (1.0 + grain);
+            }
+            a.block_mut(pattern.column(i).start + 1)[0] = -k;
+        }
+        let b: Vec<f64> = (0..5).map(|i| f64::from(i).cos()).collect();
+        for count in 1..=9 {
+            let mut all = BatchMatrix::zeros(pattern.clone(), count);
+            (0..count).for_each(|cable| all.set(cable, &a).unwrap());
+            let mut solver = BatchBanded::new(&pattern, count).unwrap();
+            solver.factorize(&all).unwrap();
+            let len = batch_len(5, count);
+            let (mut right, mut x) = (vec![0.0; len], vec![0.0; len]);
+            for cable in 0..count {
+                for (r, b) in b.iter().enumerate() {
+                    right[batch_index(5, r, cable)] = *b;
+                }
+            }
+            solver.solve(&right, &mut x).unwrap();
+            for cable in 0..count {
+                let x: Vec<f64> = (0..5).map(|r| x[batch_index(5, r, cable)]).collect();
+                let e = backward_error(&a, &b, &x).unwrap();
+                assert!(e.normwise < 1e-15, "{grain:e}, {cable} of {count}: {e:?}");
+            }
+        }
+    }
 }

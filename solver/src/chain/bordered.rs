@@ -92,7 +92,7 @@ impl Bordered {
     /// their rows were made from where these magnitudes are given, one for every row of the matrix. Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, magnitudes: Option<&[f64]>) -> bool {
         let sound = |chain: &Chain| magnitudes.is_none_or(|m| chain.is_sound(m));
-        if !self.chain.factorize(a) || !sound(&self.chain) {
+        if !self.chain.factorize(a, WEAK) || !sound(&self.chain) {
             return false;
         }
         let (len, count) = (self.chain.half.len(), self.rows.len());
@@ -125,7 +125,8 @@ impl Bordered {
             }
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
-        factor_diagonal::<OneByOne, _, _>(count, s, inverse, &self.scale, Pivots::Positive).is_ok()
+        factor_diagonal::<OneByOne, _, _>(count, s, inverse, &mut self.scale, Pivots::Positive)
+            .is_ok()
             && (inverse.iter().zip(&self.scale))
                 .all(|(d, from)| WEAK * f64::ROUNDOFF * from * d < 1.0)
     }

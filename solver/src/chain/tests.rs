@@ -68,7 +68,7 @@ fn solves_chains_at_every_level() {
             for level in Level::available() {
                 let mut chain = Chain::new(&pattern, level).unwrap();
                 let mut x = vec![f64::NAN; a.dim()];
-                assert!(chain.factorize(&a));
+                assert!(chain.factorize(&a, WEAK));
                 chain.solve(&b, &mut x);
                 let e = backward_error(&a, &b, &x).unwrap();
                 assert!(e.componentwise <= 2e-15, "{level}: {e:?} for {pattern:?}");
@@ -112,8 +112,11 @@ fn a_pivot_that_is_noise_is_no_pivot() {
             }
             for level in Level::available() {
                 let mut chain = Chain::new(&pattern, level).unwrap();
-                assert!(!chain.factorize(&a), "{level}: {bad} of {blocks} blocks");
-                assert!(chain.factorize(&matrix(&pattern, 7)));
+                assert!(
+                    !chain.factorize(&a, WEAK),
+                    "{level}: {bad} of {blocks} blocks"
+                );
+                assert!(chain.factorize(&matrix(&pattern, 7), WEAK));
             }
         }
         // Nothing is left of it after an elimination from the first block on: the last pivot is an exact zero.
@@ -128,7 +131,7 @@ fn a_pivot_that_is_noise_is_no_pivot() {
         }
         for level in Level::available() {
             let mut chain = Chain::new(&pattern, level).unwrap();
-            assert!(!chain.factorize(&a));
+            assert!(!chain.factorize(&a, WEAK));
         }
     }
 }
@@ -156,14 +159,18 @@ fn assert_refused(a: &SymBlockMatrix, good: &SymBlockMatrix, what: &str) {
     let b: Vec<_> = (0..a.dim()).map(|i| (i as f64).cos()).collect();
     for level in Level::available() {
         let solved = |chain: &mut Chain| {
-            assert!(chain.factorize(good), "{level}: {what}");
+            assert!(chain.factorize(good, WEAK), "{level}: {what}");
             let mut x = vec![f64::NAN; b.len()];
             chain.solve(&b, &mut x);
             x
         };
         let new = || Chain::new(a.pattern(), level).unwrap();
         let mut chain = new();
-        assert!(!chain.factorize(a), "{level}: {what} for {:?}", a.pattern());
+        assert!(
+            !chain.factorize(a, WEAK),
+            "{level}: {what} for {:?}",
+            a.pattern()
+        );
         assert_eq!(solved(&mut chain), solved(&mut new()), "{level}: {what}");
     }
 }
@@ -228,7 +235,11 @@ fn both_ends_take_from_the_middle() {
         if refused {
             assert_refused(&a, &good, "both ends");
         } else {
-            assert!(Chain::new(&pattern, Level::best()).unwrap().factorize(&a));
+            assert!(
+                Chain::new(&pattern, Level::best())
+                    .unwrap()
+                    .factorize(&a, WEAK)
+            );
         }
     }
 }
@@ -240,7 +251,7 @@ fn soundness_is_asked_row_by_row() {
         let a = matrix(&pattern, 5);
         for level in Level::available() {
             let mut chain = Chain::new(&pattern, level).unwrap();
-            assert!(chain.factorize(&a));
+            assert!(chain.factorize(&a, WEAK));
             assert!(chain.is_sound(&vec![0.0; a.dim()]));
             for row in 0..a.dim() {
                 // Pivots lie between a little and the diagonal entries, which are less than 11.

@@ -4,7 +4,6 @@ use super::block::{self, Blocks, ScratchOfTwo};
 use super::layout::{per_step, unroll};
 use super::places::{Place, Places, Step};
 use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
-use crate::block_ldlt::WEAK;
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
 /// Factorises; whether the pivots were accepted.
@@ -13,6 +12,8 @@ pub(super) struct Factorize<'a, const B: usize> {
     pub(super) values: &'a [f64],
     pub(super) factor: &'a mut [f64],
     pub(super) scratch: &'a mut ScratchOfTwo,
+    /// Units of roundoff of what a pivot was made from that it has to have.
+    pub(super) least: f64,
 }
 
 /// L⁻¹ b into `y` (unless that is empty) and D⁻¹ L⁻¹ b into `z`, both in the order of elimination: the rows of a step for
@@ -179,6 +180,7 @@ impl<const B: usize> Factorize<'_, B> {
             values,
             factor,
             scratch,
+            least,
         } = self;
         let (steps, count) = (&places.steps[..], places.steps());
         // A step's own blocks may be padded, and so may the next ones: of even and of odd steps. Where all are full these
@@ -237,7 +239,7 @@ impl<const B: usize> Factorize<'_, B> {
                 }
             };
             let here = &mut factor[2 * per_step(B) * t..];
-            pivot = block::eliminate::<Q, B, _, _>(pivot, scratch, &ends, WEAK, here)?;
+            pivot = block::eliminate::<Q, B, _, _>(pivot, scratch, &ends, least, here)?;
         }
         let middle = steps[count].ends[0].diagonal;
         let [middle, _] = match (steps[..count].last(), &padded) {
@@ -253,7 +255,7 @@ impl<const B: usize> Factorize<'_, B> {
             add(Q::Half::load(v)).store(v);
         }
         let here = &mut factor[2 * per_step(B) * count..];
-        block::finish(add(pivot), scratch, own, WEAK, here)
+        block::finish(add(pivot), scratch, own, least, here)
     }
 }
 

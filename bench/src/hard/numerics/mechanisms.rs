@@ -335,7 +335,7 @@ fn judged(case: String, run: &Run, compliant: bool, step: &str, fine: &Run) -> C
             "gap {:.1e} m, ΔE {:+.1e}, at most {:+.1e}",
             run.gap, run.change, run.gain
         ),
-        Some(_) => format!("ends at {:.2} s", run.time),
+        Some(_) => format!("ends at {:.4} s", run.time),
     };
     Check {
         error: run.failure.is_none().then_some(run.drift),
