@@ -161,7 +161,7 @@ fn comments(args: &DumpArgs, scene: &taut_model::Scene) -> Vec<String> {
     let set = args.overrides.join(" ");
     vec![
         format!("scene {} {set}", args.scene).trim_end().to_owned(),
-        format!("system of the step after {} others", args.at),
+        format!("step {0}: the system of the step after {0} others", args.at),
         format!(
             "time step {:e} s, scheme {}, {} sub-steps",
             args.step.dt, args.step.scheme, args.step.substeps

@@ -319,10 +319,11 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
 /// What the columns of the sweep's tables are.
 const KERNELS_LEGEND: &str = "\
 ns/joint: factorisation and solve of the assembled system, least of the samples; median ns: of the samples; × banded:
-over banded's of the same table; normwise, compon.: backward errors on the system solved, the latter of its worst row; error: relative error of the
-multipliers against the KKT system in extended precision. All take turns on the same matrices. +refine: with one
-refinement from the pieces, by the step's clock; umfpack: with its own refinement, its default; batch: 8 cables side by
-side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the filling of the band";
+over banded's of the same table; normwise, compon.: backward errors on the system solved, the latter of its worst row;
+error: relative error of the multipliers against the KKT system in extended precision. All take turns on the same
+matrices. +refine: with one refinement from the pieces, by the step's clock; umfpack: with its own refinement, its
+default; batch: 8 cables side by side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the
+filling of the band";
 
 fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let mut config = args.quick.then(kernels::Config::quick).unwrap_or_default();
