@@ -15,7 +15,12 @@ pub(crate) mod gauss_seidel;
 pub(crate) mod nalgebra_sparse;
 #[cfg(all(
     test,
-    any(feature = "faer", feature = "nalgebra-sparse", feature = "umfpack")
+    any(
+        feature = "banded",
+        feature = "faer",
+        feature = "nalgebra-sparse",
+        feature = "umfpack"
+    )
 ))]
 pub(crate) mod testing;
 #[cfg(feature = "umfpack")]

@@ -77,8 +77,8 @@ mod reference;
 mod refine;
 #[cfg(feature = "serde")]
 mod serde_forms;
-#[allow(dead_code)] // where no backend that uses it is compiled in
 mod singularity;
+#[allow(dead_code)] // where no backend that uses it is compiled in
 mod slices;
 
 pub use accuracy::{

@@ -23,6 +23,7 @@ pub(crate) struct SingularityTest {
 }
 
 impl SingularityTest {
+    #[allow(dead_code)] // where no backend that uses it is compiled in
     /// For matrices of a dimension. Allocates all that is needed.
     pub(crate) fn new(dim: usize) -> Self {
         Self {

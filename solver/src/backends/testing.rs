@@ -229,10 +229,6 @@ pub(crate) fn springs(digits: i32) -> impl Iterator<Item = (String, [SymBlockMat
 }
 
 /// Dependence is seen whichever pivot it leaves weak, and nothing else is taken for it.
-#[cfg_attr(
-    not(any(feature = "faer", feature = "nalgebra-sparse")),
-    allow(dead_code)
-)]
 pub(crate) fn sees_dependence(solver: &mut dyn LinearSolver) {
     // Two less than without roots, whose squares are twice as inexact.
     for (name, [loose, firm]) in springs(23) {
