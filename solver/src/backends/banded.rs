@@ -13,9 +13,10 @@ use crate::block_ldlt::{BlockLdlt, Pivots, WEAK};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
+use crate::refine::CONTRACTION;
 use crate::singularity::SingularityTest;
 use crate::{
-    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
+    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport, Status,
     SymBlockMatrix,
 };
 use std::sync::Arc;
@@ -127,12 +128,17 @@ pub(crate) fn border_rows(
     Ok(fast.map(|fast| fast.border_rows()))
 }
 
-/// Corrections of `x`, x ← x + A⁻¹ (b − A x), until they are rounding or no longer get smaller.
-fn correct(factor: &BlockLdlt<f64>, a: &SymBlockMatrix, b: &[f64], x: &mut [f64], r: &mut [f64]) {
-    /// Each takes as many digits of the error away as the factor has, two at least.
-    const MOST: usize = 8;
+/// Corrections of `x`, x ← x + A⁻¹ (b − A x), until they are rounding or no longer get smaller by half; whether the last one
+/// was so small beside x that something can be claimed of it.
+fn correct(
+    factor: &BlockLdlt<f64>,
+    a: &SymBlockMatrix,
+    b: &[f64],
+    x: &mut [f64],
+    r: &mut [f64],
+) -> bool {
     let mut last = f64::INFINITY;
-    for _ in 0..MOST {
+    loop {
         a.subtract_product(b, x, r);
         factor.solve(r);
         let (mut size, mut change) = (0.0_f64, 0.0_f64);
@@ -140,8 +146,9 @@ fn correct(factor: &BlockLdlt<f64>, a: &SymBlockMatrix, b: &[f64], x: &mut [f64]
             *x += d;
             (size, change) = (size.max(x.abs()), change.max(d.abs()));
         }
-        if change <= f64::EPSILON * size || change >= last {
-            break;
+        // What is not finite ends it too.
+        if change <= f64::EPSILON * size || !(change < 0.5 * last) {
+            return change <= CONTRACTION * size;
         }
         last = change;
     }
@@ -186,19 +193,20 @@ impl LinearSolver for Banded {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         self.phases.begin_solve(a, b, x)?;
+        let mut report = SolveReport::DIRECT;
         match (self.last, &mut self.fast, &self.in_order) {
             (Way::Fast, Some(fast), _) => fast.solve(b, x),
             (.., Some(factor)) => {
                 x.copy_from_slice(b);
                 factor.solve(x);
-                if self.singularity.has_doubts() {
-                    correct(factor, a, b, x, &mut self.residual);
+                if self.singularity.has_doubts() && !correct(factor, a, b, x, &mut self.residual) {
+                    report.status = Status::Stalled;
                 }
             }
             (.., None) => {}
         }
         check_solution(a, x)?;
-        Ok(SolveReport::DIRECT)
+        Ok(report)
     }
 }
 
