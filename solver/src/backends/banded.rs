@@ -146,8 +146,7 @@ fn correct(
             *x += d;
             (size, change) = (size.max(x.abs()), change.max(d.abs()));
         }
-        // What is not finite ends it too.
-        if change <= f64::EPSILON * size || !(change < 0.5 * last) {
+        if change <= f64::EPSILON * size || change >= 0.5 * last {
             return change <= CONTRACTION * size;
         }
         last = change;
