@@ -392,6 +392,11 @@ impl Places {
         {
             return gather([a, b, c, d]);
         }
+        if let [Some(a), Some(b), Some(c), Some(d)] = self.row.map(|row| from[row..].first_chunk())
+            && self.rows == [6; ABREAST]
+        {
+            return gather([a, b, c, d]);
+        }
         let mut lanes = [[0.0; ABREAST]; 6];
         for lane in 0..self.count {
             let rows = &from[self.row[lane]..][..self.rows[lane]];
@@ -417,6 +422,9 @@ impl Places {
             && let Some(rows) = to[first..].first_chunk_mut::<RUN>()
         {
             return V::scatter(from, rows, [0, 6, 12, 18]);
+        }
+        if self.rows == [6; ABREAST] {
+            return V::scatter(from, to, self.row);
         }
         let from: [Four; 6] = save(from);
         for lane in 0..self.count {

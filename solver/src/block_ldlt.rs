@@ -345,6 +345,8 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
 ) -> Result<(), PivotError> {
     let n = n.get();
     let (a, inverse, scale) = (&mut a[..n * n], &mut inverse[..n], &mut scale[..n]);
+    // Whether there are pivots of either sign before this one.
+    let mut signs = [false; 2];
     for c in 0..n {
         // Left-looking: column c of L D is column c of A less what the columns before it take away. The rows above
         // the diagonal are computed along and never read.
@@ -356,11 +358,12 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
         if !size.is_finite() {
             return Err(PivotError::NonFinite);
         }
-        if pivots == Pivots::Nonzero {
-            // Of both signs, so that their sum may be less than they are; positive ones are together less than the entry.
+        if signs == [true; 2] {
+            // Of both signs, so that their sum may be less than they are; else the entry is as large.
             let part = |s: usize| (done[s + n * s] * done[c + n * s] * done[c + n * s]).to_f64();
             scale[c] = (0..c).fold(scale[c], |most, s| most.max(part(s).abs()));
         }
+        signs[usize::from(size < 0.0)] = true;
         if size.abs() <= NOISE * T::ROUNDOFF * scale[c] {
             return Err(PivotError::Singular);
         }
