@@ -30,6 +30,10 @@ pub struct Run {
     pub time: f64,
 }
 
+/// Distances from the equilibrium that are rounding of positions of about a metre \[m]: a disturbance that has faded to it
+/// stays there, and what grows from less has to leave it.
+const ROUNDING: f64 = 1e-14;
+
 /// Largest distance of a body from the equilibrium, `off` (m), in the last quarter of the run over that in the second:
 /// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
 ///
@@ -60,7 +64,7 @@ pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, Exp
             last = last.max(away);
         }
     }
-    Ok(last / first)
+    Ok(last / first.max(ROUNDING))
 }
 
 /// Where an equilibrium buckles.
