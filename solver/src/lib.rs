@@ -72,11 +72,11 @@ mod matrix;
 mod ordering;
 mod pattern;
 mod phases;
-#[allow(dead_code)] // where no backend that uses it is compiled in
 mod reference;
 mod refine;
 #[cfg(feature = "serde")]
 mod serde_forms;
+#[allow(dead_code)] // where no backend that uses it is compiled in
 mod singularity;
 #[allow(dead_code)] // where no backend that uses it is compiled in
 mod slices;

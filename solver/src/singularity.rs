@@ -23,7 +23,6 @@ pub(crate) struct SingularityTest {
 }
 
 impl SingularityTest {
-    #[allow(dead_code)] // where no backend that uses it is compiled in
     /// For matrices of a dimension. Allocates all that is needed.
     pub(crate) fn new(dim: usize) -> Self {
         Self {
@@ -48,7 +47,6 @@ impl SingularityTest {
     }
 
     /// Whether a pivot stands in doubt: the digits that its row has lost are lost to the solution as well.
-    #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn has_doubts(&self) -> bool {
         !self.weak.is_empty()
     }

@@ -204,18 +204,16 @@ impl Cholesky {
         // L of L Lᵀ holds the square roots of the pivots.
         let power = if self.llt { 2 } else { 1 };
         let Self {
-            factor, diagonal, ..
-        } = self;
-        let pivot = |r: usize| factor[diagonal[r]].powi(power);
-        check_pivots(a, pivot, &mut self.singularity)?;
-        let Self {
             llt,
             symbolic,
+            factor,
+            diagonal,
             memory,
+            singularity,
             ..
         } = self;
-        let solve = |x: &mut [f64]| substitute(*llt, symbolic, factor, memory, x);
-        self.singularity.check(a, solve)
+        check_pivots(a, |r| factor[diagonal[r]].powi(power), singularity)?;
+        singularity.check(a, |x| substitute(*llt, symbolic, factor, memory, x))
     }
 
     /// Factorises the values gathered; the row of a pivot that faer refuses as an error.
