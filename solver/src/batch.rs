@@ -12,6 +12,7 @@ use crate::error::expect_len;
 use crate::matrix::check_finite;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 use taut_lanes::vector::gather;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
@@ -75,7 +76,8 @@ impl BatchMatrix {
     }
 
     /// Copies the matrix of one cable in. Spreading the values costs about as much as factorising them: where speed
-    /// matters assemble into [`values_mut`](Self::values_mut).
+    /// matters assemble into [`values_mut`](Self::values_mut), or leave each matrix where it is
+    /// ([`BatchBanded::factorize_each`]).
     ///
     /// # Errors
     /// [`SolveError::PatternChanged`], [`SolveError::Dimension`] for a cable that is not there.
@@ -87,56 +89,6 @@ impl BatchMatrix {
         let len = a.values().len();
         for (v, &value) in a.values().iter().enumerate() {
             self.values[batch_index(len, v, cable)] = value;
-        }
-        Ok(())
-    }
-
-    /// Copies the matrices of four cables in, of number `first` on, a multiple of four; several times faster than
-    /// [`set`](Self::set).
-    ///
-    /// # Errors
-    /// As for [`set`](Self::set), and [`SolveError::InvalidOption`] where `first` is no multiple of four.
-    pub fn set_four(&mut self, first: usize, a: [&SymBlockMatrix; 4]) -> Result<(), SolveError> {
-        self.expect_cable(first)?;
-        self.expect_cable(first + 3)?;
-        if !first.is_multiple_of(4) {
-            return Err(SolveError::InvalidOption {
-                option: "first",
-                allowed: "a multiple of four",
-            });
-        }
-        for a in a {
-            if !Arc::ptr_eq(a.pattern(), &self.pattern) && **a.pattern() != *self.pattern {
-                return Err(SolveError::PatternChanged);
-            }
-        }
-        let len = self.pattern.stored_values();
-        let (values, _) = self.values.as_chunks_mut::<LANES>();
-        let spread = Spread {
-            from: a.map(SymBlockMatrix::values),
-            to: &mut values[first / LANES * len..][..len],
-            lane: first % LANES,
-        };
-        dispatch(Level::best(), spread);
-        Ok(())
-    }
-
-    /// The identity as the matrix of one cable: a place for one that is not there.
-    ///
-    /// # Errors
-    /// [`SolveError::Dimension`] for a cable that is not there.
-    pub fn set_identity(&mut self, cable: usize) -> Result<(), SolveError> {
-        self.expect_cable(cable)?;
-        let p = self.pattern.clone();
-        let len = p.stored_values();
-        for v in 0..len {
-            self.values[batch_index(len, v, cable)] = 0.0;
-        }
-        for j in 0..p.blocks() {
-            let (n, diagonal) = (p.size(j), p.values(p.column(j).start));
-            for v in diagonal.step_by(n + 1) {
-                self.values[batch_index(len, v, cable)] = 1.0;
-            }
         }
         Ok(())
     }
@@ -169,6 +121,57 @@ impl BatchMatrix {
     }
 }
 
+/// Puts vectors of four cables, of number `first` on, where a batch has them: the entries `first`, `first + 1` and so on
+/// of [`batch_index`]. Allocates nothing.
+///
+/// # Errors
+/// [`SolveError::InvalidOption`] where `first` is no multiple of four, [`SolveError::Dimension`] where the vectors differ
+/// in length or do not fit.
+pub fn batch_set_four(to: &mut [f64], first: usize, from: [&[f64]; 4]) -> Result<(), SolveError> {
+    let eight = place_of_four(first, from.map(<[f64]>::len), to.len())?;
+    let (to, _) = to[eight].as_chunks_mut::<LANES>();
+    let lane = first % LANES;
+    dispatch(Level::best(), Spread { from, to, lane });
+    Ok(())
+}
+
+/// The reverse of [`batch_set_four`]. Allocates nothing.
+///
+/// # Errors
+/// As there.
+pub fn batch_get_four(from: &[f64], first: usize, to: [&mut [f64]; 4]) -> Result<(), SolveError> {
+    let lens = [to[0].len(), to[1].len(), to[2].len(), to[3].len()];
+    let eight = place_of_four(first, lens, from.len())?;
+    let (from, _) = from[eight].as_chunks::<LANES>();
+    let lane = first % LANES;
+    dispatch(Level::best(), Collect { from, to, lane });
+    Ok(())
+}
+
+/// Where the eight are that four cables are among, in numbers of a batch.
+fn place_of_four(first: usize, lens: [usize; 4], all: usize) -> Result<Range<usize>, SolveError> {
+    if !first.is_multiple_of(4) {
+        return Err(SolveError::InvalidOption {
+            option: "first",
+            allowed: "a multiple of four",
+        });
+    }
+    let len = lens[0];
+    for found in lens {
+        expect_len("vector", len, found)?;
+    }
+    let begin = (first / LANES).saturating_mul(len * LANES);
+    let end = begin.saturating_add(len * LANES);
+    if end > all {
+        return Err(SolveError::Dimension {
+            what: "batch",
+            expected: end,
+            found: all,
+        });
+    }
+    Ok(begin..end)
+}
+
 /// Arrays of four cables side by side, into four lanes.
 struct Spread<'a> {
     from: [&'a [f64]; 4],
@@ -181,22 +184,66 @@ impl Kernel for Spread<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) {
-        const TOGETHER: usize = 4;
-        let Self { from, to, lane } = self;
-        let [a, b, c, d] = from.map(|v| v.as_chunks::<TOGETHER>());
-        let (groups, rest) = to.as_chunks_mut::<TOGETHER>();
-        let each = a.0.iter().zip(b.0).zip(c.0.iter().zip(d.0));
-        for (to, ((a, b), (c, d))) in groups.iter_mut().zip(each) {
-            let numbers: [I::X4; TOGETHER] = gather([a, b, c, d]);
-            for (to, number) in to.iter_mut().zip(numbers) {
-                number.store(&mut to[lane..]);
-            }
-        }
-        for (k, to) in rest.iter_mut().enumerate() {
-            (to[lane], to[lane + 1]) = (a.1[k], b.1[k]);
-            (to[lane + 2], to[lane + 3]) = (c.1[k], d.1[k]);
+        spread::<I::X4>(self.from, self.to, self.lane);
+    }
+}
+
+/// Arrays of four cables side by side, into the lanes from one on.
+#[inline(always)]
+pub(crate) fn spread<V: Lanes>(from: [&[f64]; 4], to: &mut [[f64; LANES]], lane: usize) {
+    const TOGETHER: usize = 4;
+    let [a, b, c, d] = from.map(|v| v.as_chunks::<TOGETHER>());
+    let (groups, rest) = to.as_chunks_mut::<TOGETHER>();
+    let each = a.0.iter().zip(b.0).zip(c.0.iter().zip(d.0));
+    for (to, ((a, b), (c, d))) in groups.iter_mut().zip(each) {
+        let numbers: [V; TOGETHER] = gather([a, b, c, d]);
+        for (to, number) in to.iter_mut().zip(numbers) {
+            number.store(&mut to[lane..]);
         }
     }
+    for (k, to) in rest.iter_mut().enumerate() {
+        (to[lane], to[lane + 1]) = (a.1[k], b.1[k]);
+        (to[lane + 2], to[lane + 3]) = (c.1[k], d.1[k]);
+    }
+}
+
+/// The reverse of [`Spread`].
+struct Collect<'a> {
+    from: &'a [[f64; LANES]],
+    to: [&'a mut [f64]; 4],
+    lane: usize,
+}
+
+impl Kernel for Collect<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        const TOGETHER: usize = 4;
+        let Self { from, to, lane } = self;
+        let (groups, rest) = from.as_chunks::<TOGETHER>();
+        let [a, b, c, d] = to.map(|v| v.as_chunks_mut::<TOGETHER>());
+        let each = a.0.iter_mut().zip(b.0).zip(c.0.iter_mut().zip(d.0));
+        for (from, ((a, b), (c, d))) in groups.iter().zip(each) {
+            let rows = from.each_ref().map(|row| four_from(row, lane));
+            let cables: [I::X4; TOGETHER] = gather(rows);
+            for (cable, to) in cables.iter().zip([a, b, c, d]) {
+                cable.store(to);
+            }
+        }
+        for (cable, to) in [a.1, b.1, c.1, d.1].into_iter().enumerate() {
+            for (to, from) in to.iter_mut().zip(rest) {
+                *to = from[lane + cable];
+            }
+        }
+    }
+}
+
+/// The four numbers of the first or the last four lanes.
+#[inline(always)]
+fn four_from(row: &[f64; LANES], lane: usize) -> &[f64; 4] {
+    let (fours, _) = row.as_chunks::<4>();
+    &fours[lane / 4]
 }
 
 /// Why a batch has no solutions.
@@ -372,35 +419,82 @@ impl BatchBanded {
         expect_len("cables", self.count, a.count)?;
         let stored = self.pattern.stored_values();
         let (values, _) = a.values.as_chunks::<LANES>();
+        self.factorize_from(
+            |eight, _| batch::Together(&values[eight * stored..(eight + 1) * stored]),
+            |cable, to| a.get(cable, to),
+        )
+    }
+
+    /// The same for matrices that each have their values to themselves: `a` says which is a cable's. They are put side by
+    /// side as the elimination comes to them, which costs less than a [`BatchMatrix`] that is filled with them. Allocates
+    /// nothing where it succeeds.
+    ///
+    /// # Errors
+    /// As for [`factorize`](Self::factorize).
+    pub fn factorize_each<'a>(
+        &mut self,
+        a: impl Fn(usize) -> &'a SymBlockMatrix,
+    ) -> Result<(), BatchError> {
+        self.factorized = false;
+        for cable in 0..self.count {
+            let pattern = a(cable).pattern();
+            if !Arc::ptr_eq(&self.pattern, pattern) && *self.pattern != **pattern {
+                let cable = Some(cable);
+                let error = SolveError::PatternChanged;
+                return Err(BatchError { cable, error });
+            }
+        }
+        let four = |first: usize, cables: &Range<usize>| {
+            // Those beyond the last one are copies of it.
+            let cable = |k: usize| (first + k).clamp(cables.start, cables.end - 1);
+            let some = first < cables.end && first + 4 > cables.start;
+            some.then(|| [0, 1, 2, 3].map(|k| a(cable(k)).values()))
+        };
+        self.factorize_from(
+            |eight, cables| batch::Apart([0, 4].map(|lane| four(eight * LANES + lane, &cables))),
+            |cable, to| {
+                to.values_mut().copy_from_slice(a(cable).values());
+                Ok(())
+            },
+        )
+    }
+
+    /// Factorises matrices given by the values of some cables, all among the same eight, and by one cable's matrix.
+    fn factorize_from<V: batch::Values>(
+        &mut self,
+        values: impl Fn(usize, Range<usize>) -> V,
+        one: impl Fn(usize, &mut SymBlockMatrix) -> Result<(), SolveError>,
+    ) -> Result<(), BatchError> {
         let same = |a: &Side, b: &Side| a.eight == b.eight && a.side.level == b.side.level;
         let eights = self.sides.chunk_by_mut(same);
         for sides in eights.flat_map(|sides| sides.chunks_mut(2)) {
             let (eight, side) = (sides[0].eight, sides[0].side);
-            let values = &values[eight * stored..(eight + 1) * stored];
-            let (first, count) = (eight * LANES + side.lane, sides.len());
+            let first = eight * LANES + side.lane;
+            let cables = first..first + sides.len() * side.level.widest();
+            let values = values(eight, cables.clone());
             let accepted = match sides {
                 [one, other] => {
                     let sides = &mut [one.with_factor(), other.with_factor()];
-                    self.order.factorize(side.level, values, sides)
+                    self.order.factorize(side.level, &values, sides)
                 }
                 _ => {
                     let mut one = sides.iter_mut().map(Side::with_factor);
-                    one.all(|one| self.order.factorize(side.level, values, &mut [one]))
+                    one.all(|one| self.order.factorize(side.level, &values, &mut [one]))
                 }
             };
             if !accepted {
-                return Err(blame(a, first..first + count * side.level.widest()));
+                return Err(blame(&self.pattern, one, cables));
             }
         }
         if let Some(single) = &mut self.single {
             for (i, chain) in single.chains.iter_mut().enumerate() {
                 let cable = Some(single.first + i);
                 let failed = |error| BatchError { cable, error };
-                a.get(single.first + i, &mut single.a).map_err(failed)?;
+                one(single.first + i, &mut single.a).map_err(failed)?;
                 single.a.check_finite().map_err(failed)?;
                 if !chain.factorize(&single.a, NOISE) {
                     let cable = single.first + i;
-                    return Err(blame(a, cable..cable + 1));
+                    return Err(blame(&self.pattern, one, cable..cable + 1));
                 }
             }
         }
@@ -466,19 +560,22 @@ impl BatchBanded {
 
 /// What is wrong with the first of some cables that fails by itself. Where none does, the first that has the smallest or
 /// the largest pivots is out of range.
-fn blame(a: &BatchMatrix, cables: std::ops::Range<usize>) -> BatchError {
-    let mut one = SymBlockMatrix::zeros(a.pattern.clone());
+fn blame(
+    pattern: &Arc<BlockPattern>,
+    matrix: impl Fn(usize, &mut SymBlockMatrix) -> Result<(), SolveError>,
+    cables: Range<usize>,
+) -> BatchError {
+    let mut one = SymBlockMatrix::zeros(pattern.clone());
     let mut worst = (0.0, None, 0);
     for cable in cables {
-        let finite = a.get(cable, &mut one).and_then(|()| one.check_finite());
+        let finite = matrix(cable, &mut one).and_then(|()| one.check_finite());
         if let Err(error) = finite.and_then(|()| factorize_in_order(&one)) {
             let cable = Some(cable);
             return BatchError { cable, error };
         }
-        let p = &a.pattern;
-        for block in 0..p.blocks() {
-            let entries = one.block(p.column(block).start);
-            for d in entries.iter().step_by(p.size(block) + 1) {
+        for block in 0..pattern.blocks() {
+            let entries = one.block(pattern.column(block).start);
+            for d in entries.iter().step_by(pattern.size(block) + 1) {
                 let decades = d.log10().abs();
                 if decades > worst.0 {
                     worst = (decades, Some(cable), block);

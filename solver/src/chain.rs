@@ -56,13 +56,13 @@ use places::Places;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward};
 
-/// Runs a kernel of the constant block size.
+/// Runs a kernel of the constant block size, with a further parameter that is inferred where it is written `<_>`.
 macro_rules! with_size {
-    ($size:expr, $level:expr, $kernel:ident { $($field:ident $(: $value:expr)?),* $(,)? }) => {
+    ($size:expr, $level:expr, $kernel:ident $(<$rest:tt>)? { $($field:ident $(: $value:expr)?),* $(,)? }) => {
         match $size {
-            3 => dispatch($level, $kernel::<3> { $($field $(: $value)?),* }),
-            5 => dispatch($level, $kernel::<5> { $($field $(: $value)?),* }),
-            _ => dispatch($level, $kernel::<6> { $($field $(: $value)?),* }),
+            3 => dispatch($level, $kernel::<3 $(, $rest)?> { $($field $(: $value)?),* }),
+            5 => dispatch($level, $kernel::<5 $(, $rest)?> { $($field $(: $value)?),* }),
+            _ => dispatch($level, $kernel::<6 $(, $rest)?> { $($field $(: $value)?),* }),
         }
     };
 }

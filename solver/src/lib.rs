@@ -88,7 +88,9 @@ pub use backend::{
     Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
     ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
-pub use batch::{BatchBanded, BatchError, BatchMatrix, batch_index, batch_len};
+pub use batch::{
+    BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
+};
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};

@@ -215,3 +215,13 @@ fn what_is_no_batch_is_refused() {
     };
     assert!(refused(scenes(2, 4), matrix_free).1.contains("matrix"));
 }
+
+#[test]
+fn short_cables_go_together_and_long_ones_alone() {
+    let together = |segments| {
+        let batch = BatchStepper::new(scenes(8, segments), &StepOptions::default()).unwrap();
+        batch.pays
+    };
+    assert_eq!(together(24), Level::best().widest() >= 4);
+    assert!(!together(100));
+}

@@ -66,9 +66,12 @@ fn agrees_with_one_cable_at_a_time() {
             .collect();
         for level in Level::available() {
             let mut solver = BatchBanded::with_level(&pattern, count, level).unwrap();
-            let mut x = vec![0.0; b.len()];
+            let [mut x, mut same] = [0, 1].map(|_| vec![0.0; b.len()]);
+            solver.factorize_each(|cable| &each[cable]).unwrap();
+            solver.solve(&b, &mut same).unwrap();
             solver.factorize(&a).unwrap();
             solver.solve(&b, &mut x).unwrap();
+            assert_eq!(x, same, "{level}: {sizes:?} {count}");
             for (cable, a) in each.iter().enumerate() {
                 let of = |v: &[f64]| -> Vec<f64> {
                     (0..dim).map(|r| v[batch_index(dim, r, cable)]).collect()
@@ -128,6 +131,9 @@ fn names_cable_and_block() {
                 one.block_mut(pattern.column(4).start)[..3].fill(0.0);
                 one.block_mut(pattern.column(4).start)[0] = value;
                 a.set(bad, one).unwrap();
+                let by_itself = solver.factorize_each(|cable| &each[cable]);
+                assert_eq!(by_itself, named(error.clone()), "{level}: {bad} of {count}");
+                assert!(solver.solve(&[], &mut []).is_err());
                 assert_eq!(
                     solver.factorize(&a),
                     named(error),
@@ -164,6 +170,10 @@ fn names_the_cable_whose_numbers_cannot_be_squared() {
                 let mut solver = BatchBanded::with_level(&pattern, count, level).unwrap();
                 let error = solver.factorize(&a).unwrap_err();
                 assert_eq!(error.cable, Some(bad), "{level}: {count} {scale:e}");
+                assert_eq!(
+                    solver.factorize_each(|cable| &each[cable]),
+                    Err(error.clone())
+                );
                 assert!(
                     matches!(error.error, SolveError::OutOfRange { .. }),
                     "{error:?}"
@@ -191,6 +201,46 @@ fn refuses_what_does_not_fit() {
         solver.factorize(&other),
         Err(SolveError::PatternChanged.into())
     );
+    let [own, other] = [3, 2].map(|blocks| matrix(&chain(&vec![3; blocks]), 1));
+    let refused = solver.factorize_each(|cable| if cable == 2 { &other } else { &own });
+    let (cable, error) = (Some(2), SolveError::PatternChanged);
+    assert_eq!(refused, Err(BatchError { cable, error }));
+}
+
+#[test]
+fn vectors_of_four_are_put_where_a_batch_has_them() {
+    for len in 0..14 {
+        let vector =
+            |cable: usize| -> Vec<f64> { (0..len).map(|r| (100 * cable + r) as f64).collect() };
+        let mut all = vec![f64::NAN; batch_len(len, 12)];
+        for first in [0, 4, 8] {
+            let four = [0, 1, 2, 3].map(|k| vector(first + k));
+            batch_set_four(&mut all, first, four.each_ref().map(Vec::as_slice)).unwrap();
+        }
+        for (cable, entry) in (0..12).flat_map(|c| (0..len).map(move |r| (c, r))) {
+            assert_eq!(all[batch_index(len, entry, cable)], vector(cable)[entry]);
+        }
+        for first in [0, 4, 8] {
+            let mut four = [0, 1, 2, 3].map(|_| vec![0.0; len]);
+            batch_get_four(&all, first, four.each_mut().map(Vec::as_mut_slice)).unwrap();
+            assert_eq!(four, [0, 1, 2, 3].map(|k| vector(first + k)));
+        }
+    }
+}
+
+#[test]
+fn vectors_of_four_that_do_not_fit_are_refused() {
+    let (mut all, own, long) = ([0.0; 24], [0.0; 3], [0.0; 4]);
+    let four = [&own[..]; 4];
+    assert!(batch_set_four(&mut all, 4, four).is_ok());
+    for (first, from) in [(1, four), (8, four), (usize::MAX - 3, four)] {
+        assert!(batch_set_four(&mut all, first, from).is_err(), "{first}");
+    }
+    assert!(batch_set_four(&mut all, 0, [&own, &own, &long, &own]).is_err());
+    assert!(batch_set_four(&mut all, 0, [&long; 4]).is_err());
+    let [mut a, mut b, mut c, mut d] = [[0.0; 3]; 4];
+    assert!(batch_get_four(&all, 2, [&mut a, &mut b, &mut c, &mut d]).is_err());
+    assert!(batch_get_four(&all[1..], 0, [&mut a, &mut b, &mut c, &mut d]).is_err());
 }
 
 /// Springs that a grain of themselves holds are definite, with a weak pivot: their number is none of their cable's concern.

@@ -1,7 +1,8 @@
 //! Chains of equal pattern side by side, one in each lane, eliminated from the first block on.
 //!
 //! Numbers of eight chains stand together (see [`crate::BatchMatrix`]); a kernel works on as many of these as a register
-//! holds, from a lane on.
+//! holds, from a lane on. Matrices that each have their values to themselves are put together block by block, as the
+//! elimination comes to them: a whole one is soon larger than the nearest caches.
 
 use super::block::{self, Blocks, ScratchOfEight};
 use super::layout::{per_step, unroll};
@@ -9,7 +10,7 @@ use super::places::{Place, in_order, size_of_chain};
 use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
 use super::with_size;
 use crate::BlockPattern;
-use crate::batch::LANES;
+use crate::batch::{LANES, spread};
 use crate::block_ldlt::NOISE;
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Level, dispatch};
 
@@ -21,6 +22,23 @@ pub(crate) struct Side {
     /// The instructions, which say how many there are.
     pub(crate) level: Level,
 }
+
+/// Where the values of chains side by side are.
+pub(crate) trait Values {
+    /// A block of full size where it lies; `None` where those of eight do not lie together.
+    fn in_place<const B: usize>(&self, first: usize) -> Option<&Full<B>>;
+
+    /// A block of `rows` × `columns` from the value `first` on, into the corner of a full one.
+    fn copy<I: Isa, const B: usize>(&self, first: usize, size: [usize; 2], to: &mut Full<B>);
+}
+
+/// Those of eight together.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Together<'a>(pub(crate) &'a [[f64; LANES]]);
+
+/// Of each apart, for the first and the last four lanes of eight as far as they are worked on.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Apart<'a>(pub(crate) [Option<[&'a [f64]; 4]>; 2]);
 
 /// The order of elimination of chains side by side.
 #[derive(Debug, Clone)]
@@ -53,13 +71,13 @@ impl InOrder {
     pub(crate) fn factorize(
         &mut self,
         level: Level,
-        values: &[[f64; LANES]],
+        values: &impl Values,
         sides: &mut [(usize, &mut [f64])],
     ) -> bool {
         with_size!(
             self.size,
             level,
-            Factorize {
+            Factorize<_> {
                 places: &self.places,
                 values: values,
                 sides: sides,
@@ -90,9 +108,9 @@ impl InOrder {
     }
 }
 
-struct Factorize<'a, 'b, const B: usize> {
+struct Factorize<'a, 'b, const B: usize, V> {
     places: &'a [Place],
-    values: &'a [[f64; LANES]],
+    values: &'a V,
     sides: &'a mut [(usize, &'b mut [f64])],
     scratch: &'a mut [ScratchOfEight; 2],
 }
@@ -107,7 +125,7 @@ struct Solve<'a, const B: usize> {
 }
 
 /// A block of full size, column-major.
-type Full<const B: usize> = [[[f64; LANES]; B]; B];
+pub(crate) type Full<const B: usize> = [[[f64; LANES]; B]; B];
 
 /// A diagonal block, a coupling and the diagonal block that it leads to.
 struct Pair<'a, const B: usize> {
@@ -154,7 +172,9 @@ impl<Q: Halves, const B: usize> Blocks<Q, B> for Pair<'_, B> {
     }
 }
 
-/// Copies of blocks that are not of full size, padded.
+/// Copies of blocks that are not of full size, or not of eight together, padded. Aligned, so that no four lanes cross a
+/// cache line.
+#[repr(align(64))]
 struct Padded<const B: usize> {
     diagonal: Full<B>,
     coupling: Full<B>,
@@ -168,50 +188,80 @@ impl<const B: usize> Padded<B> {
         }
     }
 
-    #[inline(never)]
-    fn fill(&mut self, values: &[[f64; LANES]], here: Option<Place>, next: Place) {
-        self.diagonal = [[[0.0; LANES]; B]; B];
+    #[inline(always)]
+    fn fill<I: Isa>(&mut self, values: &impl Values, here: Option<Place>, next: Place) {
         let n = next.size;
-        copy(values, next.diagonal, [n, n], &mut self.diagonal);
-        for r in n..B {
-            self.diagonal[r][r] = [1.0; LANES];
+        let coupling = here.and_then(|p| Some((p.coupling?, p.size)));
+        if n < B {
+            self.diagonal = [[[0.0; LANES]; B]; B];
+            for r in n..B {
+                self.diagonal[r][r] = [1.0; LANES];
+            }
         }
-        self.coupling = [[[0.0; LANES]; B]; B];
-        if let Some((first, here)) = here.and_then(|p| Some((p.coupling?, p))) {
-            copy(values, first, [n, here.size], &mut self.coupling);
+        values.copy::<I, B>(next.diagonal, [n, n], &mut self.diagonal);
+        if n < B || coupling.is_none_or(|(_, columns)| columns < B) {
+            self.coupling = [[[0.0; LANES]; B]; B];
+        }
+        if let Some((first, columns)) = coupling {
+            values.copy::<I, B>(first, [n, columns], &mut self.coupling);
         }
     }
 }
 
-/// A block of the values into the corner of a full one.
-fn copy<const B: usize>(values: &[[f64; LANES]], first: usize, size: [usize; 2], to: &mut Full<B>) {
-    let [rows, columns] = size;
-    let block = &values[first..first + rows * columns];
-    for (c, to) in to[..columns].iter_mut().enumerate() {
-        to[..rows].copy_from_slice(&block[c * rows..(c + 1) * rows]);
+impl Values for Together<'_> {
+    #[inline(always)]
+    fn in_place<const B: usize>(&self, first: usize) -> Option<&Full<B>> {
+        let (columns, _) = self.0.get(first..first + B * B)?.as_chunks::<B>();
+        columns.first_chunk::<B>()
+    }
+
+    #[inline(never)]
+    fn copy<I: Isa, const B: usize>(&self, first: usize, size: [usize; 2], to: &mut Full<B>) {
+        let [rows, columns] = size;
+        let block = &self.0[first..first + rows * columns];
+        for (c, to) in to[..columns].iter_mut().enumerate() {
+            to[..rows].copy_from_slice(&block[c * rows..(c + 1) * rows]);
+        }
     }
 }
 
-/// A block of full size, where it lies.
-#[inline(always)]
-fn in_place<const B: usize>(values: &[[f64; LANES]], first: usize) -> Option<&Full<B>> {
-    let (columns, _) = values.get(first..first + B * B)?.as_chunks::<B>();
-    columns.first_chunk::<B>()
+impl Values for Apart<'_> {
+    #[inline(always)]
+    fn in_place<const B: usize>(&self, _: usize) -> Option<&Full<B>> {
+        None
+    }
+
+    #[inline(always)]
+    fn copy<I: Isa, const B: usize>(&self, first: usize, size: [usize; 2], to: &mut Full<B>) {
+        let [rows, columns] = size;
+        for (four, lane) in self.0.into_iter().zip([0, 4]) {
+            let Some(four) = four else { continue };
+            let block = four.map(|values| &values[first..first + rows * columns]);
+            if rows == B {
+                spread::<I::X4>(block, &mut to.as_flattened_mut()[..rows * columns], lane);
+                continue;
+            }
+            for (c, to) in to[..columns].iter_mut().enumerate() {
+                let column = block.map(|block| &block[c * rows..(c + 1) * rows]);
+                spread::<I::X4>(column, &mut to[..rows], lane);
+            }
+        }
+    }
 }
 
-impl<const B: usize> Kernel for Factorize<'_, '_, B> {
+impl<const B: usize, V: Values> Kernel for Factorize<'_, '_, B, V> {
     type Output = bool;
 
     #[inline(always)]
     fn run<I: Isa>(self) -> bool {
-        self.factorize::<I::Twice>().is_some()
+        self.factorize::<I, I::Twice>().is_some()
     }
 }
 
-impl<const B: usize> Factorize<'_, '_, B> {
+impl<const B: usize, V: Values> Factorize<'_, '_, B, V> {
     /// A step of all sides before the next one: what they read stands in the same cache lines.
     #[inline(always)]
-    fn factorize<Q: Halves>(self) -> Option<()> {
+    fn factorize<I: Isa, Q: Halves>(self) -> Option<()> {
         let Self {
             places,
             values,
@@ -226,7 +276,7 @@ impl<const B: usize> Factorize<'_, '_, B> {
         }
         // A block may be padded, and so may the next one.
         let [mut even, mut odd] = [Padded::<B>::new(), Padded::new()];
-        even.fill(values, None, first);
+        even.fill::<I>(values, None, first);
         let mut pivots = [Q::Half::splat(0.0); 2];
         for ((lane, _), (scratch, pivot)) in sides.iter().zip(scratch.iter_mut().zip(&mut pivots)) {
             let blocks = Pair {
@@ -244,21 +294,19 @@ impl<const B: usize> Factorize<'_, '_, B> {
                 0 => (&even, &mut odd),
                 _ => (&odd, &mut even),
             };
-            let own = match here.size == B {
-                true => in_place(values, here.diagonal)?,
-                false => &padded.diagonal,
-            };
             let full = here.size == B && next.size == B;
-            let (diagonal, coupling) = match here.coupling {
-                Some(coupling) if full => (
-                    in_place(values, next.diagonal)?,
-                    in_place(values, coupling)?,
-                ),
-                _ => {
-                    other.fill(values, Some(here), next);
+            let where_they_lie = here.coupling.filter(|_| full).and_then(|coupling| {
+                let diagonal = values.in_place(next.diagonal)?;
+                Some((diagonal, values.in_place(coupling)?))
+            });
+            let (diagonal, coupling) = match where_they_lie {
+                Some(blocks) => blocks,
+                None => {
+                    other.fill::<I>(values, Some(here), next);
                     (&other.diagonal, &other.coupling)
                 }
             };
+            let own = own(values, here, padded);
             let with = scratch.iter_mut().zip(&mut pivots);
             for ((lane, factor), (scratch, pivot)) in sides.iter_mut().zip(with) {
                 let blocks = Pair {
@@ -273,10 +321,7 @@ impl<const B: usize> Factorize<'_, '_, B> {
         }
         let count = places.len() - 1;
         let padded = if count % 2 == 0 { &even } else { &odd };
-        let last = match places[count].size == B {
-            true => in_place(values, places[count].diagonal)?,
-            false => &padded.diagonal,
-        };
+        let last = own(values, places[count], padded);
         let with = scratch.iter_mut().zip(&pivots);
         for ((lane, factor), (scratch, &pivot)) in sides.iter_mut().zip(with) {
             let mut own = [Q::Half::splat(0.0); B];
@@ -287,6 +332,18 @@ impl<const B: usize> Factorize<'_, '_, B> {
         }
         Some(())
     }
+}
+
+/// The diagonal block of a step.
+#[inline(always)]
+fn own<'a, const B: usize>(
+    values: &'a impl Values,
+    place: Place,
+    padded: &'a Padded<B>,
+) -> &'a Full<B> {
+    let full = place.size == B;
+    let in_place = full.then(|| values.in_place(place.diagonal)).flatten();
+    in_place.unwrap_or(&padded.diagonal)
 }
 
 /// The rows of a block; zero where there is only padding.
