@@ -37,14 +37,14 @@ pub fn batch_len(len: usize, count: usize) -> usize {
 pub struct BatchMatrix {
     pattern: Arc<BlockPattern>,
     count: usize,
-    values: Vec<f64>,
+    values: Aligned,
 }
 
 impl BatchMatrix {
     /// Zero matrices of a pattern for `count` cables. Allocates.
     #[must_use]
     pub fn zeros(pattern: Arc<BlockPattern>, count: usize) -> Self {
-        let values = vec![0.0; batch_len(pattern.stored_values(), count)];
+        let values = Aligned::new(batch_len(pattern.stored_values(), count));
         Self {
             pattern,
             count,
@@ -67,12 +67,12 @@ impl BatchMatrix {
     /// All values, `batch_len(pattern.stored_values(), count)` of them: stored value `v` of cable `c` is number `batch_index(pattern.stored_values(), v, c)`.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        &self.values
+        self.values.as_slice()
     }
 
     /// The same, to be written.
     pub fn values_mut(&mut self) -> &mut [f64] {
-        &mut self.values
+        self.values.as_mut_slice()
     }
 
     /// Copies the matrix of one cable in. Spreading the values costs about as much as factorising them: where speed
@@ -87,8 +87,9 @@ impl BatchMatrix {
             return Err(SolveError::PatternChanged);
         }
         let len = a.values().len();
+        let values = self.values.as_mut_slice();
         for (v, &value) in a.values().iter().enumerate() {
-            self.values[batch_index(len, v, cable)] = value;
+            values[batch_index(len, v, cable)] = value;
         }
         Ok(())
     }
@@ -103,8 +104,9 @@ impl BatchMatrix {
             return Err(SolveError::PatternChanged);
         }
         let len = self.pattern.stored_values();
+        let values = self.values.as_slice();
         for (v, value) in a.values_mut().iter_mut().enumerate() {
-            *value = self.values[batch_index(len, v, cable)];
+            *value = values[batch_index(len, v, cable)];
         }
         Ok(())
     }
@@ -418,7 +420,7 @@ impl BatchBanded {
         }
         expect_len("cables", self.count, a.count)?;
         let stored = self.pattern.stored_values();
-        let (values, _) = a.values.as_chunks::<LANES>();
+        let (values, _) = a.values.as_slice().as_chunks::<LANES>();
         self.factorize_from(
             |eight, _| batch::Together(&values[eight * stored..(eight + 1) * stored]),
             |cable, to| a.get(cable, to),
