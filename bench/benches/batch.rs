@@ -6,7 +6,7 @@ use taut_integrator::{BatchStepper, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene};
 
 const CABLES: usize = 8;
-const SEGMENTS: [usize; 3] = [12, 24, 100];
+const SEGMENTS: [usize; 4] = [8, 16, 24, 100];
 
 fn scenes(segments: usize) -> Vec<Scene> {
     let one = |i: usize| {

@@ -10,8 +10,8 @@
 //! That pays for short cables. By itself a cable is eliminated from both ends at once, in half a register of four, and
 //! what its step reads stays in the nearest caches; side by side the values must be brought together first. Steps of
 //! eight hoists together take 0.88 to 0.91 times what they take one by one with 8 segments, 0.95 to 0.99 with 16, 0.98 to
-//! 1 with 24, and 1.02 to 1.06 with 100 (AVX2; 3, 5 and 6 rows a joint), so that cables of more rows than those go one by
-//! one.
+//! 1 with 24, and 1.02 to 1.06 with 100 (AVX2; 3, 5 and 6 rows a joint). Cables of more than 150 rows go one by one: it
+//! began to cost from 160 to 200 on.
 
 use crate::report::{PhaseClock, Work};
 use crate::{Form, Phase, StepError, StepOptions, StepReport, Stepper};
@@ -23,10 +23,13 @@ use taut_solver::{
     BatchBanded, BlockPattern, SymBlockMatrix, batch_get_four, batch_len, batch_set_four,
 };
 
-/// Most rows of a cable that goes together with others: where it began to cost, on four lanes.
+/// Most rows of a cable that goes together with others, measured on four lanes.
 const MOST_ROWS: usize = 150;
 
 /// Cables of equal shape that step together.
+///
+/// Where vectors hold four doubles or more, the systems of cables of at most 150 rows are solved together by
+/// [`BatchBanded`]. Longer cables are as fast one by one, and each is solved by the backend of the options.
 ///
 /// ```
 /// use taut_integrator::{BatchStepper, StepOptions};
@@ -47,9 +50,8 @@ const MOST_ROWS: usize = 150;
 pub struct BatchStepper {
     cables: Vec<Stepper>,
     reports: Vec<Result<StepReport, StepError>>,
-    together: Together,
-    /// Whether vectors hold enough cables, and those are short enough, to be faster than the two ends of each.
-    pays: bool,
+    /// Where vectors hold enough cables, and those are short enough, to be faster than the two ends of each.
+    together: Option<Together>,
 }
 
 /// What one cable's step has come to so far.
@@ -106,25 +108,24 @@ impl BatchStepper {
             cable.plan.pattern = pattern.clone();
         }
         let width = Level::best().widest().clamp(4, 8);
-        let solver = BatchBanded::new(&pattern, width).map_err(|_| StepError::NotOneShape {
+        let pays = Level::best().widest() >= 4 && pattern.dim() <= MOST_ROWS;
+        let count = if pays { width } else { 0 };
+        let solver = BatchBanded::new(&pattern, count).map_err(|_| StepError::NotOneShape {
             cable: 0,
             reason: "is no chain of joints: use a stepper for each",
         })?;
-        let numbers = vec![0.0; batch_len(pattern.dim(), width)];
-        let progress = (0..width).map(|_| Progress::new()).collect();
         let never = |c: &Stepper| c.report(Work::default(), &PhaseClock::start());
         Ok(Self {
             reports: cables.iter().map(|c| Ok(never(c))).collect(),
             cables,
-            pays: Level::best().widest() >= 4 && pattern.dim() <= MOST_ROWS,
-            together: Together {
+            together: pays.then(|| Together {
                 solver,
                 identity: identity(&pattern),
-                b: numbers.clone(),
-                x: numbers,
+                b: vec![0.0; batch_len(pattern.dim(), width)],
+                x: vec![0.0; batch_len(pattern.dim(), width)],
                 each: vec![vec![0.0; pattern.dim()]; width],
-                progress,
-            },
+                progress: (0..width).map(|_| Progress::new()).collect(),
+            }),
         })
     }
 
@@ -143,16 +144,20 @@ impl BatchStepper {
     /// phases are means over the cables that went together. A cable that fails does not hold up the others. Allocates
     /// nothing with the project's own backends where no cable fails.
     pub fn step(&mut self) -> &[Result<StepReport, StepError>] {
-        let width = self.together.progress.len();
+        let width = self.together.as_ref().map_or(1, |t| t.progress.len());
         let reports = self.reports.chunks_mut(width);
         for (cables, reports) in self.cables.chunks_mut(width).zip(reports) {
             // Empty places cost as much as filled ones. A stepper that was put here later may be of another shape.
-            let own = |c: &Stepper| Arc::ptr_eq(&c.plan.pattern, self.together.identity.pattern());
-            if self.pays && 2 * cables.len() >= width && cables.iter().all(own) {
-                self.together.step(cables, reports);
-            } else {
-                for (cable, report) in cables.iter_mut().zip(reports) {
-                    *report = cable.step();
+            let fits = |t: &&mut Together| {
+                let own = |c: &Stepper| Arc::ptr_eq(&c.plan.pattern, t.identity.pattern());
+                2 * cables.len() >= width && cables.iter().all(own)
+            };
+            match self.together.as_mut().filter(fits) {
+                Some(together) => together.step(cables, reports),
+                None => {
+                    for (cable, report) in cables.iter_mut().zip(reports) {
+                        *report = cable.step();
+                    }
                 }
             }
         }

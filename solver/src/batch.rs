@@ -123,8 +123,8 @@ impl BatchMatrix {
     }
 }
 
-/// Puts vectors of four cables, of number `first` on, where a batch has them: the entries `first`, `first + 1` and so on
-/// of [`batch_index`]. Allocates nothing.
+/// Puts vectors of four cables, of number `first` on, where a batch has them: entry `r` of cable `first + k` at
+/// `batch_index(len, r, first + k)`. Allocates nothing.
 ///
 /// # Errors
 /// [`SolveError::InvalidOption`] where `first` is no multiple of four, [`SolveError::Dimension`] where the vectors differ
@@ -427,12 +427,12 @@ impl BatchBanded {
         )
     }
 
-    /// The same for matrices that each have their values to themselves: `a` says which is a cable's. They are put side by
-    /// side as the elimination comes to them, which costs less than a [`BatchMatrix`] that is filled with them. Allocates
-    /// nothing where it succeeds.
+    /// The same for matrices that each have their values to themselves: `a` says which is a cable's, is asked several
+    /// times, and is to give the same answer. They are put side by side as the elimination comes to them, which costs less
+    /// than a [`BatchMatrix`] that is filled with them. Allocates nothing where it succeeds.
     ///
     /// # Errors
-    /// As for [`factorize`](Self::factorize).
+    /// As for [`factorize`](Self::factorize); [`SolveError::PatternChanged`] names the cable.
     pub fn factorize_each<'a>(
         &mut self,
         a: impl Fn(usize) -> &'a SymBlockMatrix,

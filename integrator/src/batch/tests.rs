@@ -220,7 +220,7 @@ fn what_is_no_batch_is_refused() {
 fn short_cables_go_together_and_long_ones_alone() {
     let together = |segments| {
         let batch = BatchStepper::new(scenes(8, segments), &StepOptions::default()).unwrap();
-        batch.pays
+        batch.together.is_some()
     };
     assert_eq!(together(24), Level::best().widest() >= 4);
     assert!(!together(100));

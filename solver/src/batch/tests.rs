@@ -95,6 +95,32 @@ fn agrees_with_one_cable_at_a_time() {
     }
 }
 
+/// Two chains in one pattern, of more blocks than are padded at a time: a coupling that is not there is zero.
+#[test]
+fn chains_without_a_coupling_agree() {
+    for (size, gap) in [3, 5, 6]
+        .into_iter()
+        .flat_map(|b| (0..6).map(move |g| (b, g)))
+    {
+        let couplings: Vec<_> = (0..6).filter(|i| *i != gap).map(|i| (i, i + 1)).collect();
+        let pattern = Arc::new(BlockPattern::new(&[size; 7], &couplings).unwrap());
+        let each: Vec<_> = (0..4).map(|c| matrix(&pattern, c + 1)).collect();
+        let b = vec![1.0; batch_len(pattern.dim(), 4)];
+        let mut x = b.clone();
+        let mut solver = BatchBanded::new(&pattern, 4).unwrap();
+        solver.factorize_each(|cable| &each[cable]).unwrap();
+        solver.solve(&b, &mut x).unwrap();
+        for (cable, a) in each.iter().enumerate() {
+            let rows = 0..pattern.dim();
+            let x: Vec<f64> = rows
+                .map(|r| x[batch_index(pattern.dim(), r, cable)])
+                .collect();
+            let e = backward_error(a, &b[..pattern.dim()], &x).unwrap();
+            assert!(e.componentwise <= 2e-15, "{size}, {gap}: {e:?}");
+        }
+    }
+}
+
 #[test]
 fn names_cable_and_block() {
     let pattern = chain(&[3; 6]);
