@@ -3,11 +3,11 @@
 //! A file is named after a hash of its key and holds the key as well, so that neither a changed definition nor a
 //! collision is taken for a hit. What cannot be read is computed anew, and what cannot be written is not an error.
 
+use crate::output;
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Where the files are, from the directory that the program runs in.
 const DIRECTORY: &str = "target/taut/reference";
@@ -45,16 +45,7 @@ fn cached_in<T: Serialize + DeserializeOwned, E>(
         key: key.to_owned(),
         value: compute()?,
     };
-    if let Ok(text) = serde_json::to_string(&entry) {
-        // Under another name first, so that a file is whole or not there.
-        static PARTS: AtomicUsize = AtomicUsize::new(0);
-        let part = PARTS.fetch_add(1, Ordering::Relaxed);
-        let part = path.with_extension(format!("{}-{part}.part", std::process::id()));
-        let written = std::fs::create_dir_all(directory).and_then(|()| std::fs::write(&part, text));
-        if written.is_ok() {
-            let _ = std::fs::rename(&part, &path);
-        }
-    }
+    let _ = output::write_json(&path, &entry);
     Ok(entry.value)
 }
 

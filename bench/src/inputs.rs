@@ -128,6 +128,16 @@ impl Inputs {
         Ok(inputs)
     }
 
+    /// Names of the controls that it sets.
+    #[must_use]
+    pub fn names(&self, scene: &Scene) -> Vec<String> {
+        let names = self
+            .controls
+            .iter()
+            .map(|&c| scene.controls[c].name.clone());
+        names.collect()
+    }
+
     /// Value of column `k` at time `t` (s).
     fn at(&self, k: usize, t: f64) -> f64 {
         let (time, width) = (&self.time, self.controls.len());

@@ -1,5 +1,6 @@
 //! The command line `taut`. Tables go to standard output, progress and errors to standard error; exit code 2 stands
-//! for bad input, 1 for a run that became unstable.
+//! for bad input and for results that could not be written, 1 for a run that became unstable or a check that failed, 3 for
+//! a check that could not be made, 128 + its number for a run that a signal ended.
 
 mod cli;
 
@@ -13,9 +14,10 @@ use cli::parse;
 use cli::report::ReportArgs;
 use cli::scene::SceneArgs;
 use cli::track::TrackArgs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use taut_bench::allocations::Counting;
+use taut_bench::output::Output;
 use taut_bench::statics;
 use taut_bench::table::MARK;
 use taut_bench::{Choice, output, table, trajectory};
@@ -180,6 +182,31 @@ enum Failure {
     Unstable(String),
     /// A check that was missed: code 1.
     Check(String),
+    /// A check that could not be made: code 3.
+    NotChecked(String),
+    /// A run that a signal of that number ended: code 128 + number.
+    Stopped(String, usize),
+}
+
+impl Failure {
+    /// Says what happened.
+    fn tell(&self) {
+        let (Self::Input(text)
+        | Self::Unstable(text)
+        | Self::Check(text)
+        | Self::NotChecked(text)
+        | Self::Stopped(text, _)) = self;
+        output::complain(text);
+    }
+
+    fn code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Unstable(_) | Self::Check(_) => 1,
+            Self::NotChecked(_) => 3,
+            Self::Stopped(_, signal) => 128 + *signal as u8,
+        }
+    }
 }
 
 impl<E: std::error::Error> From<E> for Failure {
@@ -197,14 +224,18 @@ fn main() -> ExitCode {
             let paragraph = text.lines().map(str::trim).take_while(|l| !l.is_empty());
             let line = paragraph.collect::<Vec<_>>().join(" ");
             let line = line.trim_start_matches("error: ");
-            eprintln!("taut: {line} (see `{} --help`)", parse::asked_for());
-            return ExitCode::from(2);
+            return told(&Failure::Input(format!(
+                "{line} (see `{} --help`)",
+                parse::asked_for()
+            )));
         }
-        Err(help) => help.exit(),
+        Err(help) => {
+            let shown = output::print(&help.render().ansi().to_string());
+            return shown.map_or_else(|e| told(&Failure::from(e)), |()| ExitCode::SUCCESS);
+        }
     };
     if let Err(e) = taut_lanes::Level::wanted() {
-        eprintln!("taut: TAUT_SIMD: {e}");
-        return ExitCode::from(2);
+        return told(&Failure::Input(format!("TAUT_SIMD: {e}")));
     }
     let console = Console { quiet: cli.quiet };
     let done = match cli.command {
@@ -222,17 +253,13 @@ fn main() -> ExitCode {
         Some(Command::Report(args)) => cli::report::run(&args, console),
         Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
     };
-    match done {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(Failure::Input(message)) => {
-            eprintln!("taut: {message}");
-            ExitCode::from(2)
-        }
-        Err(Failure::Unstable(message) | Failure::Check(message)) => {
-            eprintln!("taut: {message}");
-            ExitCode::from(1)
-        }
-    }
+    done.map_or_else(|failure| told(&failure), |()| ExitCode::SUCCESS)
+}
+
+/// Says what ended the program.
+fn told(failure: &Failure) -> ExitCode {
+    failure.tell();
+    ExitCode::from(failure.code())
 }
 
 /// A number, or a fraction of two.
@@ -334,18 +361,19 @@ fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
             "`--limit` is 0: it must be at least 1".to_owned(),
         ));
     }
+    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
     let bar = console.progress(0).with_message("static");
     let results = statics::sweep(&config, &bar)?;
     bar.finish_and_clear();
-    if args.json.as_deref() != Some(Path::new("-")) {
+    if !json.as_ref().is_some_and(Output::is_stdout) {
         output::print(&format!(
             "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{}\n{NEEDED_LEGEND}\n{}",
             table::settled(&results.settled),
             table::needed(&results.needed)
         ))?;
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &results)?;
+    if let Some(json) = json {
+        json.json(&results)?;
     }
     Ok(())
 }

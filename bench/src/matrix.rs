@@ -148,12 +148,9 @@ impl System {
                 (b, RightHandSide::Ones { exact })
             }
         };
-        let fault = |message: String| shape(path, message);
         if let Some(row) = b.iter().position(|b| !b.is_finite()) {
-            return Err(fault(format!(
-                "row {} of A·1 overflows: give a right-hand side",
-                row + 1
-            )));
+            let message = format!("row {} of A·1 overflows: give a right-hand side", row + 1);
+            return Err(shape(path, message));
         }
         Ok(Self {
             name: stem(path),
@@ -236,6 +233,9 @@ pub fn matrix_of(market: &Market, path: &Path) -> Result<(Matrix, usize), Market
     Ok((Matrix::Symmetric(a), duplicates))
 }
 
+/// Numbers that blocks may hold whatever the entries of the file; beyond it they are to be at most 16 for each.
+const FEW: usize = 1 << 20;
+
 /// The lower triangle of `lower` with the blocks of `market`.
 fn symmetric(lower: &GeneralMatrix, market: &Market) -> Result<SymBlockMatrix, String> {
     const CURE: &str = "correct that comment, or drop it";
@@ -282,7 +282,13 @@ fn symmetric(lower: &GeneralMatrix, market: &Market) -> Result<SymBlockMatrix, S
         let grouped = pattern.with_groups(market.groups.clone());
         grouped.map_err(|e| e.to_string())?
     };
-    let mut a = SymBlockMatrix::zeros(Arc::new(pattern));
+    let (numbers, entries) = (pattern.stored_values(), market.entries.len());
+    if numbers > FEW.max(16 * entries) {
+        return Err(format!(
+            "the blocks in `% blocks` hold {numbers} numbers, the file {entries} entries: {CURE}"
+        ));
+    }
+    let mut a = SymBlockMatrix::try_zeros(Arc::new(pattern)).map_err(|e| e.to_string())?;
     lower.for_each(|r, c, value| {
         if r >= c {
             set(&mut a, (block_of[r], r), (block_of[c], c), value);
@@ -305,32 +311,33 @@ fn set(a: &mut SymBlockMatrix, (i, r): (usize, usize), (j, c): (usize, usize), v
     }
 }
 
-/// The vector of a file: its first column, which has to have `n` rows.
+/// The vector of a file: one column of `n` rows.
 ///
 /// # Errors
 /// [`MarketError`].
 pub fn vector_of(market: &Market, path: &Path, n: usize) -> Result<Vec<f64>, MarketError> {
-    if market.rows != n || market.columns == 0 {
+    if market.rows != n || market.columns != 1 {
         let message = format!(
-            "{} × {} is no vector for a matrix of {n} rows: one number a row is needed",
+            "{} × {} is no vector for a matrix of {n} rows: one number a row is needed, several vectors in as many files",
             market.rows, market.columns
         );
         return Err(shape(path, message));
     }
     let mut v = vec![0.0; n];
     let mut known = vec![false; n];
-    for &(row, _, value) in market.entries.iter().filter(|(_, column, _)| *column == 0) {
+    for &(row, _, value) in &market.entries {
         if known[row] {
             v[row] += value;
         } else {
             (v[row], known[row]) = (value, true);
         }
     }
-    if market.symmetric && n > 1 {
-        return Err(shape(
-            path,
-            "is a symmetric matrix, a vector is needed".to_owned(),
-        ));
+    if let Some(row) = v.iter().position(|v| !v.is_finite()) {
+        let message = format!(
+            "the entries of row {} add up to more than a double holds: scale them",
+            row + 1
+        );
+        return Err(shape(path, message));
     }
     Ok(v)
 }

@@ -1,9 +1,14 @@
 //! Files for programs: JSON and CSV, `-` for standard output.
+//!
+//! A file is written beside its place and takes it when it is whole ([`Output`]): whatever ends the program or fills the
+//! disk on the way, there is the old file or the new one. Devices and pipes are written as they are.
 
 use serde::Serialize;
 use std::fmt;
-use std::io::{Read, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A file that could not be written or read.
 #[derive(Debug)]
@@ -46,14 +51,29 @@ pub fn print(text: &str) -> Result<(), FileError> {
 
 /// Writes a text as it is to a stream of the program's own.
 fn put(out: &mut impl Write, text: &str) -> Result<(), FileError> {
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(FileError {
-            path: "-".into(),
-            doing: "write",
-            source: e,
-        }),
-        _ => Ok(()),
+    heard(out.write_all(text.as_bytes()).and_then(|()| out.flush())).map_err(|source| FileError {
+        path: "-".into(),
+        doing: "write",
+        source,
+    })
+}
+
+/// A reader that has gone away has read what it wanted.
+fn heard(written: io::Result<()>) -> io::Result<()> {
+    match written {
+        Err(e) if e.kind() == ErrorKind::BrokenPipe => Ok(()),
+        other => other,
     }
+}
+
+/// Says something on standard error, after the program's name. Where that is closed or full there is nobody to be told.
+pub fn complain(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "taut: {text}");
+}
+
+/// Says on standard error what stops nothing.
+pub fn note(text: impl std::fmt::Display) {
+    let _ = writeln!(io::stderr().lock(), "note: {text}");
 }
 
 /// Makes a folder, with those above it.
@@ -97,23 +117,311 @@ fn read_at_most(path: &Path, most: u64) -> std::io::Result<String> {
     Ok(text)
 }
 
+/// A place for results, found writable before the work that they come from.
+#[derive(Debug)]
+pub struct Output {
+    /// As it was given.
+    path: PathBuf,
+    place: Place,
+}
+
+#[derive(Debug)]
+enum Place {
+    Stdout,
+    /// A device or a pipe.
+    Device(File),
+    /// A file, by a path without links, there already or not.
+    File(PathBuf),
+}
+
+impl Output {
+    /// Finds out whether `path` can be written, `-` for standard output; makes its folder. A file stays as it is until
+    /// [`write`](Self::write), and is not made here.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn open(path: &Path) -> Result<Self, FileError> {
+        let place = Place::of(path).map_err(|source| FileError {
+            path: path.to_owned(),
+            doing: "write",
+            source,
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            place,
+        })
+    }
+
+    /// The path as it was given.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether it is standard output, by `-` or by a path that leads there.
+    #[must_use]
+    pub fn is_stdout(&self) -> bool {
+        matches!(self.place, Place::Stdout)
+    }
+
+    /// Writes all that is to be there.
+    ///
+    /// # Errors
+    /// [`FileError`]; a file is then what it was before.
+    pub fn write(
+        &self,
+        write: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+    ) -> Result<(), FileError> {
+        let mut writing = self.begin()?;
+        writing.add(write);
+        writing.finish()
+    }
+
+    /// Writes a text.
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn text(&self, text: &str) -> Result<(), FileError> {
+        self.write(|out| out.write_all(text.as_bytes()))
+    }
+
+    /// Writes a value as JSON: see [`write_json`].
+    ///
+    /// # Errors
+    /// As [`write`](Self::write).
+    pub fn json(&self, value: &impl Serialize) -> Result<(), FileError> {
+        self.write(|out| {
+            serde_json::to_writer_pretty(&mut *out, value)?;
+            out.write_all(b"\n")
+        })
+    }
+
+    /// Begins to write what comes bit by bit.
+    ///
+    /// # Errors
+    /// [`FileError`].
+    pub fn begin(&self) -> Result<Writing, FileError> {
+        let failed = |source| self.error(source);
+        let (to, part): (Box<dyn Write>, _) = match &self.place {
+            Place::Stdout => (Box::new(io::stdout()), None),
+            Place::Device(file) => (Box::new(file.try_clone().map_err(failed)?), None),
+            Place::File(path) => {
+                let part = Part::beside(path).map_err(failed)?;
+                (Box::new(part.file.try_clone().map_err(failed)?), Some(part))
+            }
+        };
+        Ok(Writing {
+            path: self.path.clone(),
+            to: BufWriter::with_capacity(1 << 16, to),
+            part,
+            failure: None,
+        })
+    }
+
+    fn error(&self, source: io::Error) -> FileError {
+        FileError {
+            path: self.path.clone(),
+            doing: "write",
+            source,
+        }
+    }
+}
+
+impl Place {
+    fn of(path: &Path) -> io::Result<Self> {
+        if path == Path::new("-") {
+            return Ok(Self::Stdout);
+        }
+        if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+            fs::create_dir_all(folder)?;
+        }
+        match fs::metadata(path) {
+            Ok(there) if is_stdout(&there) => Ok(Self::Stdout),
+            Ok(there) => {
+                // Refuses folders and what may not be written.
+                let file = File::options().append(true).open(path)?;
+                if there.is_file() && !is_stderr(&there) {
+                    Self::file(path.canonicalize()?)
+                } else {
+                    Ok(Self::Device(file))
+                }
+            }
+            Err(e) if e.kind() == ErrorKind::NotFound => Self::file(new_file(path)?),
+            Err(e) => Err(e),
+        }
+    }
+
+    /// A file that a new one can be laid beside.
+    fn file(path: PathBuf) -> io::Result<Self> {
+        Part::beside(&path)?;
+        Ok(Self::File(path))
+    }
+}
+
+/// Whether this is the pipe or the file that a stream of the program's own is connected to. A terminal and what becomes
+/// nothing can be opened twice.
+#[cfg(unix)]
+fn is_stream(file: &fs::Metadata, stream: &impl std::os::fd::AsFd) -> bool {
+    use std::os::unix::fs::{FileTypeExt, MetadataExt};
+    if file.file_type().is_char_device() {
+        return false;
+    }
+    let own = stream.as_fd().try_clone_to_owned().map(File::from);
+    let own = own.and_then(|own| own.metadata());
+    let place = |m: &fs::Metadata| (m.dev(), m.ino());
+    own.is_ok_and(|own| place(&own) == place(file))
+}
+
+#[cfg(not(unix))]
+fn is_stream<T>(_: &fs::Metadata, _: &T) -> bool {
+    false
+}
+
+fn is_stdout(file: &fs::Metadata) -> bool {
+    is_stream(file, &io::stdout())
+}
+
+fn is_stderr(file: &fs::Metadata) -> bool {
+    is_stream(file, &io::stderr())
+}
+
+/// The path without links of a file that is not there.
+fn new_file(path: &Path) -> io::Result<PathBuf> {
+    // A link to nowhere: what it names is made.
+    if let Ok(target) = fs::read_link(path) {
+        return new_file(&path.with_file_name("").join(target));
+    }
+    let name = path.file_name().ok_or(ErrorKind::InvalidFilename)?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty());
+    Ok(folder.unwrap_or(Path::new(".")).canonicalize()?.join(name))
+}
+
+/// What is to become a file, beside it; gone unless it takes the place.
+#[derive(Debug)]
+struct Part {
+    file: File,
+    at: PathBuf,
+    place: PathBuf,
+}
+
+impl Part {
+    fn beside(place: &Path) -> io::Result<Self> {
+        static PARTS: AtomicUsize = AtomicUsize::new(0);
+        loop {
+            let number = PARTS.fetch_add(1, Ordering::Relaxed);
+            let name = format!(".taut-{}-{number}.part", std::process::id());
+            let at = place.with_file_name(name);
+            match File::create_new(&at) {
+                // One of a program that was killed.
+                Err(e) if e.kind() == ErrorKind::AlreadyExists => {}
+                file => {
+                    return Ok(Self {
+                        file: file?,
+                        at,
+                        place: place.to_owned(),
+                    });
+                }
+            }
+        }
+    }
+
+    /// Takes the place, with the permissions of what was there.
+    fn take_place(&self) -> io::Result<()> {
+        if let Ok(there) = fs::metadata(&self.place) {
+            self.file.set_permissions(there.permissions())?;
+        }
+        self.file.sync_all()?;
+        fs::rename(&self.at, &self.place)
+    }
+}
+
+impl Drop for Part {
+    fn drop(&mut self) {
+        // Nothing where it has taken its place.
+        let _ = fs::remove_file(&self.at);
+    }
+}
+
+/// An [`Output`] that is being written. Dropped, it leaves a file as it was.
+pub struct Writing {
+    path: PathBuf,
+    to: BufWriter<Box<dyn Write>>,
+    part: Option<Part>,
+    /// The first failure: nothing is written after it.
+    failure: Option<io::Error>,
+}
+
+impl Writing {
+    /// Writes on; a failure is told by [`finish`](Self::finish).
+    pub fn add(&mut self, write: impl FnOnce(&mut dyn Write) -> io::Result<()>) {
+        if self.failure.is_none() {
+            self.failure = write(&mut self.to).err();
+        }
+    }
+
+    /// Ends it: only now the file is there.
+    ///
+    /// # Errors
+    /// [`FileError`] of this and of all before; a file is then what it was before.
+    pub fn finish(mut self) -> Result<(), FileError> {
+        let written = self.failure.take().map_or_else(|| self.to.flush(), Err);
+        let done = match &self.part {
+            None => heard(written),
+            Some(part) => written.and_then(|()| part.take_place()),
+        };
+        done.map_err(|source| FileError {
+            path: self.path.clone(),
+            doing: "write",
+            source,
+        })
+    }
+}
+
+/// Finds out whether the paths of these options can be written, before the work that their content comes from.
+///
+/// # Errors
+/// [`FileError`]: also where two of them are the same place, or one is what is read, whatever the spelling.
+pub fn open<const N: usize>(
+    options: [(&'static str, Option<&Path>); N],
+    read: &[&Path],
+) -> Result<[Option<Output>; N], FileError> {
+    let mut outputs = [const { None }; N];
+    let read: Vec<PathBuf> = read.iter().filter_map(|p| p.canonicalize().ok()).collect();
+    for (k, (option, path)) in options.into_iter().enumerate() {
+        let Some(path) = path else { continue };
+        let output = Output::open(path)?;
+        let refused =
+            |message: String| Err(output.error(io::Error::new(ErrorKind::InvalidInput, message)));
+        let same = |other: &Option<Output>| match (other.as_ref().map(|o| &o.place), &output.place)
+        {
+            (Some(Place::Stdout), Place::Stdout) => true,
+            (Some(Place::File(other)), Place::File(place)) => other == place,
+            _ => false,
+        };
+        if let Some(other) = outputs[..k].iter().position(same) {
+            let other = options[other].0;
+            return refused(if output.is_stdout() {
+                format!(
+                    "`{other}` and `{option}` cannot share standard output: give all but one a file"
+                )
+            } else {
+                format!("`{other}` and `{option}` cannot share a file: give each its own")
+            });
+        }
+        if matches!(&output.place, Place::File(place) if read.contains(place)) {
+            return refused(format!("it is read: give `{option}` a file of its own"));
+        }
+        outputs[k] = Some(output);
+    }
+    Ok(outputs)
+}
+
 /// Writes text to `path`, making its folder, or to standard output for `-`.
 ///
 /// # Errors
 /// [`FileError`].
 pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
-    let failed = |source| FileError {
-        path: path.to_owned(),
-        doing: "write",
-        source,
-    };
-    if path == Path::new("-") {
-        return put(&mut std::io::stdout().lock(), text);
-    }
-    if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(failed)?;
-    }
-    std::fs::write(path, text).map_err(failed)
+    Output::open(path)?.text(text)
 }
 
 /// Writes a value as JSON; numbers that are not finite become null, as what is not there does. The rows say which it
@@ -123,13 +431,7 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
 /// # Errors
 /// [`FileError`].
 pub fn write_json(path: &Path, value: &impl Serialize) -> Result<(), FileError> {
-    let failed = |e: serde_json::Error| FileError {
-        path: path.to_owned(),
-        doing: "write",
-        source: e.into(),
-    };
-    let text = serde_json::to_string_pretty(value).map_err(failed)?;
-    write_text(path, &(text + "\n"))
+    Output::open(path)?.json(value)
 }
 
 #[cfg(test)]

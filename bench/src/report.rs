@@ -23,7 +23,7 @@ pub use page::{page, picture};
 
 use crate::ladder::{Omission, Record, Results};
 use crate::machine::{self, Machine};
-use crate::output::{self, FileError};
+use crate::output::{self, FileError, Output};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use settings::Setting;
@@ -238,20 +238,20 @@ impl From<crate::plot::PlotError> for ReportError {
     }
 }
 
-/// Writes the page to `path`.
+/// Writes the page.
 ///
 /// # Errors
 /// [`ReportError`].
-pub fn write(report: &Report, path: &Path) -> Result<(), ReportError> {
-    Ok(output::write_text(path, &page(report)?)?)
+pub fn write(report: &Report, to: &Output) -> Result<(), ReportError> {
+    Ok(to.text(&page(report)?)?)
 }
 
-/// Writes the plot of work against precision alone to `path`, as an SVG file.
+/// Writes the plot of work against precision alone, as an SVG file.
 ///
 /// # Errors
 /// [`ReportError`].
-pub fn write_picture(report: &Report, path: &Path) -> Result<(), ReportError> {
-    Ok(output::write_text(path, &picture(report)?)?)
+pub fn write_picture(report: &Report, to: &Output) -> Result<(), ReportError> {
+    Ok(to.text(&picture(report)?)?)
 }
 
 /// Reads a report or rows from a file.

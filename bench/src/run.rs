@@ -1,12 +1,14 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
+use crate::hard::worse;
 use crate::inputs::{InputError, Inputs};
-use crate::trajectory::{Failure, Timing, Trajectory, simulate_driven};
+use crate::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
+use std::io;
 use std::path::{Path, PathBuf};
-use taut_integrator::{Energy, Phase, SavedRun, Stepper};
+use taut_integrator::{Energy, EnergyBalance, Phase, SavedRun, Stepper};
 use taut_model::{Scene, SceneError, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
@@ -15,12 +17,12 @@ use taut_model::{Scene, SceneError, SceneSource};
 pub struct Yardstick {
     /// Unstrained length of the cable and its exact elongation at rest, for hoists \[m].
     pub cable: Option<(f64, f64)>,
-    /// Gap of a joint at which the run is given up \[m].
-    #[serde(with = "taut_model::unlimited")]
-    pub max_gap: f64,
     /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
     pub planar: bool,
 }
+
+/// Energy from nowhere, over the motion's own, at which `taut run` gives a run up.
+pub const ENERGY_TOLERANCE: f64 = 0.2;
 
 /// A scene to be run.
 #[derive(Debug, Clone)]
@@ -57,16 +59,20 @@ impl std::fmt::Display for PrepareError {
 
 impl std::error::Error for PrepareError {}
 
+/// Whether a scene is given as a file, not by its name.
+#[must_use]
+pub fn is_file(scene: &str) -> bool {
+    let named = taut_model::named::NAMES.contains(&scene);
+    !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'))
+}
+
 /// Reads a scene by name or from a TOML file, with overrides. What looks like a file is one; anything else is a name,
 /// and the error lists the names.
 ///
 /// # Errors
 /// [`PrepareError`].
-pub fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, PrepareError> {
-    let named = taut_model::named::NAMES.contains(&scene);
-    let is_file =
-        !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'));
-    if is_file {
+fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, PrepareError> {
+    if is_file(scene) {
         let text = crate::output::read_text(Path::new(scene)).map_err(PrepareError::File)?;
         let source = SceneSource::parse(&text, overrides);
         source.map_err(|e| PrepareError::SceneFile(PathBuf::from(scene), e))
@@ -79,18 +85,27 @@ pub fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, Pr
 ///
 /// # Errors
 /// [`PrepareError`].
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
+pub fn built(
+    scene: &str,
+    overrides: &[(&str, &str)],
+) -> Result<(SceneSource, Scene), PrepareError> {
     let source = source(scene, overrides)?;
-    let built = source.build().map_err(PrepareError::Scene)?;
-    let (cable, max_gap) = match &source {
-        SceneSource::Hoist(p) => (
-            Some((p.length, p.exact_elongation())),
-            crate::reference::most_gap(p).map_err(PrepareError::Scene)?,
-        ),
-        SceneSource::Particles(p) => (None, p.spacing),
-        SceneSource::Gantry(p) => (None, p.cable_length),
-        SceneSource::Network(p) => (None, p.length),
-        _ => (None, f64::INFINITY),
+    let built = source.build().map_err(|e| match is_file(scene) {
+        true => PrepareError::SceneFile(PathBuf::from(scene), e),
+        false => PrepareError::Scene(e),
+    })?;
+    Ok((source, built))
+}
+
+/// What is run, and what the run is judged by: [`built`].
+///
+/// # Errors
+/// [`PrepareError`].
+pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
+    let (source, built) = built(scene, overrides)?;
+    let cable = match &source {
+        SceneSource::Hoist(p) => Some((p.length, p.exact_elongation())),
+        _ => None,
     };
     let planar = match &source {
         SceneSource::Hoist(p) => p.seed == 0 && p.circle_radius == 0.0,
@@ -100,11 +115,7 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
     };
     Ok(Prepared {
         scene: built,
-        yardstick: Yardstick {
-            cable,
-            max_gap,
-            planar,
-        },
+        yardstick: Yardstick { cable, planar },
     })
 }
 
@@ -187,6 +198,8 @@ pub struct Summary {
     pub steps: usize,
     /// Whether the run reached its end.
     pub stable: bool,
+    /// What stopped it before its end, such as a signal.
+    pub stopped: Option<&'static str>,
     /// Whether the motion was exactly planar, which hides instabilities out of the plane.
     pub planar: bool,
     /// Steps whose iteration did not meet its tolerance.
@@ -195,10 +208,23 @@ pub struct Summary {
     pub undecided_steps: usize,
     /// How it ended early.
     pub failure: Option<Failure>,
-    /// Load positions, one a step.
+    /// Load positions, one a step, where they were wanted.
     pub load: LoadPath,
+    /// Time and position of the load at the end \[s, m].
+    #[serde(skip)]
+    pub load_at_end: Option<(f64, [f64; 3])>,
     /// Energies.
     pub energy: EnergySpan,
+    /// The balance of energy at the end, where the options ask for it.
+    pub balance: Option<EnergyBalance>,
+    /// Largest energy from nowhere over the run, over the motion's own ([`EnergyBalance::excess`](EnergyBalance)).
+    pub max_energy_excess: Option<f64>,
+    /// Tension above the load at the end \[N]: the largest of what holds on to it.
+    pub load_tension: Option<f64>,
+    /// The largest over the run \[N].
+    pub max_load_tension: Option<f64>,
+    /// Likely mistakes in the scene and what became of it, which stop nothing.
+    pub notes: Vec<String>,
     /// Largest gap of a joint \[m].
     pub max_violation_m: f64,
     /// Largest |gap sum of the cable − its exact elongation at rest|/length over the run; hoists only.
@@ -213,61 +239,131 @@ pub struct Summary {
     pub final_state: FinalState,
 }
 
-/// Runs a stepper for `time` seconds more; the samples are those of each step. A step that fails ends the run and is
-/// reported in the summary. With `save_at` (s) the run is kept as it is at the last step's end before or at that time, to
-/// half a step, and the run itself goes on.
+/// What is wanted of a run while it is made.
+pub struct Wishes<'a> {
+    /// Time at which it is saved as it is, at the end of the last step before or at it, to half a step \[s].
+    pub save_at: Option<f64>,
+    /// Takes what is saved, when it is.
+    pub save: &'a mut dyn FnMut(SavedRun),
+    /// Whether the summary holds the path of the load.
+    pub path: bool,
+    /// Sees each step.
+    pub sample: &'a mut dyn FnMut(&Sample),
+    /// Why the run is to end where it is, if it is.
+    pub stop: &'a dyn Fn() -> Option<&'static str>,
+}
+
+/// What the summary tells of the steps, gathered as they are made.
+#[derive(Debug, Default)]
+struct Tally {
+    steps: usize,
+    redone: usize,
+    implicit_substeps: usize,
+    most_solves: usize,
+    iterations: usize,
+    first: Option<Sample>,
+    last: Option<Sample>,
+    violation: f64,
+    excess: Option<f64>,
+    tension: Option<f64>,
+    elongation_error: f64,
+    path: LoadPath,
+    /// Of the whole step and of each of [`Phase::ALL`], but for the first step, which may allocate.
+    times: [Durations; 1 + Phase::ALL.len()],
+}
+
+impl Tally {
+    fn add(&mut self, s: &Sample, yardstick: &Yardstick) {
+        self.steps += 1;
+        self.redone += usize::from(s.redone);
+        self.implicit_substeps += s.implicit_substeps;
+        self.most_solves = self.most_solves.max(s.solves);
+        self.iterations += s.iterations;
+        self.violation = self.violation.max(s.violation);
+        let excess = s.balance.map(|b| b.excess);
+        self.excess = self.excess.into_iter().chain(excess).reduce(worse);
+        self.tension = self.tension.into_iter().chain(s.load_tension).reduce(worse);
+        if let Some((length, exact)) = yardstick.cable {
+            let error = ((s.gap_sum - exact) / length).abs();
+            self.elongation_error = self.elongation_error.max(error);
+        }
+        if self.first.is_none() {
+            self.first = Some(*s);
+        } else {
+            let parts = Phase::ALL.map(|phase| s.phases.of(phase));
+            let all = std::iter::once(s.phases.total()).chain(parts);
+            self.times.iter_mut().zip(all).for_each(|(t, d)| t.add(d));
+        }
+        self.last = Some(*s);
+    }
+}
+
+/// Runs a stepper for so many steps. A step that fails ends the run and is reported in the summary.
 pub fn run(
     stepper: &mut Stepper,
     yardstick: &Yardstick,
     inputs: &Inputs,
-    time: f64,
-    save_at: Option<f64>,
+    steps: usize,
+    wishes: &mut Wishes<'_>,
     progress: &ProgressBar,
-) -> (Summary, Trajectory, Option<SavedRun>) {
-    let mut saved = None;
+) -> Summary {
     let half = 0.5 * stepper.options().dt;
-    let mut trajectory = simulate_driven(
-        stepper,
-        time,
-        yardstick.max_gap,
-        |stepper| {
-            if saved.is_none() && save_at.is_some_and(|at| stepper.time() > at - half) {
-                saved = Some(stepper.save()?);
-            }
-            inputs.apply(stepper)
-        },
-        |_| progress.inc(1),
-    );
-    if save_at.is_some() && saved.is_none() && trajectory.failure.is_none() {
-        match stepper.save() {
-            Ok(run) => saved = Some(run),
-            Err(e) => {
-                trajectory.failure = Some(Failure {
-                    time: stepper.time(),
-                    reason: e.to_string(),
-                });
-            }
+    let limits = Limits::Scene(stepper.scene().gap_limits());
+    let mut simulation = Simulation::new(steps, limits);
+    let mut tally = Tally::default();
+    let mut stopped = None;
+    let mut due = wishes.save_at;
+    while simulation.goes_on() {
+        if due.is_some_and(|at| stepper.time() > at - half) {
+            due = None;
+            save(stepper, &mut simulation, wishes);
+        }
+        if let Err(e) = inputs.apply(stepper) {
+            simulation.fail(stepper.time(), e);
+        }
+        let Some(sample) = simulation.step(stepper) else {
+            break;
+        };
+        tally.add(&sample, yardstick);
+        if wishes.path {
+            tally.path.time.push(sample.time);
+            tally.path.position.push(sample.load.into());
+        }
+        (wishes.sample)(&sample);
+        progress.inc(1);
+        stopped = (wishes.stop)().filter(|_| simulation.goes_on());
+        if stopped.is_some() {
+            break;
         }
     }
-    let summary = summary(stepper, yardstick, &trajectory);
-    (summary, trajectory, saved)
+    if due.is_some() && simulation.failure.is_none() {
+        save(stepper, &mut simulation, wishes);
+    }
+    summary(stepper, yardstick, simulation, tally, stopped)
 }
 
-fn summary(stepper: &Stepper, yardstick: &Yardstick, trajectory: &Trajectory) -> Summary {
-    let options = stepper.options();
-    let start = trajectory
-        .samples
-        .first()
-        .map_or_else(Energy::default, |s| s.energy);
-    let elongation_error = yardstick.cable.map(|(length, exact)| {
-        let sums = trajectory
-            .samples
-            .iter()
-            .map(|s| ((s.gap_sum - exact) / length).abs());
-        sums.fold(0.0, f64::max)
-    });
-    let median = |phase| trajectory.nanoseconds(|p| p.of(phase)).median;
-    let iterations: usize = trajectory.samples.iter().map(|s| s.iterations).sum();
+fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>) {
+    match stepper.save() {
+        Ok(run) => (wishes.save)(run),
+        Err(e) => simulation.fail(stepper.time(), e),
+    }
+}
+
+fn summary(
+    stepper: &Stepper,
+    yardstick: &Yardstick,
+    simulation: Simulation,
+    tally: Tally,
+    stopped: Option<&'static str>,
+) -> Summary {
+    let (options, scene) = (stepper.options(), stepper.scene());
+    // Of a run that is lost there is no strain to speak of.
+    let strain = scene.strain_note(&simulation.gaps);
+    let strain = strain.filter(|_| simulation.failure.is_none());
+    let notes = scene.notes().into_iter().chain(strain);
+    let [whole, phases @ ..] = &tally.times;
+    let phases = Phase::ALL.iter().zip(phases);
+    let energy = |sample: Option<Sample>| sample.map_or_else(Energy::default, |s| s.energy);
     Summary {
         scene: stepper.scene().name.clone(),
         backend: options.backend.to_string(),
@@ -278,38 +374,37 @@ fn summary(stepper: &Stepper, yardstick: &Yardstick, trajectory: &Trajectory) ->
         scheme: options.scheme.to_string(),
         stiffness: options.stiffness.to_string(),
         guard: options.guard.map(|g| g.tolerance),
-        redone_steps: trajectory.samples.iter().filter(|s| s.redone).count(),
-        implicit_substeps: trajectory.samples.iter().map(|s| s.implicit_substeps).sum(),
-        most_solves: trajectory
-            .samples
-            .iter()
-            .map(|s| s.solves)
-            .max()
-            .unwrap_or(0),
+        redone_steps: tally.redone,
+        implicit_substeps: tally.implicit_substeps,
+        most_solves: tally.most_solves,
         substeps: options.substeps,
         refinements: options.refinements,
         dt: options.dt,
-        steps: trajectory.samples.len(),
-        stable: trajectory.failure.is_none(),
+        steps: tally.steps,
+        stable: simulation.failure.is_none() && stopped.is_none(),
+        stopped,
         planar: yardstick.planar,
-        unconverged_steps: trajectory.samples.len().saturating_sub(trajectory.claimed),
-        undecided_steps: trajectory.undecided,
-        failure: trajectory.failure.clone(),
-        load: LoadPath {
-            time: trajectory.samples.iter().map(|s| s.time).collect(),
-            position: trajectory.samples.iter().map(|s| s.load.into()).collect(),
-        },
+        unconverged_steps: tally.steps.saturating_sub(simulation.claimed),
+        undecided_steps: simulation.undecided,
+        failure: simulation.failure,
+        load: tally.path,
+        load_at_end: tally.last.map(|s| (s.time, s.load.into())),
         energy: EnergySpan {
-            start,
-            end: trajectory.samples.last().map_or(start, |s| s.energy),
+            start: energy(tally.first),
+            end: energy(tally.last),
         },
-        max_violation_m: trajectory.max_violation(),
-        max_elongation_error: elongation_error,
-        step_ns: trajectory.nanoseconds(taut_integrator::PhaseTimes::total),
-        phases_ns: Phase::ALL
-            .map(|p| (format!("{p:?}").to_lowercase(), median(p)))
-            .to_vec(),
-        iterations_mean: iterations as f64 / trajectory.samples.len().max(1) as f64,
+        balance: tally.last.and_then(|s| s.balance),
+        max_energy_excess: tally.excess,
+        load_tension: tally.last.and_then(|s| s.load_tension),
+        max_load_tension: tally.tension,
+        notes: notes.map(|note| note.to_string()).collect(),
+        max_violation_m: tally.violation,
+        max_elongation_error: yardstick.cable.map(|_| tally.elongation_error),
+        step_ns: whole.timing(),
+        phases_ns: phases
+            .map(|(p, t)| (format!("{p:?}").to_lowercase(), t.timing().median))
+            .collect(),
+        iterations_mean: tally.iterations as f64 / tally.steps.max(1) as f64,
         final_state: final_state(stepper.scene()),
     }
 }
@@ -329,33 +424,46 @@ fn final_state(scene: &Scene) -> FinalState {
     }
 }
 
-/// One line a step, for spreadsheets and plots.
-#[must_use]
-pub fn csv(trajectory: &Trajectory) -> String {
-    let mut out = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns\n"
-        .to_owned();
-    for s in &trajectory.samples {
-        let (x, e) = (s.load, s.energy);
-        let ns = s.phases.total().as_nanos();
-        let _ = writeln!(
-            out,
-            "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{ns}",
-            s.time, x.x, x.y, x.z, e.kinetic, e.gravity, e.elastic, s.violation, s.iterations
-        );
+/// Heading of the lines of [`csv_line`].
+pub const CSV_HEADING: &str = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns,load_tension_N\n";
+
+/// The line of a step, for spreadsheets and plots.
+///
+/// # Errors
+/// Those of `out`.
+pub fn csv_line(out: &mut dyn io::Write, s: &Sample) -> io::Result<()> {
+    let (x, e) = (s.load, s.energy);
+    let ns = s.phases.total().as_nanos();
+    write!(
+        out,
+        "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{ns},",
+        s.time, x.x, x.y, x.z, e.kinetic, e.gravity, e.elastic, s.violation, s.iterations
+    )?;
+    match s.load_tension {
+        Some(tension) => writeln!(out, "{tension:e}"),
+        None => writeln!(out),
     }
-    out
 }
 
-/// The summary for people.
-#[must_use]
-pub fn text(s: &Summary) -> String {
-    let mut out = String::new();
-    let ns = crate::table::nanoseconds;
-    let verdict = match &s.failure {
-        None if s.unconverged_steps > 0 => format!(
-            "stable, but {} steps ran out of iterations: raise `iterations=`",
-            s.unconverged_steps
+/// How the run ended, in a line.
+fn verdict(s: &Summary) -> String {
+    match &s.failure {
+        None if let Some(why) = s.stopped => format!(
+            "none: stopped by {why} at t = {:.3} s",
+            s.load_at_end.unwrap_or_default().0
         ),
+        None if s.unconverged_steps > 0 => {
+            let iterates = s
+                .backend
+                .parse()
+                .is_ok_and(|b: taut_solver::Backend| b.is_iterative());
+            let why = if iterates {
+                "ran out of iterations: raise `iterations=`"
+            } else {
+                "have forces without a sure digit: their matrices are singular to rounding"
+            };
+            format!("stable, but {} steps {why}", s.unconverged_steps)
+        }
         None if s.undecided_steps > 0 => format!(
             "stable, but {} steps left undecided which cables are slack or which motors at their limits",
             s.undecided_steps
@@ -363,13 +471,31 @@ pub fn text(s: &Summary) -> String {
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
         None => "stable".to_owned(),
         Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
-    };
-    let last = s.load.position.last().copied().unwrap_or_default();
+    }
+}
+
+/// The summary for people.
+#[must_use]
+pub fn text(s: &Summary) -> String {
+    let mut out = String::new();
+    let ns = crate::table::nanoseconds;
+    let (_, last) = s.load_at_end.unwrap_or_default();
     let phases: Vec<_> = s
         .phases_ns
         .iter()
         .map(|(name, t)| format!("{name} {}", ns(*t)))
         .collect();
+    let excess = match (&s.balance, s.max_energy_excess) {
+        (Some(balance), Some(excess)) => format!(
+            "at most {:.1e} of the motion's own; work of drives {:.3e} J",
+            excess, balance.work
+        ),
+        _ => "not asked for".to_owned(),
+    };
+    let tension = match (s.load_tension, s.max_load_tension) {
+        (Some(end), Some(most)) => format!("{end:.4e} N at the end, at most {most:.4e} N"),
+        _ => "none: no joint, link or cable holds it".to_owned(),
+    };
     let rows = [
         ("scene", s.scene.clone()),
         (
@@ -400,7 +526,7 @@ pub fn text(s: &Summary) -> String {
                 ),
             },
         ),
-        ("verdict", verdict),
+        ("verdict", verdict(s)),
         (
             "load at the end",
             format!("({:.6}, {:.6}, {:.6}) m", last[0], last[1], last[2]),
@@ -413,6 +539,8 @@ pub fn text(s: &Summary) -> String {
                 s.energy.end.total()
             ),
         ),
+        ("energy excess", excess),
+        ("tension at load", tension),
         ("largest gap", format!("{:.3e} m", s.max_violation_m)),
         (
             "step time",
@@ -425,7 +553,8 @@ pub fn text(s: &Summary) -> String {
         ),
         ("phases", phases.join(", ")),
     ];
-    for (name, value) in rows {
+    let notes = s.notes.iter().map(|note| ("note", note.clone()));
+    for (name, value) in rows.into_iter().chain(notes) {
         let _ = writeln!(out, "{name:>16}  {value}");
     }
     out

@@ -1,13 +1,17 @@
 //! Runs as files: JSON that holds all bits of a run's state, so that `taut run --resume` goes on where `--save` stopped.
 //!
 //! ```json
-//! {"run": {"version": 1, "options": {…}, "scene": {…}, …}, "yardstick": {"cable": null, "max_gap": null, "planar": false}}
+//! {"run": {"version": 2, "options": {…}, "scene": {…}, …}, "yardstick": {…}, "driven": ["hoist_speed"], "checksum": 907060870}
 //! ```
+//!
+//! The checksum is the CRC-32 of run, yardstick and names as they are written without blanks: laid out anew a file is still
+//! good, and a digit that is another one is found.
 
-use crate::output::{self, FileError};
+use crate::output::{self, FileError, Output};
 use crate::run::Yardstick;
 use serde::{Deserialize, Serialize};
 use std::fmt;
+use std::io;
 use std::path::{Path, PathBuf};
 use taut_integrator::{SavedRun, StepError, Stepper};
 
@@ -19,15 +23,20 @@ pub struct RunFile {
     pub run: SavedRun,
     /// What it is judged by.
     pub yardstick: Yardstick,
+    /// Names of the controls that a table of inputs has driven.
+    pub driven: Vec<String>,
+    checksum: u32,
 }
 
 /// Why a file is no run that can be taken up again.
 #[derive(Debug)]
 pub enum RunFileError {
-    /// It cannot be read or written.
+    /// It cannot be read.
     File(FileError),
     /// It is no saved run, or one of another version.
     Format(PathBuf, serde_json::Error),
+    /// It is not what was written.
+    Damaged(PathBuf),
     /// It cannot be stepped.
     Run(PathBuf, StepError),
 }
@@ -39,6 +48,11 @@ impl fmt::Display for RunFileError {
             Self::Format(path, e) => {
                 write!(f, "`{}` is no saved run: {e}", path.display())
             }
+            Self::Damaged(path) => write!(
+                f,
+                "`{}` is damaged: what it holds has another checksum; take a copy of it, or run the scene again",
+                path.display()
+            ),
             Self::Run(path, e) => write!(f, "`{}`: {e}", path.display()),
         }
     }
@@ -46,8 +60,46 @@ impl fmt::Display for RunFileError {
 
 impl std::error::Error for RunFileError {}
 
+/// What is written into it is counted in.
+#[derive(Default)]
+struct Sum(crc32fast::Hasher);
+
+impl io::Write for Sum {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.update(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
 impl RunFile {
-    /// Reads a text.
+    /// Of a run that a table of inputs drives by the controls of those names. The checksum is made where it is written.
+    #[must_use]
+    pub fn new(run: SavedRun, yardstick: Yardstick, driven: Vec<String>) -> Self {
+        Self {
+            run,
+            yardstick,
+            driven,
+            checksum: 0,
+        }
+    }
+
+    fn sum(&self) -> Result<u32, serde_json::Error> {
+        let mut sum = Sum::default();
+        serde_json::to_writer(&mut sum, &(&self.run, &self.yardstick, &self.driven))?;
+        Ok(sum.0.finalize())
+    }
+
+    /// Whether its content is what was written.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.sum().is_ok_and(|sum| sum == self.checksum)
+    }
+
+    /// Reads a text, damaged or not ([`is_whole`](Self::is_whole)).
     ///
     /// # Errors
     /// The reader's, with line and column.
@@ -55,33 +107,30 @@ impl RunFile {
         serde_json::from_str(text)
     }
 
-    /// Writes the text; numbers that have no finite value are limits that are none.
-    ///
-    /// # Errors
-    /// The writer's: none, as far as it is known.
-    pub fn text(&self) -> Result<String, serde_json::Error> {
-        Ok(serde_json::to_string(self)? + "\n")
-    }
-
-    /// Reads a file, and makes the stepper.
+    /// Reads a file, and makes the stepper; the names are those of the controls that were driven.
     ///
     /// # Errors
     /// [`RunFileError`].
-    pub fn resume(path: &Path) -> Result<(Stepper, Yardstick), RunFileError> {
+    pub fn resume(path: &Path) -> Result<(Stepper, Yardstick, Vec<String>), RunFileError> {
         let text = output::read_text(path).map_err(RunFileError::File)?;
         let file = Self::parse(&text).map_err(|e| RunFileError::Format(path.to_owned(), e))?;
+        if !file.is_whole() {
+            return Err(RunFileError::Damaged(path.to_owned()));
+        }
         let stepper = Stepper::restore(file.run);
         let stepper = stepper.map_err(|e| RunFileError::Run(path.to_owned(), e))?;
-        Ok((stepper, file.yardstick))
+        Ok((stepper, file.yardstick, file.driven))
     }
 
-    /// Writes a file, `-` for standard output.
+    /// Writes it.
     ///
     /// # Errors
-    /// [`RunFileError`].
-    pub fn write(&self, path: &Path) -> Result<(), RunFileError> {
-        let text = self.text();
-        let text = text.map_err(|e| RunFileError::Format(path.to_owned(), e))?;
-        output::write_text(path, &text).map_err(RunFileError::File)
+    /// [`FileError`].
+    pub fn write(mut self, to: &Output) -> Result<(), FileError> {
+        to.write(|out| {
+            self.checksum = self.sum()?;
+            serde_json::to_writer(&mut *out, &self)?;
+            out.write_all(b"\n")
+        })
     }
 }

@@ -28,7 +28,7 @@ mod wall;
 
 pub use callgrind::{CountError, Counter};
 pub use cases::{CASES, Case, DT, Place, UnknownCase, named};
-pub use compare::{Row, TOLERANCE, Verdict, compare, updated};
+pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
 pub use formats::{Entry, Metric, bencher, entries};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
 pub use start::{PASS, steps};
@@ -53,8 +53,7 @@ pub struct Config {
 }
 
 /// Compiler and processor that this program was built with and for.
-#[must_use]
-pub fn toolchain() -> String {
+fn toolchain() -> String {
     format!("{RUSTC}, {TARGET_CPU}")
 }
 
@@ -135,12 +134,12 @@ fn untimed(
 fn instructions(case: &Case, counter: Option<&Counter>) -> Figure {
     let measure = Measure::Instructions;
     let Some(counter) = counter else {
-        let why = "instructions were not counted: `--icount-binary` says with what".to_owned();
+        let why = "instructions were not counted: `--instructions` counts them".to_owned();
         return figure(case, measure, Err(Missing::NotMeasured(why)));
     };
     match counter.per_step(case) {
-        Ok((count, toolchain)) => Figure {
-            condition: toolchain.to_owned(),
+        Ok(count) => Figure {
+            condition: counter.toolchain().to_owned(),
             ..figure(case, measure, Ok(count))
         },
         Err(e @ CountError::UnknownInstruction { .. }) => {

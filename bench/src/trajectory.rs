@@ -5,8 +5,8 @@ use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
-use taut_integrator::{Energy, PhaseTimes, StepError, Stepper};
-use taut_model::{Constraint, RowKind, Scene};
+use taut_integrator::{Energy, EnergyBalance, PhaseTimes, StepError, Stepper};
+use taut_model::Scene;
 
 /// The state after a step, in the numbers that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +21,10 @@ pub struct Sample {
     pub violation: f64,
     /// Sum of all joints' gaps: the elongation of a cable \[m].
     pub gap_sum: f64,
+    /// Largest tension of what holds on to the load \[N]: [`load_tension`].
+    pub load_tension: Option<f64>,
+    /// The balance of energy, where the options ask for it.
+    pub balance: Option<EnergyBalance>,
     /// Iterations of the step's solves.
     pub iterations: usize,
     /// Linear systems solved.
@@ -117,101 +121,206 @@ impl Timing {
     }
 }
 
-/// Gaps of all joints with stretch rows, of sliders across their axis, and by how much links are too long or too short
-/// \[m].
+/// How often each duration came, to 1/512 of itself: the memory of any number of measurements is that of their range.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Durations {
+    /// Counts of m · 2ᵏ ns ≤ t < (m + 1) · 2ᵏ ns at 512 k + m: k = 0 with m < 1024, then k > 0 with 512 ≤ m < 1024.
+    counts: Vec<u64>,
+    /// Shortest and longest, exactly \[ns].
+    ends: Option<(u64, u64)>,
+}
+
+impl Durations {
+    /// Counts one.
+    pub fn add(&mut self, duration: Duration) {
+        let ns = u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX);
+        let k = (u64::BITS - ns.leading_zeros()).saturating_sub(10);
+        let place = 512 * k as usize + (ns >> k) as usize;
+        if self.counts.len() <= place {
+            self.counts.resize(place + 1, 0);
+        }
+        self.counts[place] += 1;
+        let (least, most) = self.ends.unwrap_or((ns, ns));
+        self.ends = Some((least.min(ns), most.max(ns)));
+    }
+
+    /// The median, to 1/512 from below, and the ends exactly; NaN of none.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        let Some((least, most)) = self.ends else {
+            return Timing::of(std::iter::empty());
+        };
+        let mut left = self.counts.iter().sum::<u64>() / 2;
+        let median = self.counts.iter().position(|&count| {
+            let here = left < count;
+            left = left.saturating_sub(count);
+            here
+        });
+        let place = median.unwrap_or_default();
+        let k = (place / 512).saturating_sub(1);
+        let median = ((place - 512 * k) as u64) << k;
+        Timing {
+            median: median.max(least) as f64,
+            min: least as f64,
+            max: most as f64,
+        }
+    }
+}
+
+/// Gaps of all constraints that have one, with their numbers \[m]: see [`Constraint::gap`](taut_model::Constraint::gap).
+fn numbered_gaps(stepper: &Stepper) -> impl Iterator<Item = (usize, f64)> {
+    let rows = stepper.linearized();
+    let constraints = stepper.scene().constraints.iter().enumerate();
+    constraints
+        .filter_map(|(c, constraint)| Some((c, constraint.gap(&rows.phi[rows.row_range(c)])?)))
+}
+
+/// The gaps of all constraints that have one \[m].
 pub(crate) fn gaps(stepper: &Stepper) -> impl Iterator<Item = f64> {
+    numbered_gaps(stepper).map(|(_, gap)| gap)
+}
+
+/// Largest tension of the joints, links and cables that hold on to the load \[N], where one of them has a tension.
+#[must_use]
+pub fn load_tension(stepper: &Stepper) -> Option<f64> {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
-    scene
-        .constraints
-        .iter()
-        .enumerate()
-        .filter_map(|(i, constraint)| {
-            if matches!(constraint, Constraint::MasslessCable(c) if c.tension_only) {
-                // What is slack is not too short.
-                return Some(rows.phi[rows.row_range(i).start].max(0.0));
-            }
-            let mut first = rows.row_range(i).start;
-            constraint.parts().find_map(|(kind, count, _)| {
-                let range = first..first + count;
-                first += count;
-                let gap = matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across);
-                gap.then(|| rows.phi[range].iter().map(|x| x * x).sum::<f64>().sqrt())
-            })
-        })
+    let load = load_body(scene)?;
+    let slots = rows.slots.iter().filter(|slot| slot.body == load);
+    let tensions = slots.filter_map(|slot| stepper.tension(slot.constraint));
+    tensions.reduce(worse)
+}
+
+fn load_body(scene: &Scene) -> Option<usize> {
+    scene.load.or_else(|| scene.bodies.len().checked_sub(1))
 }
 
 /// Position of the load (or of the last body).
 #[must_use]
 pub fn load_position(scene: &Scene) -> Vector3<f64> {
-    let load = scene.load.or_else(|| scene.bodies.len().checked_sub(1));
-    load.map_or_else(Vector3::zeros, |i| scene.bodies.position[i])
+    load_body(scene).map_or_else(Vector3::zeros, |i| scene.bodies.position[i])
 }
 
 /// Rotation in one step beyond which a linearised step means nothing: an eighth of a turn \[rad].
 const MAX_TURN: f64 = std::f64::consts::FRAC_PI_4;
 
-/// Steps until `time` or until the run is unstable: a step fails, a joint's gap exceeds `max_gap` (a segment's
-/// length, say), or a body turns by more than an eighth of a turn in a step.
-pub fn simulate(
-    stepper: &mut Stepper,
-    time: f64,
-    max_gap: f64,
-    after_step: impl FnMut(&Sample),
-) -> Trajectory {
-    simulate_driven(stepper, time, max_gap, |_| Ok(()), after_step)
+/// When a run is lost, beside a step that fails.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Limits {
+    /// Largest gap of each constraint \[m]: those of the scene ([`Scene::gap_limits`]).
+    Scene(Vec<f64>),
+    /// Where a sweep stops to count a run as stable: a gap of any joint \[m], and a body that turns by more than an eighth
+    /// of a turn in a step. Healthy motions may do both: a body turns exactly about its own axis, and the segments of a
+    /// cable that snaps do turn as fast.
+    Sweep(f64),
 }
 
-/// [`simulate`] with something to be done before each step, such as setting controls.
-pub fn simulate_driven(
-    stepper: &mut Stepper,
-    time: f64,
-    max_gap: f64,
-    mut before_step: impl FnMut(&mut Stepper) -> Result<(), StepError>,
-    mut after_step: impl FnMut(&Sample),
-) -> Trajectory {
-    let dt = stepper.options().dt;
-    let steps = steps_in(time, dt);
-    let mut trajectory = Trajectory {
-        samples: Vec::with_capacity(steps),
-        ..Trajectory::default()
-    };
-    for _ in 0..steps {
-        let report = match before_step(stepper).and_then(|()| pace::step(stepper)) {
+/// A run step by step, until its steps are made or it is lost. It keeps no sample.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simulation {
+    /// Steps still to be made; 0 where it has ended.
+    left: usize,
+    limits: Limits,
+    /// Largest gap of each constraint so far \[m].
+    pub gaps: Vec<f64>,
+    /// Why and when it ended early.
+    pub failure: Option<Failure>,
+    /// The error of the step, where it was a step that failed.
+    pub error: Option<StepError>,
+    /// Steps whose iteration claimed convergence.
+    pub claimed: usize,
+    /// Steps in which it was left undecided which rows are at their bounds.
+    pub undecided: usize,
+}
+
+impl Simulation {
+    /// A run of so many steps.
+    #[must_use]
+    pub fn new(steps: usize, limits: Limits) -> Self {
+        Self {
+            left: steps,
+            limits,
+            gaps: Vec::new(),
+            failure: None,
+            error: None,
+            claimed: 0,
+            undecided: 0,
+        }
+    }
+
+    /// Whether steps are still to be made.
+    #[must_use]
+    pub fn goes_on(&self) -> bool {
+        self.left > 0
+    }
+
+    /// Makes a step; none where the run has ended, or ends because the step fails.
+    pub fn step(&mut self, stepper: &mut Stepper) -> Option<Sample> {
+        self.left = self.left.checked_sub(1)?;
+        let begun = stepper.time();
+        let report = match pace::step(stepper) {
             Ok(report) => report,
             Err(e) => {
-                trajectory.failure = Some(Failure {
-                    time: stepper.time(),
-                    reason: e.to_string(),
-                });
-                trajectory.error = Some(e);
-                return trajectory;
+                self.fail(begun, e);
+                return None;
             }
         };
-        trajectory.claimed += usize::from(report.solve.is_claim());
-        trajectory.undecided += usize::from(report.undecided > 0);
+        self.claimed += usize::from(report.solve.is_claim());
+        self.undecided += usize::from(report.undecided > 0);
         let sample = Sample {
             time: report.time,
             load: load_position(stepper.scene()),
             energy: stepper.energy(),
             violation: gaps(stepper).fold(0.0, worse),
             gap_sum: gaps(stepper).sum(),
+            load_tension: load_tension(stepper),
+            balance: report.balance,
             iterations: report.iterations,
             solves: report.solves,
             redone: report.redone,
             implicit_substeps: report.implicit_substeps,
             phases: report.phases,
         };
-        after_step(&sample);
-        trajectory.samples.push(sample);
-        if let Some(reason) = instability(stepper, sample.violation, max_gap) {
-            trajectory.failure = Some(Failure {
-                time: report.time,
-                reason,
-            });
-            return trajectory;
+        self.gaps.resize(stepper.scene().constraints.len(), 0.0);
+        numbered_gaps(stepper).for_each(|(c, gap)| self.gaps[c] = worse(self.gaps[c], gap));
+        if let Some(reason) = instability(stepper, &self.limits) {
+            self.end(report.time, reason);
         }
+        Some(sample)
     }
-    trajectory
+
+    /// Ends the run by an error, such as that of setting controls, at a time \[s].
+    pub fn fail(&mut self, time: f64, error: StepError) {
+        self.end(time, error.to_string());
+        self.error = Some(error);
+    }
+
+    fn end(&mut self, time: f64, reason: String) {
+        self.left = 0;
+        self.failure = Some(Failure { time, reason });
+    }
+}
+
+/// Steps until `time` or until the run is unstable by [`Limits::Sweep`] of `max_gap` (m), and keeps all samples.
+pub fn simulate(
+    stepper: &mut Stepper,
+    time: f64,
+    max_gap: f64,
+    mut after_step: impl FnMut(&Sample),
+) -> Trajectory {
+    let steps = steps_in(time, stepper.options().dt);
+    let mut simulation = Simulation::new(steps, Limits::Sweep(max_gap));
+    let mut samples = Vec::with_capacity(steps);
+    while let Some(sample) = simulation.step(stepper) {
+        after_step(&sample);
+        samples.push(sample);
+    }
+    Trajectory {
+        samples,
+        failure: simulation.failure,
+        error: simulation.error,
+        claimed: simulation.claimed,
+        undecided: simulation.undecided,
+    }
 }
 
 /// Number of steps of length `dt` in `time`, to rounding.
@@ -226,13 +335,23 @@ pub fn steps_in(time: f64, dt: f64) -> usize {
     }
 }
 
-fn instability(stepper: &Stepper, gap: f64, max_gap: f64) -> Option<String> {
-    if gap.is_nan() || gap > max_gap {
+fn instability(stepper: &Stepper, limits: &Limits) -> Option<String> {
+    let scene = stepper.scene();
+    let limit = |c: usize| match limits {
+        Limits::Scene(gaps) => gaps[c],
+        Limits::Sweep(gap) => *gap,
+    };
+    let open = numbered_gaps(stepper).find(|(c, gap)| !gap.is_finite() || *gap > limit(*c));
+    if let Some((c, gap)) = open {
         return Some(format!(
-            "a joint's gap of {gap:.2e} m exceeds {max_gap:.2e} m"
+            "`{}` is open by {gap:.2e} m, beyond its limit of {:.2e} m",
+            scene.constraint_names[c],
+            limit(c)
         ));
     }
-    let scene = stepper.scene();
+    if matches!(limits, Limits::Scene(_)) {
+        return None;
+    }
     let limit = MAX_TURN / stepper.options().dt;
     let fast = scene
         .bodies
@@ -254,6 +373,25 @@ mod tests {
         let t = Timing::of([5, 1, 9, 3, 7].into_iter().map(Duration::from_nanos));
         assert_eq!((t.median, t.min, t.max), (5.0, 1.0, 9.0));
         assert!(Timing::of(std::iter::empty()).median.is_nan());
+    }
+
+    /// Counted, not kept: the same order statistics, the median to 1/512.
+    #[test]
+    fn counted_durations_have_the_timing_of_kept_ones() {
+        for scale in [1, 7, 1000, 123_457, 1 << 40] {
+            let all = (0..1001_u64).map(|i| Duration::from_nanos(scale * (3 + i * i % 977)));
+            let mut counted = Durations::default();
+            all.clone().for_each(|d| counted.add(d));
+            let (counted, kept) = (counted.timing(), Timing::of(all));
+            assert_eq!((counted.min, counted.max), (kept.min, kept.max));
+            let off = (kept.median - counted.median) / kept.median;
+            assert!((0.0..1.0 / 512.0).contains(&off), "{scale}: {off:e}");
+        }
+        let mut odd = Durations::default();
+        assert!(odd.timing().median.is_nan());
+        odd.add(Duration::MAX);
+        odd.add(Duration::ZERO);
+        assert_eq!((odd.timing().min, odd.timing().max), (0.0, u64::MAX as f64));
     }
 
     #[test]

@@ -3,6 +3,7 @@
 //! `cargo run -p taut-integrator --example crane`
 
 use std::error::Error;
+use std::process::ExitCode;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Controls, GantryParams};
 
@@ -14,18 +15,31 @@ fn operator(t: f64) -> Controls {
     }
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
+/// The error in its own words, which `fn main() -> Result` would not print.
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(e) => {
+            eprintln!("crane: {e}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<(), Box<dyn Error>> {
     let scene = GantryParams {
         mass_ratio: 1e3,
         ..GantryParams::default()
     }
     .build()?;
     let (trolley, hook) = (1, 2); // bodies: the static beam is 0, segments and load follow
+    let hanger = scene.constraint_names.iter().position(|n| n == "bottom");
+    let hanger = hanger.ok_or("nothing holds the load")?; // the joint above the load
     let start = scene.bodies.position.clone();
     let mut stepper = Stepper::new(scene, StepOptions::default())?;
     println!(
-        "{:>6} {:>12} {:>9} {:>9}",
-        "t [s]", "trolley [m]", "hook x", "hook z"
+        "{:>6} {:>12} {:>9} {:>9} {:>12}",
+        "t [s]", "trolley [m]", "hook x", "hook z", "tension [kN]"
     );
     while stepper.time() < 10.0 {
         stepper.set_controls(&operator(stepper.time()))?;
@@ -34,8 +48,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         if frame.is_multiple_of(60) {
             let at = &stepper.scene().bodies.position; // m, world
             println!(
-                "{:6.2} {:12.4} {:9.4} {:9.4}",
-                report.time, at[trolley].x, at[hook].x, at[hook].z
+                "{:6.2} {:12.4} {:9.4} {:9.4} {:12.2}",
+                report.time,
+                at[trolley].x,
+                at[hook].x,
+                at[hook].z,
+                1e-3 * stepper.tension(hanger).unwrap_or(f64::NAN)
             );
         }
     }
@@ -50,5 +68,5 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 #[test]
 fn runs() {
-    main().unwrap();
+    run().unwrap();
 }

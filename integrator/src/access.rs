@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::stepper::Stepper;
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Winch};
+use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Target, Winch};
 use taut_solver::SolveError;
 
 impl Stepper {
@@ -95,10 +95,12 @@ impl Stepper {
         own.angular_velocity
             .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
+        self.account.close();
         self.solved = false;
         self.advanced = 0.0;
         self.started = true;
         self.holding = 0;
+        self.closing.forget();
         let rows = &mut self.pieces.rows;
         rows.drive(
             &self.scene,
@@ -216,6 +218,10 @@ impl Stepper {
             ));
         }
         motor.validate(what)?;
+        if own.target != motor.target && !matches!(motor.target, Target::Speed(_)) {
+            // Another position is energy of its own.
+            self.account.close();
+        }
         *own = motor;
         self.changed();
         Ok(())

@@ -199,7 +199,8 @@ impl Together {
         let phases = clock.times().share(cables.len());
         let steps = cables.iter_mut().zip(&mut self.progress);
         for ((cable, p), report) in steps.zip(reports) {
-            let Progress { work, done, .. } = std::mem::replace(p, Progress::new());
+            let Progress { mut work, done, .. } = std::mem::replace(p, Progress::new());
+            let done = done.and_then(|()| cable.weigh(&mut work));
             cable.drop_tension_unless(done.is_ok());
             let refinements = cable.options.refinements;
             *report = done.map(|()| work.report(cable.time, refinements, phases));

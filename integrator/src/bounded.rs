@@ -143,15 +143,12 @@ impl Bounded {
             let saved = &mut self.jacobian[row.first..];
             row.sigma = pieces.regularization.sigma[bound.row];
             row.rate = pieces.rate[bound.row];
-            let mut size = row.sigma;
+            let size = row.sigma + response(pieces, k);
             for (s, saved) in pieces.rows.slot_range(bound.constraint).zip(saved) {
                 let (body, from) = (pieces.rows.slots[s].body, entry(pieces, k, s));
                 saved.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
                 pieces.rows.jacobian[from..from + 6].fill(0.0);
                 pieces.inertia.add_impulse(body, saved, value);
-                let mut w = [0.0; 6];
-                pieces.inertia.apply_inverse(body, saved, &mut w);
-                size += dot(&w, saved);
             }
             // Σ μ = c of about the row's own size in S, which no iteration then stumbles over.
             let size = if size > 0.0 { size } else { 1.0 };
@@ -279,19 +276,32 @@ fn entry(pieces: &Pieces, k: usize, s: usize) -> usize {
     pieces.rows.slots[s].offset + 6 * (bound.row - first)
 }
 
-/// w = (b − S μ) of bounded row `k` from the pieces, and S of the row alone.
-fn residual(pieces: &Pieces, k: usize, mu: f64) -> (f64, f64) {
-    let bound = &pieces.rows.bounds[k];
-    let sigma = pieces.regularization.sigma[bound.row];
-    let (mut w, mut size) = (pieces.rate[bound.row] - sigma * mu, sigma);
-    for s in pieces.rows.slot_range(bound.constraint) {
-        let (body, from) = (pieces.rows.slots[s].body, entry(pieces, k, s));
+/// J of bounded row `k`, slot by slot, with the slot's body.
+fn jacobian(pieces: &Pieces, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
+    let slots = pieces.rows.slot_range(pieces.rows.bounds[k].constraint);
+    slots.map(move |s| {
         let mut j = [0.0; 6];
+        let from = entry(pieces, k, s);
         j.copy_from_slice(&pieces.rows.jacobian[from..from + 6]);
-        w -= dot(&j, &pieces.dv.get(body));
+        (pieces.rows.slots[s].body, j)
+    })
+}
+
+/// J M̃⁻¹ Jᵀ of bounded row `k` alone \[1/kg].
+pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
+    let of_slot = |(body, j): (usize, [f64; 6])| {
         let mut inverse = [0.0; 6];
         pieces.inertia.apply_inverse(body, &j, &mut inverse);
-        size += dot(&inverse, &j);
-    }
-    (w, size)
+        dot(&inverse, &j)
+    };
+    jacobian(pieces, k).map(of_slot).sum()
+}
+
+/// w = (b − S μ) of bounded row `k` from the pieces, and S of the row alone.
+fn residual(pieces: &Pieces, k: usize, mu: f64) -> (f64, f64) {
+    let r = pieces.rows.bounds[k].row;
+    let sigma = pieces.regularization.sigma[r];
+    let moved = jacobian(pieces, k).map(|(body, j)| dot(&j, &pieces.dv.get(body)));
+    let w = moved.fold(pieces.rate[r] - sigma * mu, |w, moved| w - moved);
+    (w, sigma + response(pieces, k))
 }

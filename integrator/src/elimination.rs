@@ -5,7 +5,7 @@
 //! degree. Which is the cheapest is counted on S = J M⁻¹ Jᵀ + Σ before anything is factorised, not guessed from the
 //! topology: constraints that share two bodies close loops and yet may cost nothing.
 
-use crate::UnknownName;
+use crate::{Form, StepOptions, UnknownName};
 use std::fmt;
 use std::str::FromStr;
 use taut_model::{Linearized, Scene, SceneError, Slot, Topology};
@@ -102,6 +102,29 @@ const MOST: EliminationCost = EliminationCost {
     flops: 1_000_000_000_000_000,
     ..EliminationCost::MAX
 };
+
+/// Refuses what no machine factorises in the order of `pattern`.
+pub(crate) fn check_fill(
+    options: &StepOptions,
+    order: &EliminationOrder,
+    pattern: &BlockPattern,
+) -> Result<(), SolveError> {
+    let (backend, most) = (&options.backend, EliminationCost::LARGEST);
+    if !backend.keeps_order() {
+        return Ok(());
+    }
+    let cost = if options.form == Form::Kkt && !backend.is_iterative() {
+        let natural: Vec<usize> = (0..pattern.blocks()).collect();
+        elimination_cost(pattern, &natural, MOST)?
+    } else {
+        order.cost
+    };
+    let cost = cost.unwrap_or(MOST);
+    if cost.is_within(most) {
+        return Ok(());
+    }
+    Err(cost.too_large(most))
+}
 
 /// The order of the constraints for a backend.
 pub(crate) fn order_of(
@@ -209,6 +232,45 @@ mod tests {
             }
             assert_eq!(order.taken, Elimination::Scene, "{name}: {:?}", order.cost);
             assert!(order.constraints.into_iter().eq(0..scene.constraints.len()));
+        }
+    }
+
+    /// What no machine holds or computes is refused before it is analysed, where the backend keeps the order.
+    #[test]
+    fn factors_beyond_reach_are_refused() {
+        let scene = taut_model::named("net").unwrap();
+        let rows = Linearized::new(&scene);
+        let pattern = factorized(&scene, &rows, &Backend::Banded).unwrap();
+        let own = order_of(Elimination::Scene, &scene, &rows, &Backend::Banded).unwrap();
+        let refused = |backend: &str, cost| {
+            let options = StepOptions {
+                backend: backend.parse().unwrap(),
+                ..StepOptions::default()
+            };
+            let order = EliminationOrder {
+                cost,
+                ..own.clone()
+            };
+            check_fill(&options, &order, &pattern).is_err()
+        };
+        let most = EliminationCost::LARGEST;
+        let (entries, flops) = (most.entries + 1, most.flops + 1);
+        for beyond in [
+            None,
+            Some(EliminationCost { entries, ..most }),
+            Some(EliminationCost { flops, ..most }),
+        ] {
+            for (backend, is_refused) in [
+                ("banded", true),
+                ("faer:ldlt", true),
+                ("cg:group", true),
+                ("faer:lu", false),
+                ("umfpack", false),
+                ("cg:jacobi", false),
+            ] {
+                assert_eq!(refused(backend, beyond), is_refused, "{backend}");
+                assert!(!refused(backend, Some(most)) && !refused(backend, own.cost));
+            }
         }
     }
 

@@ -1,18 +1,24 @@
 //! Static equilibrium by pseudo-transient continuation: implicit steps from rest, each one linear solve, with the
 //! velocity set to zero in between and a time step that grows as the linearisation comes to hold. For long steps a pass
-//! is Newton's method on f + Jᵀ λ = 0, ε λ = −φ.
+//! is Newton's method on f + Jᵀ λ = 0, ε λ = −φ; the passes end where these two hold ([`crate::imbalance`]), not where
+//! nothing moves: what turns without resistance may drift with rounding, and what is soft moves little though it is far
+//! from rest.
 //!
 //! A long step from rest divides what rounding leaves of the balance of forces, u F, by the body's inertia: light
 //! segments of a cable that carries 10⁶ times their weight would jump about by micrometres, and spin about their axes.
 //! Inertia has no part in an equilibrium, so each body gets what its constraint forces accelerate with
 //! [`ACCELERATION`] on top of its own.
+//!
+//! A link or cable under tension T that turns with its ends resists them with T/|d| across; without that in its matrix
+//! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
+//! massless cables a link without length row along each span ([`Spans`]).
 
 use crate::guarded::Pass;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
 use nalgebra::Vector3;
-use taut_model::Scene;
+use taut_model::{Constraint, Distance, RowLaw, Scene};
 use taut_solver::Backend;
 
 /// Solves at most.
@@ -26,20 +32,65 @@ const LONGEST: f64 = 30.0;
 const ACCELERATION: f64 = 10.0;
 /// Largest disagreement of a pass that is accepted.
 const ACCEPTED: f64 = 0.05;
-/// Change of the positions, over the scene's extent, at which the state is an equilibrium.
-const TOLERANCE: f64 = 1e-11;
+/// Imbalance at which the state is an equilibrium, once no shorter step reduces it.
+const BALANCED: f64 = 1e-9;
+/// Imbalance that is rounding.
+const ROUNDING: f64 = 1e-15;
+/// Imbalance from which on a longest step that stalls is taken to be stopped by its rounding, u F Δt² over the inertia.
+const NEAR: f64 = 1e-6;
+/// A pass that leaves more than this part of the imbalance stalls.
+const STALLED: f64 = 0.95;
+/// How often the step is then quartered.
+const QUARTERINGS: usize = 5;
+/// Passes that may stall at each of the shorter lengths: slow modes go on there below the rounding of the fast ones.
+const PATIENCE: usize = 10;
 /// Largest change of an angle in a pass that is accepted \[rad]: less than half a turn, so that windings are followed.
 const LARGEST_TURN: f64 = 2.5;
-/// Change of an angle that a row measures at which it is one \[rad]: twist moves no attachment.
-const ANGLE_TOLERANCE: f64 = 1e-9;
 
 /// The scene at rest where its forces balance at t = 0, nearest in the sense of damped motion from its present pose.
-/// Velocities are kept as they are for the start. Orientation about an axis without resistance stays as it is.
+/// Forces and torques balance, and rows keep their laws, to rounding as far as that can be had, and to 10⁻⁹ of the
+/// largest. Velocities are kept as they are for the start. Orientation about an axis without resistance stays as it is.
 ///
 /// # Errors
 /// [`StepError::NoEquilibrium`] where none is found in 400 solves (a body that nothing holds, a mechanism in free
 /// fall); else as [`Stepper::step`].
-pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
+pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
+    scene.validate()?;
+    let mut resting = Scene {
+        start_in_equilibrium: false,
+        ..scene.clone()
+    };
+    let spans = Spans::add(&mut resting);
+    let mut stepper = Stepper::new(resting, options(backend))?;
+    spans.take_tensions(&mut stepper);
+    let (mut clock, mut work) = (PhaseClock::start(), Work::default());
+    let (mut pace, mut moved) = (Pace::start(), None);
+    for pass in 1..=PASSES {
+        spans.leave_out_lengths(&mut stepper);
+        match stepper.relax(pace.dt, &mut clock, &mut work)? {
+            None => pace.dt *= 0.25,
+            Some(way) => {
+                moved = Some(way);
+                let rests = pace.ends_with(stepper.imbalance());
+                if rests || (pass == PASSES && pace.imbalance <= BALANCED) {
+                    take_pose(stepper.into_scene(), &mut scene);
+                    return Ok(scene);
+                }
+            }
+        }
+    }
+    let (change, body) = moved.unzip();
+    Err(StepError::NoEquilibrium {
+        passes: PASSES,
+        change: change.unwrap_or(f64::INFINITY),
+        body: body.and_then(|i: usize| scene.body_names.get(i).cloned()),
+        imbalance: pace.imbalance,
+        limited: stepper.at_force_limit(),
+    })
+}
+
+/// The options of the passes.
+fn options(backend: &Backend) -> StepOptions {
     // An iteration that stops early leaves the forces out of balance.
     let backend = match backend {
         iterative if iterative.is_iterative() => {
@@ -51,7 +102,7 @@ pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, Step
         }
         direct => direct.clone(),
     };
-    let options = StepOptions {
+    StepOptions {
         dt: 1.0 / 60.0,
         refinements: 1,
         scheme: Scheme::LinearlyImplicit,
@@ -59,51 +110,144 @@ pub fn static_equilibrium(scene: Scene, backend: &Backend) -> Result<Scene, Step
         guard: None,
         backend,
         ..StepOptions::default()
-    };
-    let bodies = &scene.bodies;
-    let (velocity, spin) = (bodies.velocity.clone(), bodies.angular_velocity.clone());
-    let mut stepper = Stepper::new(
-        Scene {
-            start_in_equilibrium: false,
-            ..scene
-        },
-        options,
-    )?;
-    let (mut clock, mut work) = (PhaseClock::start(), Work::default());
-    let mut dt = 1.0 / 60.0;
-    let mut change = f64::INFINITY;
-    for _ in 0..PASSES {
-        let done = stepper.relax(dt, &mut clock, &mut work)?;
-        match done {
-            Some((moved, turned)) => {
-                change = moved.max(turned);
-                if dt >= LONGEST && moved <= TOLERANCE && turned <= ANGLE_TOLERANCE {
-                    let mut scene = stepper.into_scene();
-                    scene.bodies.velocity = velocity;
-                    scene.bodies.angular_velocity = spin;
-                    return Ok(scene);
-                }
-                dt = (4.0 * dt).min(LONGEST);
-            }
-            None => dt *= 0.25,
+    }
+}
+
+/// Poses and windings of the scene that came to rest. Of links, which got rows of their own there, there is nothing to
+/// take.
+fn take_pose(found: Scene, scene: &mut Scene) {
+    scene.bodies.position = found.bodies.position;
+    scene.bodies.orientation = found.bodies.orientation;
+    for (constraint, found) in scene.constraints.iter_mut().zip(found.constraints) {
+        if !matches!(found, Constraint::Distance(_)) {
+            *constraint = found;
         }
     }
-    Err(StepError::NoEquilibrium {
-        passes: PASSES,
-        change,
-        limited: stepper.at_force_limit(),
-    })
+    scene.start_in_equilibrium = false;
+}
+
+/// Length of the passes.
+struct Pace {
+    /// Of the next one \[s].
+    dt: f64,
+    /// What the last one left.
+    imbalance: f64,
+    /// How often the step has been quartered since the longest stalled.
+    quartered: usize,
+    /// Passes that have stalled at this length.
+    stalled: usize,
+}
+
+impl Pace {
+    fn start() -> Self {
+        Self {
+            dt: 1.0 / 60.0,
+            imbalance: f64::INFINITY,
+            quartered: 0,
+            stalled: 0,
+        }
+    }
+
+    /// Whether a pass that left this imbalance was the last; sets the length of the next.
+    fn ends_with(&mut self, imbalance: f64) -> bool {
+        let last = std::mem::replace(&mut self.imbalance, imbalance);
+        let shortened = self.quartered > 0;
+        self.stalled += usize::from(imbalance >= STALLED * last && imbalance <= NEAR);
+        let stalls = self.stalled > if shortened { PATIENCE } else { 0 };
+        if stalls && self.quartered < QUARTERINGS && (shortened || self.dt >= LONGEST) {
+            self.quartered += 1;
+            self.stalled = 0;
+            self.dt *= 0.25;
+        } else if !shortened || stalls || imbalance > NEAR {
+            if shortened && imbalance <= BALANCED {
+                return true;
+            }
+            (self.quartered, self.stalled) = (0, 0);
+            self.dt = (4.0 * self.dt).min(LONGEST);
+        }
+        imbalance <= ROUNDING
+    }
+}
+
+/// The links along the spans of massless cables, after all other constraints: their transverse rows alone are used.
+struct Spans {
+    /// Cable of each link.
+    cables: Vec<usize>,
+    /// The first link.
+    first: usize,
+}
+
+impl Spans {
+    /// Adds a link along each span that can turn, and transverse rows to the links that there are.
+    fn add(scene: &mut Scene) -> Self {
+        let first = scene.constraints.len();
+        let mut cables = Vec::new();
+        for c in 0..first {
+            let cable = match &mut scene.constraints[c] {
+                Constraint::MasslessCable(cable) => cable.clone(),
+                Constraint::Distance(link) => {
+                    link.transverse = true;
+                    continue;
+                }
+                _ => continue,
+            };
+            for (k, span) in cable.frames.windows(2).enumerate() {
+                if span[0].body_index() == span[1].body_index() {
+                    continue;
+                }
+                let link = Constraint::Distance(Distance {
+                    frames: [span[0], span[1]],
+                    length: cable.length,
+                    law: RowLaw::new(1.0, 0.0),
+                    transverse: true,
+                });
+                let name = format!("{}, span {}", scene.constraint_names[c], k + 1);
+                scene.add_constraint(name, link, scene.groups[c]);
+                cables.push(c);
+            }
+        }
+        Self { cables, first }
+    }
+
+    /// The links' transverse rows are as stiff as their cables' tensions make them.
+    fn take_tensions(&self, stepper: &mut Stepper) {
+        if self.cables.is_empty() {
+            return;
+        }
+        let pieces = &mut stepper.pieces;
+        let constraints = pieces.rows.constraints();
+        // What the links measure is no gap.
+        pieces.idle.resize(constraints, false);
+        pieces.idle[self.first..].fill(true);
+        let links = pieces.rows.transverse.len() - self.cables.len();
+        for (k, &cable) in self.cables.iter().enumerate() {
+            pieces.rows.transverse[links + k].length_row = pieces.rows.row_range(cable).start;
+        }
+    }
+
+    /// J = 0 and φ = 0 in the links' own rows, so that λ = 0: the present linearisation holds them.
+    fn leave_out_lengths(&self, stepper: &mut Stepper) {
+        let rows = &mut stepper.pieces.rows;
+        for link in self.first..rows.constraints() {
+            let (row, slots) = (rows.row_range(link).start, rows.slot_range(link));
+            rows.phi[row] = 0.0;
+            for slot in slots {
+                let from = rows.slots[slot].offset;
+                rows.jacobian[from..from + 6].fill(0.0);
+            }
+        }
+    }
 }
 
 impl Stepper {
-    /// One pass from rest: the largest change of a position over the scene's extent and of an angular row (rad), or `None`
-    /// where the linearisation did not hold and the state is as before.
+    /// One pass from rest: the largest change of a position over the scene's extent, and whose it is, or `None` where the
+    /// linearisation did not hold and the state is as before.
     fn relax(
         &mut self,
         dt: f64,
         clock: &mut PhaseClock,
         work: &mut Work,
-    ) -> Result<Option<(f64, f64)>, StepError> {
+    ) -> Result<Option<(f64, usize)>, StepError> {
         let bodies = &mut self.scene.bodies;
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
@@ -120,10 +264,9 @@ impl Stepper {
             Err(StepError::Solve { .. }) if dt > SHORTEST => f64::INFINITY,
             Err(e) => return Err(e),
         };
-        let turned = self.largest_turn(dt);
-        if disagreement <= ACCEPTED && turned <= LARGEST_TURN {
+        if disagreement <= ACCEPTED && self.largest_turn(dt) <= LARGEST_TURN {
             self.pieces.rows.follow_windings(&mut self.scene, self.time);
-            return Ok(Some((self.largest_motion(dt), turned)));
+            return Ok(Some(self.largest_motion(dt)));
         }
         let start = std::mem::take(&mut self.substep_start);
         self.go_back(&start);
@@ -142,26 +285,18 @@ impl Stepper {
         angular.map(|(_, rate)| dt * rate.abs()).fold(0.0, f64::max)
     }
 
-    /// Largest way of a body's centre or attachment in `dt`, over the scene's extent. Turning about a lever arm moves
-    /// nothing.
-    fn largest_motion(&self, dt: f64) -> f64 {
+    /// Largest way of a body's centre or attachment in `dt`, over the scene's extent, and the body. Turning about a lever
+    /// arm moves nothing.
+    fn largest_motion(&self, dt: f64) -> (f64, usize) {
         let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
-        let mut moved = bodies
-            .velocity
-            .iter()
-            .map(Vector3::norm)
-            .fold(0.0, f64::max);
-        let mut extent = 0.0_f64;
-        if let Some(first) = bodies.position.first() {
-            let way = bodies.position.iter().map(|x| (x - first).norm());
-            extent = way.fold(0.0, f64::max);
-        }
-        for (s, slot) in rows.slots.iter().enumerate() {
-            let lever = rows.lever(s);
-            moved = moved.max(bodies.angular_velocity[slot.body].cross(&lever).norm());
-            extent = extent.max(lever.norm());
-        }
-        // A single body held at its centre has no extent: metres then.
-        dt * moved / if extent > 0.0 { extent } else { 1.0 }
+        let centres = bodies.velocity.iter().map(Vector3::norm).enumerate();
+        let turning = rows.slots.iter().enumerate().map(|(s, slot)| {
+            let omega = bodies.angular_velocity[slot.body];
+            (slot.body, omega.cross(&rows.lever(s)).norm())
+        });
+        let (body, speed) = (centres.chain(turning))
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+            .unwrap_or_default();
+        (dt * speed / self.extent(), body)
     }
 }

@@ -66,10 +66,24 @@ pub enum StepError {
     NoEquilibrium {
         /// Solves made.
         passes: usize,
-        /// Change of the positions in the last of them, over the scene's extent.
+        /// Largest change of a position in the last of them that was taken, over the scene's extent.
         change: f64,
+        /// The body that it was.
+        body: Option<String>,
+        /// What was left of the forces, as a part of the largest.
+        imbalance: f64,
         /// A constraint that gave way at its limit of force.
         limited: Option<String>,
+    },
+    /// More energy than the motion began with and its drives have put in: the step has become unstable. The state is that
+    /// of the step's end; a further step begins a new balance.
+    EnergyGain {
+        /// Energy from nowhere \[J].
+        excess: f64,
+        /// What it is measured by \[J]: see [`EnergyBalance`](crate::EnergyBalance).
+        scale: f64,
+        /// Time at the end of the step \[s].
+        time: f64,
     },
     /// The state is no longer finite: the step has become unstable.
     NonFinite {
@@ -117,18 +131,46 @@ impl fmt::Display for StepError {
             Self::NoEquilibrium {
                 passes,
                 change,
+                body,
+                imbalance,
                 limited,
             } => {
-                write!(
-                    f,
-                    "no static equilibrium found in {passes} solves (the last moved the scene by {change:.1e} of its \
-                     extent): "
-                )?;
+                write!(f, "no static equilibrium found in {passes} solves: ")?;
+                if let Some(body) = body {
+                    write!(
+                        f,
+                        "the last moved `{body}` the most, by {change:.1e} of the scene's extent, and left \
+                         {imbalance:.1e} of the largest force without balance: "
+                    )?;
+                }
                 match limited {
                     Some(name) => write!(f, "`{name}` gives way at its limit of force: raise it"),
-                    None => f.write_str("is every body held?"),
+                    None => f.write_str(
+                        "hold the body where it is free, look at stiffnesses (N, N m²) and lengths (m), or start without \
+                         equilibrium",
+                    ),
                 }
             }
+            Self::EnergyGain {
+                excess,
+                scale,
+                time,
+            } if !excess.is_finite() => {
+                write!(
+                    f,
+                    "at t = {time:.4} s: the energy is {excess} J: the step is unstable"
+                )
+            }
+            Self::EnergyGain {
+                excess,
+                scale,
+                time,
+            } => write!(
+                f,
+                "at t = {time:.4} s: the motion has {excess:.2e} J from nowhere, {:.2} of its own {scale:.2e} J: the \
+                 step is unstable (use a smaller Δt, a guard, or another scheme or solver)",
+                excess / scale
+            ),
             Self::NonFinite { body, time } => write!(
                 f,
                 "the state of body `{body}` is not finite at t = {time:.4} s: the step is unstable (use a smaller Δt, \

@@ -1,5 +1,5 @@
-//! Geometric stiffness of stretch rows: how the torque r × F of an attachment changes when the body, and with it the
-//! lever arm r, turns under a constraint force F.
+//! Geometric stiffness: how the torque r × F of an attachment changes when the body, and with it the lever arm r, turns
+//! under a constraint force F, and how a joint's twist moment changes with its axis.
 //!
 //! The exact derivative, −∂(r × F)/∂θ = (F·r) I − r Fᵀ, is not symmetric. Its symmetric part with negative eigenvalues
 //! removed ([T], [A]) has its null direction midway between r and F: a transverse torque then spins a thin segment about
@@ -12,13 +12,35 @@
 //!
 //! which is exact where F ∥ r (a taut cable at rest), positive semidefinite without an eigenvalue problem, and leaves
 //! the spin about r free.
+//!
+//! **Torque.** The twist moment M of a joint acts along the mean of its bodies' axes, so the turning of either body across
+//! the axis moves it: with complex tilts θ a joint adds the coupling
+//!
+//! ```text
+//! ½M (i θ̄_a θ_b − i θ_a θ̄_b)      straight chain, wave number k, bends c = EI/l:  2c (1 − cos k) − M sin k
+//! ```
+//!
+//! which no block of a body can hold. It softens the helices of one hand, up to Greenhill's buckling, and stiffens those
+//! of the other. The step sees it explicitly, and what alternates from step to step (z = −1) is lost where the added
+//! stiffness exceeds what the filters leave: the excess F = 2 (p + q + s) − 1 of the bends' weights times their stiffness, and
+//! E of the tension's K likewise. A joint's part of that balance is positive where both bodies have β more,
+//!
+//! ```text
+//! ⎡ β + E t + F c    −F c − ½iM   ⎤ ⪰ 0      β = max(√(F²c² + ¼M²) − F c − E t, 0)      t = max(F·r, 0)
+//! ⎣ −F c + ½iM       β + E t + F c ⎦
+//! ```
+//!
+//! so β (I − m mᵀ), m the twist's axis, joins K. It is inertia as the tension's: statics, and so buckling, do not feel it. It
+//! is 0 up to about a fifth of Greenhill's torque, and of second order in M: EI/l resists the rest.
 
 use crate::GeometricStiffness;
+use crate::lanes::{packed, unpacked};
+use crate::options::Excess;
 use crate::six::Six;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use taut_lanes::vector::{Vec3, dot, load};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{Abreast, Linearized, Scene, Side};
+use taut_model::{ABREAST, Abreast, Constraint, Four, Joint, Linearized, RowKind, Scene, Side};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
@@ -33,6 +55,8 @@ pub(crate) struct Geometric {
     turning: Vec<Vector3<f64>>,
     /// Velocity of each body as a part of its chord; the angular part alone has a meaning.
     reference: Six,
+    /// Bending stiffness of the joints of each pack \[N m].
+    bending: Vec<Four>,
 }
 
 impl Geometric {
@@ -57,6 +81,7 @@ impl Geometric {
             group,
             turning: vec![Vector3::zeros(); chords.len()],
             chords,
+            bending: bending(scene, &rows.abreast),
         }
     }
 
@@ -70,12 +95,15 @@ impl Geometric {
         self.stiffness.clear();
     }
 
-    /// K from multipliers λ (N), at the attachments as linearised.
-    pub(crate) fn update(&mut self, rows: &Linearized, lambda: &[f64]) {
+    /// K from multipliers λ (N, N m), at the attachments as linearised; with that of the twist moments for a step that sees
+    /// them explicitly.
+    pub(crate) fn update(&mut self, rows: &Linearized, lambda: &[f64], excess: Option<Excess>) {
         self.clear();
         let joints = Joints {
             joints: &rows.abreast,
             lambda,
+            bending: &self.bending,
+            excess,
             stiffness: &mut self.stiffness,
         };
         dispatch(Level::best(), joints);
@@ -98,6 +126,27 @@ impl Geometric {
                     tension - along.z * r.z,
                 ];
                 self.stiffness.add(rows.slots[s].body, k);
+            }
+        }
+    }
+
+    /// Adds what K lacks of the symmetric part of −Σ ∂(r × F)/∂θ of a body, as far as it is positive: what forces at
+    /// several points of a body resist together, as a load does that rocks about the ends of its slings. K is then
+    /// nowhere too soft.
+    pub(crate) fn complete(&mut self, rows: &Linearized, lambda: &[f64], bodies: usize) {
+        let mut exact = vec![Matrix3::zeros(); bodies];
+        for (s, slot) in rows.slots.iter().enumerate() {
+            let (r, (force, _)) = (rows.lever(s), wrench(rows, s, lambda));
+            let product = force * r.transpose();
+            let symmetric = 0.5 * (product + product.transpose());
+            exact[slot.body] += Matrix3::from_diagonal_element(force.dot(&r)) - symmetric;
+        }
+        for (i, exact) in exact.into_iter().enumerate() {
+            let lacking = exact - unpacked(self.stiffness.get(i));
+            if lacking.iter().all(|k| k.is_finite()) {
+                let mut eigen = lacking.symmetric_eigen();
+                eigen.eigenvalues.apply(|k| *k = k.max(0.0));
+                self.stiffness.add(i, packed(&eigen.recompose()));
             }
         }
     }
@@ -156,28 +205,66 @@ impl Geometric {
     }
 }
 
+/// Bending stiffness of the joints of each pack, by which a twist moment bends them \[N m]: beyond all bounds where they
+/// are rigid or have no twist in their last row.
+fn bending(scene: &Scene, joints: &Abreast) -> Vec<Four> {
+    /// Its square is finite.
+    const RIGID: f64 = 1e150;
+    let stiffness = |c: &Constraint| {
+        let mut parts = c.parts().filter(|(_, rows, _)| *rows > 0);
+        let law = parts.find_map(|(kind, _, law)| (kind == RowKind::Bend).then_some(law));
+        match (law, parts.last()) {
+            (Some(law), Some((RowKind::Twist, ..))) if c.rows() == 6 => {
+                (1.0 / law.compliance).min(RIGID)
+            }
+            _ => RIGID,
+        }
+    };
+    let of_joint = |joint: &Joint| stiffness(&scene.constraints[joint.constraint]);
+    let all: Vec<f64> = joints.joints().iter().map(of_joint).collect();
+    let packs = all.chunks(ABREAST).map(|pack| {
+        let mut four = [RIGID; ABREAST];
+        four[..pack.len()].copy_from_slice(pack);
+        four
+    });
+    packs.collect()
+}
+
 /// K of the joints.
 struct Joints<'a> {
     joints: &'a Abreast,
     lambda: &'a [f64],
+    bending: &'a [Four],
+    excess: Option<Excess>,
     stiffness: &'a mut Six,
 }
 
-/// max(F·r, 0) (I − r rᵀ/r²).
+/// k (I − r rᵀ/r²).
 #[inline(always)]
-fn across<V: Lanes>(force: &Vec3<V>, r: &Vec3<V>) -> [V; 6] {
-    let tension = dot(force, r).max(V::splat(0.0));
+fn across<V: Lanes>(k: V, r: &Vec3<V>) -> [V; 6] {
     // Without a lever there is no torque; the least number keeps 0/0 out.
-    let along = tension / (dot(r, r) + V::splat(f64::MIN_POSITIVE));
+    let along = k / (dot(r, r) + V::splat(f64::MIN_POSITIVE));
     let [x, y, z] = *r;
     [
-        (x * along).neg_mul_add(x, tension),
+        (x * along).neg_mul_add(x, k),
         -(x * along * y),
         -(x * along * z),
-        (y * along).neg_mul_add(y, tension),
+        (y * along).neg_mul_add(y, k),
         -(y * along * z),
-        (z * along).neg_mul_add(z, tension),
+        (z * along).neg_mul_add(z, k),
     ]
+}
+
+/// β of both sides of joints with the twist moments `twist`, F c of `bends` and E t of `tension`; `None` where it is zero.
+#[inline(always)]
+fn beyond<V: Lanes>(twist: V, bends: V, tension: [V; 2]) -> Option<[V; 2]> {
+    let (half, least) = (V::splat(0.5) * twist, V::splat(f64::MIN_POSITIVE));
+    let (square, slack) = (half * half, tension[0].min(tension[1]));
+    if square.all_below((bends + bends + slack).mul_add(slack, least)) {
+        return None;
+    }
+    let needed = square / (bends.mul_add(bends, square).sqrt() + bends + least);
+    Some(tension.map(|tension| (needed - tension).max(V::splat(0.0))))
 }
 
 impl Kernel for Joints<'_> {
@@ -186,11 +273,25 @@ impl Kernel for Joints<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let mut stiffness = self.stiffness.view_mut();
-        for (pack, places) in self.joints.packs() {
-            let [x, y, z, ..] = places.rows_of::<I::X4>(self.lambda);
-            let on_a = across(&[x, y, z], &load(&pack.arms[0]));
-            let on_b = across(&[-x, -y, -z], &load(&pack.arms[1]));
-            stiffness.add_sides(places, [&on_a, &on_b]);
+        for ((pack, places), bending) in self.joints.packs().zip(self.bending) {
+            let [x, y, z, _, _, twist] = places.rows_of::<I::X4>(self.lambda);
+            let arms = [load(&pack.arms[0]), load(&pack.arms[1])];
+            let zero = I::X4::splat(0.0);
+            let on_a = dot(&[x, y, z], &arms[0]).max(zero);
+            let on_b = dot(&[-x, -y, -z], &arms[1]).max(zero);
+            let mut k = [across(on_a, &arms[0]), across(on_b, &arms[1])];
+            if let Some(Excess { bends, tension }) = self.excess {
+                let bends = I::X4::load(bending) * I::X4::splat(bends);
+                let tension = [on_a, on_b].map(|t| t * I::X4::splat(tension));
+                if let Some(beta) = beyond(twist, bends, tension) {
+                    let axis = load(&pack.gradients[2]);
+                    for (k, beta) in k.iter_mut().zip(beta) {
+                        let more = across(beta, &axis);
+                        *k = std::array::from_fn(|n| k[n] + more[n]);
+                    }
+                }
+            }
+            stiffness.add_sides(places, [&k[0], &k[1]]);
         }
     }
 }
@@ -209,9 +310,10 @@ pub(crate) fn wrench(rows: &Linearized, s: usize, lambda: &[f64]) -> (Vector3<f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::lanes::unpacked;
-    use nalgebra::UnitQuaternion;
-    use taut_model::{HoistParams, update_windings};
+    use nalgebra::{DMatrix, DVector, UnitQuaternion};
+    use taut_model::{
+        Body, Constraint, Frame, HoistParams, MasslessCable, RowLaw, update_windings,
+    };
 
     /// The angular part of body `i`.
     fn angular(of: &Six, i: usize) -> Vector3<f64> {
@@ -237,7 +339,7 @@ mod tests {
             .map(|(phi, e)| -phi / e)
             .collect();
         let mut geometric = Geometric::new(&scene, &rows);
-        geometric.update(&rows, &mu);
+        geometric.update(&rows, &mu, None);
         let torque = |rows: &Linearized, body: usize| {
             let mut p = Six::new(25);
             crate::products::add_transposed(rows, &mu, &mut p);
@@ -266,6 +368,134 @@ mod tests {
         update_windings(&mut scene, 0.0);
     }
 
+    /// A load of weight W whose two slings hold it h above its centre rocks about their ends against W h, though each
+    /// sling alone pulls inwards.
+    #[test]
+    fn a_load_rocks_about_its_slings_against_its_weight() {
+        let (weight, h) = (50.0, 0.5);
+        let mut scene = Scene::new("slings");
+        scene.add_body("load", Body::sphere(1.0, 5.0));
+        for side in [-1.0, 1.0] {
+            let ends = vec![
+                Frame::world(Vector3::z() * 1.5),
+                Frame::body(0, Vector3::new(side, 0.0, h)),
+            ];
+            let sling = MasslessCable::new(ends, 1.0, RowLaw::RIGID);
+            scene.add_constraint("sling", Constraint::MasslessCable(sling), 0);
+        }
+        let mut rows = Linearized::new(&scene);
+        rows.update(&scene, 0.0);
+        let lambda = [-weight / 2.0_f64.sqrt(); 2];
+        let mut geometric = Geometric::new(&scene, &rows);
+        geometric.update(&rows, &lambda, None);
+        assert_eq!(geometric.stiffness, Six::new(1));
+        geometric.complete(&rows, &lambda, 1);
+        let k = unpacked(geometric.stiffness().get(0));
+        let exact = Matrix3::from_diagonal(&Vector3::new(weight * h, 0.0, 0.0));
+        assert!((k - exact).norm() < 1e-13 * weight, "{k}");
+    }
+
+    /// Bending, and what is left of it and of the tension beside what alternates.
+    const EXCESS: Excess = Excess {
+        bends: 0.2,
+        tension: 0.2,
+    };
+
+    /// A straight cable of EI = 30 N m², 8 segments of 0.25 m, with the forces of 400 N tension and of a torque (N m).
+    fn twisted(torque: f64) -> (Scene, Linearized, Vec<f64>) {
+        let params = taut_model::SpecimenParams {
+            segments: 8,
+            length: 2.0,
+            ei: Some(30.0),
+            ..taut_model::SpecimenParams::new(taut_model::Specimen::Twist)
+        };
+        let scene = params.build().unwrap();
+        let mut rows = Linearized::new(&scene);
+        rows.update(&scene, 0.0);
+        let lambda = (0..scene.constraints.len()).flat_map(|_| [400.0, 0.0, 0.0, 0.0, 0.0, torque]);
+        let lambda = lambda.collect();
+        (scene, rows, lambda)
+    }
+
+    /// −∂(torques of fixed multipliers)/∂θ of all bodies by central differences, its symmetric part.
+    fn derivative(scene: &mut Scene, rows: &mut Linearized, lambda: &[f64]) -> DMatrix<f64> {
+        let (n, h) = (scene.bodies.len(), 1e-5);
+        let mut k = DMatrix::zeros(3 * n, 3 * n);
+        for (column, sign) in (0..3 * n).flat_map(|c| [(c, 1.0), (c, -1.0)]) {
+            let (body, mut turn) = (column / 3, Vector3::zeros());
+            turn[column % 3] = sign * h;
+            let at = scene.bodies.orientation[body];
+            scene.bodies.orientation[body] = UnitQuaternion::from_scaled_axis(turn) * at;
+            rows.update(scene, 0.0);
+            scene.bodies.orientation[body] = at;
+            let mut p = Six::new(n);
+            crate::products::add_transposed(rows, lambda, &mut p);
+            for i in 0..n {
+                let torque = angular(&p, i) * (sign / (2.0 * h));
+                let mut block = k.fixed_view_mut::<3, 1>(3 * i, column);
+                block -= torque;
+            }
+        }
+        rows.update(scene, 0.0);
+        (&k + k.transpose()) * 0.5
+    }
+
+    /// What alternates from step to step is resisted by E K of the tension, by F K_b of the bends, and by the twist
+    /// moments' part of K; together they outweigh what the moments do explicitly, without that part they do not.
+    #[test]
+    fn twist_moments_are_outweighed() {
+        for torque in [60.0, -120.0, 230.0, 2000.0] {
+            let (mut scene, mut rows, lambda) = twisted(torque);
+            let n = scene.bodies.len();
+            let exact = derivative(&mut scene, &mut rows, &lambda);
+            let mut geometric = Geometric::new(&scene, &rows);
+            let mut least = |excess: Option<Excess>| {
+                geometric.update(&rows, &lambda, None);
+                let tension = geometric.stiffness().clone();
+                geometric.update(&rows, &lambda, excess);
+                // The derivative less the tension's is the moments'.
+                let mut sum = -exact.clone();
+                for i in 0..n {
+                    let (all, tension) = (geometric.stiffness().get(i), tension.get(i));
+                    let mut block = sum.fixed_view_mut::<3, 3>(3 * i, 3 * i);
+                    block += unpacked(all) + unpacked(tension) * EXCESS.tension;
+                }
+                for r in (0..rows.rows()).filter(|r| r % 6 == 3 || r % 6 == 4) {
+                    let slots = rows.slot_range(r / 6);
+                    let mut row = DVector::zeros(3 * n);
+                    for s in slots {
+                        let j = rows.block(s).rows()[r % 6];
+                        let at = 3 * rows.slots[s].body;
+                        row.rows_mut(at, 3).copy_from_slice(&j[3..]);
+                    }
+                    sum += &row * row.transpose() * (EXCESS.bends / rows.compliance[r]);
+                }
+                sum.symmetric_eigenvalues().min() / torque.abs()
+            };
+            assert!(least(None) < -0.03, "{torque}: {}", least(None));
+            assert!(
+                least(Some(EXCESS)) > -1e-6,
+                "{torque}: {}",
+                least(Some(EXCESS))
+            );
+        }
+    }
+
+    /// Up to about a fifth of Greenhill's torque, 247 N m here.
+    #[test]
+    fn small_twist_moments_change_nothing() {
+        let (scene, rows, mut lambda) = twisted(40.0);
+        // No tension holds the grip by an arm, nor the world.
+        for twist in [5, rows.rows() - 1] {
+            lambda[twist] = 0.0;
+        }
+        let mut geometric = Geometric::new(&scene, &rows);
+        geometric.update(&rows, &lambda, None);
+        let without = geometric.stiffness().clone();
+        geometric.update(&rows, &lambda, Some(EXCESS));
+        assert_eq!(*geometric.stiffness(), without);
+    }
+
     #[test]
     fn a_pushed_body_has_none() {
         let scene = HoistParams::default().hanging_equilibrium().unwrap();
@@ -273,7 +503,7 @@ mod tests {
         rows.update(&scene, 0.0);
         let pushed: Vec<f64> = rows.phi.clone();
         let mut geometric = Geometric::new(&scene, &rows);
-        geometric.update(&rows, &pushed);
+        geometric.update(&rows, &pushed, None);
         assert_eq!(geometric.stiffness, Six::new(25));
     }
 
@@ -288,5 +518,41 @@ mod tests {
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update_chords(&scene, 0.0, 0.1);
         assert!((angular(&geometric.reference, 3) - omega).norm() < 1e-12);
+    }
+
+    /// The scheme takes the angle at θ_n + a δ²θ + γ δ³θ, with backward differences that end at t_{n+1}; what Δω does not
+    /// multiply is the drive.
+    #[test]
+    fn the_drive_is_the_history_of_the_third_difference() {
+        let (a, gamma, dt) = (0.7, -0.15, 0.1);
+        let scheme = crate::Scheme::ThirdDifference { a, gamma };
+        let scene = HoistParams::default().build().unwrap();
+        let geometric = Geometric::new(&scene, &Linearized::new(&scene));
+        // θ of one body at t_{n−2} … t_{n+1}, about each axis.
+        let angles = [
+            [0.3, -0.1, 0.2],
+            [0.1, 0.4, -0.5],
+            [0.25, 0.2, 0.9],
+            [-0.4, 0.7, 0.1],
+        ];
+        let bodies = geometric.reference.clone();
+        let omega = |k: usize| {
+            let [x, y, z] = std::array::from_fn(|i| (angles[k + 1][i] - angles[k][i]) / dt);
+            let mut all = bodies.clone();
+            all.set(0, [0.0, 0.0, 0.0, x, y, z]);
+            all
+        };
+        let (before, now, next) = (omega(0), omega(1), omega(2));
+        let mut g = bodies.clone();
+        let alpha = scheme.default_alpha();
+        let form = GeometricStiffness::Inertia { alpha };
+        geometric.drive(form, scheme.weights().history(), &now, &before, &mut g);
+        for i in [0, 1, 2] {
+            let [t0, t1, t2, t3] = std::array::from_fn(|k| angles[k][i]);
+            let taken = a * (t3 - 2.0 * t2 + t1) + gamma * (t3 - 3.0 * t2 + 3.0 * t1 - t0);
+            let change = next.get(0)[3 + i] - now.get(0)[3 + i];
+            let ours = dt * (alpha * change - g.get(0)[3 + i]);
+            assert!((ours - taken).abs() < 1e-14, "{ours} {taken}");
+        }
     }
 }

@@ -72,6 +72,7 @@ impl Stepper {
                 let disagreement = self.pieces.disagreement();
                 work.see(disagreement);
                 if disagreement <= guard.tolerance {
+                    self.account(self.advanced, false);
                     self.accept();
                     clock.end(Phase::Update);
                     return Ok(());
@@ -126,11 +127,16 @@ impl Stepper {
         let first = whole / guard.substeps as f64;
         let least = first / f64::from(1u32 << guard.halvings);
         let (mut done, mut length) = (0.0, first);
+        self.closing.take_drift(&self.pieces.rows, &self.tension);
         // In units of the least length all sums are exact to far less than half of it.
         while whole - done > 0.5 * least {
             let dt = length.min(whole - done);
             let shortest = dt <= 1.5 * least;
-            let converged = match self.implicit_substep(dt, guard, clock, work) {
+            self.closing.left = 1.0 - (done + dt) / whole;
+            // The rows of the last sub-step are those of the step's end, to the last bit.
+            let last = whole - (done + dt) <= 0.5 * least;
+            let end = begin + if last { whole } else { done + dt };
+            let converged = match self.implicit_substep(dt, end, guard, clock, work) {
                 Ok(converged) => converged,
                 Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
                 Err(error) => return Err(error),
@@ -143,13 +149,13 @@ impl Stepper {
             work.unconverged_substeps += usize::from(!converged);
             work.implicit_substeps += 1;
             self.advanced = dt;
+            self.account(dt, true);
             done += dt;
-            self.time = begin + done;
+            self.time = end;
             self.pieces.rows.follow_windings(&mut self.scene, self.time);
             self.history.forget(&self.pieces.rows.phi_t);
             length = (2.0 * dt).min(first);
         }
-        self.time = begin + whole;
         // The last pass's impulses are spent.
         self.solved = false;
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
@@ -163,10 +169,11 @@ impl Stepper {
         self.substep_start = start;
     }
 
-    /// One implicit Euler step over `dt`: whether Newton's method converged.
+    /// One implicit Euler step over `dt` to the time `end`: whether Newton's method converged.
     fn implicit_substep(
         &mut self,
         dt: f64,
+        end: f64,
         guard: Guard,
         clock: &mut PhaseClock,
         work: &mut Work,
@@ -179,13 +186,11 @@ impl Stepper {
         );
         self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.dv.clear();
-        self.pieces
-            .rows
-            .drive(&self.scene, self.time, self.time + dt);
+        self.pieces.rows.drive(&self.scene, self.time, end);
         let mut last = f64::INFINITY;
         for pass in 0..guard.passes {
             let kind = if pass == 0 { Pass::First } else { Pass::Next };
-            let disagreement = self.newton_pass(kind, dt, self.time + dt, clock, work)?;
+            let disagreement = self.newton_pass(kind, dt, end, clock, work)?;
             if disagreement <= CONVERGED * guard.tolerance {
                 return Ok(true);
             }
@@ -220,7 +225,13 @@ impl Stepper {
                 *known = rate + phi_t;
             }
         }
-        pieces.geometric.update(&pieces.rows, &self.tension);
+        pieces.geometric.update(&pieces.rows, &self.tension, None);
+        if let Pass::FromRest(_) = pass {
+            let bodies = self.scene.bodies.len();
+            pieces
+                .geometric
+                .complete(&pieces.rows, &self.tension, bodies);
+        }
         // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
         match pass {
             Pass::Next => pieces.drive.copy_from(&pieces.dv),
@@ -236,6 +247,7 @@ impl Stepper {
         self.pieces.soften_transverse_rows(&self.tension, true);
         self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);
         self.pieces.regularize(dt, &self.in_rows[0]);
+        self.closing.leave_drift(&mut self.pieces, dt);
         clock.end(Phase::Linearize);
         self.solve_prepared(dt, clock, work)?;
         self.pieces.update_velocity_change(&self.mu);

@@ -23,7 +23,7 @@ pub(crate) struct Inertia {
     pub(crate) angular: Six,
     /// Its inverse.
     pub(crate) inverse_angular: Six,
-    /// Δt f, [linear (N s), angular (N m s)]: gravity, external and gyroscopic.
+    /// Δt f, [linear (N s), angular (N m s)]: gravity and external; the gyroscopic torque is part of [`crate::gyroscopic`].
     pub(crate) impulse: Six,
     /// Dynamic bodies with an axis of symmetry, four abreast.
     pub(crate) rods: Rods,
@@ -150,12 +150,10 @@ impl Inertia {
             let stiffness = unpacked(stiffness.get(i));
             let inertia = world + stiffness * factor;
             let inverse = inertia.try_inverse().ok_or(i)?;
-            let omega = &bodies.angular_velocity[i];
             let force = bodies.mass[i] * scene.gravity + bodies.force[i];
-            let gyroscopic = gyroscopic::impulse(&bodies.inertia[i], &rotation, &world, omega, dt);
             let [.., x, y, z] = drive.get(i);
             let driven = stiffness * Vector3::new(x, y, z) * (dt * dt);
-            let angular = dt * bodies.torque[i] + gyroscopic + driven;
+            let angular = dt * bodies.torque[i] + driven;
             let linear = dt * force;
             let impulse = [
                 linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,

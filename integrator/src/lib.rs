@@ -10,14 +10,15 @@
 //! v⁺ = v + Δv,   x⁺ = x + Δt v⁺,   e⁺ = exp(Δt ω⁺) ⊗ e,   multipliers λ = μ/Δt
 //! ```
 //!
-//! Bodies with an axis of symmetry, as segments are, turn exactly about their angular momentum instead (module
-//! `gyroscopic`).
+//! Dynamic bodies turn as free ones do instead, with their angular momentum kept: those with an axis of symmetry, as
+//! segments are, exactly, others in parts of a tenth of a radian (module `gyroscopic`).
 //!
 //! # Schemes and what keeps heavy loads stable
 //! [`Scheme`] sets Σ and c; [`GeometricStiffness`] adds α Δt² K to the rotational inertia in M̃, for the tension's
-//! resistance to rotation, which the paper's step treats explicitly and which ends it at mass ratios from 10² on;
-//! [`Guard`] redoes steps whose linearisation did not hold. The default, [`Scheme::THIRD_DIFFERENCE`] with all of it, is
-//! of second order and carries loads of 10⁶ segments' masses at 60 steps a second; [`StepOptions::paper`] is the paper's.
+//! resistance to rotation and what large twist moments need, which the paper's step treats explicitly and which ends it
+//! at mass ratios from 10² on; [`Guard`] redoes steps whose linearisation did not hold. The default,
+//! [`Scheme::THIRD_DIFFERENCE`] with all of it, is of second order and carries loads of 10⁶ segments' masses at 60 steps a
+//! second; [`StepOptions::paper`] is the paper's.
 //!
 //! # A step in passes
 //! Each pass goes once through contiguous arrays; what is done for joints and bodies is done for four at a time, in
@@ -64,14 +65,17 @@
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
 //! | `batch` | cables of equal shape, which step together |
+//! | `balance` | what a motion has gained beyond the work of its drives |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
-//! | `equilibrium` | static equilibrium by a solve |
+//! | `equilibrium` | static equilibrium by solves |
+//! | `imbalance` | what is left of forces and laws in a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
+//! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
 //! | `geometric`, `gyroscopic` | K; free rotation |
@@ -89,8 +93,10 @@
 
 mod access;
 mod assembly;
+mod balance;
 mod batch;
 mod bounded;
+mod closing;
 mod elimination;
 mod equilibrium;
 mod error;
@@ -98,6 +104,7 @@ mod geometric;
 mod guarded;
 mod gyroscopic;
 mod history;
+mod imbalance;
 mod inertia;
 mod lanes;
 mod matrix_free;
@@ -115,11 +122,12 @@ mod serde_forms;
 mod six;
 mod stepper;
 
+pub use balance::EnergyBalance;
 pub use batch::BatchStepper;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use observe::Energy;
+pub use observe::{Energy, Force};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;

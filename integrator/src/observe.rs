@@ -7,7 +7,8 @@ use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
 use nalgebra::Vector3;
-use taut_model::{Linearized, Scene};
+use std::ops::Deref;
+use taut_model::{Linearized, MAX_ROWS, Scene};
 use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
@@ -28,6 +29,21 @@ impl Energy {
     #[must_use]
     pub fn total(&self) -> f64 {
         self.kinetic + self.gravity + self.elastic
+    }
+}
+
+/// Forces λ of a constraint's rows: a slice of one number a row \[N, N m].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Force {
+    rows: [f64; MAX_ROWS],
+    count: usize,
+}
+
+impl Deref for Force {
+    type Target = [f64];
+
+    fn deref(&self) -> &[f64] {
+        &self.rows[..self.count]
     }
 }
 
@@ -56,10 +72,35 @@ impl Stepper {
         self.time
     }
 
-    /// Impulses μ = Δt λ of the last solve, one a row \[N s, N m s].
+    /// Impulses μ = h λ of the last solve, one a row \[N s, N m s]. Their time h is that of the last sub-step, which the
+    /// guard may have shortened: see [`force`](Self::force).
     #[must_use]
     pub fn multipliers(&self) -> &[f64] {
         &self.mu
+    }
+
+    /// Forces of the rows of constraint `constraint` over the last sub-step, the last one that the guard took included; of
+    /// a step of several sub-steps that at its end. `None` where there is no such constraint. Zero before the first solve.
+    #[must_use]
+    pub fn force(&self, constraint: usize) -> Option<Force> {
+        if constraint >= self.scene.constraints.len() {
+            return None;
+        }
+        let mu = &self.mu[self.pieces.rows.row_range(constraint)];
+        let mut rows = [0.0; MAX_ROWS];
+        for (force, mu) in rows.iter_mut().zip(mu) {
+            *force = mu / self.mu_dt;
+        }
+        let count = mu.len();
+        Some(Force { rows, count })
+    }
+
+    /// Tension of constraint `constraint` \[N], of its [`force`](Self::force): negative where it pushes. `None` where there is
+    /// no such constraint, or none that has a tension: see [`Constraint::tension`](taut_model::Constraint::tension).
+    #[must_use]
+    pub fn tension(&self, constraint: usize) -> Option<f64> {
+        let force = self.force(constraint)?;
+        self.scene.constraints[constraint].tension(&self.scene.bodies, self.time, &force)
     }
 
     /// The order of the constraints in the linear system, and what it costs.
@@ -69,9 +110,9 @@ impl Stepper {
     }
 
     /// The linear system of the last solve: matrix n × n, right-hand side of length n, solution as the backend and the
-    /// refinement left it; n is the number of rows of S (1/kg, m/s, N s
-    /// on rows of lengths), or six a moving body and the rows of the KKT matrix. Its blocks stand in the order of [`elimination`](Self::elimination). Of a matrix-free backend the matrix holds
-    /// what its preconditioner factorises alone; [`assembled`](Self::assembled) gives all of it.
+    /// refinement left it; n is the number of rows of S (1/kg, m/s, N s on rows of lengths), or six a moving body and the
+    /// rows of the KKT matrix. Its blocks stand in the order of [`elimination`](Self::elimination). Of a matrix-free
+    /// backend the matrix holds what its preconditioner factorises alone; [`assembled`](Self::assembled) gives all of it.
     #[must_use]
     pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
         (&self.matrix, &self.rhs, &self.x)
@@ -183,7 +224,8 @@ impl Stepper {
     }
 
     /// The exact impulses of the next sub-step from the present state, one a row \[N s, N m s], to the last digit: the KKT
-    /// system of the pieces M̃, J, Σ, c (as rounded to doubles) in extended precision. The oracle for every form and backend. Allocates.
+    /// system of the pieces M̃, J, Σ, c (as rounded to doubles) in extended precision. The oracle for every form and backend. Those
+    /// of the first step come after [`begin`](Self::begin). Allocates.
     ///
     /// # Errors
     /// As [`solve`](Self::solve).
@@ -227,5 +269,108 @@ impl Stepper {
         let mut mu = vec![0.0; rows.rows()];
         plan.scatter_multipliers(rows, &x, -1.0, &mut mu);
         Ok(mu)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Guard, Scheme};
+    use taut_model::HoistParams;
+
+    /// A swinging load of 600 kg on six soft segments, the middle ones kicked aside at `kick` (m/s).
+    fn swing(options: StepOptions, kick: f64) -> Stepper {
+        let params = HoistParams {
+            segments: 6,
+            mass_ratio: 600.0,
+            segment_mass: Some(1.0),
+            ea: Some(1e6),
+            move_x: 0.5,
+            move_duration: 0.5,
+            seed: 3,
+            ..HoistParams::default()
+        };
+        let mut scene = params.hanging_equilibrium().unwrap();
+        scene.bodies.velocity[2..4].fill(Vector3::y() * kick);
+        Stepper::new(scene, options).unwrap()
+    }
+
+    /// The tension above the load against what accelerates the load, m (Δv/h − g), and against φ/ε, both relative.
+    fn apart(stepper: &Stepper) -> [f64; 2] {
+        let (load, joint) = (6, 6);
+        let dv = stepper.pieces.dv.get(load);
+        let rate = Vector3::new(dv[0], dv[1], dv[2]) / stepper.advanced;
+        let carried = (rate - stepper.scene.gravity).norm() * stepper.scene.bodies.mass[load];
+        let rows = &stepper.pieces.rows;
+        let stretched: Vec<_> = rows
+            .row_range(joint)
+            .map(|r| rows.phi[r] / rows.compliance[r])
+            .collect();
+        let elastic = Vector3::from_column_slice(&stretched).norm();
+        let tension = stepper.tension(joint).unwrap();
+        [carried, elastic].map(|other| (tension / other - 1.0).abs())
+    }
+
+    #[test]
+    fn the_tension_balances_the_load_in_sub_steps_of_every_scheme() {
+        for scheme in Scheme::KINDS {
+            for substeps in [1, 2, 4, 8] {
+                let options = StepOptions {
+                    scheme,
+                    substeps,
+                    ..StepOptions::default()
+                };
+                let mut stepper = swing(options, 0.0);
+                for _ in 0..60 {
+                    stepper.step().unwrap();
+                    let [balance, law] = apart(&stepper);
+                    assert!(balance < 1e-9, "{scheme}, {substeps}: {balance}");
+                    // The forces of second order are those of the sub-step's beginning.
+                    assert!(law < 0.1, "{scheme}, {substeps}: {law}");
+                }
+                let weight = 9.81 * 600.0;
+                let tension = stepper.tension(6).unwrap();
+                assert!(
+                    (tension / weight - 1.0).abs() < 0.25,
+                    "{substeps}: {tension}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_tension_balances_the_load_in_implicit_sub_steps() {
+        let mut shortened = 0;
+        for substeps in [1, 4] {
+            let options = StepOptions {
+                substeps,
+                guard: Some(Guard {
+                    substeps: 2,
+                    ..Guard::default()
+                }),
+                ..StepOptions::default()
+            };
+            let mut stepper = swing(options, 20.0);
+            for _ in 0..30 {
+                let report = stepper.step().unwrap();
+                let [balance, law] = apart(&stepper);
+                assert!(balance < 1e-9, "{substeps}: {balance}");
+                if stepper.mu_dt < 0.9 * stepper.substep() {
+                    assert!(report.implicit_substeps > 1);
+                    assert!(law < 0.1, "{substeps}: {law}");
+                    shortened += 1;
+                }
+            }
+        }
+        assert!(shortened > 5, "{shortened}");
+    }
+
+    #[test]
+    fn a_constraint_that_is_not_there_has_no_force() {
+        let mut stepper = swing(StepOptions::default(), 0.0);
+        assert_eq!(stepper.force(3).unwrap()[..], [0.0; 6]);
+        stepper.step().unwrap();
+        assert_eq!(stepper.force(6).unwrap().len(), 3);
+        assert!(stepper.force(7).is_none() && stepper.tension(7).is_none());
     }
 }

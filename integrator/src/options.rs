@@ -13,7 +13,8 @@ use taut_solver::Backend;
 /// ε λ = −(φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) + τ r_{n+1})
 /// ```
 ///
-/// The velocity v_n belongs to the time t_n − Δt/2 in the two second-order schemes.
+/// The velocity v_n belongs to the time t_n − Δt/2 in the two second-order schemes. Rows with bounds, such as ropes that go
+/// slack, mix in the weights of the first scheme while they close.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Scheme {
@@ -45,6 +46,35 @@ impl Weights {
     /// Weight of the change of the rate in the step before, over that in this step.
     pub(crate) fn history(self) -> f64 {
         self.before / self.next
+    }
+
+    /// By how much more than with its own stiffness, over that, a row resists what alternates from step to step: of
+    /// x_n = (−1)ⁿ, φ_n + Δt (p r_{n+1} − q r_n + s r_{n−1}) is −(2 (p + q + s) − 1) x_n.
+    fn excess(self) -> f64 {
+        2.0 * (self.next + self.now + self.before) - 1.0
+    }
+}
+
+/// See [`Weights::excess`].
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Excess {
+    /// Of angular rows.
+    pub(crate) bends: f64,
+    /// Of the geometric stiffness.
+    pub(crate) tension: f64,
+}
+
+impl Excess {
+    /// Of the rows' weights ([`StepOptions::row_weights`]) and the geometric stiffness.
+    pub(crate) fn of([_, angular, inertia, _]: &[Weights; 4], form: GeometricStiffness) -> Self {
+        let tension = match form {
+            GeometricStiffness::Relative { alpha } => 2.0 * alpha - 1.0,
+            _ => inertia.excess(),
+        };
+        Self {
+            bends: angular.excess().max(0.0),
+            tension: tension.max(0.0),
+        }
     }
 }
 
@@ -118,8 +148,8 @@ impl fmt::Display for Scheme {
     }
 }
 
-/// How the geometric stiffness K of stretch rows acts: the change of the lever arms with rotation, which the step would
-/// else treat explicitly (\[T], \[A] of the crate's documentation). Rotational inertia becomes I + α Δt² K.
+/// How the geometric stiffness K acts: the change with rotation of the stretch rows' lever arms and of the twist moments'
+/// axes, which the step would else treat explicitly (\[T], \[A] of the crate's documentation). Rotational inertia becomes I + α Δt² K.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum GeometricStiffness {
@@ -377,6 +407,11 @@ pub struct StepOptions {
     pub refinements: usize,
     /// Whether iterative backends start from the last step's multipliers (else from zero).
     pub warm_start: bool,
+    /// Largest energy from nowhere that a motion may have, over its own
+    /// ([`EnergyBalance::excess`](crate::EnergyBalance)), > 0: more is [`StepError::EnergyGain`]. The balance costs some
+    /// passes over rows and bodies a step; `None` does without.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub energy_tolerance: Option<f64>,
 }
 
 impl Default for StepOptions {
@@ -397,6 +432,7 @@ impl Default for StepOptions {
             refinements: usize::from(!backend.is_iterative()),
             backend,
             warm_start: true,
+            energy_tolerance: None,
         }
     }
 }
@@ -449,6 +485,9 @@ impl StepOptions {
         self.angular_scheme.map_or(Ok(()), Scheme::validate)?;
         self.stiffness.validate()?;
         self.guard.map_or(Ok(()), Guard::validate)?;
+        let tolerance = self.energy_tolerance.unwrap_or(1.0);
+        let sound = tolerance > 0.0 && tolerance.is_finite();
+        check("energy_tolerance", tolerance, sound, "a finite number > 0")?;
         if self.form == Form::Kkt && !self.backend.accepts_indefinite() {
             return Err(StepError::FormNotAccepted {
                 backend: self.backend.to_string(),

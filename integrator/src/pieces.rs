@@ -91,6 +91,11 @@ impl Pieces {
         self.weighting[row] == Weighting::Transverse
     }
 
+    /// Whether a row's force is that of what it measures.
+    pub(crate) fn has_law(&self, row: usize) -> bool {
+        matches!(self.weighting[row], Weighting::Length | Weighting::Angle)
+    }
+
     /// Whether a row measures an angle.
     pub(crate) fn is_angular(&self, row: usize) -> bool {
         self.weighting[row] == Weighting::Angle
@@ -106,6 +111,18 @@ impl Pieces {
         let weighting = &self.weighting;
         self.regularization
             .weigh(weights, |r| weighting[r] as usize);
+    }
+
+    /// Row `r` takes the share `implicit` of the linearly implicit weights, the rest of its kind's.
+    pub(crate) fn mix_weights(&mut self, r: usize, of: &[Weights; 4], implicit: f64) {
+        let weights = of[self.weighting[r] as usize];
+        self.regularization.mix(r, weights, implicit);
+    }
+
+    /// Row `r` of the prepared system of a step `dt` long counts as violated by `excess` more than it is.
+    pub(crate) fn add_violation(&mut self, r: usize, excess: f64, dt: f64) {
+        let Self { rows, rate, .. } = self;
+        rate[r] += self.regularization.add_violation(r, excess, dt, rows);
     }
 
     /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
@@ -139,12 +156,16 @@ impl Pieces {
     }
 
     /// M̃ of every body grows by what the constraint forces of multipliers `lambda` would move with `acceleration`
-    /// (m/s²), about every axis as at the distance of their lever arms. `Err(body)` where the inertia has no inverse.
+    /// (m/s²), about every axis as at the distance of their constraints' longer lever arms: a body that a torque turns about
+    /// its centre has none of its own. `Err(body)` where the inertia has no inverse.
     pub(crate) fn add_ballast(&mut self, lambda: &[f64], acceleration: f64) -> Result<(), usize> {
         let Self { rows, inertia, .. } = self;
         for (s, slot) in rows.slots.iter().enumerate() {
             let (force, torque) = wrench(rows, s, lambda);
-            let (force, arm) = (force.norm(), rows.lever(s).norm());
+            let arms = rows
+                .slot_range(slot.constraint)
+                .map(|s| rows.lever(s).norm());
+            let (force, arm) = (force.norm(), arms.fold(0.0, f64::max));
             let angular = (force * arm + torque.norm()) * arm;
             if !inertia.add_ballast(slot.body, force / acceleration, angular / acceleration) {
                 return Err(slot.body);

@@ -62,6 +62,33 @@ impl Regularization {
         weights.of = Some(*of);
     }
 
+    /// Row `r` takes the share `implicit` of (1, 0, 0), the rest of `kind`.
+    pub(crate) fn mix(&mut self, r: usize, kind: Weights, implicit: f64) {
+        let (weights, rest) = (&mut self.weights, 1.0 - implicit);
+        weights.next[r] = implicit + rest * kind.next;
+        weights.now[r] = rest * kind.now;
+        weights.before[r] = rest * kind.before;
+    }
+
+    /// p − q + s of row `r`: how far ahead of the present state it looks at a constant rate, in steps.
+    pub(crate) fn ahead(&self, r: usize) -> f64 {
+        let weights = &self.weights;
+        weights.next[r] - weights.now[r] + weights.before[r]
+    }
+
+    /// c of row `r` for a φ that is larger by `excess`; returns what that changes.
+    pub(crate) fn add_violation(
+        &mut self,
+        r: usize,
+        excess: f64,
+        dt: f64,
+        rows: &Linearized,
+    ) -> f64 {
+        let change = -excess / (self.weights.next[r] * dt + rows.damping[r]);
+        self.c[r] += change;
+        change
+    }
+
     /// r_n = J v + ∂φ/∂t of the last step into `now`, and h = q r_n − s r_{n−1} with each row's weights into `known`; all
     /// of length rows.
     pub(crate) fn combine_rates(
@@ -193,6 +220,68 @@ impl Update<'_> {
             let constant = driven.mul_add(inverse, -V::load(&phi_t[k]));
             constant.store(&mut c[k]);
             (constant - V::load(&jv[k])).store(&mut rate[k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scheme;
+    use taut_model::HoistParams;
+
+    /// Of rows whose φ went through any four values: ε λ + φ̄ + τ r⁺ vanishes, with φ̄ as [`Scheme`] states it, not by its
+    /// weights.
+    #[test]
+    fn rows_are_those_of_the_scheme() {
+        let params = HoistParams {
+            segments: 3,
+            ..HoistParams::default()
+        };
+        let mut rows = Linearized::new(&params.build().unwrap());
+        let (count, dt) = (rows.rows(), 0.1);
+        assert!(count % 4 != 0, "whole vectors and a rest");
+        let some = |seed: usize| move |r: usize| ((7 * r + 3 * seed) % 11) as f64 / 11.0 + 0.05;
+        let of = |seed: usize| -> Vec<f64> { (0..count).map(some(seed)).collect() };
+        // φ at t_{n−2} … t_{n+1}; ∂φ/∂t of the last step and of this one.
+        let phi = [of(1), of(2), of(3), of(4)];
+        let [drive, driven] = [of(5), of(6)];
+        let rate = |k: usize| -> Vec<f64> {
+            (0..count)
+                .map(|r| (phi[k + 1][r] - phi[k][r]) / dt)
+                .collect()
+        };
+        let less =
+            |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
+        let (before, now, next) = (rate(0), rate(1), rate(2));
+        let jv = less(&now, &driven);
+        (rows.compliance, rows.damping) = (of(7), of(8));
+        rows.phi.clone_from(&phi[2]);
+        rows.phi_t.clone_from(&drive);
+        let scheme = Scheme::ThirdDifference {
+            a: 0.7,
+            gamma: -0.15,
+        };
+        for scheme in [Scheme::LinearlyImplicit, Scheme::Spook, scheme] {
+            let mut regularization = Regularization::new(count);
+            regularization.weigh(&[scheme.weights(); 4], |_| 0);
+            let [mut at, mut known, mut rest] = [of(0), of(0), of(0)];
+            regularization.combine_rates((&jv, &driven), &before, &mut at, &mut known);
+            regularization.update(dt, &rows, &known, &jv, &mut rest);
+            for r in 0..count {
+                let [p0, p1, p2, p3] = std::array::from_fn(|k| phi[k][r]);
+                let taken = match scheme {
+                    Scheme::LinearlyImplicit => p3,
+                    Scheme::Spook => 0.25 * (p1 + 2.0 * p2 + p3),
+                    Scheme::ThirdDifference { a, gamma } => {
+                        p2 + a * (p3 - 2.0 * p2 + p1) + gamma * (p3 - 3.0 * p2 + 3.0 * p1 - p0)
+                    }
+                };
+                let mu = (regularization.c[r] - (next[r] - drive[r])) / regularization.sigma[r];
+                let left = rows.compliance[r] * mu / dt + taken + rows.damping[r] * next[r];
+                assert!(left.abs() < 1e-13, "{scheme}, row {r}: {left}");
+                assert!((rest[r] - (regularization.c[r] - jv[r])).abs() < 1e-13);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a step did, and how long its phases took.
 
+use crate::EnergyBalance;
 use std::time::{Duration, Instant};
 use taut_solver::{SolveReport, Status};
 
@@ -133,6 +134,9 @@ pub struct StepReport {
     /// Largest disagreement that the guard found, accepted or not, over the lever arm, without unit; 0 without guard.
     #[cfg_attr(feature = "serde", serde(with = "taut_model::unlimited"))]
     pub disagreement: f64,
+    /// The balance of energy, where [`StepOptions::energy_tolerance`](crate::StepOptions::energy_tolerance) asks for it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub balance: Option<EnergyBalance>,
     /// Time of each phase.
     pub phases: PhaseTimes,
 }
@@ -155,6 +159,7 @@ pub(crate) struct Work {
     pub(crate) unconverged_substeps: usize,
     pub(crate) redone: bool,
     disagreement: f64,
+    pub(crate) balance: Option<EnergyBalance>,
 }
 
 impl Work {
@@ -162,8 +167,8 @@ impl Work {
     pub(crate) fn add(&mut self, mut solve: SolveReport, refined: Option<SolveReport>) {
         self.iterations += solve.iterations + refined.map_or(0, |r| r.iterations);
         self.solves += 1;
-        // A direct solution is one unless its refinement says otherwise.
-        if let (Status::Direct, Some(refined)) = (solve.status, refined) {
+        // A direct solution is what its refinement says.
+        if let (Status::Direct | Status::Unjudged, Some(refined)) = (solve.status, refined) {
             solve.status = refined.status;
         }
         // A claim of convergence holds for a step only if it holds for each of its solves.
@@ -199,6 +204,7 @@ impl Work {
             unconverged_substeps: self.unconverged_substeps,
             redone: self.redone,
             disagreement: self.disagreement,
+            balance: self.balance,
             phases,
         }
     }

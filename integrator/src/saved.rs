@@ -2,10 +2,11 @@
 //! same bits.
 //!
 //! Besides the scene and its state these are the multipliers (where iterations start and what the geometric stiffness
-//! is made of), the rates that multistep schemes look back on, the places of bounded rows, and how long the guard still
+//! is made of), the rates that multistep schemes look back on, the places and ages of bounded rows, and how long the guard still
 //! holds. What each step computes anew is not saved, nor is the linear system of the last solve, which
 //! [`Stepper::system`] shows. No backend knows more than this: what each keeps from step to step comes from the pattern.
 
+use crate::balance::Account;
 use crate::bounded::Place;
 use crate::history::History;
 use crate::six::Six;
@@ -37,11 +38,15 @@ pub struct SavedRun {
     impulse_time: f64,
     tension: Option<Vec<f64>>,
     places: Vec<Place>,
+    /// Steps since the bounded rows were last at a bound.
+    ages: Vec<u8>,
     /// v at the beginning of the last sub-step and its change: the energy belongs to the middle.
     velocity: Vec<[f64; 6]>,
     velocity_change: Vec<[f64; 6]>,
     /// ∂φ/∂t of the last step.
     drive: Vec<f64>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    account: Account,
     past: Past,
 }
 
@@ -58,7 +63,7 @@ struct Past {
 
 impl SavedRun {
     /// Version of what is saved: another one is refused where it is read.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// Version of what was saved.
     #[must_use]
@@ -127,7 +132,8 @@ impl SavedRun {
             count(what, numbers.len(), bodies)?;
             finite(what, numbers.iter().flatten())?;
         }
-        count("places", self.places.len(), bounded)
+        count("places", self.places.len(), bounded)?;
+        count("ages", self.ages.len(), bounded)
     }
 }
 
@@ -202,9 +208,11 @@ impl Stepper {
             impulse_time: self.mu_dt,
             tension: self.tension_known.then(|| self.tension.clone()),
             places: self.bounded.places().collect(),
+            ages: self.closing.ages().to_vec(),
             velocity: numbers_of(&self.pieces.v, bodies),
             velocity_change: numbers_of(&self.pieces.dv, bodies),
             drive: self.pieces.rows.phi_t.clone(),
+            account: self.account.clone(),
             past: Past {
                 known: *known,
                 rate: rate.clone(),
@@ -235,11 +243,13 @@ impl Stepper {
             stepper.tension = tension;
         }
         stepper.bounded.put(&saved.places);
+        stepper.closing.put(&saved.ages);
         let rows = &mut stepper.pieces.rows;
         rows.update(&stepper.scene, saved.time);
         rows.phi_t = saved.drive;
         put_into(&mut stepper.pieces.v, &saved.velocity);
         put_into(&mut stepper.pieces.dv, &saved.velocity_change);
+        stepper.account = saved.account;
         stepper.history.known = saved.past.known;
         stepper.history.rate = saved.past.rate;
         stepper.history.phi_t = saved.past.drive;

@@ -3,10 +3,13 @@
 
 mod system;
 
+use crate::balance::Account;
 use crate::bounded::Bounded;
+use crate::closing::Closing;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::matrix_free::{self, MatrixFree};
+use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::products::times_jacobian;
@@ -37,6 +40,8 @@ pub struct Stepper {
     pub(crate) pieces: Pieces,
     /// Which rows are at their bounds.
     pub(crate) bounded: Bounded,
+    /// What they remember of their closing.
+    pub(crate) closing: Closing,
     pub(crate) history: History,
     /// Impulses μ = Δt λ of the last solve, one a row.
     pub(crate) mu: Vec<f64>,
@@ -53,6 +58,8 @@ pub struct Stepper {
     pub(crate) advanced: f64,
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
+    /// Where the balance of energy stands.
+    pub(crate) account: Account,
     /// States at the beginning of the step and of its sub-step.
     pub(crate) step_start: State,
     pub(crate) substep_start: State,
@@ -83,6 +90,7 @@ impl Stepper {
         let order = &elimination.constraints;
         let kept = matrix_free::kept(&options.backend, &scene);
         let plan = Plan::new(options.form, &scene, &pieces.rows, order, kept).map_err(at_start)?;
+        elimination::check_fill(&options, &elimination, &plan.pattern).map_err(at_start)?;
         let mut solver = options.backend.create().map_err(at_start)?;
         solver.analyze(&plan.pattern).map_err(at_start)?;
         pieces.rows.update(&scene, 0.0);
@@ -110,9 +118,11 @@ impl Stepper {
             solved: false,
             advanced: 0.0,
             holding: 0,
+            account: Account::default(),
             step_start: state.clone(),
             substep_start: state,
             bounded: Bounded::new(&pieces),
+            closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
             elimination,
             plan,
@@ -129,11 +139,13 @@ impl Stepper {
     /// Advances the scene by one time step. Allocates nothing with the project's own backends.
     ///
     /// # Errors
-    /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step) and [`StepError::NonFinite`].
+    /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
+    /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let mut clock = PhaseClock::start();
         let mut work = Work::default();
         let done = self.whole_step(&mut clock, &mut work);
+        let done = done.and_then(|()| self.weigh(&mut work));
         self.drop_tension_unless(done.is_ok());
         done.map(|()| self.report(work, &clock))
     }
@@ -175,6 +187,7 @@ impl Stepper {
         if !good {
             self.tension_known = false;
             self.mu.fill(0.0);
+            self.account.close();
         }
     }
 
@@ -198,8 +211,24 @@ impl Stepper {
         Ok(())
     }
 
+    /// What the first [`step`](Self::step) begins with: a staggered scheme's velocities go half a step back, and the
+    /// geometric stiffness gets its multipliers. Does nothing in a scene that has begun to move.
+    ///
+    /// # Errors
+    /// [`StepError::Solve`].
+    pub fn begin(&mut self) -> Result<(), StepError> {
+        if self.started {
+            return Ok(());
+        }
+        let (mut clock, mut work) = (PhaseClock::start(), Work::default());
+        let done = self.start(&mut clock, &mut work);
+        self.drop_tension_unless(done.is_ok());
+        done
+    }
+
     /// The first half of a sub-step: solves for the impulses of the present state, which stays as it is. With
-    /// [`advance`](Self::advance) after it this is an unguarded [`step`](Self::step) without its sub-steps.
+    /// [`advance`](Self::advance) after it this is an unguarded [`step`](Self::step) without its sub-steps, the first one
+    /// too after [`begin`](Self::begin).
     ///
     /// # Errors
     /// [`StepError::Solve`].
@@ -269,22 +298,14 @@ impl Stepper {
             history.take_rates(jv);
             history.v.copy_from(&pieces.v);
         }
-        pieces.weigh(&self.options.row_weights(stiffness));
-        // The driven part of r_n is that of the step that led here.
-        pieces.regularization.combine_rates(
-            (jv, &history.phi_t),
-            &history.rate,
-            &mut history.rate_now,
-            &mut pieces.known,
-        );
-        pieces.rows.drive(&self.scene, self.time, self.time + dt);
-        let stiff = stiffness != GeometricStiffness::Off;
-        pieces.soften_transverse_rows(&self.tension, stiff);
-        pieces.regularize(dt, jv);
         let gamma = self.options.scheme.weights().history();
         match stiffness {
             GeometricStiffness::Off => pieces.geometric.clear(),
-            _ => pieces.geometric.update(&pieces.rows, &self.tension),
+            _ => {
+                let excess = Excess::of(&self.options.row_weights(stiffness), stiffness);
+                let tension = &self.tension;
+                pieces.geometric.update(&pieces.rows, tension, Some(excess));
+            }
         }
         if matches!(stiffness, GeometricStiffness::Relative { .. }) {
             pieces.geometric.update_chords(&self.scene, self.time, dt);
@@ -293,7 +314,31 @@ impl Stepper {
         pieces
             .geometric
             .drive(stiffness, gamma, now, before, &mut pieces.drive);
-        self.update_inertia(dt, stiffness.alpha())
+        self.update_inertia(dt, stiffness.alpha())?;
+        self.regularize(stiffness, dt);
+        Ok(())
+    }
+
+    /// Σ and c of the scheme for a step `dt` long; `in_rows` begin with the rates J v, and M̃ is that of the step.
+    fn regularize(&mut self, stiffness: GeometricStiffness, dt: f64) {
+        let (pieces, history) = (&mut self.pieces, &mut self.history);
+        let jv = &self.in_rows[0];
+        let weights = self.options.row_weights(stiffness);
+        pieces.weigh(&weights);
+        // The driven part of r_n is that of the step that led here.
+        let rates = (&**jv, &*history.phi_t);
+        self.closing.weigh(pieces, &weights, rates, dt);
+        pieces.regularization.combine_rates(
+            rates,
+            &history.rate,
+            &mut history.rate_now,
+            &mut pieces.known,
+        );
+        pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        let stiff = stiffness != GeometricStiffness::Off;
+        pieces.soften_transverse_rows(&self.tension, stiff);
+        pieces.regularize(dt, jv);
+        self.closing.round_kinks(pieces, &history.rate_now, dt);
     }
 
     pub(crate) fn update_inertia(&mut self, dt: f64, alpha: f64) -> Result<(), StepError> {
@@ -324,6 +369,7 @@ impl Stepper {
         let done = self.advance_unwound();
         self.drop_tension_unless(done.is_ok());
         done?;
+        self.account(self.advanced, false);
         self.accept();
         Ok(())
     }
@@ -331,6 +377,7 @@ impl Stepper {
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
     /// have paid out.
     pub(crate) fn accept(&mut self) {
+        self.closing.accept(&self.bounded);
         let rows = &mut self.pieces.rows;
         rows.follow_windings(&mut self.scene, self.time);
         let mut slipped = false;

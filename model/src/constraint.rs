@@ -18,6 +18,7 @@ mod paper;
 mod rows;
 mod slider;
 mod spherical;
+mod tension;
 #[cfg(test)]
 mod testing;
 

@@ -67,6 +67,7 @@
 //! | [`abreast`] | joints four side by side, evaluated in vectors |
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
+//! | `notes` | how far constraints may open, and what in a scene is likely to be a mistake |
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
@@ -100,6 +101,7 @@ pub mod material;
 mod motion;
 pub mod named;
 pub mod network;
+mod notes;
 pub mod particles;
 pub mod scene;
 #[cfg(feature = "toml")]
@@ -127,6 +129,7 @@ pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
 pub use named::named;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
+pub use notes::Note;
 pub use particles::{ChainModel, ParticleChainParams};
 pub use scene::{Control, Drive, Scene};
 #[cfg(feature = "toml")]

@@ -82,7 +82,7 @@
 //!
 //! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
 //! |---|---|
-//! | `speed`, `since` | at which it pays out, m/s (negative hauls in), from that time on, s; default 0 |
+//! | `speed`, `since` | at which it pays out, m/s (negative hauls in), from that time on, s; default 0: running already |
 //! | `force_limit` | tension at which the drum slips, N |
 //! | `brake`, `brake_limit` | whether the brake is on, and the tension at which it then slips, N; default `false` |
 //! | `shortest`, `longest` | where hauling in stops (default 1e-3) and where the drum is empty, m |

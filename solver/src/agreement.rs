@@ -9,7 +9,8 @@
 //!
 //! It then uses factorisations and analyses again, gives the backend what it has to refuse (phases out of order, wrong
 //! lengths, NaN, another pattern), and what it may refuse or solve but not answer wrongly: singular, indefinite and
-//! badly scaled matrices. What [`Claims`] says is what it is held to.
+//! badly scaled matrices. What [`Claims`] says is what it is held to. [`claims_study`] looks at claims alone, of any number
+//! of adverse systems.
 //!
 //! ```
 //! use taut_solver::agreement::{Claims, check};
@@ -25,7 +26,10 @@
 
 pub mod systems;
 
+mod adverse;
 mod refusals;
+
+pub use adverse::{FALSE, Study, adverse, claims_study};
 
 use crate::{
     Backend, BlockPattern, LinearSolver, SolveError, Status, SymBlockMatrix, backward_error,

@@ -34,7 +34,7 @@ pub struct GaussSeidelOptions {
     pub partition: Partition,
     /// Where it starts.
     pub start: Start,
-    /// Most sweeps; at least 1.
+    /// Most sweeps; from 1 to 10⁷.
     pub iterations: usize,
     /// It stops where ‖b − A x‖₂ is at most this part of ‖b‖₂, which it computes once the residuals met in a sweep are.
     pub tolerance: f64,
@@ -69,7 +69,7 @@ pub enum Preconditioner {
 pub struct CgOptions {
     /// The preconditioner.
     pub preconditioner: Preconditioner,
-    /// Most iterations; at least 1.
+    /// Most iterations; from 1 to 10⁷.
     pub iterations: usize,
     /// It stops where ‖b − A x‖₂ ≤ tolerance · ‖b‖₂.
     pub tolerance: f64,
@@ -261,6 +261,23 @@ impl Backend {
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) => i == j,
             _ => true,
         }
+    }
+
+    /// Whether it factorises, the whole matrix or its groups, in the order of the pattern.
+    #[must_use]
+    pub fn keeps_order(&self) -> bool {
+        match self {
+            Self::Banded | Self::NalgebraSparse => true,
+            Self::Faer(o) => o.factorization != FaerFactorization::Lu,
+            Self::Umfpack(_) | Self::Dense(_) => false,
+            Self::GaussSeidel(_) | Self::ConjugateGradient(_) => self.factorizes_groups(),
+        }
+    }
+
+    /// Whether it factorises the groups of the pattern.
+    #[must_use]
+    pub fn factorizes_groups(&self) -> bool {
+        self.is_iterative() && self.factorizes((0, 0), (1, 0))
     }
 
     /// Scalar rows of the border where it eliminates the blocks of `pattern` in `order` (position → block) as a chain with
@@ -505,13 +522,17 @@ fn assign<V: FromStr>(to: &mut V, text: &str) -> bool {
     text.parse().map(|v| *to = v).is_ok()
 }
 
+/// Most iterations that may be asked for: what does not converge ends in hours, not in ages.
+#[allow(dead_code)] // where neither is compiled in
+const MOST_ITERATIONS: usize = 10_000_000;
+
 /// Checks the options that the iterative backends share.
 #[allow(dead_code)] // where neither is compiled in
 pub(crate) fn check_iteration(iterations: usize, tolerance: f64) -> Result<(), SolveError> {
-    if iterations == 0 {
+    if !(1..=MOST_ITERATIONS).contains(&iterations) {
         return Err(SolveError::InvalidOption {
             option: "iterations",
-            allowed: "at least 1",
+            allowed: "from 1 to 10000000",
         });
     }
     if !(0.0..1.0).contains(&tolerance) {
@@ -588,6 +609,8 @@ mod tests {
     #[test]
     fn iteration_options_are_checked() {
         assert!(check_iteration(0, 0.1).is_err());
+        assert!(check_iteration(usize::MAX, 0.0).is_err());
+        assert!(check_iteration(MOST_ITERATIONS, 0.0).is_ok());
         assert!(check_iteration(1, f64::NAN).is_err());
         assert!(check_iteration(1, -1.0).is_err());
         assert!(check_iteration(1, 0.0).is_ok());

@@ -7,6 +7,7 @@ pub(crate) mod conjugate_gradient;
 #[cfg(any(feature = "faer", feature = "nalgebra-sparse", feature = "umfpack"))]
 mod csc;
 pub(crate) mod dense;
+mod direct;
 #[cfg(feature = "faer")]
 pub(crate) mod faer;
 #[cfg(feature = "gauss-seidel")]
@@ -28,9 +29,7 @@ pub(crate) mod umfpack;
 
 use crate::backend::Precision;
 use crate::matrix::check_finite;
-use crate::{
-    Backend, DoubleDouble, FactorReport, GeneralMatrix, Phases, SolveError, SymBlockMatrix,
-};
+use crate::{Backend, DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix};
 use dense::Dense;
 
 /// A backend at work on a matrix that need not be symmetric.
@@ -78,8 +77,8 @@ impl General {
 
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) -> Result<(), SolveError> {
         match self {
-            Self::Dense(work) => work.substitute(b, x),
-            Self::Extended(work) => work.substitute(b, x),
+            Self::Dense(work) => work.solve_rows(b, x),
+            Self::Extended(work) => work.solve_rows(b, x),
             #[cfg(feature = "faer")]
             Self::Faer(work) => {
                 x.copy_from_slice(b);

@@ -8,7 +8,7 @@
 use crate::aligned::Aligned;
 use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
 use crate::chain::{Chain, batch};
-use crate::error::expect_len;
+use crate::error::{expect_len, expect_room};
 use crate::matrix::check_finite;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use std::fmt;
@@ -26,10 +26,12 @@ pub fn batch_index(len: usize, entry: usize, cable: usize) -> usize {
     (cable / LANES * len + entry) * LANES + cable % LANES
 }
 
-/// Numbers of a quantity with `len` entries for each of `count` cables: a multiple of eight of each.
+/// Numbers of a quantity with `len` entries for each of `count` cables: a multiple of eight of each, at most `usize::MAX`.
 #[must_use]
 pub fn batch_len(len: usize, count: usize) -> usize {
-    count.div_ceil(LANES) * LANES * len
+    count
+        .div_ceil(LANES)
+        .saturating_mul(len.saturating_mul(LANES))
 }
 
 /// The matrices of a batch: symmetric, of one pattern, with the values of all cables side by side.
@@ -42,14 +44,17 @@ pub struct BatchMatrix {
 
 impl BatchMatrix {
     /// Zero matrices of a pattern for `count` cables. Allocates.
-    #[must_use]
-    pub fn zeros(pattern: Arc<BlockPattern>, count: usize) -> Self {
-        let values = Aligned::new(batch_len(pattern.stored_values(), count));
-        Self {
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`] where there is no memory for their values.
+    pub fn zeros(pattern: Arc<BlockPattern>, count: usize) -> Result<Self, SolveError> {
+        let len = batch_len(pattern.stored_values(), count);
+        expect_room::<f64>(len)?;
+        Ok(Self {
             pattern,
             count,
-            values,
-        }
+            values: Aligned::new(len),
+        })
     }
 
     /// The pattern of each.
@@ -295,7 +300,7 @@ impl From<SolveError> for BatchError {
 /// use taut_solver::{BatchBanded, BatchMatrix, BlockPattern, batch_index, batch_len};
 ///
 /// let pattern = Arc::new(BlockPattern::new(&[1, 1], &[(1, 0)])?);
-/// let mut a = BatchMatrix::zeros(pattern.clone(), 5);
+/// let mut a = BatchMatrix::zeros(pattern.clone(), 5)?;
 /// let (mut b, mut x) = (vec![0.0; batch_len(2, 5)], vec![0.0; batch_len(2, 5)]);
 /// for cable in 0..5 {
 ///     for (v, value) in [2.0 + cable as f64, -1.0, 2.0].into_iter().enumerate() {
@@ -352,7 +357,8 @@ impl BatchBanded {
     /// For `count` matrices of `pattern`. Allocates all that is needed.
     ///
     /// # Errors
-    /// [`SolveError::InvalidOption`] where the pattern is no chain in its order, or a block has more than six rows.
+    /// [`SolveError::InvalidOption`] where the pattern is no chain in its order, or a block has more than six rows;
+    /// [`SolveError::TooLarge`] where there is no memory for as many factors.
     pub fn new(pattern: &Arc<BlockPattern>, count: usize) -> Result<Self, BatchError> {
         Self::with_level(pattern, count, Level::best())
     }
@@ -370,6 +376,9 @@ impl BatchBanded {
             };
             return Err(error.into());
         };
+        let [factor, half] = order.storage(LANES);
+        let of_eight = factor + half + size_of::<Side>() / size_of::<f64>();
+        expect_room::<f64>(count.div_ceil(LANES).saturating_mul(of_eight))?;
         let (mut sides, mut first, mut level) = (Vec::new(), 0, level);
         while first < count {
             if count - first < level.widest() {

@@ -7,6 +7,7 @@
 //!
 //! One code serves doubles and [`crate::DoubleDouble`] (the reference), and any block size.
 
+use crate::error::expect_room;
 use crate::kernels::{
     BlockWork, Bound, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
     subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
@@ -53,7 +54,7 @@ impl<T: Scalar> BlockLdlt<T> {
     /// Symbolic factorisation of `wanted`, a pattern with the blocks of `of` or fewer. Allocates all that is needed.
     ///
     /// # Errors
-    /// [`SolveError::TooLarge`] where the fill overflows.
+    /// [`SolveError::TooLarge`] where the fill overflows, or memory.
     pub(crate) fn new(of: &BlockPattern, wanted: &BlockPattern) -> Result<Self, SolveError> {
         let factor = factor_pattern(wanted)?;
         let mut place = Vec::with_capacity(of.stored_blocks());
@@ -67,6 +68,7 @@ impl<T: Scalar> BlockLdlt<T> {
             .map(|j| column_values(&factor, j))
             .max()
             .unwrap_or(0);
+        expect_room::<T>(factor.stored_values().saturating_add(panel))?;
         Ok(Self {
             values: vec![0.0.into(); factor.stored_values()],
             inverse_pivots: vec![0.0.into(); factor.dim()],
@@ -383,6 +385,11 @@ pub(crate) fn factor_diagonal<S: Strips<T>, T: Scalar, N: Bound>(
 
 #[allow(dead_code)] // where no backend that uses it is compiled in
 impl BlockLdlt<f64> {
+    /// Whether all pivots of the last factorisation are positive.
+    pub(crate) fn is_positive(&self) -> bool {
+        self.inverse_pivots.iter().all(|d| *d > 0.0)
+    }
+
     /// Whether `a`, which was factorised last, is singular to rounding. Allocates nothing.
     ///
     /// # Errors

@@ -38,8 +38,9 @@ pub enum SolveError {
         /// Block row of the first one.
         block: usize,
     },
-    /// Rows of this block depend on others: their pivot vanished to rounding, or it is weak and the matrix, scaled by what
-    /// its diagonal entries were made from, has an eigenvalue below about 10⁻¹⁵ (its condition is as large or larger).
+    /// A pivot of this block vanished to rounding, as it does where rows depend on others; or it is weak and the matrix,
+    /// scaled by what its diagonal entries were made from, has an eigenvalue below about 10⁻¹⁵ (its condition is as large or
+    /// larger).
     Singular {
         /// Block row.
         block: usize,
@@ -69,13 +70,13 @@ pub enum SolveError {
         /// Name of the backend.
         backend: &'static str,
     },
-    /// The system is larger than the backend can hold.
+    /// The system is larger than the backend, or memory, can hold.
     TooLarge {
         /// Rows (or stored entries) of the system.
         size: usize,
-        /// The backend's limit.
+        /// The backend's limit. Where `size` is within it there is no memory for them.
         limit: usize,
-        /// What is limited: `"rows"`, `"entries"`, `"entries in its factor"`, `"operations in its factorisation"`.
+        /// What is limited: `"rows"`, `"entries"`, `"entries in its factor in this order"`, `"blocks in its factor"`, or operations.
         what: &'static str,
     },
     /// An option's value is out of its range.
@@ -128,8 +129,8 @@ impl fmt::Display for SolveError {
             Self::Singular { block } => {
                 write!(
                     f,
-                    "the matrix is singular to rounding at block {block}: its rows depend on earlier ones \
-                     (add compliance or remove the redundant rows)"
+                    "the matrix is singular to rounding at block {block}, whose pivot lost all digits: where its rows depend \
+                     on others remove them or add compliance; else choose a backend that exchanges rows (umfpack, faer:lu)"
                 )
             }
             Self::NotPositiveDefinite { block } => {
@@ -166,6 +167,9 @@ impl fmt::Display for SolveError {
                      that is there"
                 )
             }
+            Self::TooLarge { size, limit, what } if size <= limit => {
+                write!(f, "there is no memory for the {size} {what} of the system")
+            }
             Self::TooLarge { size, limit, what } => {
                 write!(
                     f,
@@ -181,6 +185,17 @@ impl fmt::Display for SolveError {
 }
 
 impl std::error::Error for SolveError {}
+
+/// Fails with [`SolveError::TooLarge`] where there is no memory for that many numbers: before an allocation that would
+/// abort.
+pub(crate) fn expect_room<T>(numbers: usize) -> Result<(), SolveError> {
+    let room = Vec::<T>::new().try_reserve_exact(numbers);
+    room.map_err(|_| SolveError::TooLarge {
+        size: numbers,
+        limit: usize::MAX,
+        what: "entries",
+    })
+}
 
 /// Fails with [`SolveError::Dimension`] unless `found == expected`.
 pub(crate) fn expect_len(

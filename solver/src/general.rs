@@ -14,12 +14,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-mod claim;
-
 use crate::backends::General;
+use crate::claim::Judge;
 use crate::error::expect_len;
 use crate::{Backend, FactorReport, FaerFactorization, SolveError, SolveReport};
-use claim::Judge;
 
 /// A square sparse matrix by compressed columns, rows ascending in each column, no entry twice.
 #[derive(Debug, Clone, PartialEq)]
@@ -144,9 +142,14 @@ impl GeneralMatrix {
     /// Infinity norm ‖A‖∞ = maxᵢ Σⱼ |aᵢⱼ|. Allocates.
     #[must_use]
     pub fn norm_inf(&self) -> f64 {
-        let mut sums = vec![0.0; self.dim()];
+        self.norm_inf_in(&mut vec![0.0; self.dim()])
+    }
+
+    /// The same with room for one number a row.
+    pub(crate) fn norm_inf_in(&self, sums: &mut [f64]) -> f64 {
+        sums.fill(0.0);
         self.for_each(|r, _, a| sums[r] += a.abs());
-        sums.into_iter().fold(0.0, f64::max)
+        sums.iter().copied().fold(0.0, f64::max)
     }
 }
 
@@ -170,7 +173,10 @@ pub struct GeneralSolver {
     column_start: Vec<usize>,
     row: Vec<usize>,
     factorized: bool,
-    judge: Judge,
+    /// Of the matrix last factorised.
+    judge: Option<Judge>,
+    /// A residual and its correction.
+    buffers: [Vec<f64>; 2],
 }
 
 impl GeneralSolver {
@@ -195,7 +201,8 @@ impl GeneralSolver {
             column_start: a.column_start.clone(),
             row: a.row.clone(),
             factorized: false,
-            judge: Judge::new(a),
+            judge: None,
+            buffers: [(); 2].map(|()| vec![0.0; a.dim()]),
         })
     }
 
@@ -217,7 +224,7 @@ impl GeneralSolver {
             None => FactorReport::default(),
             Some(work) => work.factorize(a)?,
         };
-        self.judge.factorized(a);
+        self.judge = Some(Judge::of_general(a, &mut self.buffers[0]));
         self.factorized = true;
         Ok(report)
     }
@@ -255,12 +262,18 @@ impl GeneralSolver {
         expect_len("right-hand side", dim, b.len())?;
         expect_len("solution", dim, x.len())?;
         check_finite("right-hand side", b)?;
-        let Some(work) = &mut self.work else {
+        let (Some(work), Some(judge)) = (&mut self.work, self.judge) else {
             return Ok(SolveReport::DIRECT);
         };
         work.solve(b, x)?;
         check_finite("solution", x)?;
-        let status = self.judge.settle(a, b, x, |b, x| work.solve(b, x))?;
+        let [r, d] = &mut self.buffers;
+        let residual = |x: &[f64], r: &mut [f64]| {
+            r.copy_from_slice(b);
+            a.for_each(|row, column, a| r[row] -= a * x[column]);
+        };
+        let status = judge.settle(x, [r, d], f64::INFINITY, residual, |r, d| work.solve(r, d))?;
+        check_finite("solution", x)?;
         Ok(SolveReport {
             status,
             ..SolveReport::DIRECT

@@ -42,6 +42,7 @@
 //! | `groups` | exact solves inside groups of blocks |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `singularity` | whether a factor with weak pivots is that of a singular matrix |
+//! | `claim` | whether what a direct solver made is a solution |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
@@ -62,6 +63,7 @@ mod backends;
 mod batch;
 mod block_ldlt;
 mod chain;
+mod claim;
 mod double_double;
 mod error;
 mod general;
@@ -125,7 +127,8 @@ pub trait LinearSolver: Send {
     fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError>;
 
     /// Solves A x = b, with `a` as last factorised; `b` and `x` of length `a.dim()`. `x` holds the guess when called
-    /// (direct backends ignore it) and the solution on return.
+    /// (direct backends ignore it) and the solution on return. A direct backend says [`Status::Direct`] only where the
+    /// backward error of `x` is at roundoff: guaranteed by its elimination, or seen in a residual.
     ///
     /// # Errors
     /// As above, and [`SolveError::Dimension`]: there is then no solution in `x`. Running out of iterations is not an
@@ -137,7 +140,21 @@ pub trait LinearSolver: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError>;
 
-    /// The same for an A that is not formed: products with it are `product`'s, and of `a` only those blocks are read
+    /// The same without a residual where the elimination guarantees nothing: it then says [`Status::Unjudged`], which
+    /// claims nothing of `x`. For callers that [`refine`] it, which takes residuals anyway and judges by them.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve).
+    fn solve_unjudged(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.solve(a, b, x)
+    }
+
+    /// [`solve`](Self::solve) for an A that is not formed: products with it are `product`'s, and of `a` only those blocks are read
     /// that [`factorize`](Self::factorize) factorised ([`Backend::is_matrix_free`]).
     ///
     /// # Errors
@@ -181,14 +198,16 @@ pub struct FactorReport {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 pub enum Status {
-    /// A direct backend solved the system.
+    /// A direct backend solved the system, to a backward error ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞) at roundoff.
     Direct,
+    /// A direct backend made an x that nothing is known of yet ([`LinearSolver::solve_unjudged`]).
+    Unjudged,
     /// The iteration met its tolerance, by its own test.
     Converged,
     /// The iteration ran out of iterations; `x` is its last iterate.
     IterationLimit,
-    /// The iteration makes no more progress above its tolerance (roundoff), or the refinement of a direct solution does
-    /// not contract ([`refine`], [`GeneralSolver::solve`]); `x` is the last iterate.
+    /// The iteration makes no more progress above its tolerance (roundoff), or corrections of a direct solution do not
+    /// bring its backward error to roundoff; `x` is the last iterate.
     Stalled,
 }
 

@@ -1,6 +1,7 @@
 //! Symmetric block-sparse matrices: a shared pattern and its values.
 
 use crate::aligned::Aligned;
+use crate::error::expect_room;
 use crate::kernels::{
     OneByOne, by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
 };
@@ -19,11 +20,21 @@ pub struct SymBlockMatrix {
 }
 
 impl SymBlockMatrix {
-    /// The zero matrix of a pattern. Allocates.
+    /// The zero matrix of a pattern. Allocates, and aborts where memory runs out: of patterns from elsewhere take
+    /// [`try_zeros`](Self::try_zeros).
     #[must_use]
     pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
         let values = Aligned::new(pattern.stored_values());
         Self { pattern, values }
+    }
+
+    /// The zero matrix of a pattern. Allocates.
+    ///
+    /// # Errors
+    /// [`SolveError::TooLarge`] where there is no memory for its values.
+    pub fn try_zeros(pattern: Arc<BlockPattern>) -> Result<Self, SolveError> {
+        expect_room::<f64>(pattern.stored_values())?;
+        Ok(Self::zeros(pattern))
     }
 
     /// The pattern.
@@ -127,14 +138,19 @@ impl SymBlockMatrix {
     /// Infinity norm ‖A‖∞ = maxᵢ Σⱼ |aᵢⱼ|. Allocates.
     #[must_use]
     pub fn norm_inf(&self) -> f64 {
-        let mut sums = vec![0.0; self.dim()];
+        self.norm_inf_in(&mut vec![0.0; self.dim()])
+    }
+
+    /// The same with room for one number a row.
+    pub(crate) fn norm_inf_in(&self, sums: &mut [f64]) -> f64 {
+        sums.fill(0.0);
         self.for_each_lower(|r, c, a| {
             sums[r] += a.abs();
             if r != c {
                 sums[c] += a.abs();
             }
         });
-        sums.into_iter().fold(0.0, f64::max)
+        sums.iter().copied().fold(0.0, f64::max)
     }
 
     /// Fails where a stored value is not finite, with its block row. Allocates nothing.
@@ -223,6 +239,16 @@ mod tests {
         assert_eq!(r, [0.0, 0.0, 1.0]);
         assert_eq!((a.get(0, 2), a.get(2, 1), a.get(1, 1)), (-1.0, 2.0, 3.0));
         assert_eq!(a.norm_inf(), 8.0);
+    }
+
+    #[test]
+    fn a_block_larger_than_memory_is_an_error() {
+        let pattern = Arc::new(BlockPattern::new(&[1 << 29], &[]).unwrap());
+        let refused = SymBlockMatrix::try_zeros(pattern).unwrap_err();
+        assert!(matches!(refused, SolveError::TooLarge { .. }), "{refused}");
+        assert!(refused.to_string().contains("memory"), "{refused}");
+        let small = SymBlockMatrix::try_zeros(small().pattern().clone()).unwrap();
+        assert_eq!(small.values(), [0.0; 7]);
     }
 
     #[test]

@@ -30,6 +30,12 @@ impl EliminationCost {
         flops: u64::MAX,
     };
 
+    /// The largest factor that is tried: some gigabytes, some minutes.
+    pub const LARGEST: Self = Self {
+        entries: 200_000_000,
+        flops: 200_000_000_000,
+    };
+
     /// What a factor costs that is no larger than the matrix itself, whatever its operations: the limit that tells
     /// whether an order fills anything.
     #[must_use]
@@ -40,8 +46,30 @@ impl EliminationCost {
         }
     }
 
-    fn is_within(&self, most: Self) -> bool {
+    /// Whether neither is more than in `most`.
+    #[must_use]
+    pub fn is_within(&self, most: Self) -> bool {
         self.entries <= most.entries && self.flops <= most.flops
+    }
+
+    /// The error that says by how much this is beyond `most`.
+    #[must_use]
+    pub fn too_large(&self, most: Self) -> SolveError {
+        let (size, limit, what) = if self.flops > most.flops {
+            (
+                self.flops,
+                most.flops,
+                "operations in its factorisation in this order",
+            )
+        } else {
+            (
+                self.entries,
+                most.entries,
+                "entries in its factor in this order",
+            )
+        };
+        let [size, limit] = [size, limit].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
+        SolveError::TooLarge { size, limit, what }
     }
 
     /// Whether a factor of this cost is as large as the matrix itself: the order fills nothing.
@@ -140,7 +168,7 @@ pub fn elimination_cost(
 /// column k couples all rows of that column with each other. Allocates.
 ///
 /// # Errors
-/// [`SolveError::TooLarge`] where the fill overflows.
+/// [`SolveError::TooLarge`] where the factor has more than 2²⁷ blocks (whose places alone take gigabytes).
 pub fn factor_pattern(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
     let blocks = p.blocks();
     let sizes: Vec<usize> = (0..blocks).map(|i| p.size(i)).collect();
@@ -151,6 +179,13 @@ pub fn factor_pattern(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
     for j in 0..blocks {
         // It is enough to hand the rows to the first of them: the parent in the elimination tree.
         let rows = std::mem::take(&mut rows_of[j]);
+        if couplings.len() + rows.len() > MOST_BLOCKS {
+            return Err(SolveError::TooLarge {
+                size: couplings.len() + rows.len(),
+                limit: MOST_BLOCKS,
+                what: "blocks in its factor",
+            });
+        }
         couplings.extend(rows.iter().map(|&i| (i, j)));
         if let Some((&parent, rest)) = rows.split_first() {
             let merged = &mut rows_of[parent];
@@ -161,6 +196,9 @@ pub fn factor_pattern(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
     }
     BlockPattern::new(&sizes, &couplings)
 }
+
+/// Most blocks of a factor.
+const MOST_BLOCKS: usize = 1 << 27;
 
 /// Flops of the LDLᵀ of a dense n × n block: Σ r² + 2 r for r = 0 … n − 1.
 fn triangle_flops(n: u64) -> u64 {

@@ -4,7 +4,8 @@
 //! from the pieces that A was formed from it also repairs what forming A lost (for A = J M⁻¹ Jᵀ + Σ about roundoff ×
 //! mass ratio), which no solve with A can.
 
-use crate::{LinearSolver, SolveError, SolveReport, Status, SymBlockMatrix};
+use crate::claim::Judge;
+use crate::{LinearSolver, SolveError, SolveReport, Status, SymBlockMatrix, norm_inf};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// Buffers of a refinement, made once.
@@ -27,12 +28,14 @@ impl RefineScratch {
 
 /// Of the size of x, the last correction of a direct solver beyond which nothing is claimed of x: each correction is
 /// about this part of the one before it, so that x may still be wrong by as much of it.
-pub(crate) const CONTRACTION: f64 = 0.1;
+const CONTRACTION: f64 = 0.1;
 
 /// Improves `x` by `sweeps` corrections A d = r(x), x ← x + d, where `residual(x, r)` writes r. Returns the last
-/// correction's report with the iterations of all; its status is [`Status::Stalled`] where a direct solver's correction
-/// is more than a tenth of x (∞-norm): the matrix is singular to rounding, which elimination without pivoting may not
-/// see. Allocates nothing.
+/// correction's report with the iterations of all. Of a direct solver its status is [`Status::Stalled`] where a correction
+/// of a residual at roundoff is more than a tenth of x (∞-norm): the matrix is singular to rounding, which elimination
+/// without pivoting may not see. Where elimination guarantees no residual at roundoff
+/// ([`LinearSolver::solve_unjudged`]) and the last one was none, `x` is corrected until it is, and is [`Status::Stalled`]
+/// too where it does not get there. Allocates nothing.
 ///
 /// # Errors
 /// Those of [`LinearSolver::solve`]; `x` then holds the last good iterate.
@@ -46,17 +49,34 @@ pub fn refine(
 ) -> Result<Option<SolveReport>, SolveError> {
     crate::error::expect_len("refinement scratch", x.len(), scratch.residual.len())?;
     let mut last: Option<SolveReport> = None;
+    let [mut size, mut change] = [0.0; 2];
     for _ in 0..sweeps {
         residual(x, &mut scratch.residual);
         scratch.correction.fill(0.0);
-        let mut report = solver.solve(a, &scratch.residual, &mut scratch.correction)?;
+        let mut report = solver.solve_unjudged(a, &scratch.residual, &mut scratch.correction)?;
         report.iterations += last.map_or(0, |r| r.iterations);
         let correct = Correct(x, &scratch.correction);
-        let [size, change] = dispatch(Level::best(), correct);
-        if report.status == Status::Direct && change > CONTRACTION * size {
-            report.status = Status::Stalled;
-        }
+        [size, change] = dispatch(Level::best(), correct);
         last = Some(report);
+    }
+    let Some(report) = &mut last else {
+        return Ok(None);
+    };
+    if report.status == Status::Unjudged {
+        let RefineScratch {
+            residual: r,
+            correction: d,
+        } = scratch;
+        let (judge, before) = (Judge::of(a, d), norm_inf(r));
+        if !judge.admits(before, size) {
+            let solve = |r: &[f64], d: &mut [f64]| solver.solve_unjudged(a, r, d).map(|_| ());
+            report.status = judge.settle(x, [r, d], before, residual, solve)?;
+            return Ok(last);
+        }
+        report.status = Status::Direct;
+    }
+    if report.status == Status::Direct && change > CONTRACTION * size {
+        report.status = Status::Stalled;
     }
     Ok(last)
 }

@@ -5,9 +5,10 @@
 //! rows of the null vector. With sᵢ what the diagonal entries were made from and Ã = S^(−1/2) A S^(−1/2), ỹ = Ã⁻¹ x̃ shows an
 //! eigenvalue of at most ‖x̃‖/‖ỹ‖, whatever the signs of the others. The first of two such ỹ starts at the rows of weak
 //! pivots, which a null vector takes part in; the matrix is singular to rounding where the second is
-//! 1/(2 [`NOISE`] u) = 6·10¹⁴ long.
+//! 1/(4 u) = 2·10¹⁵ long. Springs that nothing holds, in 20,000 random nets of 3 … 30 nodes, leave 5·10¹⁵ at least: what
+//! rounding makes of a singular matrix is no better than that, and what is better has a solution.
 
-use crate::block_ldlt::{NOISE, WEAK};
+use crate::block_ldlt::WEAK;
 use crate::kernels::Scalar;
 use crate::{SolveError, SymBlockMatrix};
 
@@ -46,11 +47,6 @@ impl SingularityTest {
         }
     }
 
-    /// Whether a pivot stands in doubt: the digits that its row has lost are lost to the solution as well.
-    pub(crate) fn has_doubts(&self) -> bool {
-        !self.weak.is_empty()
-    }
-
     /// Tests the matrix `a` whose pivots were taken, if any of them is weak; `solve` is x ← A⁻¹ x. Allocates nothing.
     ///
     /// # Errors
@@ -70,7 +66,7 @@ impl SingularityTest {
         self.iterate(&mut solve);
         let growth = self.iterate(&mut solve);
         // Where numbers overflow there is no inverse to speak of.
-        if 2.0 * NOISE * f64::ROUNDOFF * growth < 1.0 {
+        if 4.0 * f64::ROUNDOFF * growth < 1.0 {
             return Ok(());
         }
         let part = |row: &usize| self.vector[*row].abs();
@@ -133,14 +129,14 @@ mod tests {
         for scale in [1e-290, 1.0, 1e290] {
             let from = [scale; 3];
             assert_eq!(verdict(&[1.0, 1.0, 1.0], &from), Ok(()));
-            assert_eq!(verdict(&[1.0, 1.0 / 3e14, -0.5], &from), Ok(()));
+            assert_eq!(verdict(&[1.0, 1.0 / 2e15, -0.5], &from), Ok(()));
             let singular = |block| Err(SolveError::Singular { block });
-            assert_eq!(verdict(&[1.0, 1e-15, -0.5], &from), singular(1));
+            assert_eq!(verdict(&[1.0, 1.0 / 3e15, -0.5], &from), singular(1));
             // Of two in doubt the one that is none, whichever is the weaker of its row.
-            assert_eq!(verdict(&[1e-9, 1.0, 1e-15], &from), singular(2));
+            assert_eq!(verdict(&[1e-9, 1.0, 3e-16], &from), singular(2));
         }
         assert_eq!(
-            verdict(&[1e-9, 1e-15], &[1e200, 1e-90]),
+            verdict(&[1e-9, 3e-16], &[1e200, 1e-90]),
             Err(SolveError::Singular { block: 1 })
         );
     }

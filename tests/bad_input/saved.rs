@@ -55,6 +55,7 @@ fn a_damaged_run_says_what_does_not_fit() {
         "tension",
         "drive",
         "places",
+        "ages",
         "velocity",
         "velocity_change",
     ] {
@@ -66,7 +67,7 @@ fn a_damaged_run_says_what_does_not_fit() {
         assert!(text.contains(&format!("`past.{at}` has")), "{text}");
     }
     for (at, value, words) in [
-        ("/version", json!(2), "version 2"),
+        ("/version", json!(1), "version 1"),
         ("/version", json!("1"), "u32"),
         ("/time", json!(null), "f64"),
         ("/impulse_time", json!(0.0), "`impulse_time`"),
@@ -155,9 +156,10 @@ fn numbers_that_are_not_finite_are_refused() {
 
 #[test]
 fn foreign_and_truncated_files_are_refused_with_their_place() {
-    let yardstick = json!({"cable": null, "max_gap": null, "planar": false});
-    let file = json!({"run": good(), "yardstick": yardstick}).to_string();
-    assert!(RunFile::parse(&file).is_ok());
+    let yardstick = json!({"cable": null, "planar": false});
+    let file = json!({"run": good(), "yardstick": yardstick, "driven": [], "checksum": 0});
+    let file = file.to_string();
+    assert!(RunFile::parse(&file).is_ok_and(|file| !file.is_whole()));
     for (text, words) in [
         ("", "EOF"),
         ("{}", "missing field `run`"),
@@ -166,13 +168,40 @@ fn foreign_and_truncated_files_are_refused_with_their_place() {
         ("name = \"hoist\"", "expected"),
         (&file[..file.len() / 2], "EOF"),
         (
-            &file.replacen("\"version\":1", "\"version\":9", 1),
+            &file.replacen("\"version\":2", "\"version\":9", 1),
             "version 9",
         ),
     ] {
         let error = RunFile::parse(text).expect_err("no run").to_string();
         assert!(error.contains(words) && error.contains("line"), "{error}");
     }
+}
+
+/// One bit of a file that is another one: refused, or the same run.
+#[test]
+fn no_bit_can_be_lost() {
+    let path = std::env::temp_dir().join(format!("taut-saved-{}", std::process::id()));
+    let run = serde_json::from_value(good()).expect("reads");
+    let yardstick = json!({"cable": [10.0, 0.5], "planar": true});
+    let yardstick = serde_json::from_value(yardstick).expect("reads");
+    let file = RunFile::new(run, yardstick, vec!["hoist_speed".to_owned()]);
+    let to = taut_bench::output::Output::open(&path).expect("writable");
+    file.write(&to).expect("written");
+    let bytes = std::fs::read(&path).expect("written");
+    std::fs::remove_file(path).expect("written");
+    let read = |bytes: &[u8]| RunFile::parse(std::str::from_utf8(bytes).ok()?).ok();
+    let whole = read(&bytes).filter(RunFile::is_whole).expect("is whole");
+    let (mut damaged, mut parsed) = (bytes.clone(), 0);
+    for (at, byte) in bytes.iter().enumerate() {
+        let bit = 1 << (at % 7);
+        damaged[at] ^= bit;
+        if let Some(file) = read(&damaged) {
+            parsed += 1;
+            assert!(!file.is_whole() || file == whole, "byte {at}, bit {bit}");
+        }
+        damaged[at] = *byte;
+    }
+    assert!(parsed > 500, "{parsed} of {} are a run", bytes.len());
 }
 
 /// A solve that is lost is not saved.

@@ -297,6 +297,7 @@ fn the_bounds_are_those_of_the_exact_solution() {
             ..choice.plain_options(DT)
         };
         let mut stepper = Stepper::new(scene.clone(), options).expect("a stepper");
+        stepper.begin().expect("begins");
         let mut slack = 0;
         for _ in 0..90 {
             let reference = stepper.reference_multipliers().expect("a reference");

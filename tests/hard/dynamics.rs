@@ -1,4 +1,4 @@
-//! The gantry and H20 to H34.
+//! The gantry, H20 to H35 and H37 to H39.
 
 use crate::checks;
 use taut_bench::check::{Check, Verdict};
@@ -145,4 +145,14 @@ fn the_scenes_at_their_beginnings_can_be_stepped() {
             }
         }
     }
+}
+
+/// H35: a rope gives back no more than it took. H39: a winch that runs from the start adds nothing.
+#[test]
+fn ropes_and_winches_give_no_energy() {
+    let found = checks("H35");
+    assert!(largest(&found, "largest rebound", 5) < 1.0, "{found:#?}");
+    assert!(largest(&found, "masses", 4) < 1e-9, "{found:#?}");
+    let found = checks("H39");
+    assert!(largest(&found, "hauled", 2) < 0.03, "{found:#?}");
 }

@@ -42,14 +42,13 @@ fn angles_are_measured_up_to_their_singularities() {
 
 #[test]
 fn direct_solvers_are_backward_stable_or_refuse_or_say_that_they_are_not() {
-    limited("H46", &["Wilkinson 60: dense:double"]);
+    limited("H46", &[]);
     let specimens = matrices::specimens(true);
     let wilkinson = specimens.iter().filter(|s| s.growth > 1e16);
     let lost: Vec<_> = wilkinson
         .flat_map(ill_conditioned::rows)
         .filter(|r| r.backward_error > Some(ill_conditioned::BAR))
         .collect();
-    assert!(!lost.is_empty());
     assert!(lost.iter().all(|r| !r.claimed), "{lost:#?}");
 }
 
@@ -92,6 +91,11 @@ fn runs_are_the_same_to_the_last_bit() {
 }
 
 #[test]
+fn lost_runs_are_called_so() {
+    limited("H58", &[]);
+}
+
+#[test]
 fn ladders_go_up() {
     let unfinished = [
         "time step: gauss-seidel:groups",
@@ -102,6 +106,11 @@ fn ladders_go_up() {
         "iterations: load in 1 s: cg:group",
     ];
     limited("H54", &unfinished);
+}
+
+#[test]
+fn no_solver_claims_adverse_systems() {
+    limited("H57", &[]);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! H01 to H14, in their short form.
+//! H01 to H16, in their short form.
 
 use crate::checks;
 use taut_bench::check::{Check, Verdict};
@@ -56,4 +56,11 @@ fn columns_shafts_and_rings_buckle_where_they_must() {
 #[test]
 fn the_shape_at_rest_is_one() {
     passing("H13", 5);
+}
+
+#[test]
+fn what_starts_in_equilibrium_is_at_rest() {
+    passing("H15", 15);
+    assert!(checks("H16").iter().all(|c| c.verdict == Verdict::Pass));
+    passing("H16", 2);
 }

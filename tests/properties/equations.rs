@@ -1,6 +1,6 @@
 use nalgebra::{DMatrix, DVector, Matrix3, UnitQuaternion, Vector3};
 use taut_integrator::{Scheme, StepOptions};
-use taut_model::{Bodies, Linearized, RowBounds, RowKind, Scene};
+use taut_model::{Bodies, Constraint, Linearized, RowBounds, RowKind, Scene};
 
 /// The equations of a step as dense matrices, made from the scene without the integrator's maps: velocities
 /// v⁺ = v + M̃⁻¹ (Δt f + Jᵀ μ) with J v⁺ + Σ μ = c. The past is like the present state.
@@ -43,7 +43,7 @@ impl Equations {
                 mass[(r, r)] = scene.bodies.mass[i];
                 inverse[(r, r)] = 1.0 / scene.bodies.mass[i];
             }
-            let k = geometric_stiffness(&rows, lambda, i);
+            let k = geometric_stiffness(scene, &rows, lambda, options, i);
             let angular = scene.bodies.inertia_world(i) + k * (options.stiffness.alpha() * dt * dt);
             let block = (6 * i + 3, 6 * i + 3);
             mass.view_mut(block, (3, 3)).copy_from(&angular);
@@ -52,27 +52,38 @@ impl Equations {
             let columns = jacobian.columns(6 * i, 6);
             coupling.columns_mut(6 * i, 6).copy_from(&columns);
             let force = scene.bodies.mass[i] * scene.gravity + scene.bodies.force[i];
-            let torque = scene.bodies.torque[i] * dt + gyroscopic_impulse(&scene.bodies, i, dt);
+            let torque = scene.bodies.torque[i];
             impulse.rows_mut(6 * i, 3).copy_from(&(force * dt));
-            impulse.rows_mut(6 * i + 3, 3).copy_from(&torque);
+            impulse.rows_mut(6 * i + 3, 3).copy_from(&(torque * dt));
         }
         let v = velocities(&scene.bodies);
         let rates = &jacobian * &v + rate_before;
-        let [next, now, past] = weights(options.scheme);
+        let alone = |r: usize| {
+            let j = coupling.row(r);
+            (j * &inverse * j.transpose())[(0, 0)]
+        };
+        let mut weights = vec![weights(options.scheme); n];
+        let mut phi = rows.phi.clone();
+        for bound in &rows.bounds {
+            let r = bound.row;
+            let soft = rows.compliance[r] / (dt * dt * alone(r));
+            (weights[r], phi[r]) = at_bound(bound, (phi[r], rates[r] * dt), soft, weights[r]);
+        }
         let speeds = speed_rows(scene);
+        let divisor = |r: usize| weights[r][0] + rows.damping[r] / dt;
         let sigma = DVector::from_fn(n, |r, _| match speeds[r] {
             true => 0.0,
-            false => rows.compliance[r] / (dt * dt) / (next + rows.damping[r] / dt),
+            false => rows.compliance[r] / (dt * dt) / divisor(r),
         });
         let c = DVector::from_fn(n, |r, _| {
-            let known = (now - past) * rates[r] - rows.phi[r] / dt;
-            let known = known / (next + rows.damping[r] / dt);
-            if speeds[r] { 0.0 } else { known }
+            let [_, now, past] = weights[r];
+            let known = (now - past) * rates[r] - phi[r] / dt;
+            if speeds[r] { 0.0 } else { known / divisor(r) }
         }) - DVector::from_column_slice(&rows.phi_t);
         let free = inverse.abs() * impulse.abs();
         let gaps = DVector::from_fn(n, |r, _| match speeds[r] {
             true => 0.0,
-            false => (rows.phi[r] / dt / (next + rows.damping[r] / dt)).abs(),
+            false => rows.phi[r].abs().max(phi[r].abs()) / dt / divisor(r),
         });
         let b_made_of = c.abs() + gaps + jacobian.abs() * (v.abs() + free);
         let b = &c - &jacobian * (v + &inverse * &impulse);
@@ -139,19 +150,84 @@ fn weights(scheme: Scheme) -> [f64; 3] {
     }
 }
 
-/// K of a body from multipliers λ: Σ max(F·r, 0) (I − r rᵀ/r²) over its attachments.
-fn geometric_stiffness(rows: &Linearized, lambda: &[f64], body: usize) -> Matrix3<f64> {
+/// Weights and φ of a row of compliance ε that can be open, for φ and Δt r of its present state, `soft` = ε/(Δt² J M̃⁻¹ Jᵀ)
+/// and a scheme's `weights`; its past is like its present. Rows that slip on both sides are as others are.
+fn at_bound(
+    bound: &RowBounds,
+    (phi, path): (f64, f64),
+    soft: f64,
+    weights: [f64; 3],
+) -> ([f64; 3], f64) {
+    let side = match (bound.lower == 0.0, bound.upper == 0.0) {
+        (false, true) => 1.0,
+        (true, false) => -1.0,
+        _ => return (weights, phi),
+    };
+    let (depth, reach) = (side * phi, path.abs());
+    // What is open within a step of now has no past; it then is wholly implicit if it opens further.
+    let share = if depth >= reach {
+        0.0
+    } else if side * path < 0.0 {
+        1.0
+    } else {
+        1.0 / (1.0 + (9.0 * soft).powi(2))
+    };
+    let implicit = [1.0, 0.0, 0.0];
+    let mixed: [f64; 3] = std::array::from_fn(|k| share * implicit[k] + (1.0 - share) * weights[k]);
+    if depth.abs() >= reach {
+        return (mixed, phi);
+    }
+    // The mean of max(depth, 0) along the path, weighted by the hat over the steps before and after: the second
+    // difference of x³/6 where x > 0.
+    let third = |x: f64| x.max(0.0).powi(3) / 6.0;
+    let second = third(depth + reach) - 2.0 * third(depth) + third(depth - reach);
+    let mean = second / (reach * reach);
+    // At a constant rate the row looks at φ + (p − q + s) Δt r.
+    let [next, now, past] = mixed;
+    let here = 1.0 - (next - now + past);
+    (
+        mixed,
+        phi + here * soft / (1.0 + soft) * side * (mean - depth),
+    )
+}
+
+/// K of a body from multipliers λ: over its attachments max(F·r, 0) (I − r rᵀ/r²), and β (I − m mᵀ) of joints with the twist
+/// moment M about m and bends of stiffness c, where β + E max(F·r, 0) + G c is just what the two sides need for
+/// (β + E t + G c)² = (G c)² + (M/2)². G and E are what the rows and K resist beyond their stiffness of what alternates
+/// from step to step.
+fn geometric_stiffness(
+    scene: &Scene,
+    rows: &Linearized,
+    lambda: &[f64],
+    options: &StepOptions,
+    body: usize,
+) -> Matrix3<f64> {
+    let weights = weights(options.scheme);
+    let alternating = 2.0 * weights.iter().sum::<f64>();
+    let of_tension = alternating * options.stiffness.alpha() / weights[0] - 1.0;
+    let across = |axis: Vector3<f64>| {
+        let unit = axis.normalize();
+        Matrix3::identity() - unit * unit.transpose()
+    };
     let mut k = Matrix3::zeros();
-    for (s, slot) in rows.slots.iter().enumerate() {
+    for (s, slot) in rows.slots.iter().enumerate().filter(|x| x.1.body == body) {
         let (r, lambda) = (rows.lever(s), &lambda[rows.row_range(slot.constraint)]);
-        if slot.body == body && r.norm() > 0.0 {
-            let block = rows.block(s);
-            let pulls = block.chunks_exact(6).zip(lambda);
-            let force: Vector3<f64> = pulls
-                .map(|(j, l)| Vector3::new(j[0], j[1], j[2]) * *l)
-                .sum();
-            let across = Matrix3::identity() - r.normalize() * r.normalize().transpose();
-            k += across * force.dot(&r).max(0.0);
+        let block = rows.block(s);
+        let pulls = block.chunks_exact(6).zip(lambda);
+        let force: Vector3<f64> = pulls
+            .map(|(j, l)| Vector3::new(j[0], j[1], j[2]) * *l)
+            .sum();
+        let tension = force.dot(&r).max(0.0);
+        if r.norm() > 0.0 {
+            k += across(r) * tension;
+        }
+        if let Constraint::Cosserat(joint) = &scene.constraints[slot.constraint] {
+            let compliance = joint.law.bend.expect("a bend").compliance;
+            let (bends, half) = ((alternating - 1.0) / compliance, 0.5 * lambda[5]);
+            // hypot(bends, half) − bends, without the cancellation.
+            let needed = half * half / (bends.hypot(half) + bends);
+            let twist = Vector3::new(block[33], block[34], block[35]);
+            k += across(twist) * (needed - of_tension * tension).max(0.0);
         }
     }
     k
@@ -165,37 +241,15 @@ fn across(inertia: &Matrix3<f64>) -> Option<f64> {
     twice.filter(|_| diagonal).map(|k| d[k])
 }
 
-/// Bodies with an axis of symmetry end a step with an angular velocity that has turned about their angular momentum:
-/// back to what the linear system gave.
-pub(crate) fn take_back_precession(bodies: &mut Bodies, dt: f64) {
-    for i in (0..bodies.len())
-        .filter(|&i| bodies.is_dynamic(i))
-        .collect::<Vec<_>>()
-    {
-        if let Some(across) = across(&bodies.inertia[i]) {
-            let omega = bodies.angular_velocity[i];
-            let turning = bodies.inertia_world(i) * omega / across;
-            let back = UnitQuaternion::from_scaled_axis(turning * -dt);
-            bodies.angular_velocity[i] = back * omega;
-        }
+/// Bodies turn freely at the end of a step, from the orientations `start`: back to the angular velocities that the linear
+/// system gave. Those with an axis of symmetry have turned about their angular momentum; of the others it is the same.
+pub(crate) fn take_back_rotation(bodies: &mut Bodies, start: &Bodies, dt: f64) {
+    for i in (0..bodies.len()).filter(|&i| start.is_dynamic(i)) {
+        let omega = bodies.angular_velocity[i];
+        let momentum = bodies.inertia_world(i) * omega;
+        bodies.angular_velocity[i] = match across(&bodies.inertia[i]) {
+            Some(across) => UnitQuaternion::from_scaled_axis(momentum / across * -dt) * omega,
+            None => start.inertia_world(i).try_inverse().expect("an inertia") * momentum,
+        };
     }
-}
-
-/// What free rotation through a step does to a body's angular momentum: I y⁺ − I y with
-/// exp(½Δt ŷ⁺) I y⁺ = exp(−½Δt ŷ) I y in the body's frame, by fixed-point iteration; nothing where the body has an axis of
-/// symmetry, whose angular velocity turns with it.
-fn gyroscopic_impulse(bodies: &Bodies, i: usize, dt: f64) -> Vector3<f64> {
-    let (inertia, turn) = (bodies.inertia[i], bodies.orientation[i]);
-    if across(&inertia).is_some() {
-        return Vector3::zeros();
-    }
-    let y = turn.inverse() * bodies.angular_velocity[i];
-    let back = |y: Vector3<f64>| UnitQuaternion::from_scaled_axis(y * (-0.5 * dt));
-    let before = back(y) * (inertia * y);
-    let inverse = inertia.try_inverse().expect("an inertia");
-    let mut next = y;
-    for _ in 0..60 {
-        next = inverse * (back(next) * before);
-    }
-    turn * (inertia * (next - y))
 }

@@ -1,3 +1,4 @@
+use nalgebra::Vector3;
 use taut_integrator::{
     Form, GeometricStiffness, Guard, SavedRun, Scheme, StepOptions, StepReport, Stepper,
 };
@@ -102,8 +103,15 @@ fn gantry() -> Scene {
     params.build().expect("sound parameters")
 }
 
+/// A swing whose middle is kicked aside: the guard redoes its first steps.
+fn kicked() -> Scene {
+    let mut scene = swinging();
+    scene.bodies.velocity[2..5].fill(Vector3::y() * 5.0);
+    scene
+}
+
 fn scenes() -> Vec<Scene> {
-    let mut scenes = vec![swinging(), gantry(), random_machine(3), random_machine(5)];
+    let mut scenes = vec![kicked(), gantry(), random_machine(3), random_machine(5)];
     for name in ["particles-f", "twist", "junction"] {
         let source = SceneSource::load(name, &[("seed", "3")]).expect("a scene");
         scenes.push(source.build().expect("sound parameters"));

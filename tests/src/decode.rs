@@ -146,6 +146,8 @@ impl<'a> Bytes<'a> {
                 1.0 / 60.0
             },
             substeps: 1 + self.below(2),
+            // No byte of its own: the seeds keep their meaning.
+            energy_tolerance: guard.map(|g| g.tolerance),
             angular_scheme: (self.byte().is_multiple_of(5)).then_some(Scheme::LinearlyImplicit),
             scheme,
             stiffness,

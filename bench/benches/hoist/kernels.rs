@@ -53,7 +53,7 @@ pub(crate) fn kernels(c: &mut Criterion) {
 fn side_by_side(case: &Case) -> (BatchMatrix, Vec<f64>) {
     let pattern = case.schur().0.pattern();
     let dim = pattern.dim();
-    let mut a = BatchMatrix::zeros(pattern.clone(), BATCH);
+    let mut a = BatchMatrix::zeros(pattern.clone(), BATCH).expect("eight fit");
     let mut b = vec![0.0; batch_len(dim, BATCH)];
     let systems = case.batch().expect("the hoists have a step");
     for (cable, (matrix, rhs)) in systems.iter().enumerate() {

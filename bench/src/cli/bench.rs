@@ -6,9 +6,10 @@ use super::scenes;
 use super::sweeps::{self, Sweep};
 use crate::{Failure, choices, count, number, overrides, steps, take_ratios};
 use clap::Args;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use taut_bench::ladder::{self, Config};
 use taut_bench::machine::Machine;
+use taut_bench::output;
 use taut_bench::report::settings;
 use taut_bench::table::{self, MARK};
 use taut_model::{HoistParams, Network};
@@ -55,16 +56,6 @@ pub(crate) struct BenchArgs {
     /// Writes all rows to a file as well (`-` for standard output, which then holds nothing else)
     #[arg(long, value_name = "PATH")]
     pub(crate) json: Option<PathBuf>,
-}
-
-impl BenchArgs {
-    /// Where the results go.
-    pub(crate) fn way(&self, console: Console) -> Way<'_> {
-        Way {
-            console,
-            json: self.json.as_deref(),
-        }
-    }
 }
 
 fn config(args: &BenchArgs) -> Result<Config, Failure> {
@@ -138,14 +129,20 @@ within 1e-3 and so on, refined or not";
 
 /// Runs the main job, or what is asked for instead of it.
 pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+    let read: Vec<&Path> = args.matrices.iter().map(PathBuf::as_path).collect();
+    let [json] = output::open([("--json", args.json.as_deref())], &read)?;
+    let way = Way {
+        console,
+        json: json.as_ref(),
+    };
     if !args.matrices.is_empty() {
-        return super::matrix::bench(args, console);
+        return super::matrix::bench(args, way);
     }
     if !args.scenes.is_empty() {
-        return scenes::run(args, console);
+        return scenes::run(args, way);
     }
     if let Some(sweep) = args.sweep {
-        return sweeps::run(sweep, args, console);
+        return sweeps::run(sweep, args, way);
     }
     let config = config(args)?;
     let bar = console.progress(0);
@@ -169,7 +166,6 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results.records,
         omissions: &results.omissions,
     };
-    let way = args.way(console);
     found.deliver_rows(way)?;
     super::report::of_main_job(&config, &results, found.settings, args.quick, way)
 }

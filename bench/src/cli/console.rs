@@ -30,6 +30,13 @@ impl Console {
         bar.with_style(style())
     }
 
+    /// A likely mistake, on standard error.
+    pub(crate) fn doubt(self, note: impl fmt::Display) {
+        if !self.quiet {
+            output::note(note);
+        }
+    }
+
     /// A line about what was done, which is no data: on a terminal only.
     pub(crate) fn note(self, text: &str) -> Result<(), Failure> {
         if !self.quiet && std::io::stdout().is_terminal() {

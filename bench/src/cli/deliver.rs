@@ -3,9 +3,9 @@
 use super::console::Console;
 use crate::Failure;
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use taut_bench::ladder::Omission;
-use taut_bench::output;
+use taut_bench::output::{self, Output};
 use taut_bench::report::settings::Setting;
 
 /// Where results go besides their files below `target/taut`.
@@ -13,13 +13,13 @@ use taut_bench::report::settings::Setting;
 pub(crate) struct Way<'a> {
     pub(crate) console: Console,
     /// The file of rows that was asked for.
-    pub(crate) json: Option<&'a Path>,
+    pub(crate) json: Option<&'a Output>,
 }
 
 impl Way<'_> {
     /// Whether the rows go to standard output, where they stand alone.
     pub(crate) fn is_rows_alone(self) -> bool {
-        self.json == Some(Path::new("-"))
+        self.json.is_some_and(Output::is_stdout)
     }
 }
 
@@ -49,13 +49,13 @@ impl<R: Serialize> Found<'_, R> {
         if !way.is_rows_alone() {
             output::print(&self.text)?;
         }
-        if let Some(path) = way.json {
-            output::write_json(path, self.rows)?;
+        if let Some(json) = way.json {
+            json.json(self.rows)?;
         }
         let copy = PathBuf::from(format!("target/taut/{}.json", self.name));
         if let Err(e) = output::write_json(&copy, self.rows) {
             // The table is out and the file asked for is written: this costs the copy only.
-            eprintln!("taut: {e}");
+            output::complain(&e.to_string());
             return Ok(());
         }
         if way.is_rows_alone() {

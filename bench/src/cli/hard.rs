@@ -5,11 +5,12 @@ use super::console::Console;
 use crate::Failure;
 use clap::Args;
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use taut_bench::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_bench::hard::{self, Case};
 use taut_bench::machine::Machine;
-use taut_bench::{output, table};
+use taut_bench::output::{self, Output};
+use taut_bench::table;
 
 #[derive(Debug, Args)]
 pub(crate) struct HardArgs {
@@ -46,7 +47,8 @@ fn failed(e: &ExperimentError) -> Outcome {
 
 /// Runs the cases, prints their tables. Code 1 where a bar of our own is missed.
 pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
-    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
+    let only_json = json.as_ref().is_some_and(Output::is_stdout);
     let mut cases = if args.cases.is_empty() {
         hard::cases().collect()
     } else {
@@ -90,8 +92,8 @@ pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
     if !only_json {
         output::print(&checks::summary(&all))?;
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &all)?;
+    if let Some(json) = json {
+        json.json(&all)?;
     }
     checks::judge(&all)
 }

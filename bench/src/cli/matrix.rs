@@ -1,7 +1,7 @@
 //! `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
 
 use super::console::Console;
-use super::deliver::Found;
+use super::deliver::{Found, Way};
 use super::sweeps::sorted;
 use crate::{BenchArgs, Failure, StepArgs, overrides, step_options};
 use clap::Args;
@@ -12,9 +12,10 @@ use taut_bench::machine::Machine;
 use taut_bench::matrix::dump::{self, Label};
 use taut_bench::matrix::solve::{self, Config, Results};
 use taut_bench::matrix::{System, suite};
+use taut_bench::output::{self, Output};
 use taut_bench::report::settings;
 use taut_bench::table::MARK;
-use taut_bench::{output, pace, run, table};
+use taut_bench::{pace, run, table};
 use taut_integrator::Stepper;
 use taut_solver::Backend;
 
@@ -128,6 +129,7 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
         name,
         comments: comments(args, &prepared.scene),
     };
+    output::make_folder(&args.out)?;
     let mut stepper = Stepper::new(prepared.scene, options)?;
     let bar = console.progress(args.at).with_message("dump");
     for _ in 0..args.at {
@@ -141,7 +143,9 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     for system in dump::systems(&mut stepper)? {
         if let Err(e) = &system.x {
             let form = system.form;
-            eprintln!("taut: no exact solution of the {form} form is written: {e}");
+            output::complain(&format!(
+                "no exact solution of the {form} form is written: {e}"
+            ));
         }
         for path in dump::write(&system, &label, &args.out, args.gzip)? {
             output::print(&format!("{}\n", path.display()))?;
@@ -212,23 +216,30 @@ fn config(names: &[String]) -> Result<Config, Failure> {
 
 /// Solves one system with the backends asked for.
 pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
+    let given = [
+        Some(args.matrix.as_path()),
+        args.b.as_deref(),
+        args.x.as_deref(),
+    ];
+    let read: Vec<&Path> = given.into_iter().flatten().collect();
+    let [json] = output::open([("--json", args.json.as_deref())], &read)?;
     let system = System::read(&args.matrix, args.b.as_deref(), args.x.as_deref())?;
     let results = measured(&system, &config(&args.backends)?)?;
-    if args.json.as_deref() != Some(Path::new("-")) {
+    if !json.as_ref().is_some_and(Output::is_stdout) {
         let text = table::solved(&results);
         output::print(&format!(
             "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
             Machine::current()
         ))?;
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &results)?;
+    if let Some(json) = json {
+        json.json(&results)?;
     }
     Ok(())
 }
 
 /// `taut bench --matrix`: speed against error on systems from files.
-pub(crate) fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+pub(crate) fn bench(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let unread = [
         ("--sweep", args.sweep.is_some()),
         ("--scene", !args.scenes.is_empty()),
@@ -261,7 +272,8 @@ pub(crate) fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     // All are read before any is measured.
     let read = |path: &PathBuf| System::read(path, None, None);
     let systems: Vec<System> = args.matrices.iter().map(read).collect::<Result<_, _>>()?;
-    let bar = console
+    let bar = way
+        .console
         .progress(systems.len() as u64)
         .with_message("matrix");
     let mut results = Vec::new();
@@ -279,15 +291,17 @@ pub(crate) fn bench(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results,
         omissions: &[],
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
 /// Writes the graded set.
 pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Failure> {
+    output::make_folder(&args.out)?;
+    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
     let bar = console.progress(0).with_message("matrices");
     let entries = suite::generate(&suite::cases(args.quick), &args.out, args.gzip, &bar)?;
     bar.finish_and_clear();
-    if args.json.as_deref() != Some(Path::new("-")) {
+    if !json.as_ref().is_some_and(Output::is_stdout) {
         let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
         output::print(&table::suite(&entries))?;
         console.note(&format!(
@@ -297,8 +311,8 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
             args.out.join("index.csv").display()
         ))?;
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &entries)?;
+    if let Some(json) = json {
+        json.json(&entries)?;
     }
     Ok(())
 }

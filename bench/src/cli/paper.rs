@@ -6,11 +6,12 @@ use crate::Failure;
 use clap::Args;
 use serde::Serialize;
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use taut_bench::check::{self, Check};
 use taut_bench::machine::Machine;
+use taut_bench::output::{self, Output};
 use taut_bench::paper::Experiment;
-use taut_bench::{output, table};
+use taut_bench::table;
 
 #[derive(Debug, Args)]
 pub(crate) struct PaperArgs {
@@ -51,7 +52,8 @@ struct Record<'a> {
 
 /// Runs the experiments, prints their tables, writes their files. Code 1 where a bar of our own is missed.
 pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
-    let only_json = args.json.as_deref() == Some(Path::new("-"));
+    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
+    let only_json = json.as_ref().is_some_and(Output::is_stdout);
     let mut names = args.names.clone();
     if names.is_empty() {
         names = Experiment::ALL.to_vec();
@@ -100,8 +102,8 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
         let at = args.out.display();
         console.note(&format!("\nrows, checks and charts written to {at}"))?;
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &all)?;
+    if let Some(json) = json {
+        json.json(&all)?;
     }
     checks::judge(&all)
 }

@@ -26,9 +26,9 @@ pub(crate) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli
 
 /// The command that the arguments begin with, as it is called.
 pub(crate) fn asked_for() -> String {
-    let first = std::env::args()
+    let first = std::env::args_os()
         .skip(1)
-        .find(|a| !["-q", "--quiet"].contains(&a.as_str()));
+        .find(|a| a != "-q" && a != "--quiet");
     let command = Cli::command();
     let known = first.and_then(|name| Some(command.find_subcommand(name)?.get_name().to_owned()));
     known.map_or("taut".to_owned(), |name| format!("taut {name}"))

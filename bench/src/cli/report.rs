@@ -7,7 +7,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use taut_bench::ladder::{Config, Results};
-use taut_bench::output;
+use taut_bench::output::{self, Output};
 use taut_bench::report::settings::Setting;
 use taut_bench::report::{self, Report, ReportError};
 
@@ -37,24 +37,26 @@ const DATA: &str = "target/taut/report.json";
 
 /// Reads the file, writes the page, the picture, or both.
 pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
-    let report = report::read(&args.from)?;
     let page = match (&args.out, &args.picture) {
         (None, None) => Some(Path::new(PAGE)),
         (out, _) => out.as_deref(),
     };
-    let written = |what: &str, path: &Path| {
-        if path == Path::new("-") {
+    let options = [("--out", page), ("--picture", args.picture.as_deref())];
+    let [page, picture] = output::open(options, &[&args.from])?;
+    let report = report::read(&args.from)?;
+    let written = |what: &str, to: &Output| {
+        if to.is_stdout() {
             return Ok(());
         }
-        console.note(&format!("{what} written to {}", path.display()))
+        console.note(&format!("{what} written to {}", to.path().display()))
     };
-    if let Some(path) = page {
-        report::write(&report, path)?;
-        written("report", path)?;
+    if let Some(to) = &page {
+        report::write(&report, to)?;
+        written("report", to)?;
     }
-    if let Some(path) = &args.picture {
-        report::write_picture(&report, path)?;
-        written("picture", path)?;
+    if let Some(to) = &picture {
+        report::write_picture(&report, to)?;
+        written("picture", to)?;
     }
     Ok(())
 }
@@ -99,11 +101,11 @@ pub(crate) fn of_rows(found: Found<'_, impl Serialize>, way: Way<'_>) -> Result<
 /// Writes page and data. The tables are out by then: a page that cannot be written costs the page only.
 fn write(report: Result<Report, ReportError>, way: Way<'_>) -> Result<(), Failure> {
     let written = report.and_then(|report| {
-        report::write(&report, Path::new(PAGE))?;
+        report::write(&report, &Output::open(Path::new(PAGE))?)?;
         Ok(output::write_json(Path::new(DATA), &report)?)
     });
     match written {
-        Err(e) => eprintln!("taut: {e}"),
+        Err(e) => output::complain(&e.to_string()),
         Ok(()) if way.is_rows_alone() => {}
         Ok(()) => way.console.note(&format!("report written to {PAGE}"))?,
     }

@@ -3,12 +3,16 @@
 use super::console::Console;
 use crate::{Failure, StepArgs, number, overrides, step_options, steps};
 use clap::Args;
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use taut_bench::inputs::Inputs;
-use taut_bench::output;
-use taut_bench::run::{self, Yardstick};
+use taut_bench::output::{self, FileError, Output, Writing};
+use taut_bench::run::{self, Summary, Wishes, Yardstick};
 use taut_bench::run_file::RunFile;
-use taut_integrator::Stepper;
+use taut_integrator::{StepOptions, Stepper};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
@@ -30,7 +34,7 @@ pub(crate) struct RunArgs {
     /// Writes one line a step to a CSV file
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
-    /// Writes the summary to a file (`-` for standard output, which then holds nothing else)
+    /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)
     #[arg(long, value_name = "PATH")]
     json: Option<PathBuf>,
     /// Saves the run, to be resumed with the same bits
@@ -42,26 +46,61 @@ pub(crate) struct RunArgs {
     /// Goes on with a saved run: its scene, solver and time step
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs"])]
     resume: Option<PathBuf>,
+    /// Goes on with a run that was driven without its table: the controls keep their last values
+    #[arg(long, requires = "resume", conflicts_with_all = ["scene", "controls"])]
+    hold_controls: bool,
 }
 
-/// The stepper, what its run is judged by, and what drives it.
-fn prepared(args: &RunArgs) -> Result<(Stepper, Yardstick, Inputs), Failure> {
+/// A run to be made.
+struct Prepared {
+    stepper: Stepper,
+    yardstick: Yardstick,
+    inputs: Inputs,
+    /// Names of the controls that are driven, or were.
+    driven: Vec<String>,
+}
+
+fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
     let inputs = |scene| match &args.controls {
         None => Ok(Inputs::default()),
         Some(path) => run::inputs(path, scene),
     };
     if let Some(path) = &args.resume {
-        let (stepper, yardstick) = RunFile::resume(path)?;
+        let (stepper, yardstick, mut driven) = RunFile::resume(path)?;
+        if args.controls.is_none() && !args.hold_controls && !driven.is_empty() {
+            return Err(Failure::Input(format!(
+                "`{}` was driven by a table of {}: give one with `--controls`, or `--hold-controls` to go on at the last \
+                 values",
+                path.display(),
+                driven.join(", ")
+            )));
+        }
         let inputs = inputs(stepper.scene())?;
-        return Ok((stepper, yardstick, inputs));
+        driven.extend(inputs.names(stepper.scene()));
+        driven.sort_unstable();
+        driven.dedup();
+        return Ok(Prepared {
+            stepper,
+            yardstick,
+            inputs,
+            driven,
+        });
     }
     let name = args.scene.as_deref().unwrap_or_default();
     let prepared = run::prepare(name, &overrides(&args.overrides)?)?;
     let inputs = inputs(&prepared.scene)?;
-    let options = step_options(&args.step)?;
+    let driven = inputs.names(&prepared.scene);
+    let options = StepOptions {
+        energy_tolerance: Some(run::ENERGY_TOLERANCE),
+        ..step_options(&args.step)?
+    };
     steps(args.time, options.dt)?;
-    let stepper = Stepper::new(prepared.scene, options)?;
-    Ok((stepper, prepared.yardstick, inputs))
+    Ok(Prepared {
+        stepper: Stepper::new(prepared.scene, options)?,
+        yardstick: prepared.yardstick,
+        inputs,
+        driven,
+    })
 }
 
 /// The time at which the run is to be saved, if it is, which must be one that it passes.
@@ -76,16 +115,60 @@ fn save_at(args: &RunArgs, start: f64) -> Result<Option<f64>, Failure> {
     Ok(args.save.as_ref().map(|_| at))
 }
 
-/// Runs, and writes what is asked for.
-pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
-    let given = [&args.out, &args.json, &args.save];
-    let to_stdout = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
-    if given.iter().filter(|path| to_stdout(path)).count() > 1 {
-        return Err(Failure::Input(
-            "`--out -`, `--json -` and `--save -` cannot share standard output: give all but one a file".to_owned(),
-        ));
+/// Where results go.
+struct Outputs {
+    out: Option<Output>,
+    json: Option<Output>,
+    save: Option<Output>,
+}
+
+impl Outputs {
+    fn open(args: &RunArgs) -> Result<Self, FileError> {
+        let scene = args.scene.as_deref().filter(|scene| run::is_file(scene));
+        let mut read: Vec<&Path> = scene.map(Path::new).into_iter().collect();
+        read.extend(args.controls.as_deref());
+        // A run that goes on may take its own place.
+        let place = |path: &Option<PathBuf>| path.as_ref().and_then(|p| p.canonicalize().ok());
+        if place(&args.resume) != place(&args.save) {
+            read.extend(args.resume.as_deref());
+        }
+        let [out, json, save] = output::open(
+            [
+                ("--out", args.out.as_deref()),
+                ("--json", args.json.as_deref()),
+                ("--save", args.save.as_deref()),
+            ],
+            &read,
+        )?;
+        Ok(Self { out, json, save })
     }
-    let (mut stepper, yardstick, inputs) = prepared(args)?;
+
+    fn is_any_stdout(&self) -> bool {
+        let all = [&self.out, &self.json, &self.save];
+        all.into_iter().flatten().any(Output::is_stdout)
+    }
+}
+
+/// The signal that asks a run to end, 0 for none so far; another one ends the program at once.
+fn signals() -> Result<Arc<AtomicUsize>, Failure> {
+    let (asked, signal) = (Arc::new(AtomicBool::new(false)), Arc::default());
+    for which in [SIGINT, SIGTERM] {
+        flag::register_conditional_shutdown(which, 128 + which, Arc::clone(&asked))?;
+        flag::register_usize(which, Arc::clone(&signal), which as usize)?;
+        flag::register(which, Arc::clone(&asked))?;
+    }
+    Ok(signal)
+}
+
+/// Runs, and writes what is asked for: what cannot be written costs nothing else.
+pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
+    let outputs = Outputs::open(args)?;
+    let Prepared {
+        mut stepper,
+        yardstick,
+        inputs,
+        driven,
+    } = prepared(args)?;
     let dt = stepper.options().dt;
     let count = steps(args.time, dt)?;
     if count == 0 {
@@ -95,29 +178,72 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
         )));
     }
     let save_at = save_at(args, stepper.time())?;
+    let notes = stepper.scene().notes();
+    notes.iter().for_each(|note| console.doubt(note));
+    let mut rows = outputs.out.as_ref().map(Output::begin).transpose()?;
+    if let Some(rows) = &mut rows {
+        rows.add(|out| out.write_all(run::CSV_HEADING.as_bytes()));
+    }
+    let signal = signals()?;
     let bar = console
         .progress(count as u64)
         .with_message(stepper.scene().name.clone());
-    let (summary, trajectory, saved) =
-        run::run(&mut stepper, &yardstick, &inputs, args.time, save_at, &bar);
+    let mut written = Vec::new();
+    let mut wishes = Wishes {
+        save_at,
+        save: &mut |run| {
+            let file = RunFile::new(run, yardstick, driven.clone());
+            written.extend(outputs.save.as_ref().map(|save| file.write(save)));
+        },
+        path: outputs.json.is_some(),
+        sample: &mut |sample| {
+            if let Some(rows) = &mut rows {
+                rows.add(|out| run::csv_line(out, sample));
+            }
+        },
+        stop: &|| match signal.load(Ordering::Relaxed) as i32 {
+            0 => None,
+            SIGINT => Some("SIGINT"),
+            _ => Some("SIGTERM"),
+        },
+    };
+    let summary = run::run(&mut stepper, &yardstick, &inputs, count, &mut wishes, &bar);
     bar.finish_and_clear();
-    if let (Some(path), Some(run)) = (&args.save, saved) {
-        RunFile { run, yardstick }.write(path)?;
+    written.extend(rows.map(Writing::finish));
+    if !outputs.is_any_stdout() {
+        written.push(output::print(&run::text(&summary)));
     }
-    if let Some(path) = &args.out {
-        output::write_text(path, &run::csv(&trajectory))?;
+    written.extend(outputs.json.map(|json| json.json(&summary)));
+    let failed = written.into_iter().filter_map(Result::err);
+    ended(
+        &summary,
+        count,
+        signal.load(Ordering::Relaxed),
+        failed.collect(),
+    )
+}
+
+/// How a run ended, and what of it could not be written.
+fn ended(
+    summary: &Summary,
+    count: usize,
+    signal: usize,
+    unwritten: Vec<FileError>,
+) -> Result<(), Failure> {
+    let mut failures: Vec<Failure> = unwritten.into_iter().map(Failure::from).collect();
+    if let Some(f) = &summary.failure {
+        let message = format!("unstable at t = {:.4} s: {}", f.time, f.reason);
+        failures.push(Failure::Unstable(message));
     }
-    if !given.iter().any(|path| to_stdout(path)) {
-        output::print(&run::text(&summary))?;
+    if let Some(why) = summary.stopped {
+        let steps = summary.steps;
+        let message = format!(
+            "stopped by {why} after {steps} of {count} steps: what was asked for is written up to there"
+        );
+        failures.push(Failure::Stopped(message, signal));
     }
-    if let Some(path) = &args.json {
-        output::write_json(path, &summary)?;
-    }
-    match summary.failure {
-        None => Ok(()),
-        Some(f) => Err(Failure::Unstable(format!(
-            "unstable at t = {:.4} s: {}",
-            f.time, f.reason
-        ))),
-    }
+    let mut failures = failures.into_iter();
+    let first = failures.next();
+    failures.for_each(|other| other.tell());
+    first.map_or(Ok(()), Err)
 }

@@ -21,8 +21,7 @@ pub(crate) struct SceneArgs {
 
 /// Writes the scene to standard output. One that cannot be built is refused, whatever is to be written.
 pub(crate) fn run(args: &SceneArgs) -> Result<(), Failure> {
-    let mut source = run::source(&args.scene, &overrides(&args.overrides)?)?;
-    let scene = source.build()?;
+    let (mut source, scene) = run::built(&args.scene, &overrides(&args.overrides)?)?;
     if args.explicit {
         source = SceneSource::Explicit(Box::new(SceneText::from_scene(&scene)?));
     }

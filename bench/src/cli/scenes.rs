@@ -1,7 +1,6 @@
 //! `taut bench --scene NAME,…`: every solver on cables with branches and loops.
 
-use super::console::Console;
-use super::deliver::Found;
+use super::deliver::{Found, Way};
 use super::sweeps::sorted;
 use crate::{BenchArgs, Failure, choices, take_ratios};
 use taut_bench::machine::Machine;
@@ -17,7 +16,7 @@ pub(crate) fn network(name: &str) -> Result<Network, String> {
 }
 
 /// Runs the benchmark on the scenes named.
-pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+pub(crate) fn run(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let unread = [
         ("--sweep", args.sweep.is_some()),
         ("--dt", !args.dt.is_empty()),
@@ -46,7 +45,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         ));
     }
     config.choices = choices(&args.backends)?;
-    let bar = console.progress(0);
+    let bar = way.console.progress(0);
     let results = scenes::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -64,5 +63,5 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results,
         omissions: &results.omissions,
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }

@@ -1,7 +1,6 @@
 //! `taut bench --sweep NAME`: measurements beside the main job, each over its own range of mass ratios.
 
-use super::console::Console;
-use super::deliver::Found;
+use super::deliver::{Found, Way};
 use crate::{BenchArgs, Failure, choices, positive, steps, take_ratios};
 use clap::ValueEnum;
 use taut_bench::machine::Machine;
@@ -66,17 +65,17 @@ impl Sweep {
 }
 
 /// Runs a sweep.
-pub(crate) fn run(sweep: Sweep, args: &BenchArgs, console: Console) -> Result<(), Failure> {
+pub(crate) fn run(sweep: Sweep, args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     refuse_without_effect(sweep, args)?;
     match sweep {
-        Sweep::Accuracy => accuracy(args, console),
-        Sweep::Shocks => shocks(args, console),
-        Sweep::Stability => stability(args, console),
-        Sweep::Energy => energy(args, console),
-        Sweep::Linear => linear(args, console),
-        Sweep::Kernels => kernels(args, console),
-        Sweep::Iterative => iterative(args, console),
-        Sweep::Engines => engines(args, console),
+        Sweep::Accuracy => accuracy(args, way),
+        Sweep::Shocks => shocks(args, way),
+        Sweep::Stability => stability(args, way),
+        Sweep::Energy => energy(args, way),
+        Sweep::Linear => linear(args, way),
+        Sweep::Kernels => kernels(args, way),
+        Sweep::Iterative => iterative(args, way),
+        Sweep::Engines => engines(args, way),
     }
 }
 
@@ -116,7 +115,7 @@ pub(crate) fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
     numbers
 }
 
-fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn accuracy(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let mut config = args.quick.then(accuracy::Config::quick).unwrap_or_default();
     let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
     ratios.sort_by(f64::total_cmp);
@@ -156,7 +155,7 @@ fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             config.time
         )));
     }
-    let bar = console.progress(0).with_message(Sweep::Accuracy.name());
+    let bar = way.console.progress(0).with_message(Sweep::Accuracy.name());
     let results = accuracy::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -172,10 +171,10 @@ fn accuracy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results,
         omissions: &[],
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
-fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn shocks(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let mut config = args.quick.then(shocks::Config::quick).unwrap_or_default();
     take_ratios(&args.ratios, &mut config.ratios)?;
     config.time = args.time.unwrap_or(config.time);
@@ -185,7 +184,7 @@ fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             config.time
         )));
     }
-    let bar = console.progress(0).with_message(Sweep::Shocks.name());
+    let bar = way.console.progress(0).with_message(Sweep::Shocks.name());
     let results = shocks::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!("{}\n{}", Machine::current(), shocks::table(&results));
@@ -196,15 +195,18 @@ fn shocks(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results,
         omissions: &[],
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
-fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn stability(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let config = args
         .quick
         .then(stability::Config::quick)
         .unwrap_or_default();
-    let bar = console.progress(0).with_message(Sweep::Stability.name());
+    let bar = way
+        .console
+        .progress(0)
+        .with_message(Sweep::Stability.name());
     let records = stability::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -219,12 +221,12 @@ fn stability(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &records,
         omissions: &[],
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
-fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn energy(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let config = args.quick.then(energy::Config::quick).unwrap_or_default();
-    let bar = console.progress(0).with_message(Sweep::Energy.name());
+    let bar = way.console.progress(0).with_message(Sweep::Energy.name());
     let results = energy::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -239,10 +241,10 @@ fn energy(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results,
         omissions: &[],
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
-fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn engines(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let mut config = args.quick.then(engines::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
@@ -253,7 +255,7 @@ fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             config.time
         )));
     }
-    let bar = console.progress(0);
+    let bar = way.console.progress(0);
     let records = engines::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -268,7 +270,7 @@ fn engines(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &records,
         omissions: &[],
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
 /// What the columns of the sweep's tables are.
@@ -277,7 +279,7 @@ Each cell: relative errors of the multipliers against extended precision, ∞-no
 the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
 their own, to 1e-12";
 
-fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn linear(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let mut config = args.quick.then(linear::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
@@ -294,7 +296,7 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             }
         }
     }
-    let bar = console.progress(0).with_message(Sweep::Linear.name());
+    let bar = way.console.progress(0).with_message(Sweep::Linear.name());
     let records = linear::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -313,7 +315,7 @@ fn linear(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &records,
         omissions: &config.omissions(),
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
 /// What the columns of the sweep's tables are.
@@ -325,7 +327,7 @@ matrices. +refine: with one refinement from the pieces, by the step's clock; umf
 default; batch: 8 cables side by side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the
 filling of the band";
 
-fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn kernels(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let mut config = args.quick.then(kernels::Config::quick).unwrap_or_default();
     config.segments = sorted(&args.segments, config.segments);
     take_ratios(&args.ratios, &mut config.ratios)?;
@@ -339,7 +341,7 @@ fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             }
         }
     }
-    let bar = console.progress(0).with_message(Sweep::Kernels.name());
+    let bar = way.console.progress(0).with_message(Sweep::Kernels.name());
     let results = kernels::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -354,7 +356,7 @@ fn kernels(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results,
         omissions: &results.omissions,
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }
 
 /// What the cells of the sweep's tables are.
@@ -364,7 +366,7 @@ pieces to the multipliers (assembly, factorisation, solve), × the direct solver
 row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
 reached; guess: the step before is as near as that";
 
-fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
+fn iterative(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
     let mut config = args
         .quick
         .then(iterative::Config::quick)
@@ -402,7 +404,10 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
             ));
         }
     };
-    let bar = console.progress(0).with_message(Sweep::Iterative.name());
+    let bar = way
+        .console
+        .progress(0)
+        .with_message(Sweep::Iterative.name());
     let results = iterative::run(&config, &bar)?;
     bar.finish_and_clear();
     let text = format!(
@@ -422,5 +427,5 @@ fn iterative(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         rows: &results.records,
         omissions: &results.omissions,
     }
-    .deliver(args.way(console))
+    .deliver(way)
 }

@@ -5,9 +5,10 @@ use crate::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
+use taut_bench::Choice;
 use taut_bench::machine::Machine;
+use taut_bench::output::{self, Output};
 use taut_bench::track::{self, CASES, Case, Config, Counter, Entry, Row, Verdict};
-use taut_bench::{Choice, output};
 use taut_solver::Backend;
 
 /// Where the baseline is, from the repository's root.
@@ -15,12 +16,12 @@ const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
-Instructions are counted in a second build of this program. The script `.ci/track` makes it and passes on its arguments:
-`.ci/track --update` rewrites the baseline. A commit that changes the baseline says why.
+Exit code 1: a figure fails. Exit code 3: none fails, but instructions that were to be counted are compared with nothing.
+A commit that changes the baseline says why.
 Examples:
   taut track --quick
-  RUSTFLAGS=\"-C target-cpu=x86-64-v3\" cargo build --release --locked --target-dir target/x86-64-v3
-  taut track --icount-binary target/x86-64-v3/release/taut";
+  taut track --instructions
+  taut track --instructions --update";
 
 #[derive(Debug, Args)]
 pub(crate) struct TrackArgs {
@@ -30,9 +31,9 @@ pub(crate) struct TrackArgs {
     /// A few cases, some seconds
     #[arg(long)]
     quick: bool,
-    /// This program, built for x86-64-v3: instructions are counted in it under valgrind (default: they are not counted)
-    #[arg(long, value_name = "PATH")]
-    icount_binary: Option<PathBuf>,
+    /// Counts instructions as well, under valgrind
+    #[arg(long)]
+    instructions: bool,
     /// What the figures are compared with
     #[arg(long, value_name = "FILE", default_value = BASELINE)]
     baseline: PathBuf,
@@ -46,9 +47,6 @@ pub(crate) struct TrackArgs {
     /// The same in Bencher's metric format
     #[arg(long, value_name = "PATH")]
     bencher: Option<PathBuf>,
-    /// Prints compiler and target of this program
-    #[arg(long, hide = true)]
-    toolchain: bool,
     /// Steps a case and prints nothing: what runs under valgrind
     #[arg(long, hide = true, value_name = "CASE", value_parser = track::named)]
     instructions_of: Option<Case>,
@@ -61,24 +59,25 @@ pub(crate) struct TrackArgs {
 const BUDGET: Duration = Duration::from_millis(400);
 const QUICK_BUDGET: Duration = Duration::from_millis(50);
 
-/// Measures, prints the comparison. Code 1 where a figure fails.
+/// Measures, prints the comparison.
 pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
-    if args.toolchain {
-        return Ok(output::print(&format!("{}\n", track::toolchain()))?);
-    }
     if let Some(case) = &args.instructions_of {
         return track::steps(case, args.steps).map_err(Failure::Input);
     }
-    let to_stdout = |path: &Option<PathBuf>| path.as_deref() == Some(Path::new("-"));
-    let (json, bencher) = (to_stdout(&args.json), to_stdout(&args.bencher));
-    if json && bencher {
-        return Err(Failure::Input(
-            "`--json -` and `--bencher -` cannot share standard output: give one of them a file"
-                .to_owned(),
-        ));
-    }
-    let baseline = read(args)?;
-    let counter = args.icount_binary.as_deref().map(Counter::new);
+    let read: Vec<&Path> = (!args.update)
+        .then_some(&*args.baseline)
+        .into_iter()
+        .collect();
+    let [json, bencher, update] = output::open(
+        [
+            ("--json", args.json.as_deref()),
+            ("--bencher", args.bencher.as_deref()),
+            ("--update", args.update.then_some(&*args.baseline)),
+        ],
+        &read,
+    )?;
+    let baseline = baseline(args)?;
+    let counter = args.instructions.then(Counter::new);
     let config = Config {
         cases: cases(args),
         counter: counter.transpose()?,
@@ -90,7 +89,11 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     let figures = track::run(&config, &bar);
     bar.finish_and_clear();
     let rows = track::compare(&figures, &baseline);
-    if !json && !bencher {
+    let rows_alone = [&json, &bencher]
+        .into_iter()
+        .flatten()
+        .any(Output::is_stdout);
+    if !rows_alone {
         output::print(&format!(
             "{}\n{}\n\n{}",
             Machine::current(),
@@ -99,14 +102,14 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
         ))?;
     }
     let entries = track::entries(&figures);
-    if let Some(path) = &args.json {
-        output::write_json(path, &entries)?;
+    if let Some(json) = json {
+        json.json(&entries)?;
     }
-    if let Some(path) = &args.bencher {
-        output::write_json(path, &track::bencher(&figures))?;
+    if let Some(bencher) = bencher {
+        bencher.json(&track::bencher(&figures))?;
     }
     let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
-    if args.update {
+    if let Some(to) = update {
         let updated = track::updated(&entries, &baseline);
         // What fails against itself is beyond a bar or could not be measured.
         let stays = failed(&track::compare(&figures, &updated));
@@ -115,11 +118,15 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
                 "{stays} figures are beyond their bar or could not be measured: the baseline was not written"
             )));
         }
-        return Ok(output::write_json(&args.baseline, &updated)?);
+        return Ok(to.json(&updated)?);
     }
-    match failed(&rows) {
-        0 => Ok(()),
-        n => Err(Failure::Check(format!(
+    match (failed(&rows), track::uncompared(&rows)) {
+        (0, 0) => Ok(()),
+        (0, n) if args.instructions => Err(Failure::NotChecked(format!(
+            "{n} counts of instructions are compared with nothing: the notes say why"
+        ))),
+        (0, _) => Ok(()),
+        (n, _) => Err(Failure::Check(format!(
             "{n} of {} figures fail",
             rows.len()
         ))),
@@ -135,7 +142,7 @@ fn cases(args: &TrackArgs) -> Vec<Case> {
 }
 
 /// The baseline; an update may make the first one.
-fn read(args: &TrackArgs) -> Result<Vec<Entry>, Failure> {
+fn baseline(args: &TrackArgs) -> Result<Vec<Entry>, Failure> {
     let path = &args.baseline;
     if args.update && !path.exists() {
         return Ok(Vec::new());

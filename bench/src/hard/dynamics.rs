@@ -1,6 +1,7 @@
-//! Hard cases in motion: H20 to H34, and the gantry crane driven for a minute.
+//! Hard cases in motion: H20 to H35, H37 to H39, and the gantry crane driven for a minute.
 
 pub mod beam;
+pub mod bounce;
 pub mod chain;
 pub mod crane;
 pub mod damping;
@@ -17,8 +18,10 @@ pub mod spaghetti;
 pub mod strings;
 pub mod tackle;
 pub mod top;
+pub mod torque;
 pub mod torsion;
 pub mod waves;
+pub mod whirl;
 
 use super::{Case, worse};
 use taut_model::{Control, Drive};
@@ -120,6 +123,30 @@ pub const CASES: &[Case] = &[
         title: "the time in which an initial gap closes",
         run: damping::gaps,
         scenes: damping::gap_at_the_start,
+    },
+    Case {
+        name: "H35",
+        title: "loads that fall into slack ropes, and what the ropes give back",
+        run: bounce::outcome,
+        scenes: bounce::scenes,
+    },
+    Case {
+        name: "H37",
+        title: "a twisted cable in motion stays straight to Greenhill's torque",
+        run: torque::outcome,
+        scenes: torque::scenes,
+    },
+    Case {
+        name: "H38",
+        title: "bodies whirled by up to three turns a step",
+        run: whirl::outcome,
+        scenes: whirl::scenes,
+    },
+    Case {
+        name: "H39",
+        title: "a winch that hauls in a moving load from the start",
+        run: bounce::winch,
+        scenes: bounce::hauled_at_the_start,
     },
 ];
 

@@ -1,5 +1,6 @@
-//! Hard cases for the algebra and for the program: H40 to H54, and what the solvers claim in all hard cases.
+//! Hard cases for the algebra and for the program: H40 to H58, and what the solvers claim in all hard cases.
 
+pub mod adverse;
 pub mod agreement;
 pub mod angles;
 pub mod claims;
@@ -9,6 +10,7 @@ pub mod ill_conditioned;
 pub mod infeasible;
 pub mod ladders;
 pub mod long_run;
+pub mod lost;
 pub mod mass_ratio;
 pub mod mechanisms;
 pub mod redundant;
@@ -89,6 +91,18 @@ pub const CASES: &[Case] = &[
         title: "ladders of time steps and iterations",
         run: ladders::outcome,
         scenes: ladders::scenes,
+    },
+    Case {
+        name: "H57",
+        title: "ten thousand adverse systems: no false claim of any backend",
+        run: adverse::outcome,
+        scenes: no_scenes,
+    },
+    Case {
+        name: "H58",
+        title: "lost runs are called so, and no others",
+        run: lost::outcome,
+        scenes: lost::scenes,
     },
     Case {
         name: "claims",

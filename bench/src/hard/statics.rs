@@ -1,4 +1,4 @@
-//! Hard cases at rest: H01 to H14.
+//! Hard cases at rest: H01 to H16.
 //!
 //! References are formulas of the continuum and of the chain of rigid segments itself, which most of these cases have
 //! exactly: what separates the two is what the segments cost.
@@ -11,10 +11,11 @@ pub mod column;
 pub mod elastica;
 pub mod ends;
 pub mod independence;
+pub mod rest;
 pub mod ring;
 pub mod rod;
 
-use super::Case;
+use super::{Case, no_scenes};
 use crate::check::Check;
 
 /// The cases.
@@ -102,6 +103,18 @@ pub const CASES: &[Case] = &[
         title: "segments of random lengths, two materials",
         run: cantilever::random,
         scenes: cantilever::scenes_of_random,
+    },
+    Case {
+        name: "H15",
+        title: "specimens that start in equilibrium under their whole load",
+        run: rest::loaded_at_once,
+        scenes: no_scenes,
+    },
+    Case {
+        name: "H16",
+        title: "two slings from one point: rest with a direction that nothing resists",
+        run: rest::from_one_point,
+        scenes: no_scenes,
     },
 ];
 

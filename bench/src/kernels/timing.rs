@@ -90,7 +90,7 @@ impl<'a> Work<'a> {
     fn batch(case: &'a Case) -> Result<Self, StepError> {
         let systems = case.batch()?;
         let pattern = case.schur().0.pattern();
-        let mut a = BatchMatrix::zeros(pattern.clone(), BATCH);
+        let mut a = BatchMatrix::zeros(pattern.clone(), BATCH).map_err(failed)?;
         let dim = pattern.dim();
         let mut b = vec![0.0; batch_len(dim, BATCH)];
         for (cable, system) in systems.iter().enumerate() {

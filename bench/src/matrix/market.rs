@@ -11,7 +11,7 @@
 //!
 //! A reader of our own, because that of nalgebra-sparse takes a whole text at once, knows no compression, tells places
 //! by its grammar's rules and stores both triangles of a symmetric matrix. Here nothing is allocated because a header
-//! asks for it: memory grows with the entries that are there.
+//! asks for it: memory grows with the entries that are there, and comments for people are not kept.
 
 use flate2::bufread::MultiGzDecoder;
 use std::fmt;
@@ -21,6 +21,9 @@ use std::path::{Path, PathBuf};
 
 /// Most bytes of a line: no number is as long, and a file without line ends is none of these.
 const LONGEST_LINE: usize = 1 << 20;
+
+/// Most block rows that comments may tell of: a few bytes of gzip say a million.
+const MOST_BLOCKS: usize = 1 << 23;
 
 /// Entries that memory is made for before they are there.
 const EXPECTED: usize = 1 << 12;
@@ -92,8 +95,6 @@ pub struct Market {
     pub groups: Vec<u32>,
     /// Whether each block row's pivots are positive; empty where the file tells nothing.
     pub signs: Vec<bool>,
-    /// All other comments, without their `%`.
-    pub comments: Vec<String>,
 }
 
 /// Reads a file, unpacking it where it begins as gzip does.
@@ -221,21 +222,23 @@ impl<R: BufRead> Reader<'_, R> {
             let text = self.line.trim_ascii_start();
             match text.first() {
                 None => {}
-                Some(b'%') => {
-                    let comment = String::from_utf8_lossy(&text[1..]).trim().to_owned();
-                    self.comment(comment);
-                }
+                Some(b'%') => self.comment()?,
                 Some(_) => return Ok(true),
             }
         }
         Ok(false)
     }
 
-    fn comment(&mut self, comment: String) {
-        let (word, rest) = comment.split_once(' ').unwrap_or((&comment, ""));
+    /// Takes what a comment tells of the blocks; any other is for people.
+    fn comment(&mut self) -> Result<(), MarketError> {
+        let text = self.line.trim_ascii_start().get(1..).unwrap_or_default();
+        let Ok(comment) = std::str::from_utf8(text) else {
+            return Ok(());
+        };
+        let (word, rest) = comment.trim().split_once(' ').unwrap_or_default();
         let words = rest.split_whitespace();
         let market = &mut self.market;
-        let known = match word {
+        match word {
             "blocks" => extend(&mut market.blocks, words.map(|w| w.parse().ok())),
             "groups" => extend(&mut market.groups, words.map(|w| w.parse().ok())),
             "signs" => extend(
@@ -246,11 +249,14 @@ impl<R: BufRead> Reader<'_, R> {
                     _ => None,
                 }),
             ),
-            _ => false,
-        };
-        if !known {
-            market.comments.push(comment);
+            _ => {}
         }
+        let lists = [market.blocks.len(), market.groups.len(), market.signs.len()];
+        if lists.into_iter().max() > Some(MOST_BLOCKS) {
+            let message = format!("comments tell of more than {MOST_BLOCKS} blocks: drop them");
+            return Err(self.error(Fault::Blocks, message));
+        }
+        Ok(())
     }
 
     fn banner(&mut self) -> Result<Banner, MarketError> {
@@ -452,15 +458,9 @@ impl<R: BufRead> Reader<'_, R> {
     }
 }
 
-/// Appends the words where all of them make sense and there is at least one.
-fn extend<T>(to: &mut Vec<T>, words: impl Iterator<Item = Option<T>>) -> bool {
-    match words.collect::<Option<Vec<T>>>() {
-        Some(words) if !words.is_empty() => {
-            to.extend(words);
-            true
-        }
-        _ => false,
-    }
+/// Appends the words where all of them make sense.
+fn extend<T>(to: &mut Vec<T>, words: impl Iterator<Item = Option<T>>) {
+    to.extend(words.collect::<Option<Vec<T>>>().unwrap_or_default());
 }
 
 #[cfg(test)]

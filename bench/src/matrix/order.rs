@@ -7,14 +7,8 @@
 
 use std::sync::Arc;
 use taut_solver::{
-    Backend, BlockPattern, CgOptions, EliminationCost, FaerFactorization, GaussSeidelOptions,
-    Partition, Preconditioner, SolveError, SymBlockMatrix, elimination_cost, minimum_degree_within,
-};
-
-/// The largest factor that is tried: some gigabytes, some minutes.
-pub const MOST: EliminationCost = EliminationCost {
-    entries: 200_000_000,
-    flops: 200_000_000_000,
+    BlockPattern, EliminationCost, SolveError, SymBlockMatrix, elimination_cost,
+    minimum_degree_within,
 };
 
 /// Operations that the search for an order may take: some seconds.
@@ -40,30 +34,6 @@ impl Ordered {
         } else {
             "natural"
         }
-    }
-}
-
-/// Whether a backend factorises, the whole matrix or its groups, in the order of the pattern.
-#[must_use]
-pub fn keeps_order(backend: &Backend) -> bool {
-    match backend {
-        Backend::Banded | Backend::NalgebraSparse => true,
-        Backend::Faer(o) => o.factorization != FaerFactorization::Lu,
-        _ => by_groups(backend),
-    }
-}
-
-/// Whether a backend factorises the groups of the pattern.
-#[must_use]
-pub fn by_groups(backend: &Backend) -> bool {
-    match backend {
-        Backend::GaussSeidel(GaussSeidelOptions { partition, .. }) => {
-            *partition == Partition::Groups
-        }
-        Backend::ConjugateGradient(CgOptions { preconditioner, .. }) => {
-            *preconditioner == Preconditioner::Group
-        }
-        _ => false,
     }
 }
 
@@ -111,14 +81,7 @@ fn too_large(p: &BlockPattern, order: &[usize], most: EliminationCost) -> SolveE
         flops: most.flops.saturating_mul(100),
     };
     let cost = elimination_cost(p, order, hundredfold);
-    let cost = cost.ok().flatten().unwrap_or(hundredfold);
-    let (size, limit, what) = if cost.entries > most.entries {
-        (cost.entries, most.entries, "entries in its factor")
-    } else {
-        (cost.flops, most.flops, "operations in its factorisation")
-    };
-    let [size, limit] = [size, limit].map(|n| usize::try_from(n).unwrap_or(usize::MAX));
-    SolveError::TooLarge { size, limit, what }
+    cost.ok().flatten().unwrap_or(hundredfold).too_large(most)
 }
 
 /// The matrix with its block rows in `order` (position → block).
@@ -172,7 +135,7 @@ mod tests {
         for (i, v) in a.values_mut().iter_mut().enumerate() {
             *v = 1.0 + i as f64;
         }
-        let found = ordered(&a, MOST).expect("an order");
+        let found = ordered(&a, EliminationCost::LARGEST).expect("an order");
         assert_eq!(found.name(), "minimum-degree");
         assert!(found.cost.is_without_fill(found.matrix.pattern()));
         let rows = found.rows.expect("another order");
@@ -192,10 +155,18 @@ mod tests {
     fn a_good_order_is_kept_and_too_much_fill_refused() {
         let chain: Vec<_> = (1..9).map(|i| (i, i - 1)).collect();
         let a = SymBlockMatrix::zeros(Arc::new(BlockPattern::new(&[2; 9], &chain).expect("sound")));
-        assert_eq!(ordered(&a, MOST).expect("an order").name(), "natural");
+        assert_eq!(
+            ordered(&a, EliminationCost::LARGEST)
+                .expect("an order")
+                .name(),
+            "natural"
+        );
         let all: Vec<_> = (0..9).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
         let a = SymBlockMatrix::zeros(Arc::new(BlockPattern::new(&[2; 9], &all).expect("sound")));
-        let small = EliminationCost { flops: 100, ..MOST };
+        let small = EliminationCost {
+            flops: 100,
+            ..EliminationCost::LARGEST
+        };
         let e = ordered(&a, small).expect_err("too much");
         assert!(matches!(e, SolveError::TooLarge { .. }), "{e}");
     }

@@ -1,10 +1,10 @@
 //! One backend on one matrix, symmetric or not, in its phases.
 
 use super::Matrix;
-use super::order::{MOST, Ordered, keeps_order, ordered};
+use super::order::{Ordered, ordered};
 use taut_solver::{
-    AnalyzeReport, Backend, FactorReport, GeneralMatrix, GeneralSolver, LinearSolver, SolveError,
-    SolveReport, SymBlockMatrix,
+    AnalyzeReport, Backend, EliminationCost, FactorReport, GeneralMatrix, GeneralSolver,
+    LinearSolver, SolveError, SolveReport, SymBlockMatrix,
 };
 
 /// A matrix with what the backends share: its order of elimination, or why there is none.
@@ -20,7 +20,7 @@ impl<'a> Problem<'a> {
     #[must_use]
     pub fn new(matrix: &'a Matrix) -> Self {
         let ordered = match matrix {
-            Matrix::Symmetric(a) => Some(ordered(a, MOST)),
+            Matrix::Symmetric(a) => Some(ordered(a, EliminationCost::LARGEST)),
             Matrix::General(_) => None,
         };
         Self { matrix, ordered }
@@ -30,7 +30,7 @@ impl<'a> Problem<'a> {
     fn view(&self, backend: &Backend) -> Result<View<'_>, SolveError> {
         match (self.matrix, &self.ordered) {
             (Matrix::General(a), _) => Ok(View::General(a)),
-            (Matrix::Symmetric(_), Some(ordered)) if keeps_order(backend) => {
+            (Matrix::Symmetric(_), Some(ordered)) if backend.keeps_order() => {
                 let ordered = ordered.as_ref().map_err(Clone::clone)?;
                 Ok(View::Symmetric(&ordered.matrix, ordered.rows.as_deref()))
             }

@@ -5,7 +5,6 @@
 //! against the solution in extended precision ([`super::exact`]) where there is one.
 
 use super::exact::{condition, solution};
-use super::order::by_groups;
 use super::prepared::Problem;
 use super::{Matrix, RightHandSide, System};
 use crate::choice::Choice;
@@ -302,7 +301,7 @@ fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<Strin
         return None;
     }
     let groups = a.pattern().groups();
-    if by_groups(backend) && groups.iter().all(|g| *g == groups[0]) {
+    if backend.factorizes_groups() && groups.iter().all(|g| *g == groups[0]) {
         return Some("the matrix has one group only: it would be a direct solver".to_owned());
     }
     let most = match backend {

@@ -25,7 +25,7 @@ use super::Matrix;
 use super::dump::{self, Dumped, Label};
 use super::exact::condition;
 use super::prepared::Problem;
-use crate::output::{FileError, make_folder};
+use crate::output::{FileError, Output, make_folder};
 use crate::poses::{self, Pose};
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
@@ -384,19 +384,16 @@ pub fn generate(
         })
         .collect::<Result<_, _>>()?;
     let entries = entries.concat();
-    let path = folder.join("index.csv");
-    let failed = |source: std::io::Error| {
-        SuiteError::File(FileError {
-            path: path.clone(),
-            doing: "write",
-            source,
+    let index = Output::open(&folder.join("index.csv")).and_then(|to| {
+        to.write(|out| {
+            let mut index = csv::Writer::from_writer(out);
+            entries
+                .iter()
+                .try_for_each(|entry| index.serialize(entry))?;
+            index.flush()
         })
-    };
-    let mut index = csv::Writer::from_path(&path).map_err(|e| failed(e.into()))?;
-    for entry in &entries {
-        index.serialize(entry).map_err(|e| failed(e.into()))?;
-    }
-    index.flush().map_err(failed)?;
+    });
+    index.map_err(SuiteError::File)?;
     Ok(entries)
 }
 

@@ -52,7 +52,7 @@ fn every_backend_solves_a_symmetric_matrix_or_says_why_not() {
         let name = crate::Choice::schur(backend.clone()).family();
         let row = results.records.iter().find(|r| r.backend == name);
         let omitted = results.omissions.iter().find(|o| o.backend == name);
-        let grouped = order::by_groups(&backend);
+        let grouped = backend.factorizes_groups();
         assert_eq!(
             row.is_some(),
             backend.is_compiled() && !grouped,

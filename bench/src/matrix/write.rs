@@ -4,7 +4,7 @@
 //! as well; sizes, groups and signs of the blocks stand in comments (see [`super::market`]). Lines are short enough for
 //! readers with a fixed buffer, which the format allows 1024 characters.
 
-use crate::output::FileError;
+use crate::output::{FileError, Output};
 use flate2::{Compression, GzBuilder};
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -86,17 +86,13 @@ pub fn vector(v: &[f64], comments: &[String]) -> String {
 /// [`FileError`].
 pub fn file(folder: &Path, name: &str, text: &str, gzip: bool) -> Result<PathBuf, FileError> {
     let path = folder.join(format!("{name}.mtx{}", if gzip { ".gz" } else { "" }));
-    let failed = |source| FileError {
-        path: path.clone(),
-        doing: "write",
-        source,
-    };
-    if gzip {
-        let mut packed = GzBuilder::new().write(Vec::new(), Compression::default());
-        packed.write_all(text.as_bytes()).map_err(failed)?;
-        std::fs::write(&path, packed.finish().map_err(failed)?).map_err(failed)?;
-    } else {
-        std::fs::write(&path, text).map_err(failed)?;
-    }
+    Output::open(&path)?.write(|out| {
+        if !gzip {
+            return out.write_all(text.as_bytes());
+        }
+        let mut packed = GzBuilder::new().write(out, Compression::default());
+        packed.write_all(text.as_bytes())?;
+        packed.finish().map(|_| ())
+    })?;
     Ok(path)
 }

@@ -1,33 +1,24 @@
 //! Instructions of a step, counted by valgrind's callgrind.
 //!
-//! A binary of this program steps the case in a process of its own, once for some steps and once for twice as many; the
-//! difference holds the steps alone. The binary has to be compiled for a processor that valgrind knows, x86-64-v3: kernels that
-//! would choose wider instructions at run time take what valgrind offers them, so that other code may be counted than is
-//! timed. Valgrind 3.19 lacks a few instructions even so; a case that meets one is counted in the program that runs,
-//! under the toolchain of that.
+//! This program steps the case in a process of its own, once for some steps and once for twice as many; the difference
+//! holds the steps alone. Kernels choose their instructions at run time and take what valgrind offers them, at most AVX2,
+//! so that wider ones may be timed than are counted.
 
 use super::cases::Case;
 use std::fmt;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// Longest time of one run.
 const LIMIT: Duration = Duration::from_secs(120);
 
-/// What instructions are counted in: a binary built for it and, where valgrind does not know all of its instructions,
-/// this program itself.
+/// This program under valgrind.
 #[derive(Debug, Clone)]
 pub struct Counter {
-    binaries: Vec<Binary>,
-}
-
-/// A build of this program.
-#[derive(Debug, Clone)]
-struct Binary {
-    path: PathBuf,
-    /// Compiler, processor compiled for and valgrind: counts of another toolchain are others.
+    program: PathBuf,
+    /// Compiler, processor compiled for and valgrind.
     toolchain: String,
 }
 
@@ -48,7 +39,7 @@ pub enum CountError {
         /// How it ended, and what it said last.
         how: String,
     },
-    /// The compiler used an instruction that valgrind does not know. Valgrind 3.19 lacks few of x86-64-v3: a move between
+    /// The compiler used an instruction that valgrind does not know. Valgrind 3.19 lacks few of AVX2: a move between
     /// registers, `vmovq` as `C5 .. D6`, is one. Which code meets one is chance, and no fault of the case.
     UnknownInstruction {
         /// Its first bytes, as valgrind writes them.
@@ -72,12 +63,12 @@ impl fmt::Display for CountError {
         match self {
             Self::Start { program, source } => write!(
                 f,
-                "cannot start `{}` to count instructions: {source}; install or build it, or leave `--icount-binary` out",
+                "cannot start `{}` to count instructions: {source}; install it, or leave `--instructions` out",
                 program.display()
             ),
             Self::Failed { program, how } => write!(
                 f,
-                "`{}` does not count instructions: {how}; is the binary this program, built for x86-64-v3?",
+                "`{}` does not count instructions: {how}",
                 program.display()
             ),
             Self::UnknownInstruction { bytes } => write!(
@@ -96,53 +87,33 @@ impl fmt::Display for CountError {
 impl std::error::Error for CountError {}
 
 impl Counter {
-    /// Checks that valgrind and the binary are there, and asks both for their versions.
+    /// Checks that valgrind is there, and asks it for its version.
     ///
     /// # Errors
     /// [`CountError`].
-    pub fn new(binary: &Path) -> Result<Self, CountError> {
+    pub fn new() -> Result<Self, CountError> {
         let valgrind = run(Command::new("valgrind").arg("--version"))?;
-        // A bare name would be looked for elsewhere.
-        let binary = binary.canonicalize().map_err(|source| CountError::Start {
-            program: binary.to_owned(),
+        let program = std::env::current_exe().map_err(|source| CountError::Start {
+            program: "taut".into(),
             source,
         })?;
-        let built = run(Command::new(&binary).args(["track", "--toolchain"]))?;
-        if built.stdout.trim().is_empty() {
-            return Err(CountError::Failed {
-                program: binary,
-                how: "it names no toolchain".to_owned(),
-            });
-        }
-        let with = |path: PathBuf, built: &str| Binary {
-            path,
-            toolchain: format!("{}, {}", built.trim(), valgrind.stdout.trim()),
-        };
-        let this = std::env::current_exe().ok();
-        let this = this.map(|path| with(path, &super::toolchain()));
-        let mut binaries = vec![with(binary, &built.stdout)];
-        binaries.extend(this);
-        Ok(Self { binaries })
+        Ok(Self {
+            program,
+            toolchain: format!("{}, {}", super::toolchain(), valgrind.stdout.trim()),
+        })
     }
 
-    /// Instructions of a step of the case, and the toolchain that they hold for.
+    /// What the counts hold for.
+    #[must_use]
+    pub fn toolchain(&self) -> &str {
+        &self.toolchain
+    }
+
+    /// Instructions of a step of the case.
     ///
     /// # Errors
-    /// [`CountError`]; that of the last binary where valgrind does not know an instruction of any.
-    pub fn per_step(&self, case: &Case) -> Result<(f64, &str), CountError> {
-        let mut counted = Err(CountError::NoCount);
-        for binary in &self.binaries {
-            counted = binary.per_step(case).map(|n| (n, &*binary.toolchain));
-            if !matches!(counted, Err(CountError::UnknownInstruction { .. })) {
-                break;
-            }
-        }
-        counted
-    }
-}
-
-impl Binary {
-    fn per_step(&self, case: &Case) -> Result<f64, CountError> {
+    /// [`CountError`].
+    pub fn per_step(&self, case: &Case) -> Result<f64, CountError> {
         let steps = case.counted_steps();
         let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);
         if twice <= once {
@@ -154,7 +125,7 @@ impl Binary {
     fn count(&self, case: &Case, steps: usize) -> Result<u64, CountError> {
         let output = run(Command::new("valgrind")
             .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
-            .arg(&self.path)
+            .arg(&self.program)
             .args(["track", "--instructions-of", &case.name()])
             .args(["--steps", &steps.to_string()]))?;
         collected(&output.stderr).ok_or(CountError::NoCount)
@@ -288,26 +259,5 @@ note: Collected : 3
         let said = "vex amd64->IR: unhandled instruction bytes: 0xC5 0x79 0xD6 0xCC 0xC5 0x31\n==1== more\n";
         assert_eq!(unknown(said).as_deref(), Some("0xC5 0x79 0xD6 0xCC"));
         assert_eq!(unknown(SAMPLE), None);
-    }
-
-    #[test]
-    fn another_program_is_refused() {
-        let e = Counter::new(Path::new("/bin/true"))
-            .unwrap_err()
-            .to_string();
-        // Where there is neither, the sentence is that of a program that cannot be started.
-        assert!(
-            e.contains("names no toolchain") || e.contains("cannot start"),
-            "{e}"
-        );
-    }
-
-    #[test]
-    fn a_binary_that_is_not_there_is_named() {
-        let e = Counter::new(Path::new("no/such/taut")).unwrap_err();
-        let e = e.to_string();
-        // Or valgrind, where that is not installed.
-        assert!(e.contains("no/such/taut") || e.contains("valgrind"), "{e}");
-        assert!(e.contains("--icount-binary"), "{e}");
     }
 }

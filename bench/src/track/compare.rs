@@ -2,16 +2,17 @@
 //!
 //! | figures | fail where |
 //! |---|---|
-//! | instructions | more than [`TOLERANCE`] above the baseline's of the same toolchain |
+//! | instructions | more than [`TOLERANCE`] above the baseline's of the same compiler and processor |
 //! | errors, the own backends' allocations | beyond the bar of the case |
 //! | times, other backends' allocations | never |
 //!
 //! A figure that is no number fails, as do a case that cannot be measured and a figure of the baseline that is no longer
-//! among the tracked ones. A figure that the baseline does not have is new and fails at its bar alone.
+//! among the tracked ones. A figure that the baseline does not have is new and fails at its bar alone. Counts of two
+//! versions of valgrind differ by less than the tolerance: the version is shown, not compared.
 
 use super::cases::CASES;
 use super::formats::Entry;
-use super::measures::{Figure, Kind, Missing};
+use super::measures::{Figure, Kind, Measure, Missing};
 use std::collections::HashSet;
 use std::fmt;
 
@@ -29,7 +30,7 @@ pub enum Verdict {
     Better,
     /// Not in the baseline.
     New,
-    /// Instructions of another toolchain, within the tolerance or not.
+    /// Instructions of another compiler or processor, within the tolerance or not.
     OtherToolchain,
     /// Not measured here.
     NotMeasured,
@@ -152,7 +153,7 @@ fn instructions(value: f64, toolchain: &str, entry: Option<&Entry>) -> (Verdict,
     let Some(entry) = entry else {
         return (Verdict::New, String::new());
     };
-    if entry.extra != toolchain {
+    if compiled(&entry.extra) != compiled(toolchain) {
         let note = format!("the baseline is of {}, this of {toolchain}", entry.extra);
         return (Verdict::OtherToolchain, note);
     }
@@ -165,6 +166,24 @@ fn instructions(value: f64, toolchain: &str, entry: Option<&Entry>) -> (Verdict,
         true => Verdict::Pass,
     };
     (verdict, String::new())
+}
+
+/// Compiler and processor of a toolchain, without its valgrind.
+fn compiled(toolchain: &str) -> &str {
+    let parts = toolchain.rsplit_once(", valgrind");
+    parts.map_or(toolchain, |(compiled, _)| compiled)
+}
+
+/// Figures that were counted against nothing: instructions without a verdict.
+#[must_use]
+pub fn uncompared(rows: &[Row]) -> usize {
+    use Verdict::{Better, Fail, Pass};
+    let counted = rows
+        .iter()
+        .filter(|r| r.measure == Measure::Instructions.name());
+    counted
+        .filter(|r| !matches!(r.verdict, Pass | Fail | Better))
+        .count()
 }
 
 /// The baseline with the values of now: what was measured is replaced, what could not be measured here stays, what is
@@ -184,7 +203,6 @@ pub fn updated(now: &[Entry], baseline: &[Entry]) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::track::measures::Measure;
 
     const CASE: &str = "ring-24/banded";
 
@@ -194,7 +212,7 @@ mod tests {
             measure,
             value: Ok(value),
             spread: None,
-            condition: "rustc 1, valgrind 2".to_owned(),
+            condition: "rustc 1, generic, valgrind-2".to_owned(),
             bar,
         }
     }
@@ -205,7 +223,7 @@ mod tests {
             unit: measure.unit().to_owned(),
             value,
             range: None,
-            extra: "rustc 1, valgrind 2".to_owned(),
+            extra: "rustc 1, generic, valgrind-2".to_owned(),
         }
     }
 
@@ -228,14 +246,25 @@ mod tests {
     }
 
     #[test]
-    fn another_toolchain_is_shown_and_not_judged() {
-        let mut other = entry(Measure::Instructions, 1000.0);
-        other.extra = "rustc 2, valgrind 2".to_owned();
-        let rows = compare(&[figure(Measure::Instructions, 2000.0, None)], &[other]);
-        assert_eq!(rows[0].verdict, Verdict::OtherToolchain);
-        assert_eq!(rows[0].baseline, Some(1000.0));
-        let (then, now) = ("rustc 2, valgrind 2", "rustc 1, valgrind 2");
-        assert!(rows[0].note.contains(then) && rows[0].note.contains(now));
+    fn another_compiler_is_shown_and_counted_as_uncompared() {
+        for (extra, verdict) in [
+            ("rustc 2, generic, valgrind-2", Verdict::OtherToolchain),
+            ("rustc 1, x86-64-v3, valgrind-2", Verdict::OtherToolchain),
+            ("rustc 1, generic, valgrind-3", Verdict::Fail),
+        ] {
+            let mut other = entry(Measure::Instructions, 1000.0);
+            other.extra = extra.to_owned();
+            let rows = compare(&[figure(Measure::Instructions, 2000.0, None)], &[other]);
+            assert_eq!(rows[0].verdict, verdict);
+            assert_eq!(rows[0].baseline, Some(1000.0));
+            let uncounted = verdict == Verdict::OtherToolchain;
+            assert_eq!(uncompared(&rows), usize::from(uncounted));
+            let now = "rustc 1, generic, valgrind-2";
+            let named = rows[0].note.contains(extra) && rows[0].note.contains(now);
+            assert_eq!(named, uncounted);
+        }
+        let new = compare(&[figure(Measure::Instructions, 2000.0, None)], &[]);
+        assert_eq!(uncompared(&new), 1);
     }
 
     #[test]

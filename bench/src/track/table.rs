@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// What the columns are.
 pub const LEGEND: &str = "\
 A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
-toolchain; errors and the own backends' allocations: FAIL beyond the bar; time-ratio: time over that of a calibration
+compiler; errors and the own backends' allocations: FAIL beyond the bar; time-ratio: time over that of a calibration
 kernel beside it (in brackets the least time itself), never a failure";
 
 /// A row for each figure under the name of its case, least and median times but for the least beside the ratio left out;
@@ -126,7 +126,7 @@ fn summary(rows: &[Row]) -> String {
         );
     }
     if count(OtherToolchain) > 0 {
-        out += "Instructions are judged against a baseline of the same toolchain only: `--update` makes one\n";
+        out += "Counts of another compiler or processor are not compared: `--update` makes a baseline of this one\n";
     }
     out
 }

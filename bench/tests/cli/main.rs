@@ -10,6 +10,8 @@ mod checks;
 mod driven;
 /// `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
 mod matrix;
+/// Where results go: tried first, written whole, each to a place of its own; signals, streams that are closed or full.
+mod outputs;
 /// Bad input: one line that says what to do, and code 2.
 mod refusals;
 /// `taut report`, and the page that every benchmark writes.

@@ -281,6 +281,31 @@ fn files_that_hold_no_system_are_refused_with_their_line() {
     );
     refused(&at, "solve a.mtx", &["a_b.mtx", "2 × 1", "3 rows"]);
     fs::remove_file(at.join("a_b.mtx")).expect("there");
+    // The file at fault is named, be it b or x.
+    let coordinates = "%%MatrixMarket matrix coordinate real general\n3 1 4\n";
+    let infinite = format!("{coordinates}1 1 1e308\n1 1 1e308\n2 1 1\n3 1 1\n");
+    write(&at, "infinite.mtx", &infinite);
+    let two = "%%MatrixMarket matrix array real general\n3 2\n1\n2\n3\n4\n5\n6\n";
+    write(&at, "two.mtx", two);
+    let one = "%%MatrixMarket matrix array real general\n3 1\n1\n2\n3\n";
+    write(&at, "one.mtx", one);
+    for (file, words) in [
+        ("infinite.mtx", ["infinite.mtx: ", "row 1"]),
+        ("two.mtx", ["two.mtx: ", "3 × 2"]),
+    ] {
+        refused(&at, &format!("solve a.mtx {file}"), &words);
+        refused(&at, &format!("solve a.mtx one.mtx {file}"), &words);
+    }
+    good(&at, "solve a.mtx one.mtx one.mtx");
+    // One block of 2000 rows is four million numbers for 2000.
+    let entries: String = (1..=2000).map(|i| format!("{i} {i} 1\n")).collect();
+    let head = "%%MatrixMarket matrix coordinate real symmetric\n% blocks 2000\n2000 2000 2000\n";
+    write(&at, "block.mtx", &format!("{head}{entries}"));
+    refused(
+        &at,
+        "solve block.mtx",
+        &["block.mtx: ", "`% blocks`", "4000000"],
+    );
     refused(&at, "solve a.mtx --backend superlu", &["superlu", "banded"]);
     refused(&at, "solve a.mtx --backend dense/kkt", &["/kkt", "drop"]);
     refused(&at, "dump hoist --step 1", &["--out"]);

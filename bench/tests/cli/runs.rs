@@ -109,7 +109,15 @@ fn a_written_scene_runs_as_the_scene_itself() {
             let written = good(&at, &format!("scene {name} --set {size} {form}"));
             fs::write(at.join("f"), written).expect("writable");
             let by_file = json(&at, "run f --time 0.2 --json -");
-            for what in ["load", "final_state", "energy", "max_violation_m"] {
+            for what in [
+                "load",
+                "final_state",
+                "energy",
+                "max_violation_m",
+                "balance",
+                "max_load_tension",
+                "notes",
+            ] {
                 assert_eq!(by_file[what], by_name[what], "{name} {form}: {what}");
             }
             // What was written is what is written of it.
@@ -125,6 +133,75 @@ fn a_written_scene_runs_as_the_scene_itself() {
     }
     refused(&at, "scene crane", &["crane", "hoist"]);
     refused(&at, "scene hoist --set length=-1", &["length is -1"]);
+}
+
+/// What is lost is lost in both forms of its scene, whatever the form knows of it; and is called so.
+#[test]
+fn a_lost_run_is_lost_in_both_forms() {
+    let at = folder("lost");
+    let chain = good(&at, "scene particles-a --set load_mass=500 --explicit");
+    fs::write(at.join("chain.toml"), chain).expect("writable");
+    let paper = "--scheme linearly-implicit --stiffness off --guard off --time 30";
+    let net = good(&at, "scene net --explicit");
+    fs::write(at.join("net.toml"), net).expect("writable");
+    let few = "--backend gauss-seidel:joints:iterations=5 --time 10";
+    for (named, file, options) in [
+        ("particles-a --set load_mass=500", "chain.toml", paper),
+        ("net", "net.toml", few),
+    ] {
+        let failures = [named, file].map(|scene| {
+            let output = taut(&at, &format!("run {scene} {options} --json -"));
+            assert_eq!(output.status.code(), Some(1), "{scene}");
+            let run: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+            assert_eq!(run["stable"], false, "{scene}");
+            run["failure"].clone()
+        });
+        assert_eq!(failures[0], failures[1], "{named}");
+    }
+    let far = good(&at, "scene particles-b --explicit");
+    let far = far.replacen(
+        "position = [1.0, 0.0, 0.0]",
+        "position = [1.0, 0.0, 1e160]",
+        1,
+    );
+    fs::write(at.join("far.toml"), far).expect("writable");
+    let output = taut(&at, "run far.toml --time 0.2");
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stdout));
+}
+
+/// The tension above a load at rest, the largest of a swing, and the column of each step.
+#[test]
+fn runs_tell_the_tension_above_the_load() {
+    let at = folder("tension");
+    let run = "run hoist --set mass_ratio=100 --set equilibrium=true --time 0.2 --substeps 4";
+    let run = json(&at, &format!("{run} --json - --out t.csv"));
+    let weight = 100.0 * 9.81;
+    for field in ["load_tension", "max_load_tension"] {
+        let tension = run[field].as_f64().expect("a number");
+        assert!((tension / weight - 1.0).abs() < 1e-6, "{field}: {tension}");
+    }
+    let csv = fs::read_to_string(at.join("t.csv")).expect("written");
+    let heading = csv.lines().next().expect("a heading");
+    assert!(heading.ends_with(",load_tension_N"), "{heading}");
+    let last = csv.lines().last().and_then(|line| line.rsplit(',').next());
+    let last: f64 = last.expect("a cell").parse().expect("a number");
+    assert!((last / weight - 1.0).abs() < 1e-6, "{last}");
+}
+
+#[test]
+fn likely_mistakes_are_noted() {
+    let at = folder("notes");
+    let scene = good(&at, "scene hoist --set segments=3 --explicit");
+    fs::write(at.join("weightless.toml"), scene.replacen("-9.81", "0", 1)).expect("writable");
+    let output = taut(&at, "run weightless.toml --time 0.1 --json -");
+    assert_eq!(output.status.code(), Some(0));
+    let note = "gravity is zero and no other force acts: the load has no weight";
+    assert_eq!(text(&output.stderr), format!("note: {note}\n"));
+    let run: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(run["notes"], serde_json::json!([note]));
+    // EA in MN.
+    let soft = good(&at, "run hoist --set ea=20 --set mass_ratio=0.1 --time 1");
+    assert!(soft.contains("is its stiffness in newtons?"), "{soft}");
 }
 
 #[test]

@@ -56,6 +56,27 @@ fn a_resumed_run_is_the_run_itself() {
     assert_ne!(read("a.json"), read("b.json"));
 }
 
+/// A run that was driven says so where it goes on without its table.
+#[test]
+fn a_driven_run_goes_on_with_its_table() {
+    let at = folder("driven_on");
+    fs::write(at.join("inputs.csv"), INPUTS).expect("writable");
+    let run = "gantry --set segments=3 --controls inputs.csv --time 0.3";
+    good(&at, &format!("run {run} --save a.json"));
+    let words = [
+        "a.json` was driven",
+        "trolley_speed, hoist_speed",
+        "--controls",
+    ];
+    refused(&at, "run --resume a.json --time 0.1", &words);
+    let on = "run --resume a.json --time 0.1 --json -";
+    let held = json(&at, &format!("{on} --hold-controls --save b.json"));
+    let driven = json(&at, &format!("{on} --controls inputs.csv"));
+    assert_ne!(held["final_state"], driven["final_state"]);
+    refused(&at, "run --resume b.json --time 0.1", &["was driven"]);
+    refused(&at, "run hoist --hold-controls", &["--hold-controls"]);
+}
+
 #[test]
 fn files_that_are_no_saved_run_are_refused() {
     let at = folder("not_saved");
@@ -71,12 +92,12 @@ fn files_that_are_no_saved_run_are_refused() {
         ),
         (text[..text.len() / 3].to_owned(), &["no saved run", "EOF"]),
         (
-            text.replacen("\"version\":1", "\"version\":7", 1),
+            text.replacen("\"version\":2", "\"version\":7", 1),
             &["version 7", "run the scene again"],
         ),
         (
-            text.replacen("\"substeps\":1", "\"substeps\":0", 1),
-            &["bad.json", "`substeps`"],
+            text.replacen("\"substeps\":1", "\"substeps\":2", 1),
+            &["bad.json` is damaged", "checksum"],
         ),
         (
             text.replacen("\"backend\":\"banded\"", "\"backend\":\"best\"", 1),
@@ -117,6 +138,6 @@ fn files_that_are_no_saved_run_are_refused() {
     refused(
         &at,
         "run hoist --time 0.1 --save - --json -",
-        &["--save -", "share"],
+        &["`--save`", "share"],
     );
 }

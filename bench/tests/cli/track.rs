@@ -2,6 +2,7 @@ use crate::{folder, good, json, refused, taut, text};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
+use std::process::Command;
 
 /// A quick run of the hoist with the banded solver.
 const QUICK: &str = "track hoist-24-1e3/banded --quick --baseline base.json";
@@ -20,10 +21,30 @@ fn bad_input_is_named() {
     fs::write(at.join("base.json"), "{}").expect("writes");
     refused(&at, QUICK, &["base.json", "no baseline", "--update"]);
     fs::write(at.join("base.json"), "[]").expect("writes");
-    let binary = format!("{QUICK} --icount-binary no/such");
-    refused(&at, &binary, &["--icount-binary"]);
     let both = format!("{QUICK} --json - --bencher -");
     refused(&at, &both, &["--json", "--bencher"]);
+}
+
+#[test]
+fn counts_that_are_compared_with_nothing_are_not_passed() {
+    if !cfg!(feature = "banded") {
+        return;
+    }
+    let at = folder("track_counts");
+    fs::write(at.join("base.json"), "[]").expect("writes");
+    let counted = format!("{QUICK} --instructions");
+    if Command::new("valgrind").arg("--version").output().is_err() {
+        return refused(&at, &counted, &["valgrind", "--instructions"]);
+    }
+    let of = |arguments: &str| taut(&at, arguments).status.code();
+    assert_eq!(of(&counted), Some(3));
+    assert_eq!(of(&format!("{counted} --update")), Some(0));
+    let baseline = fs::read_to_string(at.join("base.json")).expect("a baseline");
+    let other = baseline.replace("valgrind-", "valgrind-9");
+    fs::write(at.join("base.json"), &other).expect("writes");
+    assert_eq!(of(&counted), Some(0));
+    fs::write(at.join("base.json"), other.replace("\"rustc ", "\"rustc 9")).expect("writes");
+    assert_eq!(of(&counted), Some(3));
 }
 
 #[test]

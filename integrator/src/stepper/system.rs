@@ -83,9 +83,12 @@ impl Stepper {
             x,
             pieces,
             plan,
+            options,
             ..
         } = self;
         match &mut self.matrix_free {
+            // The refinement judges by the residuals that it takes anyway.
+            None if options.refinements > 0 => solver.solve_unjudged(matrix, rhs, x),
             None => solver.solve(matrix, rhs, x),
             Some(free) => free.solve(&mut **solver, (plan, pieces), matrix, rhs, x),
         }

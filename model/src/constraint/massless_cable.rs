@@ -41,7 +41,8 @@ pub struct Winch {
     /// Length at which the drum is empty and its end holds any tension \[m].
     #[cfg_attr(feature = "serde", serde(with = "crate::unlimited"))]
     pub longest: f64,
-    /// Time from which on `speed` holds \[s]: the cable had its `length` then.
+    /// Time from which on `speed` holds \[s]: the cable had its `length` then. A winch of a time > 0 rests before; one of
+    /// 0, with which a run begins, was running already, so that a load that moves with its cable feels no start.
     pub since: f64,
 }
 
@@ -127,15 +128,20 @@ impl MasslessCable {
         }
     }
 
-    /// Length at rest at time `t` (s) \[m]; before [`Winch::since`] the winch rests.
+    /// Length at rest at time `t` (s) \[m]; what it was before [`Winch::since`] is said there.
     #[must_use]
     pub fn length_at(&self, t: f64) -> f64 {
         match &self.winch {
             Some(w) if !w.brake && w.speed != 0.0 => {
-                let wound = self.length + w.speed * (t - w.since).max(0.0);
                 // A cable that is out of the range already stays as it is.
                 let (shortest, longest) = (w.shortest.min(self.length), w.longest.max(self.length));
-                wound.clamp(shortest, longest)
+                let after = |time: f64| (self.length + w.speed * time).clamp(shortest, longest);
+                match t - w.since {
+                    time if time >= 0.0 => after(time),
+                    _ if w.since > 0.0 => self.length,
+                    // As it goes on: a drum at its stop stood there before.
+                    time => (2.0 * self.length - after(-time)).max(shortest),
+                }
             }
             _ => self.length,
         }
@@ -356,6 +362,29 @@ mod tests {
         };
         let lengths = [-1.0, 0.0, 5.0, 6.0].map(|t| cable.length_at(t));
         assert_eq!(lengths, [10.0, 10.0, 10.0, 9.5]);
+    }
+
+    #[test]
+    fn a_winch_that_a_run_begins_with_was_running_unless_at_its_stop() {
+        let winch = |speed, shortest| Winch {
+            speed,
+            shortest,
+            ..Winch::new()
+        };
+        for (winch, before) in [
+            (winch(-0.5, 1.0), 10.5),
+            (winch(0.5, 1.0), 9.5),
+            (winch(-0.5, 10.0), 10.0),
+        ] {
+            let cable = MasslessCable {
+                winch: Some(winch),
+                ..MasslessCable::new(Vec::new(), 10.0, RowLaw::RIGID)
+            };
+            assert_eq!(
+                (cable.length_at(-1.0), cable.length_at(0.0)),
+                (before, 10.0)
+            );
+        }
     }
 
     #[test]

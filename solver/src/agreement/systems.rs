@@ -6,22 +6,22 @@ use std::fmt;
 use std::sync::Arc;
 
 /// Numbers made of random bits.
-struct Random<'a>(&'a mut dyn FnMut() -> u64);
+pub(super) struct Random<'a>(pub(super) &'a mut dyn FnMut() -> u64);
 
 impl Random<'_> {
     /// Evenly distributed in −1 … 1.
-    fn uniform(&mut self) -> f64 {
+    pub(super) fn uniform(&mut self) -> f64 {
         ((self.0)() >> 11) as f64 * 2.0_f64.powi(-52) - 1.0
     }
 
     /// Evenly distributed in `from` … `to` on a logarithmic scale.
-    fn log_uniform(&mut self, from: f64, to: f64) -> f64 {
+    pub(super) fn log_uniform(&mut self, from: f64, to: f64) -> f64 {
         let t = 0.5 * (1.0 + self.uniform());
         (from.ln() + t * (to / from).ln()).exp()
     }
 
     /// A number below `n`.
-    fn below(&mut self, n: usize) -> usize {
+    pub(super) fn below(&mut self, n: usize) -> usize {
         ((self.0)() >> 33) as usize % n
     }
 
@@ -175,7 +175,7 @@ pub fn quasi_definite(shape: Shape, bits: &mut dyn FnMut() -> u64) -> Result<Sys
     Ok(finish(a, &format!("quasi-definite {shape:?}"), &mut random))
 }
 
-fn finish(a: SymBlockMatrix, name: &str, random: &mut Random<'_>) -> System {
+pub(super) fn finish(a: SymBlockMatrix, name: &str, random: &mut Random<'_>) -> System {
     let sizes: Vec<usize> = (0..a.pattern().blocks())
         .map(|i| a.pattern().size(i))
         .collect();

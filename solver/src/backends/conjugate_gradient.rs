@@ -8,7 +8,8 @@
 //! blocks are laid out for them four block rows abreast (`slices`), all vectors too, and the diagonal blocks are
 //! inverted. Where the matrix is not formed the products come from outside, in the order of the pattern.
 
-use super::{Phases, check_solution};
+use super::check_solution;
+use crate::Phases;
 use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::groups::Groups;

@@ -2,6 +2,7 @@
 //! open: whether a pivot is noise, and which block is to blame.
 
 use crate::block_ldlt::{BlockLdlt, NOISE, Pivots, has_negative_minor};
+use crate::error::expect_room;
 use crate::kernels::Scalar;
 use crate::singularity::SingularityTest;
 use crate::{BlockPattern, GeneralMatrix, SolveError, SymBlockMatrix};
@@ -30,46 +31,33 @@ pub(crate) struct Csc<I> {
 }
 
 impl<I: TryFrom<usize> + Copy> Csc<I> {
-    /// Lists the entries of a pattern. Allocates.
+    /// Lists the entries of a pattern, counted before there is room for them. Allocates.
     ///
     /// # Errors
-    /// [`SolveError::TooLarge`] where the index type is too small.
+    /// [`SolveError::TooLarge`] where the index type is too small, or memory.
     pub(crate) fn new(p: &BlockPattern, triangle: Triangle) -> Result<Self, SolveError> {
-        // Entries sorted by (column, row), made column by column from the block rows that meet it.
         let n = p.dim();
-        let mut columns: Vec<Vec<(usize, usize)>> = vec![Vec::new(); n];
-        for bj in 0..p.blocks() {
-            for k in p.column(bj) {
-                let (rows, cols, at) = (p.rows(p.row(k)), p.rows(bj), p.values(k).start);
-                for c in cols.clone() {
-                    for r in rows.clone().filter(|&r| r >= c) {
-                        let source = at + (r - rows.start) + (c - cols.start) * rows.len();
-                        columns[r].push((c, source));
-                        if r != c && triangle == Triangle::Full {
-                            columns[c].push((r, source));
-                        }
-                    }
-                }
-            }
+        let mut start = vec![0; n + 1];
+        for_each_entry(p, triangle, |column, _, _| start[column + 1] += 1);
+        for c in 0..n {
+            start[c + 1] += start[c];
         }
-        let entries: usize = columns.iter().map(Vec::len).sum();
-        let index = |i: usize| index(i, entries.max(n));
+        let entries = start[n];
+        let index = |i: usize| index::<I>(i, entries.max(n));
         index(entries.max(n))?;
+        expect_room::<[usize; 3]>(entries)?;
         let mut csc = Self {
-            column_start: Vec::with_capacity(n + 1),
-            row: Vec::with_capacity(entries),
+            column_start: start.iter().map(|&i| index(i)).collect::<Result<_, _>>()?,
+            row: vec![index(0)?; entries],
             values: vec![0.0; entries],
-            source: Vec::with_capacity(entries),
+            source: vec![0; entries],
         };
-        csc.column_start.push(index(0)?);
-        for mut column in columns {
-            column.sort_unstable();
-            for (r, source) in column {
-                csc.row.push(index(r)?);
-                csc.source.push(source);
-            }
-            csc.column_start.push(index(csc.row.len())?);
-        }
+        let rows: Vec<I> = (0..n).map(index).collect::<Result<_, _>>()?;
+        for_each_entry(p, triangle, |column, row, source| {
+            let at = start[column];
+            start[column] += 1;
+            (csc.row[at], csc.source[at]) = (rows[row], source);
+        });
         Ok(csc)
     }
 
@@ -97,6 +85,24 @@ impl<I: TryFrom<usize> + Copy> Csc<I> {
     pub(crate) fn gather(&mut self, from: &[f64]) {
         for (value, &source) in self.values.iter_mut().zip(&self.source) {
             *value = from[source];
+        }
+    }
+}
+
+/// Calls `f(column, row, source)` for each entry, those of a column by ascending rows, with the place of its value.
+fn for_each_entry(p: &BlockPattern, triangle: Triangle, mut f: impl FnMut(usize, usize, usize)) {
+    for j in 0..p.blocks() {
+        for k in p.column(j) {
+            let (rows, columns, at) = (p.rows(p.row(k)), p.rows(j), p.values(k).start);
+            for c in columns.clone() {
+                for r in rows.clone().filter(|&r| r >= c) {
+                    let source = at + (r - rows.start) + (c - columns.start) * rows.len();
+                    f(r, c, source);
+                    if r != c && triangle == Triangle::Full {
+                        f(c, r, source);
+                    }
+                }
+            }
         }
     }
 }

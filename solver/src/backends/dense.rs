@@ -2,12 +2,12 @@
 //!
 //! It knows nothing of blocks or symmetry, so that it shares no mistake with the others. Cubic cost.
 
-use super::{Phases, check_solution};
+use super::direct::{Common, Direct};
 use crate::backend::{DenseOptions, Precision};
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, LinearSolver};
-use crate::{SolveError, SolveReport, SymBlockMatrix};
+use crate::{SolveError, SymBlockMatrix};
 use std::sync::Arc;
 
 /// Most rows: beyond this the matrix alone takes half a gigabyte.
@@ -24,7 +24,7 @@ pub(crate) fn create(options: DenseOptions) -> Box<dyn LinearSolver> {
 /// The `dense` backend.
 #[derive(Debug, Default)]
 pub(crate) struct Dense<T> {
-    phases: Phases,
+    common: Common,
     /// L (unit, below the diagonal) and U, row-major, rows in pivot order.
     lu: Vec<T>,
     /// Row of A that each row of `lu` came from.
@@ -67,12 +67,12 @@ impl<T: Scalar + Default> Dense<T> {
         self.lu.fill(T::default());
         a.for_each(|r, c, value| self.lu[r * n + c] = value.into());
         let singular = |column| SolveError::Singular { block: column };
-        self.eliminate(n).map_err(singular)?;
+        self.factorize_rows(n).map_err(singular)?;
         Ok(FactorReport::default())
     }
 
     /// LU of the matrix in `lu`; the column that depends on those before it, to rounding, as an error.
-    fn eliminate(&mut self, n: usize) -> Result<(), usize> {
+    fn factorize_rows(&mut self, n: usize) -> Result<(), usize> {
         for (i, p) in self.pivot.iter_mut().enumerate() {
             *p = i;
         }
@@ -118,7 +118,7 @@ impl<T: Scalar + Default> Dense<T> {
     }
 
     /// x = U⁻¹ L⁻¹ P b.
-    pub(crate) fn substitute(&mut self, b: &[f64], x: &mut [f64]) {
+    pub(crate) fn solve_rows(&mut self, b: &[f64], x: &mut [f64]) {
         let n = b.len();
         let y = &mut self.work;
         for k in 0..n {
@@ -148,22 +148,23 @@ fn column_max<T: Scalar>(a: &[T], n: usize, from: usize, c: usize) -> f64 {
         .fold(0.0, f64::max)
 }
 
-impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
-    fn name(&self) -> &'static str {
-        "dense"
+impl<T: Scalar + Default + Send> Direct for Dense<T> {
+    const NAME: &'static str = "dense";
+
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
-    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+    fn prepare(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         let n = pattern.dim();
         self.allocate(n)?;
-        self.phases.analyzed(pattern);
         Ok(AnalyzeReport {
             factor_entries: Some(n * n),
         })
     }
 
-    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        self.phases.begin_factorize(a)?;
+    fn eliminate(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        a.check_finite()?;
         let n = a.dim();
         self.lu.fill(T::default());
         a.for_each_lower(|r, c, value| {
@@ -173,20 +174,22 @@ impl<T: Scalar + Default + Send> LinearSolver for Dense<T> {
         let singular = |column| SolveError::Singular {
             block: a.pattern().block_of_row(column),
         };
-        self.eliminate(n).map_err(singular)?;
-        self.phases.factorized();
+        self.factorize_rows(n).map_err(singular)?;
         Ok(FactorReport::default())
     }
 
-    fn solve(
+    /// Entries may grow by 2ⁿ⁻¹.
+    fn is_stable(&self) -> bool {
+        false
+    }
+
+    fn substitute(
         &mut self,
-        a: &SymBlockMatrix,
+        _: &SymBlockMatrix,
         b: &[f64],
         x: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        self.phases.begin_solve(a, b, x)?;
-        self.substitute(b, x);
-        check_solution(a, x)?;
-        Ok(SolveReport::DIRECT)
+    ) -> Result<(), SolveError> {
+        self.solve_rows(b, x);
+        Ok(())
     }
 }

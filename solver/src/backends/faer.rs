@@ -4,23 +4,22 @@
 //! cost. The fill, the index maps and all memory are made in `analyze`; `factorize` and `solve` allocate nothing, except
 //! that faer's dense product, used where there is much fill, makes its work space at its first use in a thread. LDLᵀ does
 //! not pivot, so that it is for positive definite and quasi-definite matrices. Nothing is regularised. Both refuse matrices
-//! that are singular to rounding, of which faer itself would take most (`singularity`); what an LDLᵀ loses where terms of
-//! both signs cancel in a pivot shows in its residual alone.
+//! that are singular to rounding, of which faer itself would take most (`singularity`); what an LDLᵀ with pivots of both signs
+//! loses shows in its residual alone.
 //!
 //! LU exchanges rows. From `analyze` it has the column order (COLAMD) and the work space; it fills in as the pivots fall,
 //! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the
 //! factors outgrow their memory. `solve` allocates nothing.
 
 use super::csc::{Csc, Triangle, check_pivots, diagnose};
-use super::{Phases, check_solution};
+use super::direct::{Common, Direct};
 use crate::block_ldlt::{NOISE, Pivots};
 use crate::kernels::Scalar;
 use crate::singularity::SingularityTest;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, FaerFactorization, FaerOptions, GeneralMatrix,
-    LinearSolver,
 };
-use crate::{SolveError, SolveReport, SymBlockMatrix};
+use crate::{SolveError, SymBlockMatrix};
 use ::faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use ::faer::linalg::cholesky::ldlt::factor::LdltError;
 use ::faer::linalg::cholesky::llt::factor::LltError;
@@ -44,7 +43,7 @@ const PANELS: SupernodalThreshold = SupernodalThreshold(9.0 / 40.0);
 #[derive(Default)]
 pub(crate) struct Faer {
     options: FaerOptions,
-    phases: Phases,
+    common: Common,
     /// `None` before `analyze`, and for a system without rows, which faer is not to be asked about.
     work: Option<Work>,
 }
@@ -63,12 +62,14 @@ impl Faer {
     }
 }
 
-impl LinearSolver for Faer {
-    fn name(&self) -> &'static str {
-        "faer"
+impl Direct for Faer {
+    const NAME: &'static str = "faer";
+
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
-    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+    fn prepare(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.work = match self.options.factorization {
             _ if pattern.dim() == 0 => None,
             FaerFactorization::Llt => Some(Work::Cholesky(Cholesky::new(pattern, true)?)),
@@ -77,7 +78,6 @@ impl LinearSolver for Faer {
                 Some(Work::Lu(Lu::new(Matrix::new(pattern, Triangle::Full)?)?))
             }
         };
-        self.phases.analyzed(pattern);
         let factor_entries = match &self.work {
             None => Some(0),
             Some(Work::Cholesky(work)) => Some(work.factor.len()),
@@ -86,32 +86,36 @@ impl LinearSolver for Faer {
         Ok(AnalyzeReport { factor_entries })
     }
 
-    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        self.phases.begin_factorize(a)?;
+    fn eliminate(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        a.check_finite()?;
         match &mut self.work {
             None => {}
             Some(Work::Cholesky(work)) => work.factorize(a)?,
             Some(Work::Lu(work)) => work.factorize(a.values(), |r| a.pattern().block_of_row(r))?,
         }
-        self.phases.factorized();
         Ok(FactorReport::default())
     }
 
-    fn solve(
+    fn is_stable(&self) -> bool {
+        matches!(
+            &self.work,
+            None | Some(Work::Cholesky(Cholesky { positive: true, .. }))
+        )
+    }
+
+    fn substitute(
         &mut self,
-        a: &SymBlockMatrix,
+        _: &SymBlockMatrix,
         b: &[f64],
         x: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        self.phases.begin_solve(a, b, x)?;
+    ) -> Result<(), SolveError> {
         x.copy_from_slice(b);
         match &mut self.work {
             None => {}
             Some(Work::Cholesky(work)) => work.solve(x),
             Some(Work::Lu(work)) => work.solve(x),
         }
-        check_solution(a, x)?;
-        Ok(SolveReport::DIRECT)
+        Ok(())
     }
 }
 
@@ -154,6 +158,8 @@ struct Cholesky {
     diagonal: Vec<usize>,
     memory: MemBuffer,
     singularity: SingularityTest,
+    /// Whether all pivots of the last factor are positive.
+    positive: bool,
 }
 
 impl Cholesky {
@@ -187,6 +193,7 @@ impl Cholesky {
             diagonal,
             memory,
             singularity: SingularityTest::new(p.dim()),
+            positive: llt,
         })
     }
 
@@ -210,8 +217,10 @@ impl Cholesky {
             diagonal,
             memory,
             singularity,
+            positive,
             ..
         } = self;
+        *positive = diagonal.iter().all(|&d| factor[d] > 0.0);
         check_pivots(a, |r| factor[diagonal[r]].powi(power), singularity)?;
         singularity.check(a, |x| substitute(*llt, symbolic, factor, memory, x))
     }
@@ -449,6 +458,7 @@ fn library(e: impl std::fmt::Display) -> SolveError {
 mod tests {
     use super::super::testing;
     use super::*;
+    use crate::LinearSolver;
 
     fn faer(factorization: FaerFactorization) -> Faer {
         Faer::new(FaerOptions { factorization })

@@ -7,12 +7,16 @@
 //! A sweep meets each residual before it takes it away, and changes those that it has met already: what it has met says
 //! when to look, and the residual of x itself whether that has converged.
 //!
+//! Where no tolerance ends it, it ends where the least residual of some sweeps is no less than that of the sweeps before,
+//! and within what rounding leaves.
+//!
 //! Of a singular A it finds a solution if there is one; where there is none it says so ([`null_vector`]).
 
 mod null_vector;
 mod sweep;
 
-use super::{Phases, check_solution};
+use super::check_solution;
+use crate::Phases;
 use crate::backend::check_iteration;
 use crate::groups::Groups;
 use crate::matrix::check_finite;
@@ -55,6 +59,16 @@ const STILL: f64 = 1e-9;
 
 /// Sweeps in a row that leave no less than the least residual yet, after which rounding keeps it there.
 const MOST_RISES: usize = 4;
+
+/// Sweeps after which it is first asked whether the least residual still falls, then after twice as many each time.
+const WINDOW: usize = 64;
+
+/// What rounding may leave of ‖b − A x‖₂: u n (max |aᵢⱼ| ‖x‖₁ + ‖b‖∞).
+fn roundoff(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> f64 {
+    let largest = crate::norm_inf(a.values());
+    let sum: f64 = x.iter().map(|x| x.abs()).sum();
+    f64::EPSILON * x.len() as f64 * (largest * sum + crate::norm_inf(b))
+}
 
 impl GaussSeidel {
     pub(crate) fn new(options: GaussSeidelOptions) -> Result<Self, SolveError> {
@@ -226,6 +240,7 @@ impl LinearSolver for GaussSeidel {
         };
         let mut fallen = 1.0;
         let (mut least, mut risen) = (f64::INFINITY, 0);
+        let mut windows = [f64::INFINITY; 2];
         while report.iterations < self.options.iterations {
             if report.iterations + 1 == self.options.iterations {
                 plan.change.copy_from_slice(x);
@@ -255,6 +270,16 @@ impl LinearSolver for GaussSeidel {
             if !report.residual.is_finite() {
                 break;
             }
+            windows[1] = windows[1].min(report.residual);
+            if report.iterations >= WINDOW && report.iterations.is_power_of_two() {
+                let left = plan.residual(b, x).sqrt();
+                if windows[1] >= windows[0] && left <= roundoff(a, b, x) {
+                    report.status = Status::Stalled;
+                    report.residual = left / norm;
+                    break;
+                }
+                windows = [windows[1], f64::INFINITY];
+            }
         }
         check_solution(a, x)?;
         if report.status == Status::IterationLimit
@@ -270,6 +295,25 @@ impl LinearSolver for GaussSeidel {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn without_a_tolerance_it_ends_where_rounding_stalls_it() {
+        let a = ring(0.1);
+        let options = GaussSeidelOptions {
+            iterations: 10_000_000,
+            tolerance: 0.0,
+            ..GaussSeidelOptions::default()
+        };
+        let mut solver = GaussSeidel::new(options).unwrap();
+        solver.analyze(a.pattern()).unwrap();
+        solver.factorize(&a).unwrap();
+        let (b, mut x) = (vec![1.0; a.dim()], vec![0.0; a.dim()]);
+        let report = solver.solve(&a, &b, &mut x).unwrap();
+        let exact = report.status == Status::Converged && report.residual == 0.0;
+        assert!(exact || report.status == Status::Stalled, "{report:?}");
+        assert!(report.iterations < 100_000, "{report:?}");
+        assert!(crate::backward_error(&a, &b, &x).unwrap().normwise < 1e-15);
+    }
 
     /// A ring of springs that nothing holds, or that `held` holds at one place: with 0 singular, its null vector 1.
     fn ring(held: f64) -> SymBlockMatrix {

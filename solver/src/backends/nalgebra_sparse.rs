@@ -5,13 +5,10 @@
 //! rows at each of them. Matrices that are singular to rounding are refused (`singularity`).
 
 use super::csc::{Csc, Triangle, check_pivots, diagnose};
-use super::{Phases, check_solution};
+use super::direct::{Common, Direct};
 use crate::block_ldlt::Pivots;
 use crate::singularity::SingularityTest;
-use crate::{
-    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, SolveError, SolveReport,
-    SymBlockMatrix,
-};
+use crate::{AnalyzeReport, BlockPattern, FactorReport, SolveError, SymBlockMatrix};
 use ::nalgebra_sparse::factorization::{CscCholesky, CscSymbolicCholesky};
 use ::nalgebra_sparse::na::DMatrixViewMut;
 use ::nalgebra_sparse::pattern::SparsityPattern;
@@ -20,7 +17,7 @@ use std::sync::Arc;
 /// The `nalgebra-sparse` backend.
 #[derive(Debug, Default)]
 pub(crate) struct NalgebraSparse {
-    phases: Phases,
+    common: Common,
     /// `None` before `analyze`.
     work: Option<Work>,
 }
@@ -39,41 +36,43 @@ fn solve(factor: &CscCholesky<f64>, x: &mut [f64]) {
     factor.solve_mut(DMatrixViewMut::from_slice(x, dim, 1));
 }
 
-impl LinearSolver for NalgebraSparse {
-    fn name(&self) -> &'static str {
-        "nalgebra-sparse"
+impl Direct for NalgebraSparse {
+    const NAME: &'static str = "nalgebra-sparse";
+
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
-    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+    fn prepare(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         let work = Work::new(pattern)?;
         let factor_entries = Some(work.factor.l().nnz());
         self.work = Some(work);
-        self.phases.analyzed(pattern);
         Ok(AnalyzeReport { factor_entries })
     }
 
-    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        self.phases.begin_factorize(a)?;
+    fn eliminate(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        a.check_finite()?;
         if let Some(work) = &mut self.work {
             work.factorize(a)?;
         }
-        self.phases.factorized();
         Ok(FactorReport::default())
     }
 
-    fn solve(
+    fn is_stable(&self) -> bool {
+        true
+    }
+
+    fn substitute(
         &mut self,
-        a: &SymBlockMatrix,
+        _: &SymBlockMatrix,
         b: &[f64],
         x: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        self.phases.begin_solve(a, b, x)?;
+    ) -> Result<(), SolveError> {
         x.copy_from_slice(b);
         if let Some(work) = &self.work {
             solve(&work.factor, x);
         }
-        check_solution(a, x)?;
-        Ok(SolveReport::DIRECT)
+        Ok(())
     }
 }
 

@@ -8,10 +8,10 @@
 //! allocates nothing, iterative refinement included.
 
 use super::csc::{Csc, Triangle, diagnose};
-use super::{Phases, check_solution};
+use super::direct::{Common, Direct};
 use crate::block_ldlt::Pivots;
-use crate::{AnalyzeReport, BlockPattern, FactorReport, GeneralMatrix, LinearSolver, SolveError};
-use crate::{SolveReport, SymBlockMatrix, UmfpackOptions};
+use crate::{AnalyzeReport, BlockPattern, FactorReport, GeneralMatrix, SolveError};
+use crate::{SymBlockMatrix, UmfpackOptions};
 use std::sync::Arc;
 use taut_umfpack::{Error, FactorInfo, Numeric, Options, Symbolic};
 
@@ -19,7 +19,7 @@ use taut_umfpack::{Error, FactorInfo, Numeric, Options, Symbolic};
 #[derive(Debug, Default)]
 pub(crate) struct Umfpack {
     options: UmfpackOptions,
-    phases: Phases,
+    common: Common,
     /// `None` before `analyze`, and for a system without rows, which UMFPACK refuses.
     work: Option<Work>,
 }
@@ -43,12 +43,14 @@ impl Umfpack {
     }
 }
 
-impl LinearSolver for Umfpack {
-    fn name(&self) -> &'static str {
-        "umfpack"
+impl Direct for Umfpack {
+    const NAME: &'static str = "umfpack";
+
+    fn common(&mut self) -> &mut Common {
+        &mut self.common
     }
 
-    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+    fn prepare(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.work = match pattern.dim() {
             0 => None,
             _ => {
@@ -56,12 +58,11 @@ impl LinearSolver for Umfpack {
                 Some(Work::new(self.options, csc).map_err(|e| of_pattern(&e))?)
             }
         };
-        self.phases.analyzed(pattern);
         Ok(AnalyzeReport::default())
     }
 
-    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
-        self.phases.begin_factorize(a)?;
+    fn eliminate(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        a.check_finite()?;
         let mut report = FactorReport::default();
         if let Some(work) = &mut self.work {
             let info = work.factorize(a.values()).map_err(|e| named(&e, a))?;
@@ -74,22 +75,24 @@ impl LinearSolver for Umfpack {
             }
             report.reciprocal_condition = Some(info.rcond);
         }
-        self.phases.factorized();
         Ok(report)
     }
 
-    fn solve(
+    /// Entries may grow by 2ⁿ⁻¹.
+    fn is_stable(&self) -> bool {
+        false
+    }
+
+    fn substitute(
         &mut self,
         a: &SymBlockMatrix,
         b: &[f64],
         x: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        self.phases.begin_solve(a, b, x)?;
-        if let Some(work) = &mut self.work {
-            work.solve(b, x).map_err(|e| named(&e, a))?;
+    ) -> Result<(), SolveError> {
+        match &mut self.work {
+            Some(work) => work.solve(b, x).map_err(|e| named(&e, a)),
+            None => Ok(()),
         }
-        check_solution(a, x)?;
-        Ok(SolveReport::DIRECT)
     }
 }
 
@@ -206,7 +209,7 @@ fn named(e: &Error, a: &SymBlockMatrix) -> SolveError {
 mod tests {
     use super::super::testing;
     use super::*;
-    use crate::BlockPattern;
+    use crate::{BlockPattern, LinearSolver};
 
     #[test]
     fn definite_and_quasi_definite_systems_are_solved() {

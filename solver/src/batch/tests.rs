@@ -30,7 +30,7 @@ fn matrix(pattern: &Arc<BlockPattern>, seed: u32) -> SymBlockMatrix {
 }
 
 fn batch(pattern: &Arc<BlockPattern>, count: usize) -> (BatchMatrix, Vec<SymBlockMatrix>) {
-    let mut a = BatchMatrix::zeros(pattern.clone(), count);
+    let mut a = BatchMatrix::zeros(pattern.clone(), count).unwrap();
     // What belongs to no cable is not to be read.
     a.values_mut().fill(f64::NAN);
     let each: Vec<_> = (0..count).map(|c| matrix(pattern, c as u32 + 1)).collect();
@@ -214,6 +214,12 @@ fn refuses_what_does_not_fit() {
     let ring = BlockPattern::new(&[3; 3], &[(0, 1), (1, 2), (0, 2)]).unwrap();
     assert!(BatchBanded::new(&Arc::new(ring), 4).is_err());
     let pattern = chain(&[3; 3]);
+    for count in [usize::MAX, 1 << 50] {
+        let too_large = |e| matches!(e, SolveError::TooLarge { .. });
+        assert!(BatchMatrix::zeros(pattern.clone(), count).is_err_and(too_large));
+        let refused = BatchBanded::new(&pattern, count).map(|_| ());
+        assert!(refused.is_err_and(|e| too_large(e.error)), "{count}");
+    }
     let mut solver = BatchBanded::new(&pattern, 4).unwrap();
     let mut x = [0.0; 9 * 8];
     let called = SolveError::OutOfOrder {
@@ -221,8 +227,12 @@ fn refuses_what_does_not_fit() {
         needs: "factorize",
     };
     assert_eq!(solver.solve(&[0.0; 72], &mut x), Err(called.into()));
-    assert!(solver.factorize(&BatchMatrix::zeros(pattern, 5)).is_err());
-    let other = BatchMatrix::zeros(chain(&[3; 2]), 4);
+    assert!(
+        solver
+            .factorize(&BatchMatrix::zeros(pattern, 5).unwrap())
+            .is_err()
+    );
+    let other = BatchMatrix::zeros(chain(&[3; 2]), 4).unwrap();
     assert_eq!(
         solver.factorize(&other),
         Err(SolveError::PatternChanged.into())
@@ -284,7 +294,7 @@ fn accepts_the_same_matrices_whatever_their_number() {
         }
         let b: Vec<f64> = (0..5).map(|i| f64::from(i).cos()).collect();
         for count in 1..=9 {
-            let mut all = BatchMatrix::zeros(pattern.clone(), count);
+            let mut all = BatchMatrix::zeros(pattern.clone(), count).unwrap();
             (0..count).for_each(|cable| all.set(cable, &a).unwrap());
             let mut solver = BatchBanded::new(&pattern, count).unwrap();
             solver.factorize(&all).unwrap();

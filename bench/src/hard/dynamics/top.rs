@@ -15,7 +15,7 @@ use super::worse;
 use crate::check::{Check, ExperimentError, Outcome, Parts};
 use crate::hard::special::complete_k;
 use indicatif::ProgressBar;
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Body, Scene};
 
@@ -59,7 +59,7 @@ pub fn flip_time(y: &Vector3<f64>) -> f64 {
 /// What a tumble came to.
 #[derive(Debug, Clone, PartialEq, Default)]
 struct Tumble {
-    /// Angular velocity about the second axis in the middle of each step \[rad/s].
+    /// Angular velocity about the second axis at the end of each step \[rad/s].
     second: Vec<f64>,
     /// Energy in each step \[J].
     energy: Vec<f64>,
@@ -80,10 +80,8 @@ fn tumble(speed: f64, dt: f64, steps: usize) -> Result<Tumble, StepError> {
         stepper.step()?;
         let bodies = &stepper.scene().bodies;
         let (orientation, omega) = (bodies.orientation[0], bodies.angular_velocity[0]);
-        // The body turns about ω through the step: y is the same at both ends, the momentum belongs to the middle.
         let y = orientation.inverse() * omega;
-        let middle = UnitQuaternion::from_scaled_axis(omega * (-0.5 * dt)) * orientation;
-        let momentum = middle * inertia.component_mul(&y);
+        let momentum = orientation * inertia.component_mul(&y);
         if n == 0 {
             start = momentum;
         }

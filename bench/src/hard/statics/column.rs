@@ -254,7 +254,7 @@ pub fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experiment
         let clamped = |t: f64| Ok(scene(n, Ends::Clamped { twist: t }, 0.0)?);
         let threshold = Threshold {
             curve: greenhill(),
-            exact: buckling_torque(n, 1e12),
+            exact: buckling_torque(n, 1e12, 0.0),
             bar: TORQUE_BAR,
         };
         let case = format!("torque, clamped, N = {n}");

@@ -24,7 +24,19 @@ fn entries_are_read_as_they_stand() {
         [(0, 0, -0.0), (2, 1, 1e-3), (1, 0, 5e-324), (0, 0, 2.0)]
     );
     assert!(market.entries[0].2.is_sign_negative());
-    assert_eq!(market.comments, ["made by hand", "between"]);
+}
+
+/// Comments are gone when they are read, and what they tell of blocks has an end.
+#[test]
+fn comments_do_not_fill_the_memory() {
+    let line = format!("% blocks{}\n", " 1".repeat(500_000));
+    let text = format!("{REAL}{}1 1 1\n1 1 1\n", line.repeat(17));
+    says(
+        &text,
+        Fault::Blocks,
+        18,
+        "comments tell of more than 8388608 blocks",
+    );
 }
 
 #[test]

@@ -8,17 +8,17 @@
 //! ```
 //!
 //! with a constant lateral force f; [`buckling_torque`] is the least T for which it has a solution with both ends held.
-//! (P = 0 there: a bearing that cannot slide holds the straight specimen without tension.)
+//! (P = 0 for the paper's: a bearing that cannot slide holds the straight specimen without tension.)
 
 use crate::paper::specimens::POISSON;
 use nalgebra::Complex;
 use std::f64::consts::TAU;
 
 /// Greenhill's torque of the chain of `n` segments with both ends held in line, in units of YI/L: the least T for which
-/// the linearised tilts have a solution. `slenderness` is YA L²/YI, for the joints' compliance across. NaN where none is
-/// below 60.
+/// the linearised tilts have a solution. `slenderness` is YA L²/YI, for the joints' compliance across, `tension` P L²/YI.
+/// NaN where none is below 60.
 #[must_use]
-pub fn buckling_torque(n: usize, slenderness: f64) -> f64 {
+pub fn buckling_torque(n: usize, slenderness: f64, tension: f64) -> f64 {
     let i = Complex::i();
     let l = 1.0 / n as f64;
     // Tilt of the grip and place of the cable's end for a moment m at the clamp and a lateral force f.
@@ -31,7 +31,7 @@ pub fn buckling_torque(n: usize, slenderness: f64) -> f64 {
             place += length / slenderness * f;
             if j < n {
                 place += tilt * l;
-                m -= i * (l * f);
+                m -= i * (l * (f - tilt * tension));
             }
         }
         (tilt, place)

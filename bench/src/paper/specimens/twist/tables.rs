@@ -31,7 +31,7 @@ pub(super) fn tables(results: &Results) -> String {
         "rod",
     ]);
     let mut cells = vec!["chain of segments".to_owned()];
-    cells.extend(SEGMENTS.map(|n| format!("{:.2}", turns(buckling_torque(n, SLENDERNESS)))));
+    cells.extend(SEGMENTS.map(|n| format!("{:.2}", turns(buckling_torque(n, SLENDERNESS, 0.0)))));
     cells.push(format!("{:.2}", turns(greenhill())));
     limits.add_row(cells);
     let mut motion = table(&[

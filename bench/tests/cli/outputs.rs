@@ -1,0 +1,295 @@
+use crate::{folder, good, program, refused, taut, text};
+use serde_json::Value;
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output, Stdio};
+
+fn read(at: &Path, name: &str) -> String {
+    fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn parsed(at: &Path, name: &str) -> Value {
+    serde_json::from_str(&read(at, name)).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The files of a folder that are no results.
+fn left_over(at: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(at).expect("a folder");
+    let paths = entries.map(|e| e.expect("an entry").path());
+    paths
+        .filter(|p| p.extension().is_some_and(|e| e == "part"))
+        .collect()
+}
+
+/// The program in a shell, where `taut` stands for it.
+#[cfg(unix)]
+fn shell(at: &Path, line: &str) -> Output {
+    let line = line.replace("taut", env!("CARGO_BIN_EXE_taut"));
+    let mut shell = Command::new("sh");
+    let shell = shell.current_dir(at).args(["-c", &line]);
+    let output = shell.stdin(Stdio::null()).output();
+    output.unwrap_or_else(|e| panic!("`{line}`: {e}"))
+}
+
+/// What cannot be written costs nothing else, is named, and the code is 2.
+#[cfg(target_os = "linux")]
+#[test]
+fn one_output_that_fails_does_not_cost_the_others() {
+    let at = folder("one_fails");
+    let run = "run hoist --set segments=2 --time 0.5";
+    for (option, others) in [
+        ("--out", ["--json", "--save"]),
+        ("--json", ["--out", "--save"]),
+        ("--save", ["--out", "--json"]),
+    ] {
+        let [a, b] = others;
+        let output = taut(
+            &at,
+            &format!("{run} {option} /dev/full {a} file{a} {b} file{b}"),
+        );
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{option}: {stderr}");
+        assert_eq!(stderr.lines().count(), 1, "{stderr}");
+        assert!(stderr.contains("cannot write `/dev/full`"), "{stderr}");
+        assert!(text(&output.stdout).contains("stable"), "{option}");
+        for other in others {
+            let name = format!("file{other}");
+            if other == "--out" {
+                assert_eq!(read(&at, &name).lines().count(), 31);
+            } else {
+                assert!(parsed(&at, &name).is_object());
+            }
+            fs::remove_file(at.join(name)).expect("written");
+        }
+    }
+    assert_eq!(left_over(&at), Vec::<PathBuf>::new());
+}
+
+/// What cannot be written is refused before the work, which would take hours here.
+#[test]
+fn outputs_are_tried_before_the_run() {
+    let at = folder("tried");
+    fs::create_dir(at.join("folder")).expect("writable");
+    fs::write(at.join("file"), "in the way").expect("writable");
+    let run = "run hoist --time 1e5 --dt 0.01";
+    for option in ["--out", "--json", "--save"] {
+        for path in ["folder", "file/x", "."] {
+            let words = [&format!("cannot write `{path}`")[..]];
+            refused(&at, &format!("{run} {option} {path}"), &words);
+        }
+    }
+    for command in ["bench", "static", "hard", "paper", "matrices --out m"] {
+        refused(
+            &at,
+            &format!("{command} --json folder"),
+            &["cannot write `folder`"],
+        );
+    }
+    refused(&at, "paper --out file", &["cannot write `file`"]);
+    refused(&at, "matrices --out file/m", &["cannot write `file/m`"]);
+    refused(
+        &at,
+        "dump hoist --step 9999999 --out file",
+        &["cannot write `file`"],
+    );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_place_is_written_once_and_not_over_what_is_read() {
+    let at = folder("same_place");
+    fs::create_dir(at.join("deep")).expect("writable");
+    std::os::unix::fs::symlink("a.json", at.join("link")).expect("linked");
+    let run = "run hoist --set segments=2 --time 0.1";
+    for (first, second) in [
+        ("a.json", "a.json"),
+        ("a.json", "./deep/../a.json"),
+        ("a.json", "link"),
+        ("link", "deep/../link"),
+    ] {
+        for there in [false, true] {
+            let file = at.join("a.json");
+            if there {
+                fs::write(&file, "old").expect("writable");
+            }
+            for [a, b] in [["--out", "--json"], ["--json", "--save"]] {
+                let words = [a, b, "cannot share a file"];
+                refused(&at, &format!("{run} {a} {first} {b} {second}"), &words);
+            }
+            assert_eq!(
+                fs::read_to_string(&file).ok().as_deref(),
+                there.then_some("old")
+            );
+            let _ = fs::remove_file(&file);
+        }
+    }
+    // Devices are not filled.
+    good(&at, &format!("-q {run} --out /dev/null --json /dev/null"));
+    let scene = good(&at, "scene hoist --set segments=2");
+    fs::write(at.join("s.toml"), &scene).expect("writable");
+    fs::write(at.join("c.csv"), "time,hoist_speed\n0,0\n").expect("writable");
+    refused(&at, "run s.toml --json ./s.toml", &["it is read", "--json"]);
+    refused(
+        &at,
+        "run gantry --controls c.csv --out c.csv",
+        &["it is read", "--out"],
+    );
+    assert_eq!(read(&at, "s.toml"), scene);
+    // A run goes on in its place, and through a link the file is written that it names.
+    good(&at, &format!("{run} --save link"));
+    assert!(parsed(&at, "a.json").is_object());
+    refused(&at, "run --resume link --out a.json", &["it is read"]);
+    let before = read(&at, "a.json");
+    good(&at, "run --resume a.json --time 0.1 --save link");
+    assert!(at.join("link").is_symlink());
+    assert_ne!(read(&at, "a.json"), before);
+    good(&at, &format!("{run} --json rows.json"));
+    refused(&at, "report rows.json --out rows.json", &["it is read"]);
+}
+
+/// A file that grows too large, as on a full disk, and a program that is killed: the old run or the new one is there.
+#[cfg(unix)]
+#[test]
+fn a_saved_run_is_never_half_of_one() {
+    let at = folder("killed");
+    good(&at, "run hoist --set segments=400 --time 0.1 --save s.json");
+    let old = read(&at, "s.json");
+    assert!(old.len() > 20_000);
+    // In blocks of 512 or 1024 bytes.
+    shell(
+        &at,
+        "ulimit -f 8; taut run --resume s.json --time 0.1 --save s.json",
+    );
+    assert_eq!(read(&at, "s.json"), old);
+    for wait in [30, 60, 90, 120] {
+        let mut child = program(&at, "run --resume s.json --time 0.05 --save s.json")
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        std::thread::sleep(std::time::Duration::from_millis(wait));
+        child.kill().expect("it can be killed");
+        child.wait().expect("it ends");
+        assert!(parsed(&at, "s.json")["run"].is_object(), "after {wait} ms");
+    }
+    // It keeps its permissions.
+    use std::os::unix::fs::PermissionsExt;
+    let file = at.join("s.json");
+    fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).expect("own");
+    good(&at, "run --resume s.json --time 0.05 --save s.json");
+    let mode = fs::metadata(&file).expect("there").permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+}
+
+/// A signal ends a run in order: rows and state are there while it goes on, the summary says how far it got.
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_a_run_in_order() {
+    for (signal, code) in [("TERM", 143), ("INT", 130)] {
+        let at = folder(&format!("signal_{signal}"));
+        let arguments = "run hoist --set segments=2 --time 1e5 --out - --json j.json --save s.json --save-at 0.5";
+        let mut child = program(&at, arguments)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .expect("the program starts");
+        let stdout = child.stdout.take().expect("piped");
+        let rows = BufReader::new(stdout).lines();
+        let mut rows = rows.map(|row| row.expect("text"));
+        // Long after the state was due.
+        assert_eq!(rows.by_ref().take(2000).count(), 2000);
+        let saved = parsed(&at, "s.json");
+        let pid = child.id().to_string();
+        let asked = Command::new("kill")
+            .args([&format!("-{signal}"), &pid])
+            .status();
+        assert!(asked.expect("a shell's tool").success());
+        let count = 2000 + rows.count();
+        let output = child.wait_with_output().expect("it ends");
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "{stderr}");
+        assert!(
+            stderr.contains(&format!(
+                "stopped by SIG{signal} after {} of 6000000 steps",
+                count - 1
+            )),
+            "{stderr}"
+        );
+        let summary = parsed(&at, "j.json");
+        assert_eq!(summary["steps"], count - 1);
+        assert_eq!(
+            (&summary["stable"], &summary["failure"], &summary["stopped"]),
+            (&false.into(), &Value::Null, &format!("SIG{signal}").into())
+        );
+        assert_eq!(
+            summary["load"]["time"].as_array().map(Vec::len),
+            Some(count - 1)
+        );
+        assert_eq!(parsed(&at, "s.json"), saved);
+        assert_eq!(
+            saved["run"]["time"].as_f64().map(|t| (60.0 * t).round()),
+            Some(30.0)
+        );
+        good(&at, "run --resume s.json --time 0.1");
+    }
+}
+
+/// Where nobody can be told the code still tells.
+#[cfg(target_os = "linux")]
+#[test]
+fn streams_that_are_full_or_closed_are_no_panic() {
+    let at = folder("streams");
+    let unstable = "run hoist --scheme linearly-implicit --stiffness off --guard off --set mass_ratio=1e5 \
+        --set seed=1 --set move_x=0.5 --time 5";
+    for (line, code) in [
+        ("taut run nope 2>/dev/full", 2),
+        ("taut run nope 2>&-", 2),
+        ("taut run hoist --time 2>/dev/full", 2),
+        (&format!("taut {unstable} 2>/dev/full"), 1),
+        (&format!("taut {unstable} --json - 2>/dev/full"), 1),
+        ("TAUT_SIMD=x taut backends 2>/dev/full", 2),
+        ("taut $(printf '\\377')", 2),
+        ("taut -q $(printf '\\377') run", 2),
+        ("taut run $(printf '\\377')", 2),
+        ("taut --help >/dev/full", 2),
+        ("taut run --help >/dev/full", 2),
+        ("taut --version >/dev/full", 2),
+        ("taut backends >/dev/full", 2),
+        ("taut run hoist --time 0.1 >/dev/full", 2),
+        ("taut run hoist --time 0.1 --out - >/dev/full", 2),
+        ("taut run hoist --time 0.1 --json - >/dev/full", 2),
+        ("taut scene hoist >/dev/full", 2),
+        ("taut backends >/dev/null", 0),
+    ] {
+        let output = shell(&at, line);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(code), "`{line}`: {stderr}");
+        assert!(!stderr.contains("panicked"), "`{line}`: {stderr}");
+    }
+    // By its paths standard output is what `-` is.
+    let line = "taut run hoist --time 0.1 --json /dev/stdout";
+    for line in [format!("{line} | cat"), format!("{line} >j; cat j")] {
+        let output = shell(&at, &line);
+        let alone: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+        assert_eq!(alone["steps"], 6, "{line}");
+    }
+}
+
+/// Steps and comments that nobody asked for are not kept: 100 000 and a million of them in 16 MB.
+#[cfg(target_os = "linux")]
+#[test]
+fn long_runs_and_long_files_take_no_memory() {
+    let at = folder("memory");
+    let small = |line: &str| {
+        let output = shell(&at, &format!("ulimit -d 16000; {line}"));
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "`{line}`: {stderr}");
+    };
+    small("taut run hoist --set segments=1 --guard off --dt 0.01 --time 1000 --out rows.csv");
+    assert_eq!(read(&at, "rows.csv").lines().count(), 100_001);
+    small(
+        "(echo '%%MatrixMarket matrix coordinate real general'; yes % | head -1000000; echo 1 1 1; echo 1 1 1) \
+         | gzip -1 > a.mtx.gz",
+    );
+    small("taut solve a.mtx.gz --backend dense");
+}

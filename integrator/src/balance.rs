@@ -1,0 +1,329 @@
+//! The balance of energy: what a motion has more than it began with and than its drives have put in.
+//!
+//! With elastic energy ½ ε λ² and ε λ = −φ, the energy of the dynamic bodies changes by
+//!
+//! ```text
+//! dE/dt = F·v + T·ω of external loads  −  λᵀ (J_d v_d + ∂φ/∂t)  +  λ_b J_b v of rows at their limits of force
+//! ```
+//!
+//! v_d are the velocities of driven bodies; ∂φ/∂t is that of moved points, motors that hold speeds (−target) and winches
+//! (their speed). A row at its limit stores nothing: all of its work is a motor's, or a slipping drum's. Damping takes
+//! away. Sums over the steps are trapezoidal: λ changes the velocities at the beginning of a step, between those of the
+//! steps before and after it, and in the guard's implicit ones at the end. The energy of the rope that a drum winds up, half its strain of the winch's work, is left out. Healthy motions
+//! are off by less than 4·10⁻² of their own energy in shocks, and elsewhere by less than 10⁻³.
+
+use crate::bounded::Place;
+use crate::products::dot;
+use crate::report::Work;
+use crate::stepper::Stepper;
+use crate::{Energy, StepError};
+use nalgebra::Vector3;
+use taut_model::Mobility;
+
+/// Energy and work since the first step \[J], at the beginning of the last sub-step as [`Energy`].
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct EnergyBalance {
+    /// Kinetic, gravitational and elastic energy, less that of the start.
+    pub gained: f64,
+    /// Work of driven bodies, moved points, motors, winches and external loads.
+    pub work: f64,
+    /// What a gain is measured by: the largest kinetic energy and the largest work so far, and at least 10⁻³ of the
+    /// elastic energy and of the scene's weight times its extent.
+    pub scale: f64,
+    /// Energy from nowhere over the scale, (gained − work)/scale, that has lasted: the least of the last eight steps, so that
+    /// a blow that takes a few steps is none. 0 where there is none, NaN where the energy is no number.
+    pub excess: f64,
+}
+
+/// Steps that an excess has to last.
+const LASTING: usize = 8;
+
+/// Least scale, over the elastic energy and the weight times the extent: motions of less are not judged.
+const LEAST: f64 = 1e-3;
+
+/// What a stepper keeps of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct Account {
+    /// Energy at the first step, once there was one.
+    start: Option<f64>,
+    /// Work up to the beginning of the last sub-step, and in it without what the next forces do.
+    work: f64,
+    pending: f64,
+    /// What of the drives' motion in the last sub-step \[m, rad] is the next forces', and the last forces λ, one a row.
+    open: Vec<f64>,
+    lambda: Vec<f64>,
+    /// Excess in the last steps.
+    recent: [f64; LASTING],
+    /// Largest kinetic energy and work.
+    scale: f64,
+    /// Weight times extent.
+    potential: f64,
+}
+
+impl Account {
+    /// The next step begins a new balance.
+    pub(crate) fn close(&mut self) {
+        let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
+        open.fill(0.0);
+        lambda.fill(0.0);
+        *self = Self {
+            open,
+            lambda,
+            ..Self::default()
+        };
+    }
+}
+
+impl Stepper {
+    /// A sub-step of `dt` is done, whose forces belong to its beginning or, where it is `implicit`, to its end: its work.
+    pub(crate) fn account(&mut self, dt: f64, implicit: bool) {
+        if self.options.energy_tolerance.is_none() {
+            return;
+        }
+        let [_, scratch] = &mut self.in_rows;
+        let mut moved = std::mem::take(scratch);
+        self.drives(dt, &mut moved);
+        let loads = self.work_of_loads(dt);
+        let account = &mut self.account;
+        account.open.resize(self.mu.len(), 0.0);
+        account.lambda.resize(self.mu.len(), 0.0);
+        account.work += account.pending;
+        account.pending = loads;
+        let last = account.open.iter_mut().zip(&mut account.lambda);
+        for ((mu, moved), (open, lambda)) in self.mu.iter().zip(&moved).zip(last) {
+            // Half of a motion is that of the forces at its beginning, half that of those at its end.
+            let (force, half) = (mu / dt, 0.5 * moved);
+            account.work -= *open * force;
+            account.pending -= half * if implicit { force + *lambda } else { force };
+            (*open, *lambda) = (if implicit { 0.0 } else { half }, force);
+        }
+        self.in_rows[1] = moved;
+    }
+
+    /// The balance after a step, where it is asked for.
+    ///
+    /// # Errors
+    /// [`StepError::EnergyGain`] beyond the tolerance of the options.
+    pub(crate) fn weigh(&mut self, work: &mut Work) -> Result<(), StepError> {
+        let Some(tolerance) = self.options.energy_tolerance else {
+            return Ok(());
+        };
+        let energy = Energy {
+            elastic: self.stored_energy(),
+            ..self.energy()
+        };
+        let total = energy.total();
+        let start = match self.account.start {
+            Some(start) => start,
+            None => {
+                self.account.work = 0.0;
+                self.account.start = Some(total);
+                self.account.potential = self.weight_times_extent();
+                total
+            }
+        };
+        let account = &mut self.account;
+        let moved = energy.kinetic.max(account.work.abs());
+        account.scale = account.scale.max(moved);
+        let gained = total - start;
+        let scale = account
+            .scale
+            .max(LEAST * (account.potential + energy.elastic));
+        let excess = gained - account.work;
+        account.recent.rotate_left(1);
+        account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess / scale };
+        // What is no number lasts.
+        let lasting = account.recent.iter().copied().fold(f64::INFINITY, f64::min);
+        let balance = EnergyBalance {
+            gained,
+            work: account.work,
+            scale,
+            excess: if excess.is_nan() { excess } else { lasting },
+        };
+        work.balance = Some(balance);
+        if balance.excess <= tolerance {
+            return Ok(());
+        }
+        Err(StepError::EnergyGain {
+            excess,
+            scale,
+            time: self.time,
+        })
+    }
+
+    /// Elastic energy of the rows, at most ½ φ²/ε: with damping λ is more than what is stored.
+    fn stored_energy(&self) -> f64 {
+        let rows = &self.pieces.rows;
+        let of_row = |(r, mu): (usize, &f64)| {
+            let lambda = mu / self.mu_dt;
+            let stored = rows.compliance[r] * lambda * lambda;
+            // A rigid row has φ²/0, which is no number where φ = 0: the other one then counts.
+            0.5 * stored.min(rows.phi[r] * rows.phi[r] / rows.compliance[r])
+        };
+        self.mu.iter().enumerate().map(of_row).sum()
+    }
+
+    /// Into `moved` by how much driven bodies and ∂φ/∂t have changed the rows in the last sub-step of `dt`: dt (J_d v_d + ∂φ/∂t).
+    fn drives(&self, dt: f64, moved: &mut [f64]) {
+        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        for (moved, phi_t) in moved.iter_mut().zip(&rows.phi_t) {
+            *moved = dt * phi_t;
+        }
+        for (s, slot) in rows.slots.iter().enumerate() {
+            if bodies.mobility[slot.body] == Mobility::Driven {
+                let (v, w) = (
+                    &bodies.velocity[slot.body],
+                    &bodies.angular_velocity[slot.body],
+                );
+                let velocity = [v.x, v.y, v.z, w.x, w.y, w.z];
+                let moved = &mut moved[rows.row_range(slot.constraint)];
+                for (moved, j) in moved.iter_mut().zip(rows.block(s).rows()) {
+                    *moved += dt * dot(j, &velocity);
+                }
+            }
+        }
+    }
+
+    /// Work of external loads and of rows at their limits of force in the last sub-step of `dt` \[J].
+    fn work_of_loads(&self, dt: f64) -> f64 {
+        let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
+        let mut work = 0.0;
+        for (bound, place) in rows.bounds.iter().zip(self.bounded.places()) {
+            let mu = self.mu[bound.row];
+            if place == Place::Inside || mu == 0.0 {
+                continue;
+            }
+            let first = rows.row_range(bound.constraint).start;
+            for s in rows.slot_range(bound.constraint) {
+                let body = rows.slots[s].body;
+                let j = rows.block(s).rows()[bound.row - first];
+                let (v, w) = (&bodies.velocity[body], &bodies.angular_velocity[body]);
+                work += mu * dot(&j, &[v.x, v.y, v.z, w.x, w.y, w.z]);
+            }
+            work += mu * rows.phi_t[bound.row];
+        }
+        for i in self.scene.dynamic_bodies() {
+            work += dt
+                * (bodies.force[i].dot(&bodies.velocity[i])
+                    + bodies.torque[i].dot(&bodies.angular_velocity[i]));
+        }
+        work
+    }
+
+    /// Weight of the dynamic bodies \[N] times the longest way from one to another or of a lever arm \[m].
+    fn weight_times_extent(&self) -> f64 {
+        let rows = &self.pieces.rows;
+        let levers = (0..rows.slots.len()).map(|s| rows.lever(s).norm());
+        let position = &self.scene.bodies.position;
+        let first = position.first().copied().unwrap_or_else(Vector3::zeros);
+        let ways = position.iter().map(|x| (x - first).norm());
+        self.scene.mass() * self.scene.gravity.norm() * levers.chain(ways).fold(0.0, f64::max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Scheme, StepOptions};
+    use taut_model::{
+        Body, Constraint, Controls, Frame, GantryParams, HoistParams, MasslessCable, RowLaw, Scene,
+    };
+
+    fn watched(scheme: Scheme) -> StepOptions {
+        StepOptions {
+            scheme,
+            energy_tolerance: Some(0.2),
+            ..StepOptions::default()
+        }
+    }
+
+    /// The balances of a run of `time` seconds.
+    fn balances(scene: Scene, options: StepOptions, time: f64) -> Vec<EnergyBalance> {
+        let dt = options.dt;
+        let mut stepper = Stepper::new(scene, options).unwrap();
+        let steps = (time / dt).round() as usize;
+        let reports = (0..steps).map(|_| stepper.step().unwrap().balance.unwrap());
+        reports.collect()
+    }
+
+    /// An anchor in a circle does the work that its load gains, of which the first-order scheme loses some.
+    #[test]
+    fn a_moved_anchor_pays_for_the_swing() {
+        for (scheme, lost) in [
+            (Scheme::LinearlyImplicit, 0.1),
+            (Scheme::THIRD_DIFFERENCE, 0.01),
+        ] {
+            let params = HoistParams {
+                segments: 6,
+                circle_radius: 1.0,
+                circle_period: 2.0,
+                ..HoistParams::default()
+            };
+            let all = balances(params.hanging_equilibrium().unwrap(), watched(scheme), 10.0);
+            assert!(all.iter().any(|b| b.work > 1000.0), "{scheme}");
+            for b in all {
+                let off = (b.gained - b.work) / b.scale;
+                assert!((-lost..0.02).contains(&off), "{scheme}: {b:?}");
+            }
+        }
+    }
+
+    /// A trolley and its winches, and a force on a free body.
+    #[test]
+    fn motors_winches_and_loads_pay_for_what_they_move() {
+        let scene = GantryParams::default().build().unwrap();
+        let mut stepper = Stepper::new(scene, watched(Scheme::default())).unwrap();
+        let controls = Controls {
+            trolley_speed: 0.5,
+            hoist_speed: 0.3,
+        };
+        stepper.set_controls(&controls).unwrap();
+        let mut last = EnergyBalance::default();
+        for _ in 0..240 {
+            last = stepper.step().unwrap().balance.unwrap();
+        }
+        // 1.2 m up, all but the trolley.
+        let hanging: f64 = stepper.scene().bodies.mass[2..].iter().sum();
+        let lifted = hanging * 9.81 * 1.1;
+        assert!(last.work > lifted, "{last:?}");
+        assert!((last.gained / last.work - 1.0).abs() < 0.01, "{last:?}");
+
+        let mut scene = Scene::new("pushed");
+        let body = scene.add_body("ball", Body::sphere(1.0, 2.0));
+        scene.bodies.force[body] = Vector3::x() * 3.0;
+        let all = balances(scene, watched(Scheme::LinearlyImplicit), 2.0);
+        let b = all.last().unwrap();
+        assert!(
+            (b.gained / b.work - 1.0).abs() < 0.02 && b.work > 8.0,
+            "{b:?}"
+        );
+    }
+
+    /// A spring whose load is pushed on by a trick of the caller's, ten per cent of its speed a step.
+    #[test]
+    fn energy_from_nowhere_is_an_error() {
+        let mut scene = Scene::new("spring");
+        scene.gravity = Vector3::z() * -9.81;
+        let body = scene.add_body("ball", Body::sphere(0.1, 2.0).at(Vector3::z() * -1.0));
+        let frames = vec![
+            Frame::world(Vector3::zeros()),
+            Frame::body(body, Vector3::zeros()),
+        ];
+        let cable = MasslessCable::new(frames, 1.0, RowLaw::new(1e-3, 0.0));
+        scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+        for (gain, lost) in [(1.0, false), (1.1, true)] {
+            let mut stepper = Stepper::new(scene.clone(), watched(Scheme::default())).unwrap();
+            let failed = (0..120).find_map(|_| {
+                stepper.scene.bodies.velocity[0] *= gain;
+                stepper.step().err()
+            });
+            assert_eq!(failed.is_some(), lost, "{failed:?}");
+            let gained =
+                |e: &StepError| matches!(e, StepError::EnergyGain { excess, .. } if *excess > 0.0);
+            assert!(failed.iter().all(gained), "{failed:?}");
+        }
+    }
+}

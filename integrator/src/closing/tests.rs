@@ -1,0 +1,226 @@
+use crate::{Guard, StepOptions, Stepper};
+use nalgebra::Vector3;
+use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
+
+const G: f64 = 9.81;
+const DT: f64 = 1.0 / 60.0;
+/// Mass of the load that falls \[kg], length of its rope \[m].
+const LOAD: f64 = 50.0;
+const LENGTH: f64 = 4.0;
+
+fn options(dt: f64, substeps: usize) -> StepOptions {
+    StepOptions {
+        dt,
+        substeps,
+        backend: taut_solver::Backend::Dense(taut_solver::DenseOptions::default()),
+        ..StepOptions::default()
+    }
+}
+
+fn scene(name: &str) -> Scene {
+    let mut scene = Scene::new(name);
+    scene.gravity = Vector3::new(0.0, 0.0, -G);
+    scene
+}
+
+fn ball(scene: &mut Scene, mass: f64, at: Vector3<f64>) -> Frame {
+    let body = scene.add_body(format!("ball {at}"), Body::sphere(0.1, mass).at(at));
+    Frame::body(body, Vector3::zeros())
+}
+
+fn rope(scene: &mut Scene, through: &[&Frame], length: f64, compliance: f64) {
+    let frames: Vec<Frame> = through.iter().map(|f| **f).collect();
+    let cable = MasslessCable::new(frames, length, RowLaw::new(compliance, 0.0));
+    let name = format!("rope {}", scene.constraints.len());
+    scene.add_constraint(name, Constraint::MasslessCable(cable), 0);
+}
+
+/// The load `height` above where its rope is straight.
+fn falling(height: f64, compliance: f64) -> Scene {
+    let mut scene = scene("falling");
+    let load = ball(&mut scene, LOAD, Vector3::z() * (height - LENGTH));
+    let top = Frame::world(Vector3::zeros());
+    rope(&mut scene, &[&top, &load], LENGTH, compliance);
+    scene
+}
+
+/// Compliance at which Ω of a step `DT` is `omega`.
+fn compliance(omega: f64) -> f64 {
+    (DT / omega).powi(2) / LOAD
+}
+
+/// Highest apex after the first contact, over the height of the fall: by the energy of the free flights, which the step
+/// keeps to rounding.
+fn rebound(height: f64, compliance: f64, options: StepOptions) -> f64 {
+    let steps = (6.0 / options.dt).round() as usize;
+    let mut stepper = Stepper::new(falling(height, compliance), options).unwrap();
+    let (mut caught, mut highest) = (false, 0.0_f64);
+    for _ in 0..steps {
+        stepper.step().unwrap();
+        if stepper.multipliers()[0] < 0.0 {
+            caught = true;
+        } else if caught {
+            let apex = stepper.energy().total() / (LOAD * G) + LENGTH;
+            highest = highest.max(apex / height);
+        }
+    }
+    assert!(caught);
+    highest
+}
+
+#[test]
+fn a_load_that_falls_into_its_rope_is_thrown_no_higher() {
+    const HEIGHTS: usize = 10;
+    // What the scheme's damping leaves of half an oscillation at 1/60 s: |z|^(2π/arg z) for the root z of its polynomial.
+    let damped = [(0.5, 0.968), (1.0, 0.839)];
+    for options in [options(DT, 1), options(DT, 4), options(DT / 4.0, 1)] {
+        for omega in [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 10.0, 100.0, f64::INFINITY] {
+            let mut mean = 0.0;
+            for k in 0..HEIGHTS {
+                let height = 0.2 + 0.2 * k as f64;
+                let found = rebound(height, compliance(omega), options.clone());
+                assert!(found <= 1.0, "Ω {omega}, {height} m, {options:?}: {found}");
+                mean += found / HEIGHTS as f64;
+            }
+            let known = damped.iter().find(|(at, _)| *at == omega);
+            if let Some((_, known)) = known {
+                assert!(mean > 0.95 * known, "Ω {omega}, {options:?}: {mean}");
+            }
+        }
+    }
+}
+
+/// A plate on four ropes that spread, thrown up and turned; three masses, each on a rope from the one above; two masses
+/// over two points, one thrown up. None of them has more energy than at the start.
+fn thrown(compliance: f64) -> [Scene; 3] {
+    let mut plate = scene("plate on four ropes");
+    let body = Body::cuboid(Vector3::new(2.0, 2.0, 0.2), 400.0).at(-Vector3::z() * 2.5);
+    let turned = nalgebra::UnitQuaternion::from_euler_angles(0.1, 0.05, 0.0);
+    let body = plate.add_body("plate", body.turned(turned));
+    for (x, y) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+        let top = Frame::world(Vector3::new(1.5 * x, 1.3 * y, 0.0));
+        let corner = Frame::body(body, Vector3::new(x, y, 0.0));
+        rope(&mut plate, &[&top, &corner], 3.0, compliance);
+    }
+    let mut row = scene("three masses in a row");
+    let mut above = Frame::world(Vector3::zeros());
+    for (k, mass) in [30.0, 5.0, 50.0].into_iter().enumerate() {
+        let below = ball(&mut row, mass, -Vector3::z() * 0.7 * (k + 1) as f64);
+        rope(&mut row, &[&above, &below], 1.2, compliance);
+        above = below;
+    }
+    let mut pair = scene("two masses over two points");
+    let [left, right] = [-1.0, 1.0].map(|x| Frame::world(Vector3::x() * x));
+    let a = ball(&mut pair, 5.0, Vector3::new(-1.0, 0.0, -40.0));
+    let b = ball(&mut pair, 5.2, Vector3::new(1.0, 0.0, -40.0));
+    // Exactly tight, and open from the first instant on.
+    pair.bodies.velocity[0].z = 3.0;
+    rope(&mut pair, &[&a, &left, &right, &b], 82.0, compliance);
+    [plate, row, pair]
+}
+
+#[test]
+fn ropes_give_no_energy() {
+    for dt in [DT, DT / 4.0] {
+        for compliance in [1e-3, 1e-6, 0.0] {
+            for scene in thrown(compliance) {
+                let name = scene.name.clone();
+                let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
+                let start = stepper.energy();
+                for _ in 0..(10.0 / dt).round() as usize {
+                    stepper.step().unwrap();
+                    let gain = stepper.energy().total() - start.total();
+                    let scale = 1e-9 * start.gravity.abs();
+                    assert!(gain <= scale, "{name}, ε {compliance:e}, {dt} s: {gain} J");
+                }
+            }
+        }
+    }
+}
+
+/// A rigid rope that is too short is taken back over the step, however short the sub-steps of its redoing.
+#[test]
+fn drift_is_taken_back_over_the_whole_step() {
+    let gap = 4e-3;
+    let mut scene = falling(-gap, 0.0);
+    // So that no step is as its linearisation says.
+    scene.bodies.velocity[0].x = 1.0;
+    let guard = Guard {
+        tolerance: f64::MIN_POSITIVE,
+        substeps: 8,
+        ..Guard::default()
+    };
+    let options = StepOptions {
+        guard: Some(guard),
+        ..options(DT / 4.0, 1)
+    };
+    let speed = gap / options.dt;
+    let mut stepper = Stepper::new(scene, options).unwrap();
+    let start = stepper.energy().total();
+    for step in 0..240 {
+        let redone = stepper.step().unwrap().redone;
+        // A slack rope has no gap that could disagree.
+        assert!(redone || step > 0);
+        let gain = stepper.energy().total() - start;
+        let allowed = 0.5 * LOAD * speed * speed + LOAD * G * gap;
+        assert!(gain < 1.05 * allowed, "{gain} J of {allowed} J");
+    }
+}
+
+/// How long ago a row was at its bound is part of the state.
+#[test]
+fn a_young_rope_goes_on_with_the_same_bits() {
+    let mut stepper = Stepper::new(falling(0.3, compliance(2.0)), options(DT, 1)).unwrap();
+    let mut tight = 0;
+    for _ in 0..60 {
+        let mut again = Stepper::restore(stepper.save().unwrap()).unwrap();
+        for s in [&mut stepper, &mut again] {
+            s.step().unwrap();
+        }
+        tight += usize::from(stepper.multipliers()[0] < 0.0);
+        assert_eq!(stepper.scene(), again.scene());
+        assert_eq!(stepper.multipliers(), again.multipliers());
+    }
+    assert!(tight > 3, "{tight}");
+}
+
+/// A load on a winch that hauls in from the start: one that moves with its rope feels the weight and no start; one that
+/// rests is caught without being thrown.
+#[test]
+fn a_winch_that_runs_from_the_start_does_not_kick() {
+    let (mass, speed) = (33.0, -0.45);
+    let at = Vector3::new(1.8173, 0.0, -4.9787);
+    for dt in [DT, DT / 4.0] {
+        for start in [speed, 0.0] {
+            let mut scene = scene("hauled");
+            let load = ball(&mut scene, mass, at);
+            scene.bodies.velocity[0] = at.normalize() * start;
+            let top = Frame::world(Vector3::zeros());
+            rope(&mut scene, &[&top, &load], 5.3, 5.3e-9);
+            if let Constraint::MasslessCable(cable) = &mut scene.constraints[0] {
+                cable.winch = Some(Winch {
+                    speed,
+                    ..Winch::new()
+                });
+            }
+            let mut stepper = Stepper::new(scene, options(dt, 1)).unwrap();
+            for step in 0..(0.5 / dt) as usize {
+                let x = stepper.scene().bodies.position[0];
+                stepper.step().unwrap();
+                let v = stepper.scene().bodies.velocity[0];
+                let (length, along) = (x.norm(), x.normalize());
+                let rate = v.dot(&along);
+                let across = (v - along * rate).norm_squared();
+                let exact = mass * (-along.z * G + across / length);
+                let found = -stepper.multipliers()[0] / dt;
+                if start == speed {
+                    assert!(
+                        (found / exact - 1.0).abs() < 0.03,
+                        "{step}: {found} of {exact} N"
+                    );
+                }
+                assert!((rate / speed - 1.0).abs() < 0.05, "{step}: {rate} m/s");
+            }
+        }
+    }
+}

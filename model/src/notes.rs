@@ -1,0 +1,318 @@
+//! What a scene's own lengths say: how far its constraints can open, and which of its numbers are likely to be mistakes.
+
+use std::fmt;
+
+use crate::constraint::{Constraint, RowKind};
+use crate::frame::Frame;
+use crate::scene::Scene;
+
+/// Lever arm over a body's radius of gyration beyond which its unit is in doubt: the ends of a rod are at 1.7, and
+/// millimetres for metres make that 1,700.
+const FAR: f64 = 300.0;
+
+/// Strain beyond which a cable's stiffness is in doubt: steel ropes break at 2 %.
+const STRAINED: f64 = 0.05;
+
+/// A likely mistake in a scene that is none for the equations.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Note {
+    /// No constraints lead from some dynamic bodies to the world, to a static or to a driven body: they fall.
+    Unheld {
+        /// The first of them.
+        body: String,
+        /// How many more there are.
+        others: usize,
+    },
+    /// A point of attachment is far from its body.
+    FarLever {
+        /// The constraint.
+        constraint: String,
+        /// The body.
+        body: String,
+        /// Distance from the centre of mass \[m].
+        lever: f64,
+        /// Radius of gyration of the body \[m].
+        size: f64,
+    },
+    /// There is a load, but neither gravity nor any other force.
+    NoGravity,
+    /// A constraint was strained by more than 5 %.
+    Strained {
+        /// The constraint that was strained most.
+        constraint: String,
+        /// Its largest gap over its length.
+        strain: f64,
+    },
+}
+
+impl fmt::Display for Note {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unheld { body, others } => {
+                write!(f, "nothing holds body `{body}`")?;
+                if *others > 0 {
+                    write!(f, " and {others} more")?;
+                }
+                f.write_str(": no constraints lead to the world or to a static or driven body")
+            }
+            Self::FarLever {
+                constraint,
+                body,
+                lever,
+                size,
+            } => write!(
+                f,
+                "`{constraint}` holds body `{body}` at {lever:.3e} m from its centre, whose radius of gyration is \
+                 {size:.3e} m: are all lengths in metres?"
+            ),
+            Self::NoGravity => {
+                f.write_str("gravity is zero and no other force acts: the load has no weight")
+            }
+            Self::Strained { constraint, strain } => write!(
+                f,
+                "`{constraint}` was strained by {:.1} %: is its stiffness in newtons?",
+                100.0 * strain
+            ),
+        }
+    }
+}
+
+impl Constraint {
+    /// How far it is open for the violations `phi` of its rows (m, rad) \[m]: the distance of the points of a joint, the
+    /// distance across a slider's axis, by how much a link is too long or too short; a cable that can go slack is never
+    /// too short. `None` where no row measures a gap.
+    ///
+    /// # Panics
+    /// When `phi` is shorter than the rows.
+    #[must_use]
+    pub fn gap(&self, phi: &[f64]) -> Option<f64> {
+        if matches!(self, Self::MasslessCable(c) if c.tension_only) {
+            return Some(phi[0].max(0.0));
+        }
+        let mut first = 0;
+        self.parts().find_map(|(kind, count, _)| {
+            let range = first..first + count;
+            first += count;
+            let gap = matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across);
+            gap.then(|| phi[range].iter().map(|x| x * x).sum::<f64>().sqrt())
+        })
+    }
+
+    /// Length of cable that it stands for \[m], over which its gap is a strain: that of a link or cable, and the sum of a
+    /// joint's lever arms on bodies, which for the joints of a cable is the distance of its segments' centres.
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        match self {
+            Self::Distance(link) => link.length,
+            Self::MasslessCable(cable) => cable.length,
+            _ => {
+                let on_bodies = self.frames().iter().filter(|f| f.body_index().is_some());
+                on_bodies.map(|f| f.point.norm()).sum()
+            }
+        }
+    }
+}
+
+impl Scene {
+    /// Gap of each constraint beyond which a motion of the scene is lost \[m]; infinite where it has none.
+    ///
+    /// With its length ℓ, the sum of its bodies' radii of gyration where it has no length, and e = ε W of its compliance ε
+    /// and the scene's weight W (external forces included), a weight that falls by twice ℓ opens it by
+    /// e + √(e² + 4 e ℓ) < 2 (ℓ + e), which is the limit.
+    #[must_use]
+    pub fn gap_limits(&self) -> Vec<f64> {
+        let weight = self.mass() * self.gravity.norm() + self.external_force();
+        let limit = |c: &Constraint| {
+            let gap = c.parts().find(|(kind, ..)| {
+                matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across)
+            });
+            let (_, _, law) = gap?;
+            let length = match c.length() {
+                length if length > 0.0 => length,
+                _ => c.bodies().map(|b| self.size(b)).sum(),
+            };
+            Some(2.0 * (length + law.compliance * weight))
+        };
+        self.constraints
+            .iter()
+            .map(|c| limit(c).unwrap_or(f64::INFINITY))
+            .collect()
+    }
+
+    /// What in the scene is likely to be a mistake: bodies that nothing holds, lengths in another unit, gravity forgotten.
+    #[must_use]
+    pub fn notes(&self) -> Vec<Note> {
+        let mut notes = Vec::new();
+        if self.gravity.norm() > 0.0 {
+            notes.extend(self.unheld());
+        } else if self.load.is_some() && self.external_force() == 0.0 {
+            notes.push(Note::NoGravity);
+        }
+        notes.extend(self.far_lever());
+        notes
+    }
+
+    /// The note on the largest strain of a run, where it is one: `gaps` are the largest of each constraint in it \[m]. A
+    /// constraint without length has no strain.
+    #[must_use]
+    pub fn strain_note(&self, gaps: &[f64]) -> Option<Note> {
+        let strains = self.constraints.iter().zip(gaps).enumerate();
+        let strains = strains.map(|(c, (constraint, gap))| (c, gap / constraint.length()));
+        let (c, strain) = strains
+            .filter(|(_, strain)| strain.is_finite())
+            .max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (strain > STRAINED).then(|| Note::Strained {
+            constraint: self.constraint_names[c].clone(),
+            strain,
+        })
+    }
+
+    /// Dynamic bodies in components of the graph that nothing fixed holds.
+    fn unheld(&self) -> Option<Note> {
+        let topology = crate::topology::Topology::of(self);
+        let mut held = vec![false; topology.components];
+        for (constraint, component) in self
+            .constraints
+            .iter()
+            .zip(&topology.component_of_constraint)
+        {
+            let fixed = |f: &Frame| f.body_index().is_none_or(|b| !self.bodies.is_dynamic(b));
+            if let Some(component) = component {
+                held[*component] |= constraint.frames().iter().any(fixed);
+            }
+        }
+        let components = topology.component_of_body.iter().enumerate();
+        let mut loose = components.filter_map(|(b, c)| (!held[(*c)?]).then_some(b));
+        let body = self.body_names[loose.next()?].clone();
+        let others = loose.count();
+        Some(Note::Unheld { body, others })
+    }
+
+    /// The lever arm that is longest beside its dynamic body, where that is in doubt.
+    fn far_lever(&self) -> Option<Note> {
+        let levers = self
+            .constraints
+            .iter()
+            .enumerate()
+            .flat_map(|(c, constraint)| {
+                let on_bodies = constraint.frames().iter();
+                on_bodies.filter_map(move |f| Some((c, f.body_index()?, f.point.norm())))
+            });
+        let dynamic = levers.filter(|(_, b, _)| self.bodies.is_dynamic(*b));
+        let far = dynamic.map(|(c, b, lever)| (c, b, lever, self.size(b)));
+        let (c, b, lever, size) = far.max_by(|x, y| (x.2 / x.3).total_cmp(&(y.2 / y.3)))?;
+        (lever > FAR * size).then(|| Note::FarLever {
+            constraint: self.constraint_names[c].clone(),
+            body: self.body_names[b].clone(),
+            lever,
+            size,
+        })
+    }
+
+    /// Radius of gyration of a body, √(tr I/2m) \[m].
+    fn size(&self, body: usize) -> f64 {
+        let bodies = &self.bodies;
+        (0.5 * bodies.inertia[body].trace() / bodies.mass[body]).sqrt()
+    }
+
+    /// Sum of the sizes of all external forces, and of torques over their bodies' radii of gyration \[N].
+    fn external_force(&self) -> f64 {
+        let bodies = &self.bodies;
+        self.dynamic_bodies()
+            .map(|i| bodies.force[i].norm() + bodies.torque[i].norm() / self.size(i))
+            .sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::{Distance, RowLaw, Spherical};
+    use crate::{Body, HoistParams, ParticleChainParams, named};
+    use nalgebra::Vector3;
+
+    #[test]
+    fn no_named_scene_is_in_doubt() {
+        for name in named::NAMES {
+            let scene = named(name).expect("builds");
+            assert_eq!(scene.notes(), [], "{name}");
+        }
+    }
+
+    #[test]
+    fn mistakes_are_noted() {
+        let hoist = || HoistParams::default().build().expect("builds");
+        let mut loose = hoist();
+        loose.constraints.remove(24);
+        loose.constraint_names.remove(24);
+        loose.groups.remove(24);
+        let text = loose.notes()[0].to_string();
+        assert!(text.starts_with("nothing holds body `load`:"), "{text}");
+        // The anchor is what holds all of them.
+        loose.constraints.remove(0);
+        let text = loose.notes()[0].to_string();
+        assert!(text.contains("`segment-1` and 24 more"), "{text}");
+
+        let mut far = hoist();
+        far.constraints[3].frames_mut()[1].point *= 1000.0;
+        let text = far.notes()[0].to_string();
+        assert!(
+            text.starts_with("`joint-3` holds body `segment-4` at 2.083e2 m"),
+            "{text}"
+        );
+
+        let mut light = hoist();
+        light.gravity = Vector3::zeros();
+        assert_eq!(light.notes(), [Note::NoGravity]);
+        light.bodies.force[24].x = 1.0;
+        assert_eq!(light.notes(), []);
+    }
+
+    #[test]
+    fn strains_beyond_five_per_cent_are_noted() {
+        let scene = HoistParams::default().build().expect("builds");
+        let mut gaps = vec![0.02; 25];
+        assert_eq!(
+            scene.strain_note(&gaps),
+            Some(Note::Strained {
+                constraint: "load".to_owned(),
+                strain: 0.02 / (5.0 / 24.0),
+            })
+        );
+        gaps[0] = 0.0;
+        gaps[24] = 0.0;
+        assert_eq!(scene.strain_note(&gaps), None);
+    }
+
+    #[test]
+    fn limits_are_of_lengths_and_weights() {
+        let chain = ParticleChainParams::default().build().expect("builds");
+        for (limit, constraint) in chain.gap_limits().iter().zip(&chain.constraints) {
+            let Constraint::Distance(Distance { length, .. }) = constraint else {
+                assert_eq!(*limit, f64::INFINITY);
+                continue;
+            };
+            assert!((limit / (2.0 * length) - 1.0).abs() < 1e-3, "{limit}");
+        }
+        // A joint at the centre of a body: its size, and what its weight stretches it by.
+        let mut scene = Scene::new("held");
+        scene.gravity = Vector3::z() * -10.0;
+        let body = scene.add_body("ball", Body::sphere(0.5, 2.0));
+        let frames = [
+            Frame::world(Vector3::zeros()),
+            Frame::body(body, Vector3::zeros()),
+        ];
+        let stretch = RowLaw::new(0.05, 0.0);
+        scene.add_constraint(
+            "joint",
+            Constraint::Spherical(Spherical { frames, stretch }),
+            0,
+        );
+        let limit = scene.gap_limits()[0];
+        assert!(
+            (limit - 2.0 * (0.5 * 0.6_f64.sqrt() + 1.0)).abs() < 1e-12,
+            "{limit}"
+        );
+    }
+}
