@@ -43,13 +43,6 @@ pub enum StepError {
         /// Why not, and what to do.
         reason: &'static str,
     },
-    /// A scene cannot step together with others.
-    NotOneShape {
-        /// Its number among them.
-        cable: usize,
-        /// Why not, and what to do.
-        reason: &'static str,
-    },
     /// The parts of a saved run do not fit together, or hold what cannot be saved.
     Saved {
         /// Which part.
@@ -123,7 +116,6 @@ impl fmt::Display for StepError {
             }
             Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
             Self::Saved { what, reason } => write!(f, "saved run: `{what}` {reason}"),
-            Self::NotOneShape { cable, reason } => write!(f, "scene {cable} {reason}"),
             Self::Undecided { time } => write!(
                 f,
                 "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"

@@ -39,34 +39,17 @@ impl Stepper {
         clock: &mut PhaseClock,
         work: &mut Work,
     ) -> Result<(), StepError> {
-        self.begin_guarded();
-        if self.holding > 0 {
-            self.holding -= 1;
-            return self.redo(guard, clock, work);
-        }
-        let solved = self.solve_scheme(self.options.stiffness, clock, work);
-        self.end_guarded(guard, solved, clock, work)
-    }
-
-    /// Remembers what a guarded sub-step may come back to.
-    pub(crate) fn begin_guarded(&mut self) {
         self.step_start.save(
             &self.scene.bodies,
             self.time,
             (&self.mu, self.mu_dt),
             &self.tension,
         );
-    }
-
-    /// What comes after the solve of a guarded sub-step: its motion, and another one where its linearisation does not
-    /// hold.
-    pub(crate) fn end_guarded(
-        &mut self,
-        guard: Guard,
-        solved: Result<(), StepError>,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+        if self.holding > 0 {
+            self.holding -= 1;
+            return self.redo(guard, clock, work);
+        }
+        let solved = self.solve_scheme(self.options.stiffness, clock, work);
         match solved.and_then(|()| self.advance_unwound()) {
             Ok(()) => {
                 let disagreement = self.pieces.disagreement();

@@ -59,12 +59,6 @@ impl PhaseTimes {
         Self(times)
     }
 
-    /// The share of each of `count`.
-    pub(crate) fn share(&self, count: usize) -> Self {
-        let count = u32::try_from(count).unwrap_or(u32::MAX).max(1);
-        Self(self.0.map(|time| time / count))
-    }
-
     /// Time of all phases.
     #[must_use]
     pub fn total(&self) -> Duration {
@@ -141,13 +135,6 @@ pub struct StepReport {
     pub phases: PhaseTimes,
 }
 
-/// What a direct backend says.
-const DIRECT: SolveReport = SolveReport {
-    status: Status::Direct,
-    iterations: 0,
-    residual: f64::NAN,
-};
-
 /// What a step has done so far.
 #[derive(Debug, Default)]
 pub(crate) struct Work {
@@ -177,11 +164,6 @@ impl Work {
         }
     }
 
-    /// One system was solved directly, with its refinement.
-    pub(crate) fn add_direct(&mut self) {
-        self.add(DIRECT, None);
-    }
-
     /// Keeps the largest disagreement; NaN is infinite.
     pub(crate) fn see(&mut self, disagreement: f64) {
         let size = if disagreement.is_nan() {
@@ -195,7 +177,7 @@ impl Work {
     pub(crate) fn report(self, time: f64, refinements: usize, phases: PhaseTimes) -> StepReport {
         StepReport {
             time,
-            solve: self.solve.unwrap_or(DIRECT),
+            solve: self.solve.unwrap_or(SolveReport::DIRECT),
             iterations: self.iterations,
             refinements,
             solves: self.solves,

@@ -151,39 +151,22 @@ impl Stepper {
     }
 
     fn whole_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
-        self.begin_step(clock, work)?;
+        if self.started {
+            self.find_tension(clock, work)?;
+        } else {
+            self.start(clock, work)?;
+        }
         for _ in 0..self.options.substeps {
-            self.take_substep(clock, work)?;
+            match self.options.guard {
+                None => self.plain_step(clock, work)?,
+                Some(guard) => self.guarded_step(guard, clock, work)?,
+            }
         }
         Ok(())
     }
 
-    /// What comes before a step's sub-steps.
-    pub(crate) fn begin_step(
-        &mut self,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
-        if self.started {
-            self.find_tension(clock, work)
-        } else {
-            self.start(clock, work)
-        }
-    }
-
-    pub(crate) fn take_substep(
-        &mut self,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
-        match self.options.guard {
-            None => self.plain_step(clock, work),
-            Some(guard) => self.guarded_step(guard, clock, work),
-        }
-    }
-
     /// What led to a failure may be of any size: the next solve finds its tension anew, and starts from zero.
-    pub(crate) fn drop_tension_unless(&mut self, good: bool) {
+    fn drop_tension_unless(&mut self, good: bool) {
         if !good {
             self.tension_known = false;
             self.mu.fill(0.0);
@@ -191,21 +174,12 @@ impl Stepper {
         }
     }
 
-    pub(crate) fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
+    fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
         work.report(self.time, self.options.refinements, clock.times())
     }
 
-    pub(crate) fn plain_step(
-        &mut self,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+    fn plain_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
         self.solve_scheme(self.options.stiffness, clock, work)?;
-        self.end_plain(clock)
-    }
-
-    /// What comes after the solve of a sub-step without guard.
-    pub(crate) fn end_plain(&mut self, clock: &mut PhaseClock) -> Result<(), StepError> {
         self.advance()?;
         clock.end(Phase::Update);
         Ok(())

@@ -28,31 +28,6 @@ fn the_counter_counts() {
     assert_eq!(black_box(v), [1]);
 }
 
-/// Cables that step together, with a rest that does not.
-#[test]
-#[cfg(feature = "banded")]
-fn batches_allocate_nothing_after_the_first_step() {
-    let scene = |i: usize| {
-        let params = taut_model::HoistParams {
-            segments: 5,
-            mass_ratio: 100.0 * (1 + i) as f64,
-            initial_angle: 0.2,
-            ..taut_model::HoistParams::default()
-        };
-        params.build().expect("the hoist builds")
-    };
-    let options = StepOptions::default();
-    let batch = taut_integrator::BatchStepper::new((0..9).map(scene).collect(), &options);
-    let mut batch = batch.expect("hoists are of one shape");
-    assert!(batch.step().iter().all(Result::is_ok));
-    let steps = || {
-        for _ in 0..10 {
-            assert!(batch.step().iter().all(Result::is_ok));
-        }
-    };
-    assert_eq!(calls(steps), 0);
-}
-
 /// The backends whose documentation promises that steps allocate nothing.
 fn promises(backend: &Backend) -> bool {
     let text = backend.to_string();

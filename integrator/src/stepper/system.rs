@@ -38,12 +38,6 @@ impl Stepper {
                 break;
             }
         }
-        self.solved_for(dt);
-        Ok(())
-    }
-
-    /// `mu` is the solution of the present state's system for a step `dt` long.
-    pub(crate) fn solved_for(&mut self, dt: f64) {
         self.mu_dt = dt;
         let frequency = 1.0 / dt;
         for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
@@ -51,6 +45,7 @@ impl Stepper {
         }
         self.tension_known = true;
         self.solved = true;
+        Ok(())
     }
 
     /// One linear system: μ of all rows as if none had bounds.
@@ -71,7 +66,9 @@ impl Stepper {
         let refined = self.refine().map_err(|e| self.culprit(e))?;
         clock.end(Phase::Refine);
         work.add(report, refined);
-        self.take_multipliers();
+        let sign = self.multiplier_sign();
+        self.plan
+            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
         Ok(())
     }
 
@@ -92,13 +89,6 @@ impl Stepper {
             None => solver.solve(matrix, rhs, x),
             Some(free) => free.solve(&mut **solver, (plan, pieces), matrix, rhs, x),
         }
-    }
-
-    /// `mu` from the solution `x`.
-    pub(crate) fn take_multipliers(&mut self) {
-        let sign = self.multiplier_sign();
-        self.plan
-            .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
     }
 
     /// The matrix, the right-hand side, and the guess in `x`.
@@ -177,12 +167,6 @@ impl Stepper {
                 matrix.subtract_product(rhs, x, r);
             }),
         }
-    }
-
-    /// The residual of the Schur form at `x` from the pieces.
-    pub(crate) fn schur_residual(&mut self, r: &mut [f64]) {
-        let [mu, residual] = &mut self.in_rows;
-        schur_residual(&self.plan, &mut self.pieces, &self.x, [mu, residual], r);
     }
 
     /// The unknown of the symmetric KKT form is −μ.
