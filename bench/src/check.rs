@@ -109,6 +109,23 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// All, our own bars first.
+    pub const ALL: [Self; 7] = [
+        Self::Pass,
+        Self::Fail,
+        Self::NotYet,
+        Self::Limit,
+        Self::Holds,
+        Self::HoldsOnlyIf,
+        Self::DoesNotHold,
+    ];
+
+    /// As it is written in JSON.
+    #[must_use]
+    pub fn key(self) -> String {
+        self.to_string().to_lowercase().replace(' ', "-")
+    }
+
     /// What a statement of the paper comes to.
     #[must_use]
     pub fn of(holds: bool) -> Self {

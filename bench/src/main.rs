@@ -49,8 +49,8 @@ struct Cli {
 enum Command {
     /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
     ///
-    /// Tables go to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables to
-    /// target/taut/report.html, with its data in report.json beside it.
+    /// The answer goes to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables
+    /// to target/taut/report.html, with its data in bench.report.json beside it.
     #[command(
         after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24\n  taut bench --sweep kernels --backends banded,faer:llt\n  taut bench --matrix bcsstk14.mtx.gz,sherman1.mtx"
     )]

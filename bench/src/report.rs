@@ -4,13 +4,14 @@
 //! the main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws,
 //! `main_job` puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these,
 //! `sheets` makes tables of its rows. `settings` is what each was set to; `page` writes, `cells` are its tables,
-//! `limits` is what it says of known limits.
+//! `markdown` writes several reports as one text. `limits` is what the page says of known limits.
 
 mod cells;
 mod charts;
 mod kinds;
 mod limits;
 mod main_job;
+mod markdown;
 mod measure;
 mod page;
 mod plans;
@@ -18,6 +19,7 @@ mod score;
 pub mod settings;
 mod sheets;
 
+pub use markdown::markdown;
 pub use measure::{Extras, measure};
 pub use page::{page, picture};
 
@@ -134,6 +136,12 @@ impl Report {
             }),
             ..Self::here(arguments, settings)
         })
+    }
+
+    /// The experiment's name, and that of its files.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        self.other.as_ref().map_or("bench", |other| &other.name)
     }
 
     /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.

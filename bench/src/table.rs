@@ -1,6 +1,7 @@
 //! Tables for people: aligned text, numbers short enough to read. The texts hold ANSI sequences for what stands out,
 //! which [`crate::output::print`] leaves out where they would not be seen, and [`plain`] everywhere.
 
+pub(crate) mod answer;
 mod check;
 mod iterative;
 mod kernels;
@@ -8,6 +9,7 @@ mod linear;
 mod matrix;
 mod style;
 
+use answer::Answer;
 pub use check::checks;
 pub use iterative::iterative;
 pub use kernels::kernels;
@@ -16,7 +18,7 @@ pub use matrix::{compared, solved, suite};
 pub use style::MARK;
 pub(crate) use style::{mark_columns, mark_least, verdict};
 
-use crate::ladder::{self, Fastest, LEVELS, Omission, Record, Results, SceneNote};
+use crate::ladder::{self, Fastest, Omission, Record, Results, SceneNote};
 use crate::statics::{Needed, Settled};
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};
@@ -106,7 +108,7 @@ fn marks(fastest: &[Fastest]) -> String {
     levels.collect::<Vec<_>>().join(" ")
 }
 
-/// All rows of the main job, a table for each scene, then the fastest of each, then what was left out.
+/// All rows of the main job, a table for each scene, then what the solvers claimed.
 #[must_use]
 pub fn ladder(results: &Results) -> String {
     let mut out = String::new();
@@ -137,14 +139,29 @@ pub fn ladder(results: &Results) -> String {
         out.push('\n');
         out.push_str(&scene_table(scene));
     }
-    let _ = writeln!(
-        out,
-        "\nFastest step within each relative error of the multipliers"
-    );
-    out.push_str(&fastest(&results.records));
     out.push_str(&claims(&results.records));
-    out.push_str(&omissions(&results.omissions));
     out
+}
+
+/// What the main job answers, in a table and a sentence; what was left out.
+#[must_use]
+pub fn answer(results: &Results) -> String {
+    let Answer { rows, advice } = Answer::of(&results.records);
+    let mut t = wrapped(&Answer::HEADINGS);
+    for (i, column) in t.column_iter_mut().enumerate() {
+        if Answer::is_text(i) {
+            column.set_cell_alignment(CellAlignment::Left);
+        }
+    }
+    t.add_rows(rows);
+    let mut sentence = wrapped(&[]);
+    sentence.add_row([advice]);
+    format!(
+        "{}\n{}{}",
+        text(&t),
+        text(&sentence),
+        omissions(&results.omissions)
+    )
 }
 
 /// What has no rows, and why; nothing where there is nothing.
@@ -157,6 +174,16 @@ pub(crate) fn omissions(omissions: &[Omission]) -> String {
         let _ = writeln!(out, "  {backend}: {reason}");
     }
     out
+}
+
+/// The rows without the repetitions of an iteration that converged before an earlier limit.
+fn once(records: &[Record]) -> Vec<Record> {
+    let mut rows = records.to_vec();
+    rows.dedup_by(|r, last| {
+        let converged = last.iterations_used < last.iterations as f64;
+        converged && (&r.backend, r.step_ns.to_bits()) == (&last.backend, last.step_ns.to_bits())
+    });
+    rows
 }
 
 fn scene_table(records: &[Record]) -> String {
@@ -173,7 +200,7 @@ fn scene_table(records: &[Record]) -> String {
         "held",
         "fastest 1e",
     ]);
-    for r in records {
+    for r in &once(records) {
         let iterations = match r.iterations {
             0 => String::new(),
             limit if r.iterations_used < limit as f64 => {
@@ -246,30 +273,6 @@ fn claims(records: &[Record]) -> String {
          rounding: only with a normwise backward error of 1e-14 allowed for\n{}",
         text(&t)
     )
-}
-
-fn fastest(records: &[Record]) -> String {
-    let headers: Vec<String> = LEVELS.iter().map(|l| format!("≤ {l:.0e}")).collect();
-    let mut header = vec!["segments", "ratio"];
-    header.extend(headers.iter().map(String::as_str));
-    let mut t = table(&header);
-    for scene in records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio)) {
-        let mut row = vec![scene[0].segments.to_string(), ratio(scene[0].mass_ratio)];
-        row.extend(LEVELS.iter().map(|level| {
-            let at = |r: &Record| r.fastest_at.iter().find(|f| f.level == *level).copied();
-            let found = scene.iter().find_map(|r| Some((r, at(r)?)));
-            found.map_or("none".to_owned(), |(r, f)| {
-                let how = match (r.iterations, r.refinements > 0 && !f.refined) {
-                    (0, true) => " r0".to_owned(),
-                    (0, false) => String::new(),
-                    (n, _) => format!(" {n}×"),
-                };
-                format!("{}{how} {}", r.backend, nanoseconds(f.step_ns))
-            })
-        }));
-        t.add_row(row);
-    }
-    text(&t)
 }
 
 /// Cables damped to rest.

@@ -28,6 +28,18 @@
 //! [`refine`] repeats x ← x + A⁻¹ r(x). How wrong an x is: η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) and ‖x − x*‖∞ / ‖x*‖∞
 //! ([`backward_error`], [`forward_error`]). Nothing here has a unit: numbers are in whatever units the caller's are.
 //!
+//! # Add a backend
+//! 1. Write `src/backends/NAME.rs`: a type that implements [`LinearSolver`] (`analyze` a pattern, `factorize` values,
+//!    `solve`), with [`Phases`] for the checks of its input. `examples/skyline.rs` is one, a profile Cholesky of 100 lines
+//!    against the public interface.
+//! 2. Give it to [`agreement::check`] with what it claims: random systems against 32 digits, analyses and factorisations
+//!    used again, bad input refused, nothing wrong called a solution. A backend in a crate of yours is done here.
+//! 3. Add the feature NAME, with its licence, to `Cargo.toml`, and pass it on in `integrator`, `bench` and `tests`.
+//! 4. Add the variant to [`Backend`]: name, options, `create`. The compiler finds what is missing; the tests of this crate
+//!    run the check of step 2 on it.
+//! 5. Add its measured errors to `tests/agreement/systems.rs`, NAME to the feature combinations in `.ci/run`, and its row
+//!    to the README's table of solvers. Every experiment then has it: `taut bench --backends NAME`.
+//!
 //! # Map
 //! | module | holds |
 //! |---|---|

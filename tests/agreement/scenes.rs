@@ -153,7 +153,7 @@ fn the_table_allows_refined_solvers_little_more_than_roundoff() {
     );
 }
 
-/// Writes the table anew: `cargo test -p taut-tests --features umfpack --test agreement -- --ignored --nocapture table`.
+/// Writes the table anew: `cargo test -p taut-tests --features umfpack --test all -- --ignored --nocapture table`.
 #[test]
 #[ignore = "prints what scenes.txt holds"]
 fn print_the_table() {

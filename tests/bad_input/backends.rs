@@ -1,4 +1,4 @@
-use crate::{compiled, compiled_direct};
+use super::{compiled, compiled_direct};
 use std::sync::Arc;
 use taut_solver::{Backend, BlockPattern, LinearSolver, SolveError, Status, SymBlockMatrix};
 

@@ -1,4 +1,4 @@
-use crate::{compiled, compiled_direct};
+use super::{compiled, compiled_direct};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use taut_bench::Choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};

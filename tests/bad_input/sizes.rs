@@ -1,4 +1,4 @@
-use crate::compiled;
+use super::compiled;
 use nalgebra::Vector3;
 use std::path::Path;
 use std::time::{Duration, Instant};

@@ -1,6 +1,6 @@
 //! The gantry, H20 to H35 and H37 to H39.
 
-use crate::checks;
+use super::checks;
 use taut_bench::check::{Check, Verdict};
 use taut_bench::hard::dynamics::CASES;
 use taut_integrator::{StepOptions, Stepper};

@@ -1,6 +1,6 @@
 //! H50.
 
-use crate::limited;
+use super::limited;
 use taut_bench::Choice;
 use taut_bench::hard::numerics::infeasible::{BAR, Rigid, compliant, rigid};
 use taut_bench::hard::solvers;

@@ -1,6 +1,6 @@
 //! H47, and the networks at rest.
 
-use crate::limited;
+use super::limited;
 use taut_bench::check::Verdict;
 use taut_bench::trajectory::load_position;
 use taut_integrator::{StepOptions, Stepper};

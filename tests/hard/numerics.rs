@@ -1,6 +1,6 @@
 //! H40 to H54 but for those with modules of their own, and what the solvers claim.
 
-use crate::{limited, limited_but};
+use super::{limited, limited_but};
 use taut_bench::hard::numerics::angles::joints::{Kind, Pose, jacobian_error};
 use taut_bench::hard::numerics::claims::{Finding, audit};
 use taut_bench::hard::numerics::ill_conditioned::{self, matrices};

@@ -1,6 +1,6 @@
 //! H42.
 
-use crate::limited;
+use super::limited;
 use taut_bench::Choice;
 use taut_bench::check::Verdict;
 use taut_bench::hard::numerics::redundant::{BAR, Found, solve};

@@ -1,6 +1,6 @@
 //! H01 to H16, in their short form.
 
-use crate::checks;
+use super::checks;
 use taut_bench::check::{Check, Verdict};
 
 /// The checks of a case, of which at least `passed` pass.

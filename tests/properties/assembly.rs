@@ -1,4 +1,4 @@
-use crate::equations::{Equations, take_back_rotation, velocities};
+use super::equations::{Equations, take_back_rotation, velocities};
 use nalgebra::{DMatrix, DVector};
 use taut_bench::Choice;
 use taut_integrator::{Elimination, Form, StepOptions, Stepper};

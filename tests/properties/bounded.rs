@@ -1,4 +1,4 @@
-use crate::equations::Equations;
+use super::equations::Equations;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;

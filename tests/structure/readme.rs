@@ -93,6 +93,18 @@ fn the_map_of_the_crates_is_that_of_the_manifests() {
     assert_eq!(found, expected);
 }
 
+/// The README's results are rows of those that the program wrote.
+#[test]
+fn results_are_those_of_the_results_file() {
+    let results = read(&root().join("bench/RESULTS.md"));
+    let known: BTreeSet<_> = results.lines().collect();
+    let rows = table(&readme(), "segments");
+    for row in rows {
+        let line = format!("| {} |", row.join(" | "));
+        assert!(known.contains(line.as_str()), "{line}: not in RESULTS.md");
+    }
+}
+
 /// Every example is named in the README, runs under `cargo test`, and there is no other.
 #[test]
 fn examples_are_named_and_run() {

@@ -50,6 +50,9 @@ pub(crate) struct BenchArgs {
     /// Simulated time of what is run to its end, such as the columns `load` and `held` (s)
     #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
     pub(crate) time: Option<f64>,
+    /// Prints every row of the main job: each solver, each limit of iterations
+    #[arg(long)]
+    pub(crate) rows: bool,
     /// A tenth of the work, under 10 s
     #[arg(long)]
     pub(crate) quick: bool,
@@ -127,6 +130,15 @@ against extended precision (r0: without that refinement); elong.: of the hanging
 the reference motion; held: simulated time, or the time of the end; fastest 1e: of this scene, with error and elong.
 within 1e-3 and so on, refined or not";
 
+/// What the columns of its answer are.
+const ANSWER: &str = "\
+Fastest: the least median time of a whole step with multipliers and elongation within the error, unrefined where that
+suffices; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
+
+/// Where the rest is.
+const MORE: &str =
+    "Every row: `taut bench --rows`, target/taut/bench.json; plots: target/taut/report.html";
+
 /// Runs the main job, or what is asked for instead of it.
 pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let read: Vec<&Path> = args.matrices.iter().map(PathBuf::as_path).collect();
@@ -148,17 +160,22 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
     let bar = console.progress(0);
     let results = ladder::run(&config, &bar)?;
     bar.finish_and_clear();
-    let text = format!(
-        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated\n\
-         {LEGEND}\n{MARK}\n{}",
+    let scene = format!(
+        "{}\nhoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated",
         Machine::current(),
         config.scene.length,
         config.scene.resolve()?.segment_mass,
         1.0 / config.dt,
         config.scene.move_x,
-        config.time,
-        table::ladder(&results)
+        config.time
     );
+    let answer = table::answer(&results);
+    let text = if args.rows {
+        let rows = table::ladder(&results);
+        format!("{scene}\n{LEGEND}\n{MARK}\n{rows}\n{ANSWER}\n{answer}")
+    } else {
+        format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}")
+    };
     let found = Found {
         name: "bench",
         settings: settings::main_job(&config)?,

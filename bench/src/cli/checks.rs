@@ -1,36 +1,140 @@
-//! What commands that end in checks share: how many came to what, and the exit code.
+//! What `taut hard` and `taut paper` share: experiments that end in checks are run, told, written, counted, judged.
 
+use super::console::Console;
+use super::deliver::{Found, Way};
 use crate::Failure;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::collections::HashSet;
 use std::fmt::Write;
-use taut_bench::check::{Check, Verdict};
+use std::path::Path;
+use taut_bench::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_bench::machine::Machine;
+use taut_bench::{output, table};
+
+/// An experiment that ends in checks.
+pub(crate) struct Experiment<'a> {
+    pub(crate) name: &'static str,
+    pub(crate) title: &'static str,
+    /// Runs it, whole or quick.
+    pub(crate) run: Box<Run<'a>>,
+}
+
+type Run<'a> = dyn Fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError> + 'a;
+
+/// Experiments that are told together.
+pub(crate) struct Study<'a> {
+    /// Its name, and that of its files.
+    pub(crate) name: &'static str,
+    /// What the columns of its checks are, and what ours is compared with.
+    pub(crate) legend: &'static str,
+    pub(crate) reference: &'static str,
+    pub(crate) experiments: Vec<Experiment<'a>>,
+    pub(crate) quick: bool,
+    pub(crate) json: Option<&'a Path>,
+}
+
+/// A check as it is written.
+#[derive(Serialize)]
+struct Row {
+    experiment: &'static str,
+    title: &'static str,
+    #[serde(flatten)]
+    check: Check,
+}
+
+/// What an experiment that could not be run to its end comes to.
+fn failed(e: &ExperimentError) -> Outcome {
+    let ended = Check::claim(
+        "the case itself",
+        "runs to its end",
+        "an error".to_owned(),
+        Verdict::Fail,
+        e.to_string(),
+    );
+    Outcome {
+        checks: vec![ended],
+        ..Outcome::default()
+    }
+}
+
+/// Runs the experiments, each once, prints their tables, gives each outcome to `write`, writes rows and page. Code 1 where
+/// a bar of our own is missed.
+pub(crate) fn run(
+    study: Study<'_>,
+    console: Console,
+    write: &dyn Fn(&Experiment<'_>, &Outcome) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let [json] = output::open([("--json", study.json)], &[])?;
+    let way = Way {
+        console,
+        json: json.as_ref(),
+    };
+    let mut text = String::new();
+    let mut tell = |part: String| {
+        text.push_str(&part);
+        text.push('\n');
+        if way.is_rows_alone() {
+            return Ok(());
+        }
+        output::print(&part)
+    };
+    tell(format!("{}\n{}\n", Machine::current(), study.legend))?;
+    let mut seen = HashSet::new();
+    let mut rows: Vec<Row> = Vec::new();
+    for experiment in &study.experiments {
+        let (name, title) = (experiment.name, experiment.title);
+        if !seen.insert(name) {
+            continue;
+        }
+        let bar = console.progress(0).with_message(name);
+        // The others are still told.
+        let outcome = (experiment.run)(study.quick, &bar).unwrap_or_else(|e| failed(&e));
+        bar.finish_and_clear();
+        write(experiment, &outcome)?;
+        let shown = table::checks(&outcome, study.reference);
+        tell(format!("\n{name}: {title}\n{shown}"))?;
+        rows.extend(outcome.checks.into_iter().map(|check| Row {
+            experiment: name,
+            title,
+            check,
+        }));
+    }
+    tell(summary(&rows))?;
+    let count = rows.len();
+    let failed = rows.iter().filter(|r| r.check.verdict == Verdict::Fail);
+    let failed = failed.count();
+    let found = Found {
+        name: study.name,
+        settings: vec![("quick".to_owned(), study.quick.to_string())],
+        text,
+        rows: &rows,
+        omissions: &[],
+    };
+    found.write(way)?;
+    super::report::of_rows(found, way)?;
+    if failed == 0 {
+        return Ok(());
+    }
+    Err(Failure::Check(format!(
+        "{failed} of {count} checks miss their bar"
+    )))
+}
 
 /// How many checks came to what.
-pub(crate) fn summary(checks: &[Check]) -> String {
-    use Verdict::{DoesNotHold, Fail, Holds, HoldsOnlyIf, Limit, NotYet, Pass};
-    let mut out = format!("\n{} checks:", checks.len());
-    for verdict in [Pass, Fail, NotYet, Limit, Holds, HoldsOnlyIf, DoesNotHold] {
-        let count = checks.iter().filter(|c| c.verdict == verdict).count();
+fn summary(rows: &[Row]) -> String {
+    let mut out = format!("\n{} checks:", rows.len());
+    for verdict in Verdict::ALL {
+        let own = || rows.iter().filter(|r| r.check.verdict == verdict);
+        let count = own().count();
         if count > 0 {
             let _ = write!(out, " {count} {verdict}");
-            let beyond = |c: &&Check| c.verdict == verdict && c.is_beyond();
-            let beyond = checks.iter().filter(beyond).count();
-            if verdict == Limit && beyond > 0 {
+            let beyond = own().filter(|r| r.check.is_beyond()).count();
+            if verdict == Verdict::Limit && beyond > 0 {
                 let _ = write!(out, " ({beyond} beyond the catalogue's bar)");
             }
             out.push(',');
         }
     }
-    out.trim_end_matches(',').to_owned() + "\n"
-}
-
-/// Code 1 where a bar of our own is missed.
-pub(crate) fn judge(checks: &[Check]) -> Result<(), Failure> {
-    let failed = checks.iter().filter(|c| c.verdict == Verdict::Fail).count();
-    if failed == 0 {
-        return Ok(());
-    }
-    Err(Failure::Check(format!(
-        "{failed} of {} checks miss their bar",
-        checks.len()
-    )))
+    out.trim_end_matches(',').to_owned()
 }

@@ -44,11 +44,16 @@ impl<R: Serialize> Found<'_, R> {
         super::report::of_rows(self, way)
     }
 
-    /// Prints the tables; writes the rows to the file asked for, and a copy to `target/taut/`.
+    /// Prints the tables, writes the rows.
     pub(crate) fn deliver_rows(&self, way: Way<'_>) -> Result<(), Failure> {
         if !way.is_rows_alone() {
             output::print(&self.text)?;
         }
+        self.write(way)
+    }
+
+    /// Writes the rows to the file asked for, and a copy to `target/taut/`.
+    pub(crate) fn write(&self, way: Way<'_>) -> Result<(), Failure> {
         if let Some(json) = way.json {
             json.json(self.rows)?;
         }

@@ -1,17 +1,15 @@
 //! `taut paper`: the paper's tables, figures and claims, ours beside theirs.
 
-use super::checks;
+use super::checks::{self, Study};
 use super::console::Console;
 use crate::Failure;
 use clap::Args;
 use serde::Serialize;
-use std::collections::HashSet;
 use std::path::PathBuf;
 use taut_bench::check::{self, Check};
 use taut_bench::machine::Machine;
-use taut_bench::output::{self, Output};
+use taut_bench::output;
 use taut_bench::paper::Experiment;
-use taut_bench::table;
 
 #[derive(Debug, Args)]
 pub(crate) struct PaperArgs {
@@ -52,58 +50,47 @@ struct Record<'a> {
 
 /// Runs the experiments, prints their tables, writes their files. Code 1 where a bar of our own is missed.
 pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
-    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
-    let only_json = json.as_ref().is_some_and(Output::is_stdout);
-    let mut names = args.names.clone();
-    if names.is_empty() {
-        names = Experiment::ALL.to_vec();
-    }
-    let mut seen = HashSet::new();
-    names.retain(|name| seen.insert(*name));
+    let names = if args.names.is_empty() {
+        &Experiment::ALL[..]
+    } else {
+        &args.names
+    };
     // Before minutes of work, not after them.
     output::make_folder(&args.out)?;
+    let experiment = |e: &Experiment| {
+        let e = *e;
+        checks::Experiment {
+            name: e.name(),
+            title: e.title(),
+            run: Box::new(move |quick, bar| e.run(quick, bar)),
+        }
+    };
+    let study = Study {
+        name: "paper",
+        legend: LEGEND,
+        reference: "paper, theory",
+        experiments: names.iter().map(experiment).collect(),
+        quick: args.quick,
+        json: args.json.as_deref(),
+    };
     let machine = Machine::current().to_string();
-    if !only_json {
-        output::print(&format!("{machine}\n{LEGEND}\n"))?;
-    }
-    let mut all = Vec::new();
-    for experiment in names {
-        let bar = console.progress(0).with_message(experiment.name());
-        let outcome = experiment.run(args.quick, &bar)?;
-        bar.finish_and_clear();
-        let file = |extension| args.out.join(format!("{}.{extension}", experiment.name()));
-        output::write_text(&file("csv"), &outcome.csv)?;
+    checks::run(study, console, &|experiment, outcome| {
+        let file = |end: &str| args.out.join(format!("{}{end}", experiment.name));
+        output::write_text(&file(".csv"), &outcome.csv)?;
         for (ending, rows) in &outcome.more_csv {
-            let name = format!("{}-{ending}.csv", experiment.name());
-            output::write_text(&args.out.join(name), rows)?;
+            output::write_text(&file(&format!("-{ending}.csv")), rows)?;
         }
         let record = Record {
-            experiment: experiment.name(),
-            title: experiment.title(),
+            experiment: experiment.name,
+            title: experiment.title,
             machine: machine.clone(),
             quick: args.quick,
             checks: &outcome.checks,
         };
-        output::write_json(&file("json"), &record)?;
-        if let Some(picture) = check::picture(&outcome)? {
-            output::write_text(&file("svg"), &picture)?;
+        output::write_json(&file(".json"), &record)?;
+        if let Some(picture) = check::picture(outcome)? {
+            output::write_text(&file(".svg"), &picture)?;
         }
-        if !only_json {
-            output::print(&format!(
-                "\n{}\n{}",
-                experiment.title(),
-                table::checks(&outcome, "paper, theory")
-            ))?;
-        }
-        all.extend(outcome.checks);
-    }
-    if !only_json {
-        output::print(&checks::summary(&all))?;
-        let at = args.out.display();
-        console.note(&format!("\nrows, checks and charts written to {at}"))?;
-    }
-    if let Some(json) = json {
-        json.json(&all)?;
-    }
-    checks::judge(&all)
+        Ok(())
+    })
 }

@@ -1,4 +1,5 @@
-//! The page that every `taut bench` ends in, and `taut report`: the page of a report or of rows that were written before.
+//! The page that every experiment ends in, and `taut report`: the page of a report or of rows that were written before, and
+//! the results of several as Markdown.
 
 use super::console::Console;
 use super::deliver::{Found, Way};
@@ -14,36 +15,51 @@ use taut_bench::report::{self, Report, ReportError};
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
 Examples:
-  taut report target/taut/report.json
+  taut report target/taut/bench.report.json
   taut bench --json rows.json && taut report rows.json --out rows.html
-  taut report target/taut/report.json --picture work-precision.svg";
+  taut report target/taut/bench.report.json --picture work-precision.svg
+  taut report target/taut/{bench,paper,hard}.report.json --markdown bench/RESULTS.md";
 
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
-    /// A `report.json`, or the rows of `taut bench --json`, of which the page then holds nothing else
-    #[arg(value_name = "FROM.json")]
-    from: PathBuf,
-    /// The page (default: target/taut/report.html, or none beside `--picture`)
+    /// A `NAME.report.json`, or the rows of `taut bench --json`, of which the page then holds nothing else; several for
+    /// `--markdown`
+    #[arg(value_name = "FROM.json", required = true)]
+    from: Vec<PathBuf>,
+    /// The page (default: target/taut/report.html, or none beside other outputs)
     #[arg(long, value_name = "PATH")]
     out: Option<PathBuf>,
     /// The plot of work against precision alone
     #[arg(long, value_name = "FILE.svg")]
     picture: Option<PathBuf>,
+    /// What all of the runs found, as one Markdown file
+    #[arg(long, value_name = "FILE.md")]
+    markdown: Option<PathBuf>,
 }
 
-/// Where the page and its data go.
+/// Where the page goes.
 const PAGE: &str = "target/taut/report.html";
-const DATA: &str = "target/taut/report.json";
 
 /// Reads the file, writes the page, the picture, or both.
 pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
-    let page = match (&args.out, &args.picture) {
-        (None, None) => Some(Path::new(PAGE)),
-        (out, _) => out.as_deref(),
+    let page = match (&args.out, &args.picture, &args.markdown) {
+        (None, None, None) => Some(Path::new(PAGE)),
+        (out, ..) => out.as_deref(),
     };
-    let options = [("--out", page), ("--picture", args.picture.as_deref())];
-    let [page, picture] = output::open(options, &[&args.from])?;
-    let report = report::read(&args.from)?;
+    if (page.is_some() || args.picture.is_some()) && args.from.len() > 1 {
+        return Err(Failure::Input(
+            "a page or a picture is of one file: give one, or `--markdown` alone".to_owned(),
+        ));
+    }
+    let read: Vec<&Path> = args.from.iter().map(PathBuf::as_path).collect();
+    let options = [
+        ("--out", page),
+        ("--picture", args.picture.as_deref()),
+        ("--markdown", args.markdown.as_deref()),
+    ];
+    let [page, picture, markdown] = output::open(options, &read)?;
+    let reports = read.iter().map(|path| report::read(path));
+    let reports = reports.collect::<Result<Vec<_>, _>>()?;
     let written = |what: &str, to: &Output| {
         if to.is_stdout() {
             return Ok(());
@@ -51,12 +67,16 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
         console.note(&format!("{what} written to {}", to.path().display()))
     };
     if let Some(to) = &page {
-        report::write(&report, to)?;
+        report::write(&reports[0], to)?;
         written("report", to)?;
     }
     if let Some(to) = &picture {
-        report::write_picture(&report, to)?;
+        report::write_picture(&reports[0], to)?;
         written("picture", to)?;
+    }
+    if let Some(to) = &markdown {
+        to.text(&report::markdown(&reports))?;
+        written("results", to)?;
     }
     Ok(())
 }
@@ -102,7 +122,8 @@ pub(crate) fn of_rows(found: Found<'_, impl Serialize>, way: Way<'_>) -> Result<
 fn write(report: Result<Report, ReportError>, way: Way<'_>) -> Result<(), Failure> {
     let written = report.and_then(|report| {
         report::write(&report, &Output::open(Path::new(PAGE))?)?;
-        Ok(output::write_json(Path::new(DATA), &report)?)
+        let data = format!("target/taut/{}.report.json", report.name());
+        Ok(output::write_json(Path::new(&data), &report)?)
     });
     match written {
         Err(e) => output::complain(&e.to_string()),

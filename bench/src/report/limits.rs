@@ -1,17 +1,13 @@
-//! What is known to be left out or to end, and why: the section "Limits" of the README, which is the one place of it.
+//! What is known to be left out or to end, and why: `LIMITS.md`, which the README links.
 
 use maud::{Markup, html};
 
-const README: &str = include_str!("../../../README.md");
+const LIMITS: &str = include_str!("../../LIMITS.md");
 
-/// The points of the section, each in one line.
+/// The points of the list, each in one line.
 fn points() -> Vec<String> {
-    let section = README.split("\n## ").find(|s| s.starts_with("Limits\n"));
-    let (_, text) = section
-        .unwrap_or_default()
-        .split_once('\n')
-        .unwrap_or_default();
-    text.split("\n- ")
+    LIMITS
+        .split("\n- ")
         .skip(1)
         .map(|point| point.split_whitespace().collect::<Vec<_>>().join(" "))
         .collect()
@@ -43,7 +39,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_readme_has_limits() {
+    fn there_are_limits() {
         let points = points();
         assert!(points.len() > 6, "{points:?}");
         let full =

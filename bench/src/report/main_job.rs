@@ -9,6 +9,7 @@ use super::{Report, ReportError};
 use crate::ladder::{self, Omission, Record};
 use crate::notation::{number, plain};
 use crate::plot::Chart;
+use crate::table::answer::Answer;
 use crate::table::nanoseconds;
 use maud::html;
 
@@ -22,6 +23,7 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
     let scores = scores(&report.records);
     let extras = &report.extras;
     Ok([
+        answer(&report.records),
         figures(
             "work-precision",
             "Work against precision",
@@ -75,6 +77,32 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
     .into_iter()
     .flatten()
     .collect())
+}
+
+/// Which solver to use: the fastest of each scene within each error, and who is next.
+fn answer(records: &[Record]) -> Option<Section> {
+    let Answer { rows, advice } = Answer::of(records);
+    let cell = |(i, text): (usize, &String)| {
+        let number = text.parse().ok().filter(|_| !Answer::is_text(i));
+        Cell {
+            number,
+            ..Cell::text(text.as_str())
+        }
+    };
+    let cells = rows
+        .iter()
+        .map(|row| row.iter().enumerate().map(cell).collect());
+    let cells: Vec<Vec<Cell>> = cells.collect();
+    let body = html! {
+        p { (advice) " Errors are those of multipliers and elongation; next is the fastest of another family of solvers, and \
+             how many times as long its step takes; k× are iterations a step." }
+        (sortable(&Answer::HEADINGS, &cells))
+    };
+    (!rows.is_empty()).then_some(Section {
+        id: "answer".to_owned(),
+        title: "Which solver".to_owned(),
+        body,
+    })
 }
 
 /// What the plot of sizes shows, and whom it leaves out.

@@ -13,12 +13,10 @@ const SCRIPT: &str = include_str!("page.js");
 /// # Errors
 /// [`ReportError::Plot`].
 pub fn page(report: &Report) -> Result<String, ReportError> {
-    let (title, mut sections) = match &report.other {
-        None => (
-            "speed against error of sparse solvers on hoisting cables",
-            main_job::sections(report)?,
-        ),
-        Some(other) => (kinds::title(&other.name), other_sections(other)?),
+    let title = kinds::title(report.name());
+    let mut sections = match &report.other {
+        None => main_job::sections(report)?,
+        Some(other) => other_sections(other)?,
     };
     sections.push(left_out(report));
     let links = sections.iter().map(|s| (&s.id, &s.title));
@@ -57,7 +55,7 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
 }
 
 /// Where the report comes from: when, from which sources, on what.
-fn origin(report: &Report) -> Vec<Setting> {
+pub(super) fn origin(report: &Report) -> Vec<Setting> {
     let known = |text: &str| {
         if text.is_empty() {
             "not recorded".to_owned()
@@ -117,8 +115,7 @@ pub fn picture(report: &Report) -> Result<String, ReportError> {
         }
     };
     if charts.is_empty() {
-        let name = report.other.as_ref().map_or("bench", |other| &other.name);
-        return Err(ReportError::NoPicture(name.to_owned()));
+        return Err(ReportError::NoPicture(report.name().to_owned()));
     }
     Ok(plot::picture(&charts)?)
 }

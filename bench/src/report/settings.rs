@@ -1,4 +1,4 @@
-//! What each benchmark was set to, as its page and its `report.json` say: a name and a value with its unit.
+//! What each benchmark was set to, as its page and its `NAME.report.json` say: a name and a value with its unit.
 
 use super::charts::distinct;
 use crate::choice::Choice;

@@ -3,7 +3,8 @@ use serde_json::Value;
 use std::fs;
 use taut_bench::plot::{self, Axis, Chart, Mark, Series};
 
-pub(crate) const SECTIONS: [&str; 12] = [
+pub(crate) const SECTIONS: [&str; 13] = [
+    "answer",
     "work-precision",
     "motion",
     "profiles",
@@ -138,13 +139,14 @@ fn the_main_job_writes_a_page_that_holds_data() {
         assert!(!used.contains(outside), "{outside}");
     }
     // The same page again from its data, and one of the rows alone.
-    good(&at, "report target/taut/report.json --out again.html");
+    good(&at, "report target/taut/bench.report.json --out again.html");
     assert!(fs::read_to_string(at.join("again.html")).expect("a page") == page);
     good(&at, "report target/taut/bench.json --out rows.html");
     let rows = fs::read_to_string(at.join("rows.html")).expect("a page");
     assert_eq!(
         names(&rows),
         [
+            "answer",
             "work-precision",
             "profiles",
             "means",
@@ -186,12 +188,14 @@ fn every_benchmark_writes_a_page() {
         ] {
             assert!(page.contains(&part), "{name}: {part}");
         }
-        let data = fs::read_to_string(at.join("target/taut/report.json")).expect("data");
+        let data =
+            fs::read_to_string(at.join(format!("target/taut/{name}.report.json"))).expect("data");
         let data: Value = serde_json::from_str(&data).expect("JSON");
         let settings = data["settings"].as_array().expect("settings");
         assert!(settings.len() >= 3, "{name}: {settings:?}");
         assert!(data["commit"].as_str().is_some_and(|c| !c.is_empty()));
-        good(&at, "report target/taut/report.json --out again.html");
+        let report = format!("report target/taut/{name}.report.json");
+        good(&at, &format!("{report} --out again.html"));
         assert!(
             fs::read_to_string(at.join("again.html")).expect("a page") == page,
             "{name}"
@@ -205,12 +209,12 @@ fn every_benchmark_writes_a_page() {
         sections.retain(|section| *section != "printed");
         assert_eq!(names(&rows), sections, "{name}");
         // The plot alone, where there is one of work against precision.
-        let picture = "report target/taut/report.json --picture plot.svg";
+        let picture = format!("{report} --picture plot.svg");
         if expected.contains(&"work-precision") {
-            assert_eq!(good(&at, picture), "");
+            assert_eq!(good(&at, &picture), "");
             assert!(marks(&fs::read_to_string(at.join("plot.svg")).expect("a picture")) > 0);
         } else {
-            refused(&at, picture, &[name, "no plot of work against precision"]);
+            refused(&at, &picture, &[name, "no plot of work against precision"]);
         }
     }
 }
@@ -314,7 +318,7 @@ fn a_picture_is_a_file_of_its_own() {
     assert_eq!(picture.matches("whole step (µs)").count(), 2);
     let stdout = good(
         &at,
-        "report target/taut/report.json --picture p.svg --out p.html",
+        "report target/taut/bench.report.json --picture p.svg --out p.html",
     );
     assert_eq!(stdout, "");
     assert_eq!(
@@ -326,7 +330,7 @@ fn a_picture_is_a_file_of_its_own() {
 #[test]
 fn reports_that_are_older_broken_or_absurd_are_read_or_refused() {
     let at = made("read");
-    let text = fs::read_to_string(at.join("target/taut/report.json")).expect("data");
+    let text = fs::read_to_string(at.join("target/taut/bench.report.json")).expect("data");
     let whole: Value = serde_json::from_str(&text).expect("JSON");
     // What was written before the program knew more.
     let mut older = whole.clone();

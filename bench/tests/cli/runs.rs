@@ -362,7 +362,7 @@ fn json_goes_to_a_file_beside_the_table() {
     let at = folder("bench_file");
     let stdout = good(
         &at,
-        "bench --quick --segments 3 --ratios 5 --iterations 2 --time 0.3 --json rows.json",
+        "bench --quick --rows --segments 3 --ratios 5 --iterations 2 --time 0.3 --json rows.json",
     );
     assert!(stdout.contains("dense"), "{stdout}");
     let read = |name: &str| -> Value {
@@ -376,6 +376,20 @@ fn json_goes_to_a_file_beside_the_table() {
     );
     // Where later commands look for it.
     assert_eq!(read("target/taut/bench.json"), read("rows.json"));
+    let answer = good(
+        &at,
+        "bench --quick --segments 3 --ratios 5 --iterations 2 --time 0.3",
+    );
+    assert!(
+        answer.contains("\n Use `") && answer.lines().count() < 20,
+        "{answer}"
+    );
+    let written = "report target/taut/bench.report.json --markdown results.md";
+    assert_eq!(good(&at, written), "");
+    let results = fs::read_to_string(at.join("results.md")).expect("results");
+    assert!(results.contains("\nUse `"), "{results}");
+    let two = "report target/taut/bench.report.json rows.json --out page.html";
+    refused(&at, two, &["give one", "--markdown"]);
 }
 
 /// `taut run … | head -1`: whoever stops reading is not told of a panic.

@@ -11,4 +11,4 @@
 //! and so for `scene_builder`, `matrix_and_rhs`, `matrix_market`, `saved_run`; with `--features umfpack` UMFPACK is
 //! among the backends. New inputs go to `fuzz/corpus`, which is not kept. What ends in a panic or takes too long is
 //! written to `fuzz/artifacts`: once it is mended it goes to `fuzz/seeds` under the name of its symptom, where
-//! `cargo test -p taut-tests --test bad_input` keeps it mended.
+//! `cargo test -p taut-tests --test all bad_input` keeps it mended.

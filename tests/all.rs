@@ -1,0 +1,9 @@
+//! What crosses crates, a module for each theme: one binary, which links once.
+
+mod agreement;
+mod bad_input;
+mod dynamics;
+mod hard;
+mod paper;
+mod properties;
+mod statics;
