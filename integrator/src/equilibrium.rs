@@ -9,6 +9,9 @@
 //! Inertia has no part in an equilibrium, so each body gets what its constraint forces accelerate with
 //! [`ACCELERATION`] on top of its own.
 //!
+//! A rope that is stretched at the start gives that way in one pass where it is rigid, however short the pass. Passes shorter
+//! than the first leave the rest of it to later ones ([`crate::closing`]).
+//!
 //! A link or cable under tension T that turns with its ends resists them with T/|d| across; without that in its matrix
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
 //! massless cables a link without length row along each span ([`Spans`]).
@@ -23,7 +26,9 @@ use taut_solver::Backend;
 
 /// Solves at most.
 const PASSES: usize = 400;
-/// Pseudo time step below which a system that cannot be solved will not be solvable \[s].
+/// First pseudo time step \[s].
+const FIRST: f64 = 1.0 / 60.0;
+/// Pseudo time step below which a system that cannot be solved will not be solvable, nor hold \[s].
 const SHORTEST: f64 = 1e-6;
 /// Longest pseudo time step \[s]: modes of a second are then reduced a thousandfold a pass.
 const LONGEST: f64 = 30.0;
@@ -65,14 +70,16 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
     spans.take_tensions(&mut stepper);
     let (mut clock, mut work) = (PhaseClock::start(), Work::default());
     let (mut pace, mut moved) = (Pace::start(), None);
-    for pass in 1..=PASSES {
+    let mut passes = 0;
+    while passes < PASSES && 4.0 * pace.dt > SHORTEST {
+        passes += 1;
         spans.leave_out_lengths(&mut stepper);
         match stepper.relax(pace.dt, &mut clock, &mut work)? {
             None => pace.dt *= 0.25,
             Some(way) => {
                 moved = Some(way);
                 let rests = pace.ends_with(stepper.imbalance());
-                if rests || (pass == PASSES && pace.imbalance <= BALANCED) {
+                if rests || (passes == PASSES && pace.imbalance <= BALANCED) {
                     take_pose(stepper.into_scene(), &mut scene);
                     return Ok(scene);
                 }
@@ -81,7 +88,7 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
     }
     let (change, body) = moved.unzip();
     Err(StepError::NoEquilibrium {
-        passes: PASSES,
+        passes,
         change: change.unwrap_or(f64::INFINITY),
         body: body.and_then(|i: usize| scene.body_names.get(i).cloned()),
         imbalance: pace.imbalance,
@@ -103,7 +110,7 @@ fn options(backend: &Backend) -> StepOptions {
         direct => direct.clone(),
     };
     StepOptions {
-        dt: 1.0 / 60.0,
+        dt: FIRST,
         refinements: 1,
         scheme: Scheme::LinearlyImplicit,
         stiffness: GeometricStiffness::Off,
@@ -141,7 +148,7 @@ struct Pace {
 impl Pace {
     fn start() -> Self {
         Self {
-            dt: 1.0 / 60.0,
+            dt: FIRST,
             imbalance: f64::INFINITY,
             quartered: 0,
             stalled: 0,
@@ -256,6 +263,8 @@ impl Stepper {
         self.pieces.load_velocities(bodies);
         self.pieces.dv.clear();
         self.pieces.rows.drive(&self.scene, self.time, self.time);
+        self.closing.take_drift(&self.pieces.rows, &self.tension);
+        self.closing.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);
         let disagreement = match self.newton_pass(pass, dt, self.time, clock, work) {
             Ok(d) => d,

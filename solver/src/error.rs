@@ -130,7 +130,8 @@ impl fmt::Display for SolveError {
                 write!(
                     f,
                     "the matrix is singular to rounding at block {block}, whose pivot lost all digits: where its rows depend \
-                     on others remove them or add compliance; else choose a backend that exchanges rows (umfpack, faer:lu)"
+                     on others remove them or add compliance; else choose a backend that exchanges rows (faer:lu, or \
+                     umfpack, which scales them too)"
                 )
             }
             Self::NotPositiveDefinite { block } => {

@@ -123,6 +123,28 @@ pub fn elimination_cost(
     order: &[usize],
     most: EliminationCost,
 ) -> Result<Option<EliminationCost>, SolveError> {
+    let cost = cost_until(pattern, order, most)?;
+    Ok(cost.is_within(most).then_some(cost))
+}
+
+/// Fails with [`SolveError::TooLarge`] where the order of the pattern costs more than [`EliminationCost::LARGEST`].
+#[allow(dead_code)] // where no backend that uses it is compiled in
+pub(crate) fn expect_affordable(pattern: &BlockPattern) -> Result<(), SolveError> {
+    let most = EliminationCost::LARGEST;
+    let natural: Vec<usize> = (0..pattern.blocks()).collect();
+    let cost = cost_until(pattern, &natural, most)?;
+    if cost.is_within(most) {
+        return Ok(());
+    }
+    Err(cost.too_large(most))
+}
+
+/// The cost of an order, or what it has come to where it passes `most`.
+fn cost_until(
+    pattern: &BlockPattern,
+    order: &[usize],
+    most: EliminationCost,
+) -> Result<EliminationCost, SolveError> {
     const NONE: usize = usize::MAX;
     let blocks = pattern.blocks();
     let position = positions(order, blocks)?;
@@ -157,11 +179,11 @@ pub fn elimination_cost(
                 k = parent[k];
             }
             if !cost.is_within(most) {
-                return Ok(None);
+                return Ok(cost);
             }
         }
     }
-    Ok(cost.is_within(most).then_some(cost))
+    Ok(cost)
 }
 
 /// The pattern of the block LDLᵀ of matrices of `p` in its order: that of the matrix and its fill, for eliminating
@@ -190,7 +212,8 @@ pub fn factor_pattern(p: &BlockPattern) -> Result<BlockPattern, SolveError> {
         if let Some((&parent, rest)) = rows.split_first() {
             let merged = &mut rows_of[parent];
             merged.extend_from_slice(rest);
-            merged.sort_unstable();
+            // Two ascending runs, which a stable sort merges.
+            merged.sort();
             merged.dedup();
         }
     }

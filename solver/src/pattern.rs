@@ -55,7 +55,8 @@ impl BlockPattern {
             }
             entries.push((i.min(j), largest));
         }
-        entries.sort_unstable();
+        // Stable, for it merges couplings that come in order.
+        entries.sort();
         entries.dedup();
 
         let mut column_start = vec![0; blocks + 1];

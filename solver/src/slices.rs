@@ -103,9 +103,9 @@ impl Slices {
                     continue;
                 }
                 let stored = (pattern.values(k).start, [pattern.size(i), pattern.size(j)]);
-                rows[i].push((j, (stored, false)));
+                rows[i].push((j, Some((stored, false))));
                 if i != j {
-                    rows[j].push((i, (stored, true)));
+                    rows[j].push((i, Some((stored, true))));
                 }
             }
         }
@@ -134,8 +134,13 @@ impl Slices {
         Some(slices)
     }
 
-    /// The entries of the slice from block row `first` on, of the blocks of its rows.
-    fn add_slice(&mut self, first: usize, rows: &mut [Vec<(usize, Stored)>], blocks: usize) {
+    /// The entries of the slice from block row `first` on, of the blocks of its rows, ascending in each.
+    fn add_slice(
+        &mut self,
+        first: usize,
+        rows: &mut [Vec<(usize, Option<Stored>)>],
+        blocks: usize,
+    ) {
         let distance = |l: usize, column: usize| column.cast_signed() - (first + l).cast_signed();
         let mut distances: Vec<isize> = (rows.iter().enumerate())
             .flat_map(|(l, row)| row.iter().map(move |(column, _)| distance(l, *column)))
@@ -154,17 +159,20 @@ impl Slices {
             let from = from.unsigned_abs();
             let mut source = Source::default();
             for (l, row) in rows.iter_mut().enumerate() {
-                if let Some(k) = row.iter().position(|(column, _)| distance(l, *column) == d) {
-                    source.take(l, row.swap_remove(k).1);
+                let there = row.binary_search_by_key(&d, |(column, _)| distance(l, *column));
+                if let Some(stored) = there.ok().and_then(|k| row[k].1.take()) {
+                    source.take(l, stored);
                 }
             }
             self.add_entry([from, from + 1, from + 2, from + 3], true, source);
         }
+        rows.iter_mut()
+            .for_each(|row| row.retain(|(_, stored)| stored.is_some()));
         while rows.iter().any(|row| !row.is_empty()) {
             let mut columns: [usize; ROWS] = std::array::from_fn(own);
             let mut source = Source::default();
             for (l, row) in rows.iter_mut().enumerate() {
-                if let Some((column, stored)) = row.pop() {
+                if let Some((column, Some(stored))) = row.pop() {
                     columns[l] = column + 1;
                     source.take(l, stored);
                 }

@@ -4,7 +4,7 @@ use taut_bench::hard::statics::rest::slings;
 use taut_integrator::{
     GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
 };
-use taut_model::{Body, End, HoistParams, Scene};
+use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
 use taut_solver::Backend;
 use taut_tests::{Worst, compiled_direct, compiled_iterative};
 
@@ -187,6 +187,30 @@ fn what_falls_has_no_equilibrium() {
         stepper.err(),
         Some(StepError::NoEquilibrium { .. })
     ));
+}
+
+/// Rigid slings a third too short for the pose they start from: they draw the load in, whatever solves.
+#[test]
+fn rigid_slings_too_short_for_the_start_are_drawn_in() {
+    let mut scene = Scene::new("slings");
+    scene.gravity = Vector3::new(0.0, 0.0, -9.81);
+    let start = Vector3::new(0.4, 0.12, -1.03);
+    scene.add_body("load", Body::sphere(0.3, 900.0).at(start));
+    let (across, up, length) = (Vector3::new(0.33, 0.24, 0.0), 0.34, 0.8_f64);
+    for side in [-1.0, 1.0] {
+        let ends = vec![
+            Frame::world(Vector3::zeros()),
+            Frame::body(0, side * across + up * Vector3::z()),
+        ];
+        let sling = MasslessCable::new(ends, length, RowLaw::RIGID);
+        scene.add_constraint("sling", Constraint::MasslessCable(sling), 0);
+    }
+    let height = up + (length * length - across.norm_squared()).sqrt();
+    for Choice { backend, .. } in compiled_direct() {
+        let found = static_equilibrium(scene.clone(), &backend).expect("an equilibrium");
+        let off = found.bodies.position[0] + height * Vector3::z();
+        assert!(off.norm() < 1e-9, "{backend}: {off}");
+    }
 }
 
 /// EA in MN: a cable as soft as that is no cable, and what hangs on it is named.

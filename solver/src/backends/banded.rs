@@ -14,6 +14,7 @@ use crate::block_ldlt::{BlockLdlt, Pivots, WEAK};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
+use crate::ordering::expect_affordable;
 use crate::singularity::SingularityTest;
 use crate::{AnalyzeReport, BlockPattern, FactorReport, SolveError, SymBlockMatrix};
 use std::sync::Arc;
@@ -133,10 +134,9 @@ impl Direct for Banded {
 
     fn prepare(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.fast = Fast::new(pattern, Level::best());
-        let in_order = BlockLdlt::new(pattern, pattern);
-        let in_order = match (&self.fast, in_order) {
-            (None, in_order) => Ok(in_order?),
-            (Some(_), in_order) => in_order,
+        let in_order = match &self.fast {
+            None => Ok(BlockLdlt::new(pattern, pattern)?),
+            Some(_) => expect_affordable(pattern).and_then(|()| BlockLdlt::new(pattern, pattern)),
         };
         let factor_entries = in_order.as_ref().ok().map(BlockLdlt::factor_values);
         self.in_order = Some(in_order);
@@ -400,6 +400,35 @@ mod tests {
         let b = [1.0, 2.0, 3.0];
         let x = solved(&a, &b).expect("solved");
         assert!(backward_error(&a, &b, &x).expect("finite").normwise < 1e-15);
+    }
+
+    /// A hub that comes first fills everything in the order of the pattern: that factor is not made beside the fast one, and
+    /// what needs it is refused.
+    #[test]
+    fn a_hub_that_comes_first_is_no_reason_to_fill_memory() {
+        let n = if cfg!(miri) { 100 } else { 20_000 };
+        let star: Vec<_> = (1..n).map(|i| (0, i)).collect();
+        let pattern = Arc::new(BlockPattern::new(&vec![3; n], &star).expect("a pattern"));
+        let mut a = SymBlockMatrix::zeros(pattern.clone());
+        for block in 0..n {
+            let diagonal = a.block_mut(pattern.column(block).start);
+            diagonal.iter_mut().step_by(4).for_each(|d| *d = 2.0);
+        }
+        let mut solver = Banded::default();
+        let report = solver.analyze(&pattern).expect("an analysis");
+        assert_eq!(report.factor_entries.is_none(), !cfg!(miri));
+        solver.factorize(&a).expect("definite");
+        let mut x = vec![0.0; 3 * n];
+        solver.solve(&a, &vec![1.0; 3 * n], &mut x).expect("solved");
+        assert!(x.iter().all(|x| *x == 0.5));
+        a.block_mut(0)[0] = -2.0;
+        let refused = solver.factorize(&a);
+        if !cfg!(miri) {
+            assert!(
+                matches!(refused, Err(SolveError::TooLarge { .. })),
+                "{refused:?}"
+            );
+        }
     }
 
     /// Two masses that are all but one, held by two joints: where the joints take them one by one, the inverse has a zero at

@@ -193,3 +193,15 @@ fn vectors_of_any_length() {
         assert!((0..n).all(|i| (turned[i] - (q[i] - 0.7 * p[i])).abs() < 1e-15));
     }
 }
+
+/// Two hubs that all others are coupled to: the square of their rows would take minutes.
+#[test]
+fn rows_of_very_many_blocks_are_laid_out_in_time() {
+    let n = if cfg!(miri) { 100 } else { 200_000 };
+    let hubs: Vec<_> = (0..2)
+        .flat_map(|hub| (hub + 1..n).map(move |i| (hub, i)))
+        .collect();
+    let pattern = BlockPattern::new(&vec![1; n], &hubs).unwrap();
+    // Blocks of three rows at the least would be padding for the most part.
+    assert!(Slices::new(&pattern, |_, _| true).is_none());
+}
