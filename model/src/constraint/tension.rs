@@ -32,7 +32,8 @@ impl Constraint {
             })
         };
         match self {
-            Self::Distance(_) | Self::MasslessCable(_) => Some(-lambda[0]),
+            // Not −0 where it is slack.
+            Self::Distance(_) | Self::MasslessCable(_) => Some(0.0 - lambda[0]),
             Self::Spherical(_) => Some(Vector3::from_column_slice(&lambda[..3]).norm()),
             Self::Paper(c) => along(&c.law),
             Self::Cosserat(c) => along(&c.law),
