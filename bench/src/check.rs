@@ -8,6 +8,15 @@ use taut_integrator::StepError;
 use taut_model::SceneError;
 use taut_solver::{SolveReport, Status};
 
+/// The larger of two errors; one that is no number is the largest.
+pub(crate) fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}
+
 /// A reference beside ours.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Check {

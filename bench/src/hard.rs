@@ -10,6 +10,7 @@ pub mod numerics;
 pub mod special;
 pub mod statics;
 
+pub(crate) use crate::check::worse;
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
 use indicatif::ProgressBar;
@@ -99,15 +100,6 @@ pub fn not_yet() -> Vec<Check> {
         )
     };
     NOT_YET.map(row).to_vec()
-}
-
-/// The larger of two errors; one that is no number is the largest.
-pub(crate) fn worse(a: f64, b: f64) -> f64 {
-    if a.is_nan() || b.is_nan() {
-        f64::NAN
-    } else {
-        a.max(b)
-    }
 }
 
 /// The scenes of a case that has none to be stepped.

@@ -1,6 +1,6 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
-use crate::hard::worse;
+use crate::check::worse;
 use crate::inputs::{InputError, Inputs};
 use crate::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use indicatif::ProgressBar;
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
-use taut_integrator::{Energy, EnergyBalance, Phase, SavedRun, Stepper};
+use taut_integrator::{Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
 use taut_model::{Scene, SceneError, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
@@ -20,9 +20,6 @@ pub struct Yardstick {
     /// Whether nothing disturbs the scene out of its plane, so that a verdict of stability says little.
     pub planar: bool,
 }
-
-/// Energy from nowhere, over the motion's own, at which `taut run` gives a run up.
-pub const ENERGY_TOLERANCE: f64 = 0.2;
 
 /// A scene to be run.
 #[derive(Debug, Clone)]
@@ -361,6 +358,11 @@ fn summary(
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
     let notes = scene.notes().into_iter().chain(strain);
+    // The step that gains too much is no sample.
+    let gained = match &simulation.error {
+        Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),
+        _ => None,
+    };
     let [whole, phases @ ..] = &tally.times;
     let phases = Phase::ALL.iter().zip(phases);
     let energy = |sample: Option<Sample>| sample.map_or_else(Energy::default, |s| s.energy);
@@ -394,7 +396,7 @@ fn summary(
             end: energy(tally.last),
         },
         balance: tally.last.and_then(|s| s.balance),
-        max_energy_excess: tally.excess,
+        max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
         notes: notes.map(|note| note.to_string()).collect(),

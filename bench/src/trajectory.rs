@@ -1,6 +1,6 @@
 //! Runs a stepper and records what a user of the simulation would see: the load, energies, gaps, times, stability.
 
-use crate::hard::worse;
+use crate::check::worse;
 use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -202,6 +202,9 @@ pub fn load_position(scene: &Scene) -> Vector3<f64> {
 
 /// Rotation in one step beyond which a linearised step means nothing: an eighth of a turn \[rad].
 const MAX_TURN: f64 = std::f64::consts::FRAC_PI_4;
+
+/// Energy from nowhere, over the motion's own, at which `taut run` gives a run up.
+pub const ENERGY_TOLERANCE: f64 = 0.2;
 
 /// When a run is lost, beside a step that fails.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,6 +12,7 @@ use taut_bench::inputs::Inputs;
 use taut_bench::output::{self, FileError, Output, Writing};
 use taut_bench::run::{self, Summary, Wishes, Yardstick};
 use taut_bench::run_file::RunFile;
+use taut_bench::trajectory;
 use taut_integrator::{StepOptions, Stepper};
 
 #[derive(Debug, Args)]
@@ -91,7 +92,7 @@ fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
     let inputs = inputs(&prepared.scene)?;
     let driven = inputs.names(&prepared.scene);
     let options = StepOptions {
-        energy_tolerance: Some(run::ENERGY_TOLERANCE),
+        energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
         ..step_options(&args.step)?
     };
     steps(args.time, options.dt)?;

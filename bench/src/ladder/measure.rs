@@ -1,9 +1,9 @@
 //! What makes a row of the main job: the errors on common states, the motion, the hanging cable, and the times.
 
 use super::{Case, Config, Record, Task, segment_length};
+use crate::check::worse;
 use crate::choice::Choice;
 use crate::hard::numerics::claims as hard_claims;
-use crate::hard::worse;
 use crate::pace;
 use crate::reference;
 use crate::statics;

@@ -1,8 +1,8 @@
 //! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
 //! the time step, the times of single steps, energies, patterns.
 
+use crate::check::worse;
 use crate::choice::Choice;
-use crate::hard::worse;
 use crate::ladder;
 use crate::linear;
 use crate::poses::Pose;

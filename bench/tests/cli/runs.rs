@@ -28,6 +28,20 @@ fn an_unstable_run_has_code_1_and_still_its_summary() {
     assert_eq!(summary["steps"].as_u64(), Some((end * 60.0).round() as u64));
 }
 
+/// The step that gains too much is no sample, and its excess counts.
+#[test]
+fn a_run_lost_by_its_energy_says_by_how_much() {
+    let at = folder("from_nowhere");
+    let arguments = "run net --backend gauss-seidel:joints:iterations=4 --time 1 --json -";
+    let output = taut(&at, arguments);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("JSON alone");
+    let reason = summary["failure"]["reason"].as_str().unwrap_or_default();
+    assert!(reason.contains("from nowhere"), "{reason}");
+    let excess = summary["max_energy_excess"].as_f64();
+    assert!(excess.is_some_and(|excess| excess > 0.2), "{excess:?}");
+}
+
 #[test]
 fn the_summary_of_a_run_has_its_fields() {
     let at = folder("run");
