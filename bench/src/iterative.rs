@@ -8,8 +8,8 @@
 //! the last that did not and the first that did.
 //!
 //! The time is that from the pieces to the multipliers: assembly, factorisation or preconditioner, solve, and what the
-//! direct solver refines; the least of several. A matrix-free solver so gains what it does not assemble. The direct solver
-//! that a time is compared with is the cheaper of that without and with one refinement that reaches the error.
+//! direct solver refines; the least of several. The direct solver that a time is compared with is the cheaper of that
+//! without and with one refinement that reaches the error.
 //!
 //! As measured, iterations win on no cable. From the pieces to the multipliers (assembly and solve; 24, 100, 1000
 //! segments, ratios 1, 10³, 10⁵, errors 10⁻², 10⁻⁴, 10⁻⁸, from zero and from the last step's multipliers, which all
@@ -17,10 +17,8 @@
 //! times that to 10⁻² at ratio 1, then `cg:group`, 2 to 5 times everywhere in 1 to 6 iterations. `cg:jacobi` needs 5 to
 //! 50 iterations at 24 segments and hundreds from 100 on, `cg:none` hundreds and beyond 1000; Gauss–Seidel over joints
 //! reaches 10⁻⁴ from zero nowhere. A step's guess alone is within 10⁻² only in light motion (ratio 1). On a net of 8 ×
-//! 8 nodes they win: `gauss-seidel:groups` and `cg:group` by 1.8 to 2.1 at every error, `cg:jacobi` by up to 2.0.
-//! Products without S cost the same for long cables and 1.4 to 2 times as much for short ones and nets, so that
-//! `:matrix-free` wins over the assembled S nowhere by more than the scatter of the times (`taut bench --sweep
-//! iterative`).
+//! 8 nodes they win: `gauss-seidel:groups` and `cg:group` by 1.8 to 2.1 at every error, `cg:jacobi` by up to 2.0
+//! (`taut bench --sweep iterative`).
 
 mod case;
 mod search;
@@ -96,14 +94,12 @@ impl Config {
     }
 }
 
-/// Every iterative solver: conjugate gradient with each preconditioner, assembled and matrix-free, and Gauss–Seidel with
-/// each partition.
+/// Every iterative solver: conjugate gradient with each preconditioner and Gauss–Seidel with each partition.
 #[must_use]
 pub fn choices() -> Vec<Choice> {
-    let cg = |preconditioner, matrix_free| {
+    let cg = |preconditioner| {
         Choice::schur(Backend::ConjugateGradient(CgOptions {
             preconditioner,
-            matrix_free,
             ..CgOptions::default()
         }))
     };
@@ -118,9 +114,8 @@ pub fn choices() -> Vec<Choice> {
         Preconditioner::BlockJacobi,
         Preconditioner::Group,
     ];
-    let gradients = preconditioners.map(|p| [cg(p, false), cg(p, true)]);
     let sweeps = [Partition::Joints, Partition::Groups].map(gauss_seidel);
-    gradients.into_iter().flatten().chain(sweeps).collect()
+    preconditioners.map(cg).into_iter().chain(sweeps).collect()
 }
 
 /// Where an iteration starts.

@@ -176,11 +176,6 @@ impl Inertia {
         dispatch(Level::best(), change);
     }
 
-    /// p ← M̃⁻¹ p; zero for the world.
-    pub(crate) fn divide(&self, p: &mut Six) {
-        dispatch(Level::best(), Divide { inertia: self, p });
-    }
-
     /// M̃ of body `i` grows by `mass` (kg) and by `angular` (kg m²) about every axis; Δt f stays. `false` where there is
     /// no inverse.
     pub(crate) fn add_ballast(&mut self, i: usize, mass: f64, angular: f64) -> bool {
@@ -330,33 +325,6 @@ impl Kernel for VelocityChange<'_> {
                 w = add(&w, &correction);
             }
             dv.store(&pack, &[v[0], v[1], v[2], w[0], w[1], w[2]]);
-        }
-    }
-}
-
-/// See [`Inertia::divide`].
-struct Divide<'a> {
-    inertia: &'a Inertia,
-    p: &'a mut Six,
-}
-
-impl Kernel for Divide<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let Self { inertia, p } = self;
-        let room = p.room();
-        let inverse_mass = &inertia.inverse_mass[..room];
-        let inverse = inertia.inverse_angular.view();
-        let mut p = p.view_mut();
-        for first in (0..room).step_by(ABREAST) {
-            let pack = Group::starting_at(first);
-            let inverse_mass = pack.load::<I::X4>(inverse_mass);
-            let [x, y, z, a, b, c] = p.load::<I::X4>(&pack);
-            let [a, b, c] = times(&inverse.load::<I::X4>(&pack), &[a, b, c]);
-            let [x, y, z] = scale(&[x, y, z], inverse_mass);
-            p.store(&pack, &[x, y, z, a, b, c]);
         }
     }
 }

@@ -87,7 +87,6 @@
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
 //! | `assembly` | the joints' blocks of S, four at a time |
 //! | `products` | J v and Jᵀ μ |
-//! | `matrix_free` | S μ from the pieces, for backends that need no more of it |
 //! | `six`, `lanes` | six numbers a body, as vectors want them; rows in lanes |
 //! | `serde_forms` | options by their names, times in seconds, for `serde` |
 //! | `report` | what a step did, and the time of each phase |
@@ -108,7 +107,6 @@ mod history;
 mod imbalance;
 mod inertia;
 mod lanes;
-mod matrix_free;
 mod motion;
 mod observe;
 mod options;

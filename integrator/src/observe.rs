@@ -111,8 +111,7 @@ impl Stepper {
 
     /// The linear system of the last solve: matrix n × n, right-hand side of length n, solution as the backend and the
     /// refinement left it; n is the number of rows of S (1/kg, m/s, N s on rows of lengths), or six a moving body and the
-    /// rows of the KKT matrix. Its blocks stand in the order of [`elimination`](Self::elimination). Of a matrix-free
-    /// backend the matrix holds what its preconditioner factorises alone; [`assembled`](Self::assembled) gives all of it.
+    /// rows of the KKT matrix. Its blocks stand in the order of [`elimination`](Self::elimination).
     #[must_use]
     pub fn system(&self) -> (&SymBlockMatrix, &[f64], &[f64]) {
         (&self.matrix, &self.rhs, &self.x)
@@ -137,7 +136,7 @@ impl Stepper {
 
     fn assemble_as(&mut self, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
         let order = &self.elimination.constraints;
-        let plan = Plan::new(form, &self.scene, &self.pieces.rows, order, |_, _| true);
+        let plan = Plan::new(form, &self.scene, &self.pieces.rows, order);
         Ok(self.fill_system(form, &mut plan.map_err(|e| self.at_state(e))?))
     }
 
@@ -260,7 +259,6 @@ impl Stepper {
             &self.scene,
             &self.pieces.rows,
             &order.constraints,
-            |_, _| true,
         )
         .map_err(|e| self.at_state(e))?;
         let (a, b) = self.fill_system(Form::Kkt, &mut plan);

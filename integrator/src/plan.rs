@@ -63,28 +63,21 @@ struct Product {
 const W: usize = 6 * MAX_ROWS;
 
 impl Plan {
-    /// The constraints stand in `order` (position → constraint), each of them once. Of S only the blocks that `keep`
-    /// accepts for two constraints, in either order, are there.
+    /// The constraints stand in `order` (position → constraint), each of them once.
     pub(crate) fn new(
         form: Form,
         scene: &Scene,
         rows: &Linearized,
         order: &[usize],
-        keep: impl Fn(usize, usize) -> bool,
     ) -> Result<Self, SolveError> {
         match form {
-            Form::Schur => Self::schur(scene, rows, order, keep),
+            Form::Schur => Self::schur(scene, rows, order),
             Form::Kkt => Self::kkt(scene, rows, order),
         }
     }
 
     /// One block row a constraint; two are coupled where they act on the same dynamic body.
-    fn schur(
-        scene: &Scene,
-        rows: &Linearized,
-        order: &[usize],
-        keep: impl Fn(usize, usize) -> bool,
-    ) -> Result<Self, SolveError> {
+    fn schur(scene: &Scene, rows: &Linearized, order: &[usize]) -> Result<Self, SolveError> {
         let sizes: Vec<usize> = order.iter().map(|&c| rows.row_range(c).len()).collect();
         let mut place = vec![0; order.len()];
         for (k, &c) in order.iter().enumerate() {
@@ -102,10 +95,7 @@ impl Plan {
         for slots in &slots_of_body {
             for &left in slots {
                 let lower = slots.iter().filter(|&&r| block_of(r) <= block_of(left));
-                let kept = lower.filter(|&&right| {
-                    keep(rows.slots[left].constraint, rows.slots[right].constraint)
-                });
-                pairs.extend(kept.map(|&right| (left, right)));
+                pairs.extend(lower.map(|&right| (left, right)));
             }
         }
         pairs.sort_unstable();

@@ -1,4 +1,4 @@
-//! Matrix-free products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
+//! Products with the Jacobian: the joints four abreast by their lever arms and gradients, all other
 //! constraints block by block.
 
 use crate::lanes::side as of_side;

@@ -8,7 +8,6 @@ use crate::bounded::Bounded;
 use crate::closing::Closing;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
-use crate::matrix_free::{self, MatrixFree};
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
@@ -32,8 +31,6 @@ pub struct Stepper {
     pub(crate) rhs: Vec<f64>,
     pub(crate) x: Vec<f64>,
     scratch: RefineScratch,
-    /// Where the backend does without S.
-    pub(crate) matrix_free: Option<MatrixFree>,
     /// Multipliers and a residual in the order of the scene's rows.
     pub(crate) in_rows: [Vec<f64>; 2],
     /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
@@ -88,8 +85,7 @@ impl Stepper {
             elimination::order_of(options.elimination, &scene, &pieces.rows, &options.backend)
                 .map_err(at_start)?;
         let order = &elimination.constraints;
-        let kept = matrix_free::kept(&options.backend, &scene);
-        let plan = Plan::new(options.form, &scene, &pieces.rows, order, kept).map_err(at_start)?;
+        let plan = Plan::new(options.form, &scene, &pieces.rows, order).map_err(at_start)?;
         elimination::check_fill(&options, &elimination, &plan.pattern).map_err(at_start)?;
         let mut solver = options.backend.create().map_err(at_start)?;
         solver.analyze(&plan.pattern).map_err(at_start)?;
@@ -107,7 +103,6 @@ impl Stepper {
             rhs: vec![0.0; dim],
             x: vec![0.0; dim],
             scratch: RefineScratch::new(dim),
-            matrix_free: MatrixFree::new(&options.backend, &pieces),
             in_rows: [vec![0.0; rows], vec![0.0; rows]],
             history,
             mu: vec![0.0; rows],

@@ -73,9 +73,6 @@ pub struct CgOptions {
     pub iterations: usize,
     /// It stops where ‖b − A x‖₂ ≤ tolerance · ‖b‖₂.
     pub tolerance: f64,
-    /// Whether A is not formed: its products are the caller's ([`LinearSolver::solve_with`]), and the matrix holds what
-    /// the preconditioner factorises alone.
-    pub matrix_free: bool,
 }
 
 impl Default for CgOptions {
@@ -84,7 +81,6 @@ impl Default for CgOptions {
             preconditioner: Preconditioner::default(),
             iterations: 1000,
             tolerance: 1e-12,
-            matrix_free: false,
         }
     }
 }
@@ -243,12 +239,6 @@ impl Backend {
         matches!(self, Self::GaussSeidel(_) | Self::ConjugateGradient(_))
     }
 
-    /// Whether it forms no matrix but takes products from whoever calls it ([`LinearSolver::solve_with`]).
-    #[must_use]
-    pub fn is_matrix_free(&self) -> bool {
-        matches!(self, Self::ConjugateGradient(o) if o.matrix_free)
-    }
-
     /// Whether it reads the block that couples two block rows of the given groups: the iterative ones' factors hold no
     /// more than their groups or single blocks.
     #[must_use]
@@ -382,10 +372,9 @@ impl fmt::Display for Backend {
                     Preconditioner::BlockJacobi => "jacobi",
                     Preconditioner::Group => "group",
                 };
-                let product = if o.matrix_free { ":matrix-free" } else { "" };
                 write!(
                     f,
-                    ":{preconditioner}{product}:iterations={}:tolerance={:e}",
+                    ":{preconditioner}:iterations={}:tolerance={:e}",
                     o.iterations, o.tolerance
                 )
             }
@@ -489,8 +478,6 @@ impl Backend {
                 o.preconditioner = Preconditioner::BlockJacobi
             }
             (Self::ConjugateGradient(o), "group") => o.preconditioner = Preconditioner::Group,
-            (Self::ConjugateGradient(o), "assembled") => o.matrix_free = false,
-            (Self::ConjugateGradient(o), "matrix-free") => o.matrix_free = true,
             (Self::ConjugateGradient(o), "iterations") => return assign(&mut o.iterations, value),
             (Self::ConjugateGradient(o), "tolerance") => return assign(&mut o.tolerance, value),
             (Self::Umfpack(o), "refinement") => return assign(&mut o.refinement_steps, value),
@@ -508,9 +495,7 @@ impl Backend {
         match self {
             Self::Banded | Self::NalgebraSparse => "none",
             Self::GaussSeidel(_) => "joints, groups, guess, trial, iterations=N, tolerance=T",
-            Self::ConjugateGradient(_) => {
-                "none, jacobi, group, assembled, matrix-free, iterations=N, tolerance=T"
-            }
+            Self::ConjugateGradient(_) => "none, jacobi, group, iterations=N, tolerance=T",
             Self::Umfpack(_) => "refinement=N",
             Self::Faer(_) => "llt, ldlt, lu",
             Self::Dense(_) => "double, extended",
@@ -555,7 +540,6 @@ mod tests {
             "gauss-seidel:groups:trial:iterations=7:tolerance=1e-3",
             "cg:none:iterations=3:tolerance=0e0",
             "cg:jacobi",
-            "cg:jacobi:matrix-free",
             "umfpack:refinement=0",
             "faer:lu",
             "nalgebra-sparse",
@@ -579,6 +563,7 @@ mod tests {
             "banded:fast",
             "cg:iterations=x",
             "cg:group=1",
+            "cg:matrix-free",
             "faer:qr",
             "",
         ] {

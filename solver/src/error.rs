@@ -60,16 +60,6 @@ pub enum SolveError {
         /// Name of the backend.
         backend: &'static str,
     },
-    /// The matrix is not formed, and the backend works on its entries.
-    NeedsMatrix {
-        /// Name of the backend.
-        backend: &'static str,
-    },
-    /// The backend forms no matrix, and there is nothing that computes its products.
-    NeedsProduct {
-        /// Name of the backend.
-        backend: &'static str,
-    },
     /// The system is larger than the backend, or memory, can hold.
     TooLarge {
         /// Rows (or stored entries) of the system.
@@ -153,19 +143,6 @@ impl fmt::Display for SolveError {
                     f,
                     "backend `{backend}`, as it was chosen, is for symmetric matrices and this one is not: choose one of \
                      umfpack, faer:lu, dense"
-                )
-            }
-            Self::NeedsMatrix { backend } => {
-                write!(
-                    f,
-                    "backend `{backend}` needs the matrix: choose cg:matrix-free where there are only products"
-                )
-            }
-            Self::NeedsProduct { backend } => {
-                write!(
-                    f,
-                    "backend `{backend}:matrix-free` takes its products from a step: drop `matrix-free` for a matrix \
-                     that is there"
                 )
             }
             Self::TooLarge { size, limit, what } if size <= limit => {

@@ -165,28 +165,7 @@ pub trait LinearSolver: Send {
     ) -> Result<SolveReport, SolveError> {
         self.solve(a, b, x)
     }
-
-    /// [`solve`](Self::solve) for an A that is not formed: products with it are `product`'s, and of `a` only those blocks are read
-    /// that [`factorize`](Self::factorize) factorised ([`Backend::is_matrix_free`]).
-    ///
-    /// # Errors
-    /// As [`solve`](Self::solve); [`SolveError::NeedsMatrix`] from all but matrix-free backends.
-    fn solve_with(
-        &mut self,
-        product: &mut Product<'_>,
-        a: &SymBlockMatrix,
-        b: &[f64],
-        x: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        let _ = (product, a, b, x);
-        Err(SolveError::NeedsMatrix {
-            backend: self.name(),
-        })
-    }
 }
-
-/// `product(x, y)` writes y = A x, both of length `dim`.
-pub type Product<'a> = dyn FnMut(&[f64], &mut [f64]) + 'a;
 
 /// What an analysis found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -181,7 +181,7 @@ fn every_solver_goes_on_with_the_same_bits() {
             );
         }
         for few in [
-            "cg:jacobi:matrix-free:iterations=7",
+            "cg:jacobi:iterations=7",
             "gauss-seidel:groups:trial:iterations=3",
             "cg:group:tolerance=1e-4",
         ] {

@@ -91,13 +91,9 @@ impl Rival {
     /// Fails where it is not compiled in or an option is out of its range.
     ///
     /// # Errors
-    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`], [`SolveError::NeedsProduct`].
+    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
     pub fn check(&self) -> Result<(), SolveError> {
         match self {
-            Self::Solver(choice) | Self::Refined(choice) if choice.backend.is_matrix_free() => {
-                let backend = choice.backend.name();
-                Err(SolveError::NeedsProduct { backend })
-            }
             Self::Solver(choice) | Self::Refined(choice) => choice.check(),
             Self::Lapack(_) if !cfg!(feature = "lapack") => Err(NO_LAPACK),
             _ => Ok(()),

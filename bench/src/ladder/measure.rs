@@ -134,9 +134,7 @@ fn measure_algebra(
             continue;
         };
         iterations += report.iterations;
-        // Of all of S, which a matrix-free solver does not hold.
-        let (a, b) = stepper.assembled(choice.form)?;
-        let (a, b, (_, _, x)) = (&a, &b[..], stepper.system());
+        let (a, b, x) = stepper.system();
         let solve_error = |source| StepError::Solve {
             source,
             culprit: None,

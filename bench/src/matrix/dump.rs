@@ -71,8 +71,7 @@ pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
 
 /// Matrix and right-hand side of the last solve.
 fn in_form(stepper: &mut Stepper, form: Form) -> Result<(SymBlockMatrix, Vec<f64>), StepError> {
-    let options = stepper.options();
-    if options.form == form && !options.backend.is_matrix_free() {
+    if stepper.options().form == form {
         let (matrix, b, _) = stepper.system();
         return Ok((matrix.clone(), b.to_vec()));
     }

@@ -133,8 +133,8 @@ impl Look {
             _ => Shape::Circle,
         };
         let shape = words.clone().find_map(variant).unwrap_or(own);
-        // Those that do not form S.
-        let hollow = words.any(|word| ["kkt", "matrix-free"].contains(&word));
+        // On the KKT matrix.
+        let hollow = words.any(|word| word == "kkt");
         Some(Self {
             colour,
             shape,

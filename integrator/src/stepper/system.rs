@@ -78,16 +78,14 @@ impl Stepper {
             matrix,
             rhs,
             x,
-            pieces,
-            plan,
             options,
             ..
         } = self;
-        match &mut self.matrix_free {
+        if options.refinements > 0 {
             // The refinement judges by the residuals that it takes anyway.
-            None if options.refinements > 0 => solver.solve_unjudged(matrix, rhs, x),
-            None => solver.solve(matrix, rhs, x),
-            Some(free) => free.solve(&mut **solver, (plan, pieces), matrix, rhs, x),
+            solver.solve_unjudged(matrix, rhs, x)
+        } else {
+            solver.solve(matrix, rhs, x)
         }
     }
 
@@ -149,14 +147,10 @@ impl Stepper {
             scratch,
             pieces,
             plan,
-            matrix_free,
             in_rows: [mu, residual],
             ..
         } = self;
         let sweeps = self.options.refinements;
-        if let Some(free) = matrix_free {
-            return free.refine(&mut **solver, (plan, pieces), matrix, x, sweeps);
-        }
         match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {

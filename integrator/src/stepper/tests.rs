@@ -269,3 +269,34 @@ fn a_whirled_body_keeps_its_energy() {
         }
     }
 }
+
+/// An iteration starts from the last step's multipliers unless it is told not to, and is the shorter for it.
+#[test]
+#[cfg(feature = "cg")]
+fn a_warm_start_is_the_default_and_saves_iterations() {
+    let params = taut_model::HoistParams {
+        segments: 9,
+        mass_ratio: 100.0,
+        initial_angle: 0.4,
+        seed: 3,
+        ..taut_model::HoistParams::default()
+    };
+    let options = StepOptions {
+        backend: "cg:jacobi:tolerance=1e-6".parse().unwrap(),
+        refinements: 0,
+        guard: None,
+        ..StepOptions::default()
+    };
+    assert!(options.warm_start);
+    let iterations = [true, false].map(|warm_start| {
+        let options = StepOptions {
+            warm_start,
+            ..options.clone()
+        };
+        let mut stepper = Stepper::new(params.build().unwrap(), options).unwrap();
+        (0..30)
+            .map(|_| stepper.step().unwrap().iterations)
+            .sum::<usize>()
+    });
+    assert!(iterations[0] < iterations[1], "{iterations:?}");
+}

@@ -32,7 +32,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
-use taut_solver::{Backend, CgOptions, forward_error};
+use taut_solver::{Backend, forward_error};
 use verify::{Verified, verify};
 
 /// What rounding leaves of a residual, as a normwise backward error.
@@ -101,11 +101,7 @@ pub struct Solve {
 
 /// The solvers of steps.
 fn choices() -> Vec<(Choice, String)> {
-    let free = Backend::ConjugateGradient(CgOptions {
-        matrix_free: true,
-        ..CgOptions::default()
-    });
-    variants(Choice::all().into_iter().chain([Choice::schur(free)]))
+    variants(Choice::all().into_iter())
 }
 
 /// Solvers at their defaults, and the iterative ones with other tolerances and limits.
