@@ -19,12 +19,10 @@ mod case;
 #[cfg(feature = "lapack")]
 mod lapack;
 mod rival;
-mod target;
 mod timing;
 
 pub use case::{Case, Joint, System};
 pub use rival::{BATCH, Rival, Triangle};
-pub use target::{Target, targets};
 
 use crate::ladder::Omission;
 use indicatif::ProgressBar;
@@ -117,13 +115,11 @@ pub struct Record {
     pub error: Option<String>,
 }
 
-/// All rows, what they say of the targets, what is missing.
+/// All rows, and what is missing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Results {
     /// Rows: segments, ratios, joints, rivals in the order asked for.
     pub records: Vec<Record>,
-    /// What the solve is to reach.
-    pub targets: Vec<Target>,
     /// What was left out.
     #[serde(skip)]
     pub omissions: Vec<Omission>,
@@ -150,7 +146,6 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
             }
         }
     }
-    results.targets = targets(&results.records);
     Ok(results)
 }
 

@@ -1,11 +1,10 @@
-//! What one solve costs, a table for each case, and the targets.
+//! What one solve costs, a table for each case.
 
-use super::{error, mark_columns, ratio, table, text, verdict};
-use crate::kernels::{Record, Results, Target};
-use comfy_table::{Cell, CellAlignment};
+use super::{error, mark_columns, ratio, table, text};
+use crate::kernels::{Record, Results};
 use std::fmt::Write;
 
-/// A table for each case, then what the targets come to, then what was left out.
+/// A table for each case, then what was left out.
 #[must_use]
 pub fn kernels(results: &Results) -> String {
     let mut out = String::new();
@@ -23,13 +22,6 @@ pub fn kernels(results: &Results) -> String {
             ratio(r.mass_ratio)
         );
         out.push_str(&rows(case));
-    }
-    if results.targets.iter().any(|t| t.reached.is_some()) {
-        let _ = writeln!(
-            out,
-            "\nTargets, for joints of 5 rows where nothing else is said; the worst case decides, by least times"
-        );
-        out.push_str(&targets(&results.targets));
     }
     out.push_str(&super::omissions(&results.omissions));
     out
@@ -95,43 +87,6 @@ fn rows(case: &[Record]) -> String {
     out
 }
 
-fn targets(targets: &[Target]) -> String {
-    let mut t = table(&[
-        "target", "bar", "worst", "at N", "median", "best", "verdict",
-    ]);
-    for column in t.column_iter_mut().skip(6) {
-        column.set_cell_alignment(CellAlignment::Left);
-    }
-    for target in targets {
-        let figure = |x: Option<f64>| match (x, target.unit) {
-            (None, _) => "-".to_owned(),
-            (Some(x), "") => format!("{x:.1e}"),
-            (Some(x), unit) => format!("{} {unit}", digits(x)),
-        };
-        let (sign, bar) = (if target.at_most { "≤" } else { "≥" }, target.bar);
-        let bar = match target.unit {
-            "" => format!("{sign} {bar:.0e}"),
-            unit => format!("{sign} {bar} {unit}"),
-        };
-        let segments = target.segments.map_or_else(String::new, |n| n.to_string());
-        let reached = match target.reached {
-            Some(true) => "reached",
-            Some(false) => "not reached",
-            None => "not measured",
-        };
-        t.add_row([
-            Cell::new(&target.what),
-            Cell::new(bar),
-            Cell::new(figure(target.worst)),
-            Cell::new(segments),
-            Cell::new(figure(target.worst_median)),
-            Cell::new(figure(target.best)),
-            verdict(reached, target.reached),
-        ]);
-    }
-    text(&t)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -152,8 +107,6 @@ mod tests {
         let width = shown.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{shown}");
         assert!(shown.contains("5 segments, 6 joints of 3 rows, mass ratio 1000"));
-        let verdicts = shown.matches("reached").count() + shown.matches("not measured").count();
-        assert_eq!(verdicts, results.targets.len(), "{shown}");
     }
 
     #[test]

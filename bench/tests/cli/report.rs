@@ -229,7 +229,7 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     (
         "kernels",
         "--sweep kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
-        &["work-precision", "sizes", "table-records", "table-targets"],
+        &["work-precision", "sizes", "table-records"],
     ),
     (
         "iterative",

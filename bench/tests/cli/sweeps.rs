@@ -124,7 +124,7 @@ fn the_linear_sweep_reads_what_narrows_it() {
 }
 
 #[test]
-fn the_kernels_sweep_writes_rows_and_targets() {
+fn the_kernels_sweep_writes_rows() {
     let at = folder("kernels");
     let results = json(
         &at,
@@ -163,11 +163,6 @@ fn the_kernels_sweep_writes_rows_and_targets() {
         let rows = records.iter().filter(|r| r["options"] == *name).count();
         assert_eq!(rows, 6, "{name}");
     }
-    let targets = results["targets"].as_array().expect("a list of targets");
-    for target in targets {
-        assert_eq!(target["worst"].is_null(), target["reached"].is_null());
-        assert!(target["bar"].is_number(), "{target}");
-    }
 }
 
 #[test]
@@ -180,7 +175,6 @@ fn the_kernels_sweep_reads_what_narrows_it() {
     for words in [
         "3 segments, 4 joints of 5 rows, mass ratio 1e5",
         "dense:double+refine",
-        "not measured",
     ] {
         assert!(stdout.contains(words), "`{words}` is missing in\n{stdout}");
     }
