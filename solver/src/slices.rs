@@ -12,8 +12,8 @@
 //! stored: each number is then read once, in order, and no product is added to another row's.
 //!
 //! Products with the matrix itself, lower triangle and block by block, take more: on nets of 8×8 and 16×16 nodes a
-//! factorisation and solve by `cg:group` has 1.4 times the instructions without slices, by `cg:jacobi` 5 to 6 times, and by
-//! `gauss-seidel:joints`, whose diagonal blocks are inverted here, 2.5 times (AVX2).
+//! factorisation and solve by `cg:group` has 1.4 times the instructions without slices, by `cg:jacobi` 5 to 6 times,
+//! and by `gauss-seidel:joints`, whose diagonal blocks are inverted here, 2.5 times (AVX2).
 
 mod kernels;
 #[cfg(test)]
