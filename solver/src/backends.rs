@@ -32,6 +32,10 @@ use crate::matrix::check_finite;
 use crate::{Backend, DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix};
 use dense::Dense;
 
+/// ‖b‖₂ below which squares of residuals near roundoff underflow, so that no iteration can tell whether it converged.
+#[allow(dead_code)] // where none is compiled in
+const LEAST_NORM: f64 = 1e-130;
+
 /// A backend at work on a matrix that need not be symmetric.
 pub(crate) enum General {
     Dense(Dense<f64>),

@@ -216,6 +216,36 @@ mod tests {
         }
     }
 
+    /// Right-hand sides whose squares underflow, wholly or in part.
+    #[test]
+    fn small_numbers_are_not_claimed_to_converge() {
+        for name in ["cg:none", "cg", "gauss-seidel", "gauss-seidel:groups"] {
+            let backend: Backend = name.parse().unwrap();
+            let Ok(mut solver) = backend.create() else {
+                continue;
+            };
+            for (seed, size) in
+                (0..80).flat_map(|s| [1e-170, 1e-162, 3e-161, 1e-152].map(|b| (s, b)))
+            {
+                let System { a, b, .. } = &adverse(9 * (6 * seed + 2)).unwrap();
+                let largest = crate::norm_inf(b);
+                let b: Vec<f64> = b.iter().map(|b| b / largest * size).collect();
+                let mut x = vec![0.0; b.len()];
+                solver.analyze(a.pattern()).unwrap();
+                solver.factorize(a).unwrap();
+                // Again, from the last solution.
+                for _ in 0..2 {
+                    let report = solver.solve(a, &b, &mut x).unwrap();
+                    let error = backward_error(a, &b, &x).unwrap().normwise;
+                    assert!(
+                        !report.is_claim() || error < 1e-10,
+                        "{name} {size:e}: {error:e}"
+                    );
+                }
+            }
+        }
+    }
+
     /// Condition 2.6, and a first pivot whose elimination leaves nothing of the rest.
     #[test]
     fn a_tiny_first_pivot_is_corrected() {

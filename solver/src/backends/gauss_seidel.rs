@@ -15,7 +15,7 @@
 mod null_vector;
 mod sweep;
 
-use super::check_solution;
+use super::{LEAST_NORM, check_solution};
 use crate::Phases;
 use crate::backend::check_iteration;
 use crate::groups::Groups;
@@ -223,8 +223,7 @@ impl LinearSolver for GaussSeidel {
             check_solution(a, x)?;
         }
         check_finite(a.pattern(), "guess", x)?;
-        if norm == 0.0 {
-            // Numbers whose squares underflow: there is no telling.
+        if norm < LEAST_NORM {
             plan.sweep(b, x);
             check_solution(a, x)?;
             return Ok(SolveReport {

@@ -6,8 +6,7 @@
 //! healthy run may be fast: bodies that spin about their axes, an anchor in a circle, a blow.
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
-use crate::trajectory::ENERGY_TOLERANCE;
-use crate::trajectory::{Limits, Simulation, steps_in};
+use crate::trajectory::{ENERGY_TOLERANCE, Limits, Simulation, steps_in};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
