@@ -61,7 +61,7 @@ fn failed(e: &ExperimentError) -> Outcome {
 /// Runs the experiments, each once, prints their tables, gives each outcome to `write`, writes rows and page. Code 1 where
 /// a bar of our own is missed.
 pub(crate) fn run(
-    study: Study<'_>,
+    study: &Study<'_>,
     console: Console,
     write: &dyn Fn(&Experiment<'_>, &Outcome) -> Result<(), Failure>,
 ) -> Result<(), Failure> {

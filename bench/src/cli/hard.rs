@@ -60,5 +60,5 @@ pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
         quick: args.quick,
         json: args.json.as_deref(),
     };
-    checks::run(study, console, &|_, _| Ok(()))
+    checks::run(&study, console, &|_, _| Ok(()))
 }

@@ -74,7 +74,7 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
         json: args.json.as_deref(),
     };
     let machine = Machine::current().to_string();
-    checks::run(study, console, &|experiment, outcome| {
+    checks::run(&study, console, &|experiment, outcome| {
         let file = |end: &str| args.out.join(format!("{}{end}", experiment.name));
         output::write_text(&file(".csv"), &outcome.csv)?;
         for (ending, rows) in &outcome.more_csv {

@@ -436,7 +436,6 @@ mod tests {
                     preconditioner,
                     tolerance: 0.0,
                     iterations: 20_000,
-                    ..CgOptions::default()
                 };
                 let mut solver = ConjugateGradient::new(options).expect("sound options");
                 solver.analyze(a.pattern()).expect("analysed");

@@ -328,7 +328,6 @@ fn iterations(
             preconditioner,
             iterations,
             tolerance: 0.0,
-            ..CgOptions::default()
         });
         if Choice::schur(backend.clone()).check().is_err() {
             return Ok(None);
