@@ -1,7 +1,7 @@
 //! The results as text.
 
 use super::{GAIN, Outcome, Results, SLACK, STRETCH, SWING, Swing};
-use crate::table::{nanoseconds, ratio, table as columns, text};
+use crate::table::{nanoseconds, ratio, text, wrapped as columns};
 use std::fmt::Write;
 
 /// A row for each setting, then the first setting's outcomes one by one, then its failures. At most 120 columns.
