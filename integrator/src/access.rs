@@ -100,7 +100,6 @@ impl Stepper {
         self.advanced = 0.0;
         self.started = true;
         self.holding = 0;
-        self.implicit = false;
         self.closing.forget();
         let rows = &mut self.pieces.rows;
         rows.drive(

@@ -100,9 +100,6 @@ impl Stepper {
             account.pending -= half * if implicit { force + *lambda } else { force };
             (*open, *lambda) = (if implicit { 0.0 } else { half }, force);
         }
-        if implicit {
-            account.work += std::mem::take(&mut account.pending);
-        }
         self.in_rows[1] = moved;
     }
 

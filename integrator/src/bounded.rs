@@ -289,16 +289,12 @@ fn jacobian(pieces: &Pieces, k: usize) -> impl Iterator<Item = (usize, [f64; 6])
 
 /// J M̃⁻¹ Jᵀ of bounded row `k` alone \[1/kg].
 pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
-    jacobian(pieces, k)
-        .map(|(body, j)| response_of(pieces, body, &j))
-        .sum()
-}
-
-/// The part of `body` in J M̃⁻¹ Jᵀ of a row whose Jacobian is `j` there.
-pub(crate) fn response_of(pieces: &Pieces, body: usize, j: &[f64; 6]) -> f64 {
-    let mut inverse = [0.0; 6];
-    pieces.inertia.apply_inverse(body, j, &mut inverse);
-    dot(&inverse, j)
+    let of_slot = |(body, j): (usize, [f64; 6])| {
+        let mut inverse = [0.0; 6];
+        pieces.inertia.apply_inverse(body, &j, &mut inverse);
+        dot(&inverse, &j)
+    };
+    jacobian(pieces, k).map(of_slot).sum()
 }
 
 /// w = (b − S μ) of bounded row `k` from the pieces, and S of the row alone.

@@ -8,12 +8,9 @@
 //! M (v⁺ − v) = Δt f + J(q⁺)ᵀ μ,    ε μ/Δt + φ(q⁺) + τ J v⁺ = 0,    q⁺ = q ⊕ Δt v⁺
 //! ```
 //!
-//! solved by Newton passes, each the same linear system with rows and geometric stiffness taken at the last q⁺. Where they
-//! do not converge the sub-step is halved, and those of the shortest are shortened until they are of use
-//! ([`crate::potential`]). It is of first order and damps every motion that it cannot resolve, which is what a shock leaves
-//! behind.
+//! solved by Newton passes, each the same linear system with rows and geometric stiffness taken at the last q⁺. It is of
+//! first order and damps every motion that it cannot resolve, which is what a shock leaves behind.
 
-use crate::potential::Found;
 use crate::products::times_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
@@ -21,9 +18,6 @@ use crate::{Guard, Phase, Scheme, StepError};
 
 /// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
 const CONVERGED: f64 = 0.01;
-
-/// Promised decrease of Φ over its size at which they have converged too, where the disagreement keeps the tolerance.
-const AT_REST: f64 = 1e-6;
 
 /// About what a Newton pass linearises.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,17 +50,19 @@ impl Stepper {
             return self.redo(guard, clock, work);
         }
         let solved = self.solve_scheme(self.options.stiffness, clock, work);
-        let disagreement = match solved.and_then(|()| self.advance_unwound()) {
-            Ok(()) => self.pieces.disagreement(),
-            Err(StepError::NonFinite { .. }) => f64::INFINITY,
+        match solved.and_then(|()| self.advance_unwound()) {
+            Ok(()) => {
+                let disagreement = self.pieces.disagreement();
+                work.see(disagreement);
+                if disagreement <= guard.tolerance {
+                    self.account(self.advanced, false);
+                    self.accept();
+                    clock.end(Phase::Update);
+                    return Ok(());
+                }
+            }
+            Err(StepError::NonFinite { .. }) => work.see(f64::INFINITY),
             Err(other) => return Err(other),
-        };
-        work.see(disagreement);
-        if disagreement <= guard.tolerance {
-            self.account(self.advanced, false);
-            self.accept();
-            clock.end(Phase::Update);
-            return Ok(());
         }
         self.return_to_start();
         self.holding = guard.hold;
@@ -123,7 +119,7 @@ impl Stepper {
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
-            let converged = match self.implicit_substep(dt, end, guard, shortest, clock, work) {
+            let converged = match self.implicit_substep(dt, end, guard, clock, work) {
                 Ok(converged) => converged,
                 Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
                 Err(error) => return Err(error),
@@ -147,7 +143,6 @@ impl Stepper {
         self.solved = false;
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
         self.accept();
-        self.implicit = true;
         Ok(())
     }
 
@@ -157,14 +152,12 @@ impl Stepper {
         self.substep_start = start;
     }
 
-    /// One implicit Euler step over `dt` to the time `end`: whether Newton's method converged. One that cannot be halved any
-    /// more does not gain energy if it did not.
+    /// One implicit Euler step over `dt` to the time `end`: whether Newton's method converged.
     fn implicit_substep(
         &mut self,
         dt: f64,
         end: f64,
         guard: Guard,
-        shortest: bool,
         clock: &mut PhaseClock,
         work: &mut Work,
     ) -> Result<bool, StepError> {
@@ -177,19 +170,18 @@ impl Stepper {
         self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.dv.clear();
         self.pieces.rows.drive(&self.scene, self.time, end);
+        let mut last = f64::INFINITY;
         for pass in 0..guard.passes {
-            let first = pass == 0;
-            let kind = if first { Pass::First } else { Pass::Next };
-            self.begin_search(first, dt);
+            let kind = if pass == 0 { Pass::First } else { Pass::Next };
             let disagreement = self.newton_pass(kind, dt, end, clock, work)?;
-            if disagreement.is_nan() {
-                return Ok(false);
-            }
-            let Found { promised, whole } = self.search(first, shortest, dt, end)?;
-            let close = whole && disagreement <= CONVERGED * guard.tolerance;
-            if close || (promised <= AT_REST && disagreement <= guard.tolerance) {
+            if disagreement <= CONVERGED * guard.tolerance {
                 return Ok(true);
             }
+            // Passes that lead away will not come back.
+            if disagreement.is_nan() || (pass > 1 && disagreement > 4.0 * last) {
+                return Ok(false);
+            }
+            last = disagreement;
         }
         Ok(false)
     }

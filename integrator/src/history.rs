@@ -61,11 +61,6 @@ impl State {
         self.time
     }
 
-    /// Orientation of body `i`.
-    pub(crate) fn orientation(&self, i: usize) -> &UnitQuaternion<f64> {
-        &self.orientation[i]
-    }
-
     /// Puts the impulses and the tension back; returns the length of the impulses' step.
     pub(crate) fn restore_multipliers(&self, mu: &mut [f64], tension: &mut [f64]) -> f64 {
         mu.copy_from_slice(&self.mu);

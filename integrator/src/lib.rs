@@ -74,7 +74,6 @@
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
-//! | `potential` | what those make small, and how far along a Newton step there is less of it |
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | what is left of forces and laws in a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
@@ -113,7 +112,6 @@ mod observe;
 mod options;
 mod pieces;
 mod plan;
-mod potential;
 mod products;
 mod regularization;
 mod report;

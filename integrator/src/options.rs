@@ -209,11 +209,6 @@ impl fmt::Display for GeometricStiffness {
 /// back and redone in implicit sub-steps with Newton passes.
 ///
 /// A disagreement δ is compared with the longer lever arm r of its constraint: δ/r ≈ θ²/2 for a segment that turns by θ.
-///
-/// In the shortest sub-steps a Newton step is shortened until the incremental potential is less than before it, so that
-/// what does not converge gains no energy either. Such sub-steps are counted in
-/// [`StepReport::unconverged_substeps`](crate::StepReport::unconverged_substeps). With these defaults a step solves 103
-/// linear systems at most, and more only where rows reach their bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -91,11 +91,6 @@ impl Pieces {
         self.weighting[row] == Weighting::Transverse
     }
 
-    /// Whether a row holds a speed.
-    pub(crate) fn is_speed(&self, row: usize) -> bool {
-        self.weighting[row] == Weighting::Speed
-    }
-
     /// Whether a row's force is that of what it measures.
     pub(crate) fn has_law(&self, row: usize) -> bool {
         matches!(self.weighting[row], Weighting::Length | Weighting::Angle)

@@ -140,7 +140,7 @@ pub struct StepReport {
 pub(crate) struct Work {
     solve: Option<SolveReport>,
     iterations: usize,
-    pub(crate) solves: usize,
+    solves: usize,
     pub(crate) undecided: usize,
     pub(crate) implicit_substeps: usize,
     pub(crate) unconverged_substeps: usize,

@@ -34,8 +34,6 @@ pub struct SavedRun {
     started: bool,
     advanced: f64,
     holding: usize,
-    #[cfg_attr(feature = "serde", serde(default))]
-    implicit: bool,
     impulses: Vec<f64>,
     impulse_time: f64,
     tension: Option<Vec<f64>>,
@@ -206,7 +204,6 @@ impl Stepper {
             started: self.started,
             advanced: self.advanced,
             holding: self.holding,
-            implicit: self.implicit,
             impulses: self.mu.clone(),
             impulse_time: self.mu_dt,
             tension: self.tension_known.then(|| self.tension.clone()),
@@ -239,7 +236,6 @@ impl Stepper {
         stepper.started = saved.started;
         stepper.advanced = saved.advanced;
         stepper.holding = saved.holding;
-        stepper.implicit = saved.implicit;
         stepper.mu = saved.impulses;
         stepper.mu_dt = saved.impulse_time;
         stepper.tension_known = saved.tension.is_some();

@@ -11,7 +11,6 @@ use crate::history::{History, State};
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
-use crate::potential::Search;
 use crate::products::times_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
@@ -61,10 +60,6 @@ pub struct Stepper {
     /// States at the beginning of the step and of its sub-step.
     pub(crate) step_start: State,
     pub(crate) substep_start: State,
-    /// The guard's search along its Newton steps.
-    pub(crate) search: Search,
-    /// Whether the last step was implicit, with forces at its end.
-    pub(crate) implicit: bool,
 }
 
 impl Stepper {
@@ -121,8 +116,6 @@ impl Stepper {
             account: Account::default(),
             step_start: state.clone(),
             substep_start: state,
-            search: Search::new(rows, scene.bodies.len()),
-            implicit: false,
             bounded: Bounded::new(&pieces),
             closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
@@ -265,7 +258,6 @@ impl Stepper {
     pub(crate) fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.solved = false;
         self.advanced = 0.0;
-        self.implicit = false;
         let dt = self.substep();
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
@@ -407,7 +399,6 @@ impl Stepper {
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.solved = false;
         self.advanced = 0.0;
-        self.implicit = false;
         self.pieces.rows.update_state(&self.scene, self.time);
     }
 }
