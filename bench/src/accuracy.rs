@@ -5,9 +5,10 @@
 //! driven round a circle. The reference is the paper's step at no more than 1/24000 s and extrapolated to zero
 //! ([`crate::reference::converged`]), whose own uncertainty stands beside the errors.
 
+mod study;
 mod table;
 
-pub use table::tables;
+pub(crate) use study::STUDY;
 
 use crate::choice::Choice;
 use crate::reference::{self, Converged};

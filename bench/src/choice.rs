@@ -1,5 +1,6 @@
 //! Which solver an experiment runs: a backend with its options and the form of the system that it solves.
 
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use taut_integrator::{Form, StepOptions};
@@ -154,6 +155,15 @@ impl FromStr for Choice {
         }
         Ok(Self { backend, form })
     }
+}
+
+/// A solver that has no rows, and why.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Omission {
+    /// Backend and form.
+    pub backend: String,
+    /// Why.
+    pub reason: String,
 }
 
 #[cfg(test)]

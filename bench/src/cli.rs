@@ -11,6 +11,5 @@ pub(crate) mod parse;
 pub(crate) mod report;
 pub(crate) mod run;
 pub(crate) mod scene;
-pub(crate) mod scenes;
-pub(crate) mod sweeps;
+pub(crate) mod study;
 pub(crate) mod track;

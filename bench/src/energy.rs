@@ -9,17 +9,19 @@
 
 mod band;
 mod spin;
+mod study;
 mod swing;
+mod table;
 
 pub use band::{Band, BandCase};
 pub use spin::{Spin, free_cable};
+pub(crate) use study::STUDY;
 pub use swing::{Amplitude, Pendulum, Swing, pendulum};
+pub use table::text_tables;
 
-use crate::table::{error, table, text};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::fmt::Write;
 use taut_integrator::{GeometricStiffness, Guard, Scheme, StepError, StepOptions};
 use taut_model::HoistParams;
 
@@ -214,115 +216,4 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     swing::compare(&mut results.swings);
     spin::orders(&mut results.spins);
     Ok(results)
-}
-
-/// The three tables.
-#[must_use]
-pub fn text_tables(results: &Results, config: &Config) -> String {
-    let [early, late] = config.moments;
-    let mut out = String::new();
-    let _ = writeln!(
-        out,
-        "Swing amplitude of the load, fitted to two periods from {early} s and from {late} s on; anchor moved by {MOVE} m\n\
-         in {MOVE_TIME} s, guard on. \
-         `vs fine` is the change over that of the default scheme with 1/{} of the time step.",
-        config.finer
-    );
-    out.push_str(&swings(&results.swings));
-    let _ = writeln!(
-        out,
-        "\nEnergy over {} steps at Δt = 1/{:.0} s, over the swing's energy: width of the band in its first and last {} s,\n\
-         drift of its middle (last tenth against first tenth).",
-        config.steps,
-        1.0 / config.dt,
-        band::WINDOW as f64 * config.dt
-    );
-    out.push_str(&bands(&results.bands));
-    let _ = writeln!(
-        out,
-        "\nAngular momentum of a free, taut, spinning cable about its centre of mass: largest |ΔL|/|L| over {} s, and its\n\
-         order in Δt against the row above.",
-        config.spin_time
-    );
-    out.push_str(&spins(&results.spins));
-    out
-}
-
-fn swings(rows: &[Swing]) -> String {
-    let mut t = table(&[
-        "ratio", "scheme", "K", "1/Δt", "early m", "late m", "change", "vs fine", "redone",
-        "remark",
-    ]);
-    for r in rows {
-        let (early, late) = r.amplitudes.map_or_else(
-            || ("-".to_owned(), "-".to_owned()),
-            |a| (format!("{:.6}", a.early_m), format!("{:.6}", a.late_m)),
-        );
-        t.add_row([
-            format!("{:.0e}", r.mass_ratio),
-            r.scheme.clone(),
-            r.stiffness.clone(),
-            format!("{:.0}", 1.0 / r.dt),
-            early,
-            late,
-            error(r.amplitudes.map(|a| a.change())),
-            error(r.change_over_fine),
-            r.redone.to_string(),
-            remark(r.failure.as_ref()),
-        ]);
-    }
-    text(&t)
-}
-
-fn bands(rows: &[Band]) -> String {
-    let mut t = table(&[
-        "ratio",
-        "N",
-        "scheme",
-        "K",
-        "guard",
-        "seeded",
-        "band, first",
-        "last",
-        "drift",
-        "redone",
-        "remark",
-    ]);
-    let yes = |b: bool| if b { "yes" } else { "no" }.to_owned();
-    for r in rows {
-        t.add_row([
-            format!("{:.0e}", r.mass_ratio),
-            r.segments.to_string(),
-            r.scheme.clone(),
-            r.stiffness.clone(),
-            yes(r.guarded),
-            yes(r.seeded),
-            error(r.first_band),
-            error(r.last_band),
-            error(r.drift),
-            r.redone.to_string(),
-            remark(r.failure.as_ref()),
-        ]);
-    }
-    text(&t)
-}
-
-fn spins(rows: &[Spin]) -> String {
-    let mut t = table(&["scheme", "K", "1/Δt", "|ΔL|/|L|", "order", "remark"]);
-    for r in rows {
-        t.add_row([
-            r.scheme.clone(),
-            r.stiffness.clone(),
-            format!("{:.0}", 1.0 / r.dt),
-            error(r.drift),
-            r.order
-                .map_or_else(|| "-".to_owned(), |order| format!("{order:.2}")),
-            remark(r.failure.as_ref()),
-        ]);
-    }
-    text(&t)
-}
-
-fn remark(failure: Option<&crate::trajectory::Failure>) -> String {
-    failure.map_or_else(String::new, |f| format!("lost at {:.2} s", f.time))
 }

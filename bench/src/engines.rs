@@ -6,7 +6,7 @@
 //! of each ladder the first that does is taken. Masses, lengths, gravity, stiffness and start are the same; the rivals
 //! have no bending and no torsion, which a cable that swings straight does not ask for, and nothing collides or sleeps.
 //!
-//! As measured (`taut bench --sweep engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
+//! As measured (`taut study engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
 //! 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact at rest;
 //! 7.0 and 22 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
 //! stable at all: 1.7 and 3.8 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
@@ -30,10 +30,11 @@ mod ours;
 #[cfg(feature = "rapier")]
 mod rapier;
 mod search;
+mod study;
 mod table;
 
 pub use search::{Outcome, Setting, Start};
-pub use table::tables;
+pub(crate) use study::STUDY;
 
 use indicatif::ProgressBar;
 use motion::Motion;
@@ -210,6 +211,11 @@ fn params(segments: usize, mass_ratio: f64) -> HoistParams {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn shown(records: &[Record], config: &Config) -> String {
+        let rows = crate::study::data(&records).unwrap();
+        crate::table::plain(&table::text(&rows, records, config))
+    }
     use std::f64::consts::FRAC_PI_2;
     use taut_integrator::{Scheme, StepOptions};
 
@@ -220,7 +226,7 @@ mod tests {
             ..Config::quick()
         };
         let records = run(&config, &ProgressBar::hidden()).expect("sound");
-        println!("{}", tables(&records, &config));
+        println!("{}", shown(&records, &config));
         (config, records)
     }
 
@@ -282,7 +288,7 @@ mod tests {
             assert!(times.iter().all(|ns| ns.is_finite() && *ns > 0.0), "{r:?}");
         }
         assert_eq!(records[0].over_ours, 1.0);
-        let text = crate::table::plain(&tables(&records, &config));
+        let text = shown(&records, &config);
         assert!(text.lines().all(|line| line.chars().count() <= 120));
     }
 
@@ -298,9 +304,9 @@ mod tests {
         config.time = 0.5;
         let records = run(&config, &ProgressBar::hidden()).expect("sound");
         assert!(records.iter().all(|r| !r.within));
-        let text = crate::table::plain(&tables(&records, &config));
+        let text = shown(&records, &config);
         assert!(
-            text.contains("leapfrog: 1e-7 % not reached; best of"),
+            text.contains("leapfrog, 3 segments, ratio 1000: 1e-7 % not reached; best of"),
             "{text}"
         );
     }

@@ -18,16 +18,18 @@
 //! 50 iterations at 24 segments and hundreds from 100 on, `cg:none` hundreds and beyond 1000; Gauss–Seidel over joints
 //! reaches 10⁻⁴ from zero nowhere. A step's guess alone is within 10⁻² only in light motion (ratio 1). On a net of 8 ×
 //! 8 nodes they win: `gauss-seidel:groups` and `cg:group` by 1.8 to 2.1 at every error, `cg:jacobi` by up to 2.0
-//! (`taut bench --sweep iterative`).
+//! (`taut study iterative`).
 
 mod case;
 mod search;
+mod study;
+mod table;
 mod verdict;
 
+pub(crate) use study::STUDY;
 pub use verdict::{Verdict, verdicts};
 
-use crate::choice::Choice;
-use crate::ladder::Omission;
+use crate::choice::{Choice, Omission};
 use case::Case;
 use indicatif::ProgressBar;
 use serde::Serialize;

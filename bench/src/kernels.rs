@@ -19,12 +19,15 @@ mod case;
 #[cfg(feature = "lapack")]
 mod lapack;
 mod rival;
+mod study;
+mod table;
 mod timing;
 
 pub use case::{Case, Joint, System};
 pub use rival::{BATCH, Rival, Triangle};
+pub(crate) use study::STUDY;
 
-use crate::ladder::Omission;
+use crate::choice::Omission;
 use indicatif::ProgressBar;
 use serde::Serialize;
 use std::time::Duration;

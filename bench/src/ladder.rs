@@ -11,15 +11,22 @@
 //! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
 //! stopped early would set it off and be paid for up to a hundred times a step.
 
+mod answer;
 mod claims;
 mod measure;
 mod record;
+mod settings;
+mod table;
 
+pub(crate) use answer::Answer;
 pub use claims::{Claims, claims};
 pub(crate) use record::nan_for_null;
 pub use record::{Fastest, Record};
+pub use settings::settings;
+pub(crate) use table::{CLAIMS, ROWS, claim_rows, data_of};
+pub use table::{LEGEND, answer, rows};
 
-use crate::choice::Choice;
+use crate::choice::{Choice, Omission};
 use crate::reference::{self, Reference};
 use crate::trajectory::{Failure, simulate, steps_in};
 use indicatif::ProgressBar;
@@ -109,15 +116,6 @@ impl Config {
             ..self.scene.clone()
         }
     }
-}
-
-/// A solver that has no rows, and why.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Omission {
-    /// Backend and form.
-    pub backend: String,
-    /// Why.
-    pub reason: String,
 }
 
 /// All rows and what is missing.

@@ -1,7 +1,8 @@
 //! Experiments on hoisting cables: speed against error of every solver, statics, runs. The binary `taut` prints them,
 //! the workspace's tests assert on them.
 //!
-//! An experiment is a `Config`, a `run` that takes it, and records that serialise; what prints them is elsewhere:
+//! An experiment is a `Config`, a `run` that takes it, and records that serialise. A [`study::Study`] gives it a name,
+//! options, columns and plots; [`studies`] lists them. A part of an experiment:
 //! ```
 //! use taut_bench::Choice;
 //! use taut_integrator::Stepper;
@@ -50,8 +51,12 @@
 //! | `plot`, `notation` | charts as SVG; how numbers are written for people |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
+//! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
+//! | `options` | options that several experiments read |
+//! | `settings`, `sheet`, `plan` | what a run was set to, its rows as text, its rows as plots |
 //! | `report` | the report as one HTML file |
-//! | `choice` | a backend and a form as one value, with its text form |
+//! | `choice` | a backend and a form as one value, with its text form; a backend left out, and why |
+//! | `claim` | whether a solver's claim of a solution is true |
 //! | `cache` | references kept in files |
 //! | `pace` | how fast simulations go, for progress bars |
 //! | `table`, `output`, `machine` | text tables, JSON and CSV files, what machine this is |
@@ -61,6 +66,7 @@ pub mod allocations;
 pub mod cache;
 pub mod check;
 pub mod choice;
+pub mod claim;
 pub mod energy;
 pub mod engines;
 pub mod hard;
@@ -73,9 +79,11 @@ pub mod machine;
 pub mod matrix;
 pub mod modes;
 mod notation;
+pub mod options;
 pub mod output;
 pub mod pace;
 pub mod paper;
+pub mod plan;
 pub mod plot;
 pub mod poses;
 pub mod random;
@@ -84,9 +92,13 @@ pub mod report;
 pub mod run;
 pub mod run_file;
 pub mod scenes;
+pub mod settings;
+pub mod sheet;
 pub mod shocks;
 pub mod stability;
 pub mod statics;
+pub mod studies;
+pub mod study;
 pub mod table;
 pub mod track;
 pub mod trajectory;

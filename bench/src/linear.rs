@@ -30,8 +30,12 @@
 //! up to 10¹⁰ times their inertia about it, and M̃⁻¹ is as inexact: with Δv corrected once, r₁ of a bent cable of 100
 //! segments was 7·10⁻¹² at 10⁹, corrected twice it is 10⁻¹⁵.
 
-use crate::choice::Choice;
-use crate::ladder::Omission;
+mod study;
+mod table;
+
+pub(crate) use study::STUDY;
+
+use crate::choice::{Choice, Omission};
 use crate::poses::{self, Pose};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -303,7 +307,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepE
 }
 
 /// How far a direct solver with one refinement is within [`BAR`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
     /// Backend and form.
     pub backend: String,

@@ -13,14 +13,16 @@ use cli::paper::PaperArgs;
 use cli::parse;
 use cli::report::ReportArgs;
 use cli::scene::SceneArgs;
+use cli::study::StudyArgs;
 use cli::track::TrackArgs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use taut_bench::allocations::Counting;
+use taut_bench::options::{choices, count, number, require_positive, steps};
 use taut_bench::output::Output;
 use taut_bench::statics;
 use taut_bench::table::MARK;
-use taut_bench::{Choice, output, table, trajectory};
+use taut_bench::{Choice, output, table};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 
 #[global_allocator]
@@ -52,9 +54,12 @@ enum Command {
     /// The answer goes to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables
     /// to target/taut/report.html, with its data in bench.report.json beside it.
     #[command(
-        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --sweep linear --segments 24\n  taut bench --sweep kernels --backends banded,faer:llt\n  taut bench --matrix bcsstk14.mtx.gz,sherman1.mtx"
+        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --scene ring,net --quick"
     )]
     Bench(BenchArgs),
+    /// The experiments beside the main job, each with options of its own; without a name, their list
+    #[command(after_help = "Examples:\n  taut study\n  taut study kernels --segments 100")]
+    Study(StudyArgs),
     /// The cable hanging at rest: elongation of every direct solver, iterations that the others need
     #[command(
         after_help = "Example: taut static --segments 24 --ratios 1,1e3,1e5 --json static.json"
@@ -241,6 +246,7 @@ fn main() -> ExitCode {
     let done = match cli.command {
         None => cli::bench::run(&cli.bench, console),
         Some(Command::Bench(args)) => cli::bench::run(&args, console),
+        Some(Command::Study(args)) => cli::study::run(&args, console),
         Some(Command::Static(args)) => hang(&args, console),
         Some(Command::Run(args)) => cli::run::run(&args, console),
         Some(Command::Scene(args)) => cli::scene::run(&args),
@@ -262,80 +268,12 @@ fn told(failure: &Failure) -> ExitCode {
     ExitCode::from(failure.code())
 }
 
-/// A number, or a fraction of two.
-fn number(text: &str) -> Result<f64, String> {
-    let parse = |t: &str| {
-        let number = t.trim().parse::<f64>();
-        number.map_err(|_| format!("`{t}` is no number: write it as 60, 1e5 or 1/60"))
-    };
-    match text.split_once('/') {
-        None => parse(text),
-        Some((a, b)) => Ok(parse(a)? / parse(b)?),
-    }
-}
-
-/// A whole number.
-fn count(text: &str) -> Result<usize, String> {
-    let number = text.trim().parse::<usize>();
-    number.map_err(|_| format!("`{text}` is no whole number from 0 on"))
-}
-
 fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Failure> {
     let split = |t: &String| Failure::Input(format!("`--set {t}` is not of the form KEY=VALUE"));
     texts
         .iter()
         .map(|t| t.split_once('=').ok_or_else(|| split(t)))
         .collect()
-}
-
-/// The number of steps in `time`, which must be one that a run can hold.
-fn steps(time: f64, dt: f64) -> Result<usize, Failure> {
-    const MOST: f64 = 1e7;
-    positive("`--time`", &[time])?;
-    positive("`--dt`", &[dt])?;
-    if time / dt > MOST {
-        return Err(Failure::Input(format!(
-            "`--time` {time} s is {:.1e} steps of {dt:.3e} s: at most {MOST:.0e} can be recorded",
-            time / dt
-        )));
-    }
-    Ok(trajectory::steps_in(time, dt))
-}
-
-/// The choices named, each of which must be compiled in; all of them where none is named.
-fn choices(names: &[String]) -> Result<Vec<Choice>, Failure> {
-    if names.is_empty() {
-        return Ok(Choice::all());
-    }
-    names
-        .iter()
-        .map(|name| {
-            let choice: Choice = name.parse().map_err(Failure::Input)?;
-            choice.check()?;
-            Ok(choice)
-        })
-        .collect()
-}
-
-/// Fails unless every number is positive and finite.
-fn positive(what: &str, numbers: &[f64]) -> Result<(), Failure> {
-    match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
-        None => Ok(()),
-        Some(x) => Err(Failure::Input(format!(
-            "{what} is {x}: it must be a positive finite number"
-        ))),
-    }
-}
-
-/// Puts the ratios given, if any, in place of the default ones: ascending, each once.
-fn take_ratios(given: &[f64], ratios: &mut Vec<f64>) -> Result<(), Failure> {
-    if !given.is_empty() {
-        *ratios = given.to_vec();
-    }
-    positive("a number of `--ratios`", ratios)?;
-    ratios.sort_by(f64::total_cmp);
-    ratios.dedup();
-    Ok(())
 }
 
 /// What the second table of the hanging cable is.
@@ -355,7 +293,7 @@ fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
         limit: args.limit,
         dt: 1.0 / 60.0,
     };
-    positive("a number of `--ratios`", &config.ratios)?;
+    require_positive("a number of `--ratios`", &config.ratios)?;
     if args.limit == 0 {
         return Err(Failure::Input(
             "`--limit` is 0: it must be at least 1".to_owned(),
@@ -368,8 +306,8 @@ fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
     if !json.as_ref().is_some_and(Output::is_stdout) {
         output::print(&format!(
             "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{}\n{NEEDED_LEGEND}\n{}",
-            table::settled(&results.settled),
-            table::needed(&results.needed)
+            statics::settled(&results.settled),
+            statics::needed(&results.needed)
         ))?;
     }
     if let Some(json) = json {
@@ -418,6 +356,6 @@ fn step_options(args: &StepArgs) -> Result<StepOptions, Failure> {
             options.refinements
         )));
     }
-    positive("`--dt`", &[args.dt])?;
+    require_positive("`--dt`", &[args.dt])?;
     Ok(options)
 }

@@ -21,10 +21,15 @@ pub mod market;
 pub mod order;
 pub mod prepared;
 pub mod solve;
+mod study;
 pub mod suite;
+mod table;
 pub mod write;
 
 pub use market::{Fault, MarketError};
+pub(crate) use study::STUDY;
+pub use study::{backends, measured};
+pub use table::{compared, solved, suite as suite_table};
 
 use market::Market;
 use std::path::{Path, PathBuf};

@@ -2,33 +2,33 @@
 //!
 //! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of
 //! the main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws,
-//! `main_job` puts them together. Of every other benchmark `kinds` says what its plots show, `plans` draws these,
-//! `sheets` makes tables of its rows. `settings` is what each was set to; `page` writes, `cells` are its tables,
-//! `markdown` writes several reports as one text. `limits` is what the page says of known limits.
+//! `main_job` puts them together. Of every other experiment the plots are those of its study, and `sheets` makes tables of its
+//! rows. `page` writes, `cells` are its tables, `markdown` writes several reports as one text. `limits` is what the page
+//! says of known limits.
 
 mod cells;
 mod charts;
-mod kinds;
 mod limits;
 mod main_job;
 mod markdown;
 mod measure;
 mod page;
-mod plans;
 mod score;
-pub mod settings;
 mod sheets;
 
 pub use markdown::markdown;
 pub use measure::{Extras, measure};
 pub use page::{page, picture};
 
-use crate::ladder::{Omission, Record, Results};
+use crate::choice::Omission;
+use crate::ladder::{Record, Results};
 use crate::machine::{self, Machine};
 use crate::output::{self, FileError, Output};
+use crate::settings::Setting;
+use crate::studies;
+use crate::study::Found;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use settings::Setting;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -110,32 +110,18 @@ impl Report {
         }
     }
 
-    /// Of another benchmark on this machine: its name, its rows, its tables as they are printed.
-    ///
-    /// # Errors
-    /// [`ReportError::File`] where the rows cannot be written as JSON.
-    pub fn of_rows(
-        name: &str,
-        rows: &impl Serialize,
-        printed: &str,
-        omissions: &[Omission],
-        arguments: &[String],
-        settings: Vec<Setting>,
-    ) -> Result<Self, ReportError> {
-        let rows = serde_json::to_value(rows).map_err(|e| FileError {
-            path: name.into(),
-            doing: "write",
-            source: e.into(),
-        })?;
-        Ok(Self {
-            omissions: omissions.to_vec(),
+    /// Of what another experiment found on this machine, called with these arguments.
+    #[must_use]
+    pub fn of_study(name: &str, found: Found, arguments: &[String]) -> Self {
+        Self {
+            omissions: found.omissions,
             other: Some(Other {
                 name: name.to_owned(),
-                rows,
-                printed: crate::table::plain(printed),
+                rows: found.rows,
+                printed: crate::table::plain(&found.text),
             }),
-            ..Self::here(arguments, settings)
-        })
+            ..Self::here(arguments, found.settings)
+        }
     }
 
     /// The experiment's name, and that of its files.
@@ -163,10 +149,10 @@ impl Report {
         };
         let report = if is_report {
             serde_json::from_str(text).map_err(failed)?
-        } else if let Some(name) = kinds::name_of(&value) {
+        } else if let Some(study) = studies::of_rows(&value) {
             rows_alone(Self {
                 other: Some(Other {
-                    name: name.to_owned(),
+                    name: study.name.to_owned(),
                     rows: value,
                     printed: String::new(),
                 }),

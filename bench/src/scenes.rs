@@ -10,14 +10,15 @@
 //! Sizes are segments a cable; of the ladder cables, of the net rows and columns.
 
 mod measure;
+mod study;
 mod table;
 
 pub use measure::reference_choice;
 pub(crate) use measure::swinging;
-pub use table::{LEGEND, bar, text_tables};
+pub(crate) use study::STUDY;
+pub use study::{Options, network, run as run_study};
 
-use crate::choice::Choice;
-use crate::ladder::Omission;
+use crate::choice::{Choice, Omission};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -419,7 +420,10 @@ mod tests {
             assert!(r.within_bar.is_none_or(|kept| kept), "{r:?}");
             assert_eq!(r.within_bar.is_some(), r.iterations == 0, "{r:?}");
         }
-        let text = crate::table::plain(&text_tables(&results));
+        let text = crate::table::plain(&crate::study::tables(
+            table::SHEETS,
+            &crate::study::data(&results).unwrap(),
+        ));
         let width = text.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{text}");
     }

@@ -19,6 +19,7 @@
 mod outcome;
 mod scene;
 mod settings;
+mod study;
 mod table;
 
 pub use outcome::{
@@ -27,7 +28,7 @@ pub use outcome::{
 use scene::FRAME;
 pub use scene::{DROP, PLUCK, SEGMENTS, Shock, scene};
 pub use settings::Setting;
-pub use table::table;
+pub(crate) use study::STUDY;
 
 use crate::cache;
 use indicatif::ProgressBar;

@@ -4,6 +4,10 @@
 //! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
 //! ratios has nothing to grow from: what is measured here is the solver.
 
+mod table;
+
+pub use table::{needed, settled};
+
 use crate::choice::Choice;
 use crate::pace;
 use crate::trajectory::load_position;

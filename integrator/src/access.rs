@@ -100,6 +100,7 @@ impl Stepper {
         self.advanced = 0.0;
         self.started = true;
         self.holding = 0;
+        self.implicit = false;
         self.closing.forget();
         let rows = &mut self.pieces.rows;
         rows.drive(
@@ -193,7 +194,7 @@ impl Stepper {
                 .zip(rows.block(s).rows())
             {
                 let change = [v.x, v.y, v.z, w.x, w.y, w.z];
-                *phi_t -= crate::products::dot(j, &change);
+                *phi_t -= taut_model::linearized::dot(j, &change);
             }
         }
         self.solved = false;

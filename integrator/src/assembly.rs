@@ -13,11 +13,9 @@
 //! same A Q_kᵀ: they are written together, and the other blocks below the diagonal by themselves.
 
 use crate::inertia::Inertia;
-use crate::lanes::side;
-use crate::six::Group;
-use taut_lanes::vector::{Sym3, Vec3, columns, combine, cross, dot, load, scale, scale_add};
+use taut_lanes::vector::{Sym3, Vec3, columns};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Abreast, Four, Joint, Linearized, Pack};
+use taut_model::{FourBodies, FourJoints, Joint, JointSide, Linearized, PACK};
 use taut_solver::SymBlockMatrix;
 
 /// Two joints at one body.
@@ -34,7 +32,7 @@ pub(crate) struct Coupling {
 const BLOCK: usize = 36;
 
 /// Values of the columns of four joints: of each its diagonal block, then the one below.
-const COLUMNS: usize = 2 * BLOCK * ABREAST;
+const COLUMNS: usize = 2 * BLOCK * PACK;
 
 /// Where a joint's diagonal block stands, and the block below it that couples it to the next joint.
 #[derive(Debug, Clone, Copy, Default)]
@@ -50,7 +48,7 @@ struct Column {
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
     /// Of each pack, and the first value where all of it is of blocks of six rows and columns, one after the other.
-    columns: Vec<([Column; ABREAST], Option<usize>)>,
+    columns: Vec<([Column; PACK], Option<usize>)>,
     /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
     couplings: Vec<Coupling>,
     coupled: usize,
@@ -79,9 +77,9 @@ impl Assembly {
         });
         let coupled = couplings.len();
         if let Some(&last) = couplings.last() {
-            couplings.resize(coupled.next_multiple_of(ABREAST), last);
+            couplings.resize(coupled.next_multiple_of(PACK), last);
         }
-        columns.resize(columns.len().next_multiple_of(ABREAST), Column::default());
+        columns.resize(columns.len().next_multiple_of(PACK), Column::default());
         let packs = columns.as_chunks().0.iter();
         Self {
             columns: packs.map(|pack| (*pack, first_of_run(pack))).collect(),
@@ -109,12 +107,11 @@ impl Assembly {
                 values: &mut *values,
             },
         );
-        let joints = &rows.abreast;
         dispatch(
             Level::best(),
             Below {
                 plan: self,
-                joints,
+                rows,
                 inertia,
                 values,
             },
@@ -123,7 +120,7 @@ impl Assembly {
 }
 
 /// The first value of a pack's columns where they are of blocks of six rows and columns, one after the other.
-fn first_of_run(pack: &[Column; ABREAST]) -> Option<usize> {
+fn first_of_run(pack: &[Column; PACK]) -> Option<usize> {
     let first = pack[0].diagonal;
     let in_run = |(lane, column): (usize, &Column)| {
         let at = first + 2 * BLOCK * lane;
@@ -144,85 +141,6 @@ fn copy_block(block: &[f64], rows: usize, columns: usize, to: &mut [f64]) {
     }
 }
 
-/// Lever arm and gradients of one side, whatever the side.
-struct Side<V> {
-    arm: Vec3<V>,
-    gradients: [Vec3<V>; 3],
-}
-
-impl<V: Lanes> Side<V> {
-    #[inline(always)]
-    fn of_pack(pack: &Pack, side: usize) -> Self {
-        let [p, q, s] = &pack.gradients;
-        Self {
-            arm: load(&pack.arms[side]),
-            gradients: [load(p), load(q), load(s)],
-        }
-    }
-
-    /// Joint and side of each lane.
-    #[inline(always)]
-    fn of_joints(packs: &[Pack], sides: [(usize, usize); ABREAST]) -> Self {
-        // A side is 0 or 1, which the bounds check cannot know.
-        let at = sides.map(|(k, side)| (&packs[k / ABREAST], k % ABREAST, side & 1));
-        let zero = [V::splat(0.0); 3];
-        let (mut arm, mut gradients) = (zero, [zero; 3]);
-        for (i, arm) in arm.iter_mut().enumerate() {
-            *arm = V::from_fn(|l| at[l].0.arms[at[l].2][i][at[l].1]);
-        }
-        for (q, gradient) in gradients.iter_mut().enumerate() {
-            for (i, g) in gradient.iter_mut().enumerate() {
-                *g = V::from_fn(|l| at[l].0.gradients[q][i][at[l].1]);
-            }
-        }
-        Self { arm, gradients }
-    }
-
-    /// Row `R` of Q A, for the columns of A; those of \[r]× are (0, −z, y), (z, 0, −x), (−y, x, 0).
-    #[inline(always)]
-    fn row_times<const R: usize>(&self, a: &[Vec3<V>; 3]) -> Vec3<V> {
-        let [x, y, z] = self.arm;
-        let [ax, ay, az] = a;
-        match R {
-            0 => scale_add(az, y, &scale(ay, -z)),
-            1 => scale_add(ax, z, &scale(az, -x)),
-            2 => scale_add(ay, x, &scale(ax, -y)),
-            _ => combine(a, &self.gradients[R - 3]),
-        }
-    }
-
-    /// Q x.
-    #[inline(always)]
-    fn apply(&self, v: &Vec3<V>) -> [V; 6] {
-        let [x, y, z] = cross(&self.arm, v);
-        let [p, q, s] = &self.gradients;
-        [x, y, z, dot(p, v), dot(q, v), dot(s, v)]
-    }
-
-    /// Side a of the joints that follow those of a pack, −Q instead of Q.
-    #[inline(always)]
-    fn negative_of_next(pack: &Pack, next: &Pack) -> Self {
-        Self {
-            arm: negative_shifted(&pack.arms[0], &next.arms[0]),
-            gradients: [
-                negative_shifted(&pack.gradients[0], &next.gradients[0]),
-                negative_shifted(&pack.gradients[1], &next.gradients[1]),
-                negative_shifted(&pack.gradients[2], &next.gradients[2]),
-            ],
-        }
-    }
-}
-
-/// What stands one lane on, with the other sign.
-#[inline(always)]
-fn negative_shifted<V: Lanes>(pack: &[Four; 3], next: &[Four; 3]) -> Vec3<V> {
-    let mut shifted: Vec3<V> = load(pack);
-    for (lanes, next) in shifted.iter_mut().zip(next) {
-        *lanes = -lanes.shift_in(V::load(next));
-    }
-    shifted
-}
-
 /// Diagonal blocks, and those that couple a joint to the next.
 struct Columns<'a> {
     plan: &'a Assembly,
@@ -239,18 +157,18 @@ impl Kernel for Columns<'_> {
     fn run<I: Isa>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
-        let packs = self.rows.abreast.jacobians();
         let mut room = [0.0; COLUMNS];
-        let all = self.rows.abreast.packs().zip(&self.plan.columns);
-        for (k, ((pack, places), (columns, run))) in all.enumerate() {
-            let bodies = [side(places, 0), side(places, 1)];
+        let mut following = self.rows.four_joints();
+        following.next();
+        for (four, (columns, run)) in self.rows.four_joints().zip(&self.plan.columns) {
+            let bodies = [four.bodies(0), four.bodies(1)];
             let between = bodies[1].load::<I::X4>(mass);
             let pair = Pair {
-                pack,
-                inverse: [angular.load(&bodies[0]), angular.load(&bodies[1])],
+                four,
+                inverse: [angular.load(bodies[0]), angular.load(bodies[1])],
                 mass: bodies[0].load::<I::X4>(mass) + between,
-                sigma: places.rows_of::<I::X4>(self.sigma),
-                next: Side::negative_of_next(pack, packs.get(k + 1).unwrap_or(pack)),
+                sigma: four.rows_of::<I::X4>(self.sigma),
+                next: four.negative_side_of_next(&following.next().unwrap_or(four)),
                 between,
             };
             let in_place = run.and_then(|first| self.values[first..].first_chunk_mut());
@@ -260,7 +178,7 @@ impl Kernel for Columns<'_> {
                 continue;
             }
             let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
-            for (column, blocks) in columns.iter().zip(blocks).take(places.count) {
+            for (column, blocks) in columns.iter().zip(blocks).take(four.count()) {
                 let m = column.rows;
                 copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
                 if let Some((at, rows)) = column.below {
@@ -274,14 +192,14 @@ impl Kernel for Columns<'_> {
 /// What a joint's diagonal block and the one below it are made of. Registers do not hold it: what stands in memory as it
 /// is needed is left there, and loaded for each column anew, for a load is nothing beside the store that keeps a number.
 struct Pair<'a, V> {
-    pack: &'a Pack,
+    four: FourJoints<'a>,
     /// A of both bodies.
     inverse: [Sym3<V>; 2],
     /// 1/m_a + 1/m_b.
     mass: V,
     sigma: [V; 6],
     /// Side a of the next joint, −Q instead of Q.
-    next: Side<V>,
+    next: JointSide<V>,
     /// 1/m of the body between the two.
     between: V,
 }
@@ -314,7 +232,7 @@ impl<V: Lanes> Pair<'_, V> {
     /// Column `C` of the diagonal block, and that of A Qᵀ of side b.
     #[inline(always)]
     fn column<const C: usize>(&self) -> ([V; 6], Vec3<V>) {
-        let (a, b) = (Side::of_pack(self.pack, 0), Side::of_pack(self.pack, 1));
+        let (a, b) = (self.four.side::<V>(0), self.four.side::<V>(1));
         let mut column = a.apply(&a.row_times::<C>(&columns(&self.inverse[0])));
         let times_b = b.row_times::<C>(&columns(&self.inverse[1]));
         for (sum, on_b) in column.iter_mut().zip(b.apply(&times_b)) {
@@ -343,7 +261,7 @@ impl<V: Lanes> Pair<'_, V> {
 /// Blocks that couple two joints of which neither follows the other.
 struct Below<'a> {
     plan: &'a Assembly,
-    joints: &'a Abreast,
+    rows: &'a Linearized,
     inertia: &'a Inertia,
     values: &'a mut [f64],
 }
@@ -355,13 +273,12 @@ impl Kernel for Below<'_> {
     fn run<I: Isa>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
-        let (packs, joints) = (self.joints.jacobians(), self.joints.joints());
-        let (couplings, _) = self.plan.couplings.as_chunks::<ABREAST>();
-        let mut room = [0.0; BLOCK * ABREAST];
+        let joints = self.rows.joints();
+        let (couplings, _) = self.plan.couplings.as_chunks::<PACK>();
+        let mut room = [0.0; BLOCK * PACK];
         for (k, couplings) in couplings.iter().enumerate() {
             let bodies = couplings.map(|c| c.body);
-            let neighbours = bodies.windows(2).all(|pair| pair[1] == pair[0] + 1);
-            let bodies = Group::new(bodies, neighbours);
+            let bodies = FourBodies::new(bodies);
             let (w, a) = (bodies.load::<I::X4>(mass), angular.load(&bodies));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;
             let sign = I::X4::from_fn(|l| if same(&couplings[l]) { 1.0 } else { -1.0 });
@@ -370,8 +287,10 @@ impl Kernel for Below<'_> {
                 *a = *a * sign;
             }
             let blocks = Across {
-                left: Side::<I::X4>::of_joints(packs, couplings.map(|c| c.sides[0])),
-                right: Side::of_joints(packs, couplings.map(|c| c.sides[1])),
+                left: self
+                    .rows
+                    .joint_sides::<I::X4>(couplings.map(|c| c.sides[0])),
+                right: self.rows.joint_sides(couplings.map(|c| c.sides[1])),
                 inverse: columns(&signed),
                 mass: w * sign,
             };
@@ -381,7 +300,7 @@ impl Kernel for Below<'_> {
             blocks.write::<3>(&mut room);
             blocks.write::<4>(&mut room);
             blocks.write::<5>(&mut room);
-            let count = self.plan.coupled - ABREAST * k;
+            let count = self.plan.coupled - PACK * k;
             let blocks = room.as_chunks::<BLOCK>().0;
             for (c, block) in couplings.iter().zip(blocks).take(count) {
                 let [rows, columns] = c.sides.map(|(k, _)| joints[k].rows);
@@ -393,8 +312,8 @@ impl Kernel for Below<'_> {
 
 /// What a block that couples two joints is made of, with the sign of A and 1/m that their sides give it.
 struct Across<V> {
-    left: Side<V>,
-    right: Side<V>,
+    left: JointSide<V>,
+    right: JointSide<V>,
     inverse: [Vec3<V>; 3],
     mass: V,
 }
@@ -402,7 +321,7 @@ struct Across<V> {
 impl<V: Lanes> Across<V> {
     /// Writes column `C`.
     #[inline(always)]
-    fn write<const C: usize>(&self, to: &mut [f64; BLOCK * ABREAST]) {
+    fn write<const C: usize>(&self, to: &mut [f64; BLOCK * PACK]) {
         let mut column = self.left.apply(&self.right.row_times::<C>(&self.inverse));
         if C < 3 {
             column[C] = column[C] + self.mass;

@@ -12,8 +12,8 @@
 //! solve a step is enough unless a row changes.
 
 use crate::pieces::Pieces;
-use crate::products::dot;
-use crate::six::Six;
+use taut_model::BodyVectors;
+use taut_model::linearized::dot;
 
 /// Solves of one system at most: what an inexact solver leaves undecided stays so.
 const PASSES: usize = 64;
@@ -63,7 +63,7 @@ pub(crate) struct Bounded {
     /// The rows of J that left the system, one a slot.
     jacobian: Vec<[f64; 6]>,
     /// Δt f without the impulses of rows at bounds.
-    impulse: Six,
+    impulse: BodyVectors,
     wrong: Vec<usize>,
     /// Fewest wrong rows of this system yet, tries and passes left.
     fewest: usize,
@@ -289,12 +289,16 @@ fn jacobian(pieces: &Pieces, k: usize) -> impl Iterator<Item = (usize, [f64; 6])
 
 /// J M̃⁻¹ Jᵀ of bounded row `k` alone \[1/kg].
 pub(crate) fn response(pieces: &Pieces, k: usize) -> f64 {
-    let of_slot = |(body, j): (usize, [f64; 6])| {
-        let mut inverse = [0.0; 6];
-        pieces.inertia.apply_inverse(body, &j, &mut inverse);
-        dot(&inverse, &j)
-    };
-    jacobian(pieces, k).map(of_slot).sum()
+    jacobian(pieces, k)
+        .map(|(body, j)| response_of(pieces, body, &j))
+        .sum()
+}
+
+/// The part of `body` in J M̃⁻¹ Jᵀ of a row whose Jacobian is `j` there.
+pub(crate) fn response_of(pieces: &Pieces, body: usize, j: &[f64; 6]) -> f64 {
+    let mut inverse = [0.0; 6];
+    pieces.inertia.apply_inverse(body, j, &mut inverse);
+    dot(&inverse, j)
 }
 
 /// w = (b − S μ) of bounded row `k` from the pieces, and S of the row alone.

@@ -161,6 +161,13 @@ impl Closing {
             pieces.add_violation(r, -self.left * drift, dt);
         }
     }
+
+    /// The same of the rows' `gaps`.
+    pub(crate) fn leave_gaps(&self, rows: &Linearized, gaps: &mut [f64]) {
+        for (drift, bound) in self.drift.iter().zip(&rows.bounds) {
+            gaps[bound.row] -= self.left * drift;
+        }
+    }
 }
 
 /// The sign of φ where a row that has one side only is closed; 0 for all others.

@@ -16,9 +16,9 @@
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
 //! massless cables a link without length row along each span ([`Spans`]).
 
-use crate::guarded::Pass;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
+use crate::stepper::guarded::Pass;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
 use nalgebra::Vector3;
 use taut_model::{Constraint, Distance, RowLaw, Scene};

@@ -34,19 +34,19 @@
 //! is 0 up to about a fifth of Greenhill's torque, and of second order in M: EI/l resists the rest.
 
 use crate::GeometricStiffness;
-use crate::lanes::{packed, unpacked};
 use crate::options::Excess;
-use crate::six::Six;
 use nalgebra::{Matrix3, Vector3};
-use taut_lanes::vector::{Vec3, dot, load};
+use taut_lanes::vector::{Vec3, dot};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Abreast, Constraint, Four, Joint, Linearized, RowKind, Scene, Side};
+use taut_model::BodyVectors;
+use taut_model::body_vectors::{packed, unpacked};
+use taut_model::{Constraint, Four, Joint, Linearized, PACK, RowKind, Scene, Side};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
 pub(crate) struct Geometric {
     /// K of each body, in the world frame \[N m]: xx, yx, zx, yy, zy, zz.
-    stiffness: Six,
+    stiffness: BodyVectors,
     /// Group of each body: that of its first constraint; `None` for a body without one.
     group: Vec<Option<usize>>,
     /// Each group's first and last constraint: the chord's ends.
@@ -54,7 +54,7 @@ pub(crate) struct Geometric {
     /// Angular velocity of each chord \[rad/s].
     turning: Vec<Vector3<f64>>,
     /// Velocity of each body as a part of its chord; the angular part alone has a meaning.
-    reference: Six,
+    reference: BodyVectors,
     /// Bending stiffness of the joints of each pack \[N m].
     bending: Vec<Four>,
 }
@@ -76,17 +76,17 @@ impl Geometric {
             *last = c;
         }
         Self {
-            stiffness: Six::new(scene.bodies.len()),
-            reference: Six::new(scene.bodies.len()),
+            stiffness: BodyVectors::new(scene.bodies.len()),
+            reference: BodyVectors::new(scene.bodies.len()),
             group,
             turning: vec![Vector3::zeros(); chords.len()],
             chords,
-            bending: bending(scene, &rows.abreast),
+            bending: bending(scene, rows),
         }
     }
 
     /// K of each body: xx, yx, zx, yy, zy, zz.
-    pub(crate) fn stiffness(&self) -> &Six {
+    pub(crate) fn stiffness(&self) -> &BodyVectors {
         &self.stiffness
     }
 
@@ -100,7 +100,7 @@ impl Geometric {
     pub(crate) fn update(&mut self, rows: &Linearized, lambda: &[f64], excess: Option<Excess>) {
         self.clear();
         let joints = Joints {
-            joints: &rows.abreast,
+            rows,
             lambda,
             bending: &self.bending,
             excess,
@@ -108,24 +108,11 @@ impl Geometric {
         };
         dispatch(Level::best(), joints);
         for s in rows.others().iter().flat_map(|&c| rows.slot_range(c)) {
-            let r = rows.lever(s);
-            let square = r.norm_squared();
-            if square == 0.0 {
-                continue;
-            }
-            let (force, _) = wrench(rows, s, lambda);
+            let (r, (force, _)) = (rows.lever(s), wrench(rows, s, lambda));
             let tension = force.dot(&r);
             if tension > 0.0 {
-                let along = r * (tension / square);
-                let k = [
-                    tension - along.x * r.x,
-                    -along.x * r.y,
-                    -along.x * r.z,
-                    tension - along.y * r.y,
-                    -along.y * r.z,
-                    tension - along.z * r.z,
-                ];
-                self.stiffness.add(rows.slots[s].body, k);
+                self.stiffness
+                    .add(rows.slots[s].body, across(tension, r.as_ref()));
             }
         }
     }
@@ -189,9 +176,9 @@ impl Geometric {
         &self,
         form: GeometricStiffness,
         gamma: f64,
-        now: &Six,
-        before: &Six,
-        g: &mut Six,
+        now: &BodyVectors,
+        before: &BodyVectors,
+        g: &mut BodyVectors,
     ) {
         match form {
             GeometricStiffness::Off => g.clear(),
@@ -207,7 +194,7 @@ impl Geometric {
 
 /// Bending stiffness of the joints of each pack, by which a twist moment bends them \[N m]: beyond all bounds where they
 /// are rigid or have no twist in their last row.
-fn bending(scene: &Scene, joints: &Abreast) -> Vec<Four> {
+fn bending(scene: &Scene, rows: &Linearized) -> Vec<Four> {
     /// Its square is finite.
     const RIGID: f64 = 1e150;
     let stiffness = |c: &Constraint| {
@@ -221,9 +208,9 @@ fn bending(scene: &Scene, joints: &Abreast) -> Vec<Four> {
         }
     };
     let of_joint = |joint: &Joint| stiffness(&scene.constraints[joint.constraint]);
-    let all: Vec<f64> = joints.joints().iter().map(of_joint).collect();
-    let packs = all.chunks(ABREAST).map(|pack| {
-        let mut four = [RIGID; ABREAST];
+    let all: Vec<f64> = rows.joints().iter().map(of_joint).collect();
+    let packs = all.chunks(PACK).map(|pack| {
+        let mut four = [RIGID; PACK];
         four[..pack.len()].copy_from_slice(pack);
         four
     });
@@ -232,11 +219,11 @@ fn bending(scene: &Scene, joints: &Abreast) -> Vec<Four> {
 
 /// K of the joints.
 struct Joints<'a> {
-    joints: &'a Abreast,
+    rows: &'a Linearized,
     lambda: &'a [f64],
     bending: &'a [Four],
     excess: Option<Excess>,
-    stiffness: &'a mut Six,
+    stiffness: &'a mut BodyVectors,
 }
 
 /// k (I − r rᵀ/r²).
@@ -273,9 +260,9 @@ impl Kernel for Joints<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         let mut stiffness = self.stiffness.view_mut();
-        for ((pack, places), bending) in self.joints.packs().zip(self.bending) {
-            let [x, y, z, _, _, twist] = places.rows_of::<I::X4>(self.lambda);
-            let arms = [load(&pack.arms[0]), load(&pack.arms[1])];
+        for (four, bending) in self.rows.four_joints().zip(self.bending) {
+            let [x, y, z, _, _, twist] = four.rows_of::<I::X4>(self.lambda);
+            let arms = [four.arm(0), four.arm(1)];
             let zero = I::X4::splat(0.0);
             let on_a = dot(&[x, y, z], &arms[0]).max(zero);
             let on_b = dot(&[-x, -y, -z], &arms[1]).max(zero);
@@ -284,14 +271,14 @@ impl Kernel for Joints<'_> {
                 let bends = I::X4::load(bending) * I::X4::splat(bends);
                 let tension = [on_a, on_b].map(|t| t * I::X4::splat(tension));
                 if let Some(beta) = beyond(twist, bends, tension) {
-                    let axis = load(&pack.gradients[2]);
+                    let axis = four.gradient(2);
                     for (k, beta) in k.iter_mut().zip(beta) {
                         let more = across(beta, &axis);
                         *k = std::array::from_fn(|n| k[n] + more[n]);
                     }
                 }
             }
-            stiffness.add_sides(places, [&k[0], &k[1]]);
+            four.add_to_sides([&k[0], &k[1]], &mut stiffness);
         }
     }
 }
@@ -316,7 +303,7 @@ mod tests {
     };
 
     /// The angular part of body `i`.
-    fn angular(of: &Six, i: usize) -> Vector3<f64> {
+    fn angular(of: &BodyVectors, i: usize) -> Vector3<f64> {
         let [.., x, y, z] = of.get(i);
         Vector3::new(x, y, z)
     }
@@ -341,8 +328,8 @@ mod tests {
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &mu, None);
         let torque = |rows: &Linearized, body: usize| {
-            let mut p = Six::new(25);
-            crate::products::add_transposed(rows, &mu, &mut p);
+            let mut p = BodyVectors::new(25);
+            rows.add_transposed(&mu, &mut p);
             angular(&p, body)
         };
         for body in [0, 11, 24] {
@@ -388,7 +375,7 @@ mod tests {
         let lambda = [-weight / 2.0_f64.sqrt(); 2];
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &lambda, None);
-        assert_eq!(geometric.stiffness, Six::new(1));
+        assert_eq!(geometric.stiffness, BodyVectors::new(1));
         geometric.complete(&rows, &lambda, 1);
         let k = unpacked(geometric.stiffness().get(0));
         let exact = Matrix3::from_diagonal(&Vector3::new(weight * h, 0.0, 0.0));
@@ -428,8 +415,8 @@ mod tests {
             scene.bodies.orientation[body] = UnitQuaternion::from_scaled_axis(turn) * at;
             rows.update(scene, 0.0);
             scene.bodies.orientation[body] = at;
-            let mut p = Six::new(n);
-            crate::products::add_transposed(rows, lambda, &mut p);
+            let mut p = BodyVectors::new(n);
+            rows.add_transposed(lambda, &mut p);
             for i in 0..n {
                 let torque = angular(&p, i) * (sign / (2.0 * h));
                 let mut block = k.fixed_view_mut::<3, 1>(3 * i, column);
@@ -504,7 +491,7 @@ mod tests {
         let pushed: Vec<f64> = rows.phi.clone();
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &pushed, None);
-        assert_eq!(geometric.stiffness, Six::new(25));
+        assert_eq!(geometric.stiffness, BodyVectors::new(25));
     }
 
     #[test]

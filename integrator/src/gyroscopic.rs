@@ -23,7 +23,10 @@
 //! axis in another direction than ω × axis, by half of the spin's angle, and a joint at its end would feed the spin into
 //! the swing.
 
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use taut_lanes::Lanes;
+use taut_lanes::functions::sinc_cos;
+use taut_lanes::vector::{self as lanes, Vec3, cross, dot, product, scale, scale_add, turned};
 
 /// Rotation (rad) of a part of the step: the energy's band is a tenth of its square.
 const PART: f64 = 0.1;
@@ -33,20 +36,6 @@ const PARTS: f64 = 1e4;
 
 /// Newton passes at most: two to four are needed.
 const PASSES: usize = 12;
-
-/// What turns the axis of a body that is symmetric about an axis of its frame: L/I_across (rad/s, world), for the
-/// rotation `orientation` from body to world. `None` for other bodies.
-fn precession(
-    inertia: &Matrix3<f64>,
-    orientation: &UnitQuaternion<f64>,
-    omega: &Vector3<f64>,
-) -> Option<Vector3<f64>> {
-    let (axis, ratio) = symmetry(inertia)?;
-    let mut unit = Vector3::zeros();
-    unit[axis] = 1.0;
-    let axis = orientation * unit;
-    Some(omega + axis * ((ratio - 1.0) * omega.dot(&axis)))
-}
 
 /// Number of the axis of symmetry, and inertia about it over that across it.
 pub(crate) fn symmetry(inertia: &Matrix3<f64>) -> Option<(usize, f64)> {
@@ -68,15 +57,77 @@ pub(crate) fn turn(
     omega: &mut Vector3<f64>,
     dt: f64,
 ) {
-    match precession(inertia, orientation, omega) {
-        None => turn_freely(inertia, orientation, omega, dt),
-        Some(p) => {
-            let carried = UnitQuaternion::from_scaled_axis(p * dt);
-            let spun = UnitQuaternion::from_scaled_axis((*omega - p) * dt);
-            *orientation = carried * spun * *orientation;
-            *omega = carried * *omega;
-            orientation.renormalize_fast();
+    let Some((axis, ratio)) = symmetry(inertia) else {
+        return turn_freely(inertia, orientation, omega, dt);
+    };
+    let about = About::new(axis, ratio);
+    let (q, w) = about.turn(orientation.coords.as_ref(), omega.as_ref(), 0.5 * dt);
+    *orientation = UnitQuaternion::new_unchecked(Quaternion::from(q));
+    *omega = w.into();
+}
+
+/// The symmetry of a body, or of one in each lane.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct About<V> {
+    /// The axis of symmetry in the body frame, a unit vector.
+    pub(crate) axis: Vec3<V>,
+    /// Inertia along the axis over that across it, less 1.
+    pub(crate) excess: V,
+}
+
+impl About<f64> {
+    /// From the number of the axis, and the inertia about it over that across it.
+    fn new(axis: usize, ratio: f64) -> Self {
+        let mut unit = [0.0; 3];
+        unit[axis] = 1.0;
+        Self {
+            axis: unit,
+            excess: ratio - 1.0,
         }
+    }
+}
+
+impl<V: Lanes> About<V> {
+    /// p, which turns the axis, and p − ω along the axis, of which `seen` is the direction in the world.
+    #[inline(always)]
+    fn precession(&self, seen: &Vec3<V>, omega: &Vec3<V>) -> (Vec3<V>, V) {
+        let spin = dot(omega, seen) * self.excess;
+        (scale_add(seen, spin, omega), spin)
+    }
+
+    /// Orientation \[x, y, z, w] and angular velocity after twice `half_dt`.
+    #[inline(always)]
+    pub(crate) fn turn(
+        &self,
+        orientation: &lanes::Quaternion<V>,
+        omega: &Vec3<V>,
+        half_dt: V,
+    ) -> (lanes::Quaternion<V>, Vec3<V>) {
+        // The axis as `turned` has it, of which the spin takes its first half, too.
+        let ([x, y, z, w], axis) = (*orientation, self.axis);
+        let imaginary = [x, y, z];
+        let inner = scale_add(&axis, w, &cross(&imaginary, &axis));
+        let seen = scale_add(&cross(&imaginary, &inner), V::splat(2.0), &axis);
+        let (p, spin) = self.precession(&seen, omega);
+        // exp(Δt p̂)
+        let half = scale(&p, half_dt);
+        let (sinc, cosine) = sinc_cos(dot(&half, &half));
+        let [i, j, k] = scale(&half, sinc);
+        let carried = [i, j, k, cosine];
+        // exp(Δt ŝ) R = R exp(Δt Rᵀŝ), where Rᵀs is along the axis.
+        let half = -(spin * half_dt);
+        let (sinc, cosine) = sinc_cos(half * half);
+        let sine = half * sinc;
+        let [x, y, z] = scale_add(&inner, sine, &scale(&imaginary, cosine));
+        let w = sine.neg_mul_add(dot(&imaginary, &axis), w * cosine);
+        let mut q = product(&carried, &[x, y, z, w]);
+        let square = q[3].mul_add(q[3], dot(&[q[0], q[1], q[2]], &[q[0], q[1], q[2]]));
+        // One Newton step for 1/√square.
+        let scale = V::splat(0.5) * (V::splat(3.0) - square);
+        for q in &mut q {
+            *q = *q * scale;
+        }
+        (q, turned(&carried, omega))
     }
 }
 
@@ -94,9 +145,14 @@ pub(crate) fn turned_back(
     dt: f64,
 ) -> UnitQuaternion<f64> {
     let (mut before, mut omega) = (*orientation, *omega);
-    match precession(inertia, orientation, &omega) {
+    match symmetry(inertia) {
         None => turn_freely(inertia, &mut before, &mut omega, -dt),
-        Some(p) => before = UnitQuaternion::from_scaled_axis(p * -dt) * before,
+        Some((axis, ratio)) => {
+            let about = About::new(axis, ratio);
+            let seen = turned(orientation.coords.as_ref(), &about.axis);
+            let (p, _) = about.precession(&seen, omega.as_ref());
+            before = UnitQuaternion::from_scaled_axis(Vector3::from(p) * -dt) * before;
+        }
     }
     before
 }

@@ -1,8 +1,8 @@
 //! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
 
-use crate::six::Six;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::Bodies;
+use taut_model::BodyVectors;
 
 /// The moving part of [`Bodies`], and the multipliers that go with it.
 #[derive(Debug, Clone, Default)]
@@ -61,6 +61,11 @@ impl State {
         self.time
     }
 
+    /// Orientation of body `i`.
+    pub(crate) fn orientation(&self, i: usize) -> &UnitQuaternion<f64> {
+        &self.orientation[i]
+    }
+
     /// Puts the impulses and the tension back; returns the length of the impulses' step.
     pub(crate) fn restore_multipliers(&self, mu: &mut [f64], tension: &mut [f64]) -> f64 {
         mu.copy_from_slice(&self.mu);
@@ -81,7 +86,7 @@ pub(crate) struct History {
     /// ∂φ/∂t of the last step, one a row.
     pub(crate) phi_t: Vec<f64>,
     /// v_{n−1}.
-    pub(crate) v: Six,
+    pub(crate) v: BodyVectors,
 }
 
 impl History {
@@ -91,7 +96,7 @@ impl History {
             rate: vec![0.0; rows],
             rate_now: vec![0.0; rows],
             phi_t: vec![0.0; rows],
-            v: Six::new(bodies),
+            v: BodyVectors::new(bodies),
         }
     }
 
@@ -103,7 +108,7 @@ impl History {
     }
 
     /// The step under way is done: `v` is what it started from, `phi_t` its ∂φ/∂t.
-    pub(crate) fn accept(&mut self, v: &Six, phi_t: &[f64]) {
+    pub(crate) fn accept(&mut self, v: &BodyVectors, phi_t: &[f64]) {
         std::mem::swap(&mut self.rate, &mut self.rate_now);
         self.v.copy_from(v);
         self.phi_t.copy_from_slice(phi_t);

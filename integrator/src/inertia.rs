@@ -4,13 +4,14 @@
 //! This is the one place where it is computed. Static and driven bodies are infinitely heavy: M̃⁻¹ = 0 and Δt f = 0; their
 //! M̃ is the identity, which the KKT matrix needs.
 
-use crate::gyroscopic;
-use crate::lanes::{axis, packed, unpacked};
-use crate::six::{Group, Six};
-use nalgebra::{Matrix3, Vector3};
-use taut_lanes::vector::{Sym3, add, gather, inverse, save, scale, scale_add, splat, sub, times};
+use crate::gyroscopic::{self, About};
+use nalgebra::Matrix3;
+use taut_lanes::vector::{
+    Sym3, Vec3, add, gather, inverse, load, save, scale, scale_add, splat, sub, times, turned,
+};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Bodies, Four, Scene};
+use taut_model::body_vectors::{packed, unpacked};
+use taut_model::{Bodies, BodyVectors, Four, FourBodies, PACK, Scene};
 
 /// M̃ and its inverse for all bodies, and the impulses Δt f that do not come from constraints.
 #[derive(Debug, Clone)]
@@ -20,22 +21,22 @@ pub(crate) struct Inertia {
     /// 1/mass \[1/kg].
     pub(crate) inverse_mass: Vec<f64>,
     /// Angular part of M̃, world frame \[kg m²]: xx, yx, zx, yy, zy, zz.
-    pub(crate) angular: Six,
+    pub(crate) angular: BodyVectors,
     /// Its inverse.
-    pub(crate) inverse_angular: Six,
+    pub(crate) inverse_angular: BodyVectors,
     /// Δt f, [linear (N s), angular (N m s)]: gravity and external; the gyroscopic torque is part of [`crate::gyroscopic`].
-    pub(crate) impulse: Six,
-    /// Dynamic bodies with an axis of symmetry, four abreast.
+    pub(crate) impulse: BodyVectors,
+    /// Dynamic bodies with an axis of symmetry, four at a time.
     pub(crate) rods: Rods,
     /// All other bodies.
     pub(crate) others: Vec<usize>,
 }
 
-/// Bodies with an axis of symmetry, four abreast: R I Rᵀ = across I₃ + (along − across) n nᵀ for the axis n.
+/// Bodies with an axis of symmetry, four at a time: R I Rᵀ = across I₃ + (along − across) n nᵀ for the axis n.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rods {
     /// The bodies, filled up with copies of the last one.
-    pub(crate) bodies: Vec<[usize; ABREAST]>,
+    pub(crate) bodies: Vec<FourBodies>,
     pub(crate) shapes: Vec<RodShape>,
 }
 
@@ -44,14 +45,23 @@ pub(crate) struct Rods {
 #[repr(C, align(32))]
 pub(crate) struct RodShape {
     /// The axis in the body frame, a unit vector along one of its axes.
-    pub(crate) axis: [Four; 3],
+    axis: [Four; 3],
     across: Four,
     /// Inertia along the axis less that across it.
     excess: Four,
     /// Inertia along the axis over that across it, less 1.
-    pub(crate) ratio: Four,
-    /// Whether the bodies are one after the other.
-    pub(crate) neighbours: bool,
+    ratio: Four,
+}
+
+impl RodShape {
+    /// The axes of symmetry.
+    #[inline(always)]
+    pub(crate) fn about<V: Lanes>(&self) -> About<V> {
+        About {
+            axis: load(&self.axis),
+            excess: V::load(&self.ratio),
+        }
+    }
 }
 
 impl Rods {
@@ -61,14 +71,11 @@ impl Rods {
         let rod = |i: &usize| bodies.is_dynamic(*i) && shape(*i).is_some();
         let (mut rods, others): (Vec<usize>, _) = (0..bodies.len()).partition(rod);
         if let Some(&last) = rods.last() {
-            rods.resize(rods.len().next_multiple_of(ABREAST), last);
+            rods.resize(rods.len().next_multiple_of(PACK), last);
         }
-        let (packs, _) = rods.as_chunks::<ABREAST>();
+        let (packs, _) = rods.as_chunks::<PACK>();
         let shapes = packs.iter().map(|pack| {
-            let mut shapes = RodShape {
-                neighbours: pack.windows(2).all(|pair| pair[1] == pair[0] + 1),
-                ..RodShape::default()
-            };
+            let mut shapes = RodShape::default();
             for (lane, &i) in pack.iter().enumerate() {
                 if let Some((axis, ratio)) = shape(i) {
                     let along = bodies.inertia[i][(axis, axis)];
@@ -83,7 +90,7 @@ impl Rods {
         });
         let rods = Self {
             shapes: shapes.collect(),
-            bodies: packs.to_vec(),
+            bodies: packs.iter().map(|pack| FourBodies::new(*pack)).collect(),
         };
         (rods, others)
     }
@@ -92,7 +99,7 @@ impl Rods {
 impl Inertia {
     pub(crate) fn new(bodies: &Bodies) -> Self {
         let n = bodies.len();
-        let room = Six::room_for(n);
+        let room = BodyVectors::room_for(n);
         let dynamic = |i: &usize| *i < n && bodies.is_dynamic(*i);
         let mass = |i| if dynamic(&i) { bodies.mass[i] } else { 1.0 };
         let inverse = |i| {
@@ -103,7 +110,7 @@ impl Inertia {
             }
         };
         let (rods, others) = Rods::new(bodies);
-        let mut angular = Six::new(n);
+        let mut angular = BodyVectors::new(n);
         for i in 0..n {
             angular.set(i, packed(&Matrix3::identity()));
         }
@@ -113,8 +120,8 @@ impl Inertia {
             mass: (0..room).map(mass).collect(),
             inverse_mass: (0..room).map(inverse).collect(),
             angular,
-            inverse_angular: Six::new(n),
-            impulse: Six::new(n),
+            inverse_angular: BodyVectors::new(n),
+            impulse: BodyVectors::new(n),
         }
     }
 
@@ -124,9 +131,9 @@ impl Inertia {
         &mut self,
         scene: &Scene,
         dt: f64,
-        stiffness: &Six,
+        stiffness: &BodyVectors,
         alpha: f64,
-        drive: &Six,
+        drive: &BodyVectors,
     ) -> Result<(), usize> {
         let factor = alpha * dt * dt;
         dispatch(
@@ -146,28 +153,26 @@ impl Inertia {
                 continue;
             }
             let rotation = bodies.rotation(i);
-            let world = rotation * bodies.inertia[i] * rotation.transpose();
-            let stiffness = unpacked(stiffness.get(i));
-            let inertia = world + stiffness * factor;
-            let inverse = inertia.try_inverse().ok_or(i)?;
-            let force = bodies.mass[i] * scene.gravity + bodies.force[i];
-            let [.., x, y, z] = drive.get(i);
-            let driven = stiffness * Vector3::new(x, y, z) * (dt * dt);
-            let angular = dt * bodies.torque[i] + driven;
-            let linear = dt * force;
-            let impulse = [
-                linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
-            ];
+            let world = packed(&(rotation * bodies.inertia[i] * rotation.transpose()));
+            let (k, driven) = (stiffness.get(i), drive.get(i));
+            let angular = angular_inertia(&world, &k, factor);
+            let (inverse, determinant) = inverse(&angular);
+            if determinant == 0.0 {
+                return Err(i);
+            }
+            let (force, torque) = (bodies.force[i].as_ref(), bodies.torque[i].as_ref());
+            let gravity = scene.gravity.as_ref();
+            let impulse = impulse(bodies.mass[i], gravity, [force, torque], (&k, &driven), dt);
             self.impulse.set(i, impulse);
-            self.angular.set(i, packed(&inertia));
-            self.inverse_angular.set(i, packed(&inverse));
+            self.angular.set(i, angular);
+            self.inverse_angular.set(i, inverse);
         }
         Ok(())
     }
 
     /// Δv ← Δv + M̃⁻¹ (impulse − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about their
     /// axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
-    pub(crate) fn correct_velocities(&self, impulse: &Six, dv: &mut Six) {
+    pub(crate) fn correct_velocities(&self, impulse: &BodyVectors, dv: &mut BodyVectors) {
         let change = VelocityChange {
             inertia: self,
             impulse,
@@ -206,20 +211,40 @@ impl Inertia {
         self.impulse.add(i, j.map(|j| j * mu));
     }
 
-    /// y = M̃⁻¹ p for body `i`.
+    /// M̃⁻¹ p for body `i`.
     #[inline]
-    pub(crate) fn apply_inverse(&self, i: usize, p: &[f64; 6], y: &mut [f64; 6]) {
-        let turned = unpacked(self.inverse_angular.get(i)) * Vector3::new(p[3], p[4], p[5]);
-        let linear = self.inverse_mass[i];
-        *y = [
-            linear * p[0],
-            linear * p[1],
-            linear * p[2],
-            turned.x,
-            turned.y,
-            turned.z,
-        ];
+    pub(crate) fn apply_inverse(&self, i: usize, p: &[f64; 6], to: &mut [f64; 6]) {
+        let [x, y, z, p, q, r] = *p;
+        let [x, y, z] = scale(&[x, y, z], self.inverse_mass[i]);
+        let [p, q, r] = times(&self.inverse_angular.get(i), &[p, q, r]);
+        *to = [x, y, z, p, q, r];
     }
+}
+
+/// R I Rᵀ + α Δt² K, for `world` = R I Rᵀ and `factor` = α Δt².
+#[inline(always)]
+fn angular_inertia<V: Lanes>(world: &Sym3<V>, stiffness: &Sym3<V>, factor: V) -> Sym3<V> {
+    let mut sum = *world;
+    for (entry, stiffness) in sum.iter_mut().zip(stiffness) {
+        *entry = stiffness.mul_add(factor, *entry);
+    }
+    sum
+}
+
+/// Δt f of gravity and external forces and torques, and Δt² K g for the angular part g of what drives K.
+#[inline(always)]
+fn impulse<V: Lanes>(
+    mass: V,
+    gravity: &Vec3<V>,
+    [force, torque]: [&Vec3<V>; 2],
+    (stiffness, drive): (&Sym3<V>, &[V; 6]),
+    dt: V,
+) -> [V; 6] {
+    let [.., p, q, r] = *drive;
+    let driven = scale_add(&times(stiffness, &[p, q, r]), dt, torque);
+    let [x, y, z] = scale(&scale_add(gravity, mass, force), dt);
+    let [p, q, r] = scale(&driven, dt);
+    [x, y, z, p, q, r]
 }
 
 /// M̃ and Δt f of the bodies with an axis of symmetry; `Err(body)` where M̃ has no inverse.
@@ -227,10 +252,10 @@ struct Update<'a> {
     inertia: &'a mut Inertia,
     scene: &'a Scene,
     dt: f64,
-    stiffness: &'a Six,
+    stiffness: &'a BodyVectors,
     /// What the stiffness is multiplied with.
     factor: f64,
-    drive: &'a Six,
+    drive: &'a BodyVectors,
 }
 
 impl Kernel for Update<'_> {
@@ -247,11 +272,12 @@ impl Kernel for Update<'_> {
         let (dt, factor) = (I::X4::splat(self.dt), I::X4::splat(self.factor));
         let gravity = splat::<I::X4>(scene.gravity.into());
         let mut lost = None;
-        for (pack, shape) in inertia.rods.bodies.iter().zip(&inertia.rods.shapes) {
-            let n = axis::<I::X4>(pack.map(|i| &bodies.orientation[i]), &shape.axis);
+        for (group, shape) in inertia.rods.bodies.iter().zip(&inertia.rods.shapes) {
+            let pack = group.indices();
+            let (_, orientation) = group.poses::<I::X4>(bodies);
+            let n = turned(&orientation, &load(&shape.axis));
             let (across, excess) = (I::X4::load(&shape.across), I::X4::load(&shape.excess));
-            let group = Group::new(*pack, shape.neighbours);
-            let stiffness = stiffness.load::<I::X4>(&group);
+            let stiffness = stiffness.load::<I::X4>(group);
             let along = scale(&n, excess);
             let world = [
                 along[0].mul_add(n[0], across),
@@ -261,21 +287,17 @@ impl Kernel for Update<'_> {
                 along[1] * n[2],
                 along[2].mul_add(n[2], across),
             ];
-            let mut angular: Sym3<I::X4> = world;
-            for (entry, stiffness) in angular.iter_mut().zip(stiffness) {
-                *entry = stiffness.mul_add(factor, *entry);
-            }
+            let angular = angular_inertia(&world, &stiffness, factor);
             let (inverse, determinant) = inverse(&angular);
             let mass = I::X4::from_fn(|l| bodies.mass[pack[l]]);
             let external = gather(pack.map(|i| bodies.force[i].as_ref()));
             let torque = gather(pack.map(|i| bodies.torque[i].as_ref()));
-            let force = scale(&scale_add(&gravity, mass, &external), dt);
-            let [.., x, y, z] = drive.load::<I::X4>(&group);
-            let driven = scale_add(&times(&stiffness, &[x, y, z]), dt, &torque);
-            let ([x, y, z], [p, q, r]) = (force, scale(&driven, dt));
-            impulses.store(&group, &[x, y, z, p, q, r]);
-            angulars.store(&group, &angular);
-            inverses.store(&group, &inverse);
+            let drive = drive.load(group);
+            let forces = [&external, &torque];
+            let impulse = impulse(mass, &gravity, forces, (&stiffness, &drive), dt);
+            impulses.store(group, &impulse);
+            angulars.store(group, &angular);
+            inverses.store(group, &inverse);
             let [determinant]: [Four; 1] = save(&[determinant]);
             for (determinant, &i) in determinant.into_iter().zip(pack) {
                 if determinant == 0.0 {
@@ -290,8 +312,8 @@ impl Kernel for Update<'_> {
 /// See [`Inertia::correct_velocities`].
 struct VelocityChange<'a> {
     inertia: &'a Inertia,
-    impulse: &'a Six,
-    dv: &'a mut Six,
+    impulse: &'a BodyVectors,
+    dv: &'a mut BodyVectors,
 }
 
 impl Kernel for VelocityChange<'_> {
@@ -308,8 +330,8 @@ impl Kernel for VelocityChange<'_> {
         let (mass, inverse_mass) = (&inertia.mass[..room], &inertia.inverse_mass[..room]);
         let (angular, inverse) = (inertia.angular.view(), inertia.inverse_angular.view());
         let (impulse, mut dv) = (impulse.view(), dv.view_mut());
-        for first in (0..room).step_by(ABREAST) {
-            let pack = Group::starting_at(first);
+        for first in (0..room).step_by(PACK) {
+            let pack = FourBodies::starting_at(first);
             let mass = pack.load::<I::X4>(mass);
             let inverse_mass = pack.load::<I::X4>(inverse_mass);
             let angular = angular.load::<I::X4>(&pack);

@@ -40,8 +40,8 @@
 //! | | guard | φ, prediction | disagreement |
 //!
 //! Rows (μ, φ, Σ …) stand one after the other as in the scene. What bodies have six of (v, Δv, impulses, M̃, K) stands
-//! number by number (module `six`), so that neighbours fill a vector; joints stand four abreast
-//! ([`taut_model::abreast`]). Constraints that are no joints, and bodies without an axis of symmetry, go one by one.
+//! number by number ([`taut_model::BodyVectors`]), so that neighbours fill a vector; joints stand in packs of four
+//! ([`taut_model::FourJoints`]). Constraints that are no joints, and bodies without an axis of symmetry, go one by one.
 //!
 //! Whole scenes do not go side by side: steps of eight hoists whose systems [`taut_solver::BatchBanded`] solved together
 //! took 0.9 of their time one by one with 8 segments, 0.98 with 24 and 1.02 to 1.06 with 100.
@@ -74,6 +74,7 @@
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
+//! | `potential` | what those make small, and how far along a Newton step there is less of it |
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | what is left of forces and laws in a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
@@ -86,42 +87,34 @@
 //! | `history` | what a step goes back to and looks back on |
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
 //! | `assembly` | the joints' blocks of S, four at a time |
-//! | `products` | J v and Jᵀ μ |
-//! | `six`, `lanes` | six numbers a body, as vectors want them; rows in lanes |
 //! | `serde_forms` | options by their names, times in seconds, for `serde` |
 //! | `report` | what a step did, and the time of each phase |
 //! | `error` | [`StepError`]: why there is no step, with the names of constraints |
 
 mod access;
 mod assembly;
-mod balance;
 mod bounded;
 mod closing;
 mod elimination;
 mod equilibrium;
 mod error;
 mod geometric;
-mod guarded;
 mod gyroscopic;
 mod history;
 mod imbalance;
 mod inertia;
-mod lanes;
 mod motion;
 mod observe;
 mod options;
 mod pieces;
 mod plan;
-mod products;
 mod regularization;
 mod report;
 mod saved;
 #[cfg(feature = "serde")]
 mod serde_forms;
-mod six;
 mod stepper;
 
-pub use balance::EnergyBalance;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
@@ -130,3 +123,4 @@ pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownN
 pub use report::{Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
 pub use stepper::Stepper;
+pub use stepper::balance::EnergyBalance;

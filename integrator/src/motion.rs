@@ -1,20 +1,13 @@
 //! From velocity changes to velocities and positions: v⁺ = v + Δv, x⁺ = x + Δt v⁺, and the rotation of
-//! [`crate::gyroscopic`], of bodies with an axis of symmetry four abreast.
+//! [`crate::gyroscopic`], of bodies with an axis of symmetry four at a time.
 
 use crate::gyroscopic;
 use crate::inertia::{RodShape, Rods};
-use crate::six::{Group, Six, View};
-use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use std::f64::consts::FRAC_PI_4;
-use taut_lanes::functions::sinc_cos;
-use taut_lanes::vector::{
-    Quaternion, Vec3, add, cross, dot, gather, load, product, save, scale, scale_add, turned,
-};
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_lanes::vector::{Vec3, add, gather, save, scale_add};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{ABREAST, Bodies, Four, Mobility};
-
-/// Square of the largest half of an angle that lanes turn by.
-const LARGEST: f64 = FRAC_PI_4 * FRAC_PI_4;
+use taut_model::body_vectors::BodyNumbers;
+use taut_model::{Bodies, BodyVectors, Four, FourBodies, Mobility, PACK};
 
 /// Moves all bodies over `dt` (s). `Err(body)`, the first of them, where a state is no longer
 /// finite.
@@ -22,8 +15,8 @@ pub(crate) fn move_bodies(
     bodies: &mut Bodies,
     rods: &Rods,
     others: &[usize],
-    v: &Six,
-    dv: &Six,
+    v: &BodyVectors,
+    dv: &BodyVectors,
     dt: f64,
 ) -> Result<(), usize> {
     let mut lost = dispatch(
@@ -69,51 +62,9 @@ fn turn(bodies: &mut Bodies, i: usize, dt: f64) {
 struct Move<'a> {
     bodies: &'a mut Bodies,
     rods: &'a Rods,
-    v: &'a Six,
-    dv: &'a Six,
+    v: &'a BodyVectors,
+    dv: &'a BodyVectors,
     dt: f64,
-}
-
-/// Orientation and angular velocity after twice `half_dt`, and the square of half the larger angle turned by.
-#[inline(always)]
-fn turn_rods<V: Lanes>(
-    orientation: &Quaternion<V>,
-    omega: &Vec3<V>,
-    shape: &RodShape,
-    half_dt: V,
-) -> (Quaternion<V>, Vec3<V>, V) {
-    // The axis as `turned` has it, of which the spin takes its first half, too.
-    let ([x, y, z, w], axis) = (*orientation, load(&shape.axis));
-    let imaginary = [x, y, z];
-    let inner = scale_add(&axis, w, &cross(&imaginary, &axis));
-    let seen = scale_add(&cross(&imaginary, &inner), V::splat(2.0), &axis);
-    let spin = dot(omega, &seen) * V::load(&shape.ratio);
-    // exp(Δt p̂)
-    let half = scale(&scale_add(&seen, spin, omega), half_dt);
-    let first = dot(&half, &half);
-    let (sinc, cosine) = sinc_cos(first);
-    let [i, j, k] = scale(&half, sinc);
-    let carried = [i, j, k, cosine];
-    // exp(Δt ŝ) R = R exp(Δt Rᵀŝ), where Rᵀs is along the axis.
-    let half = -(spin * half_dt);
-    let second = half * half;
-    let (sinc, cosine) = sinc_cos(second);
-    let sine = half * sinc;
-    let [x, y, z] = scale_add(&inner, sine, &scale(&imaginary, cosine));
-    let spun = [
-        x,
-        y,
-        z,
-        sine.neg_mul_add(dot(&imaginary, &axis), w * cosine),
-    ];
-    let mut q = product(&carried, &spun);
-    let square = q[3].mul_add(q[3], dot(&[q[0], q[1], q[2]], &[q[0], q[1], q[2]]));
-    // One Newton step for 1/√square.
-    let scale = V::splat(0.5) * (V::splat(3.0) - square);
-    for q in &mut q {
-        *q = *q * scale;
-    }
-    (q, turned(&carried, omega), first.max(second))
 }
 
 /// What moves of all bodies.
@@ -122,7 +73,6 @@ struct Moving<'a> {
     orientation: &'a mut [UnitQuaternion<f64>],
     velocity: &'a mut [Vector3<f64>],
     angular_velocity: &'a mut [Vector3<f64>],
-    inertia: &'a [Matrix3<f64>],
 }
 
 impl<'a> Moving<'a> {
@@ -135,12 +85,10 @@ impl<'a> Moving<'a> {
             orientation: &mut bodies.orientation[..n],
             velocity: &mut bodies.velocity[..n],
             angular_velocity: &mut bodies.angular_velocity[..n],
-            inertia: &bodies.inertia[..n],
         }
     }
 
-    /// Moves four bodies from `first` on and says so, where all of them turn by angles for lanes and stay finite; none
-    /// otherwise.
+    /// Moves four bodies from `first` on and says so, where all of them stay finite; none otherwise.
     #[inline(always)]
     fn together<V: Lanes>(
         &mut self,
@@ -161,12 +109,11 @@ impl<'a> Moving<'a> {
         let position = gather(x.each_ref().map(AsRef::as_ref));
         let position = scale_add(velocity, half_dt + half_dt, &position);
         let orientation = gather(q.each_ref().map(|q| q.coords.as_ref()));
-        let (orientation, rotated, half_angle) = turn_rods(&orientation, omega, shape, half_dt);
+        let (orientation, rotated) = shape.about().turn(&orientation, omega, half_dt);
         let moved = add(&add(&position, velocity), &rotated);
         let quaternion = (orientation[0] + orientation[1]) + (orientation[2] + orientation[3]);
         let sum = (moved[0] + moved[1] + moved[2]) + quaternion;
-        if !half_angle.all_below(V::splat(LARGEST)) || !sum.abs().all_below(V::splat(f64::INFINITY))
-        {
+        if !sum.abs().all_below(V::splat(f64::INFINITY)) {
             return false;
         }
         V::spread(&position, x.each_mut().map(AsMut::as_mut));
@@ -177,26 +124,22 @@ impl<'a> Moving<'a> {
         true
     }
 
-    /// Moves four bodies, one by one where they turn by larger angles; the first of them whose state is no longer
-    /// finite.
+    /// Moves any four bodies; the first of them whose state is no longer finite.
     #[inline(always)]
-    fn one_by_one<V: Lanes>(
+    fn apart<V: Lanes>(
         &mut self,
-        pack: &[usize; ABREAST],
+        pack: &[usize; PACK],
         velocity: &Vec3<V>,
         omega: &Vec3<V>,
         shape: &RodShape,
-        dt: f64,
+        half_dt: V,
     ) -> Option<usize> {
         let position = gather(pack.map(|i| self.position[i].as_ref()));
-        let position = scale_add(velocity, V::splat(dt), &position);
+        let position = scale_add(velocity, half_dt + half_dt, &position);
         let orientation = gather(pack.map(|i| self.orientation[i].coords.as_ref()));
-        let (orientation, rotated, half_angle) =
-            turn_rods(&orientation, omega, shape, V::splat(0.5 * dt));
-        let velocity: [Four; 3] = save(velocity);
-        let (omega, rotated): ([Four; 3], [Four; 3]) = (save(omega), save(&rotated));
+        let (orientation, rotated) = shape.about().turn(&orientation, omega, half_dt);
+        let (velocity, rotated): ([Four; 3], [Four; 3]) = (save(velocity), save(&rotated));
         let (position, orientation): ([Four; 3], [Four; 4]) = (save(&position), save(&orientation));
-        let [half_angle]: [Four; 1] = save(&[half_angle]);
         let mut lost = None;
         for (lane, &i) in pack.iter().enumerate() {
             // A body that fills up the last pack moves once.
@@ -208,13 +151,8 @@ impl<'a> Moving<'a> {
             self.position[i] = vector(&position);
             let [x, y, z, w] = orientation.map(|x| x[lane]);
             let (orientation, rate) = (&mut self.orientation[i], &mut self.angular_velocity[i]);
-            if half_angle[lane] < LARGEST {
-                *rate = vector(&rotated);
-                *orientation = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
-            } else {
-                *rate = vector(&omega);
-                gyroscopic::turn(&self.inertia[i], orientation, rate, dt);
-            }
+            *rate = vector(&rotated);
+            *orientation = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(w, x, y, z));
             let moved = self.position[i].sum() + orientation.coords.sum();
             let rates = self.velocity[i].sum() + rate.sum();
             if lost.is_none() && !(moved + rates).is_finite() {
@@ -227,13 +165,17 @@ impl<'a> Moving<'a> {
 
 /// Four from the first on, if there are as many.
 #[inline(always)]
-fn four<T>(of: &mut [T], first: usize) -> Option<&mut [T; ABREAST]> {
+fn four<T>(of: &mut [T], first: usize) -> Option<&mut [T; PACK]> {
     of.get_mut(first..)?.first_chunk_mut()
 }
 
 /// Linear and angular velocities after their changes.
 #[inline(always)]
-fn rates<V: Lanes>(v: &View<'_>, dv: &View<'_>, of: &Group) -> (Vec3<V>, Vec3<V>) {
+fn rates<V: Lanes>(
+    v: &BodyNumbers<'_>,
+    dv: &BodyNumbers<'_>,
+    of: &FourBodies,
+) -> (Vec3<V>, Vec3<V>) {
     let [vx, vy, vz, x, y, z] = v.load(of);
     let [ux, uy, uz, p, q, r] = dv.load(of);
     (
@@ -258,14 +200,14 @@ impl Kernel for Move<'_> {
         let mut bodies = Moving::new(bodies);
         let mut lost: Option<usize> = None;
         for (pack, shape) in rods.bodies.iter().zip(&rods.shapes) {
-            if shape.neighbours {
-                let (velocity, omega) = rates(&v, &dv, &Group::new(*pack, true));
-                if bodies.together(pack[0], &velocity, &omega, shape, half_dt) {
+            if let Some(first) = pack.first() {
+                let (velocity, omega) = rates(&v, &dv, &FourBodies::starting_at(first));
+                if bodies.together(first, &velocity, &omega, shape, half_dt) {
                     continue;
                 }
             }
-            let (velocity, omega) = rates::<I::X4>(&v, &dv, &Group::new(*pack, false));
-            lost = lost.or(bodies.one_by_one(pack, &velocity, &omega, shape, dt));
+            let (velocity, omega) = rates::<I::X4>(&v, &dv, pack);
+            lost = lost.or(bodies.apart(pack.indices(), &velocity, &omega, shape, half_dt));
         }
         lost
     }
@@ -274,6 +216,7 @@ impl Kernel for Move<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Matrix3;
     use taut_model::Body;
 
     /// Lanes turn bodies as single ones turn, at every speed, about every axis of symmetry, whatever their number.
@@ -290,8 +233,8 @@ mod tests {
                     body.orientation = UnitQuaternion::from_scaled_axis(turn);
                     bodies.push(body);
                 }
-                let mut v = Six::new(count);
-                let mut dv = Six::new(count);
+                let mut v = BodyVectors::new(count);
+                let mut dv = BodyVectors::new(count);
                 for i in 0..count {
                     let number = |k: usize| (6 * i + k) as f64;
                     v.set(i, std::array::from_fn(|k| speed * number(k).sin()));
@@ -341,7 +284,7 @@ mod tests {
         ] {
             let moved = |stride: usize| {
                 let mut bodies = Bodies::new();
-                let (mut v, mut dv) = (Six::new(8 * stride), Six::new(8 * stride));
+                let (mut v, mut dv) = (BodyVectors::new(8 * stride), BodyVectors::new(8 * stride));
                 for i in 0..8 * stride {
                     let mut body = Body::rod(1.5, 0.1, 2.0);
                     if i % stride > 0 {
@@ -364,7 +307,7 @@ mod tests {
                     bodies.push(body);
                 }
                 let (rods, others) = Rods::new(&bodies);
-                let neighbours = rods.shapes.iter().all(|s| s.neighbours);
+                let neighbours = rods.bodies.iter().all(|pack| pack.first().is_some());
                 assert_eq!((rods.shapes.len(), neighbours), (2, stride == 1));
                 let lost = move_bodies(&mut bodies, &rods, &others, &v, &dv, 1.0 / 60.0);
                 let state = |i: usize| {
@@ -394,10 +337,10 @@ mod tests {
             bodies.push(Body::rod(1.0, 0.1, 1.0));
         }
         let (rods, others) = Rods::new(&bodies);
-        let mut v = Six::new(6);
+        let mut v = BodyVectors::new(6);
         v.set(4, [0.0, f64::INFINITY, 0.0, 0.0, 0.0, 0.0]);
         v.set(5, [0.0, 0.0, 0.0, f64::NAN, 0.0, 0.0]);
-        let found = move_bodies(&mut bodies, &rods, &others, &v, &Six::new(6), 0.1);
+        let found = move_bodies(&mut bodies, &rods, &others, &v, &BodyVectors::new(6), 0.1);
         assert_eq!(found, Err(4));
     }
 }

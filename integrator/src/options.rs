@@ -209,6 +209,12 @@ impl fmt::Display for GeometricStiffness {
 /// back and redone in implicit sub-steps with Newton passes.
 ///
 /// A disagreement δ is compared with the longer lever arm r of its constraint: δ/r ≈ θ²/2 for a segment that turns by θ.
+///
+/// In the shortest sub-steps a Newton step is halved, at most four times, until the incremental potential is less than
+/// before it. Those that do not converge are counted in
+/// [`StepReport::unconverged_substeps`](crate::StepReport::unconverged_substeps); where they gain energy the velocities of
+/// all bodies shrink. With these defaults a step solves 103 linear systems at most, two more at the start, and more where
+/// rows reach their bounds.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

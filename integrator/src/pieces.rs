@@ -13,10 +13,9 @@
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
-use crate::products::{add_transposed, times_jacobian};
 use crate::regularization::Regularization;
-use crate::six::Six;
 use taut_lanes::{Isa, Kernel, Level, dispatch};
+use taut_model::BodyVectors;
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
@@ -36,17 +35,17 @@ pub(crate) struct Pieces {
     /// c − J v, one a row.
     pub(crate) rate: Vec<f64>,
     /// v at the beginning of the step.
-    pub(crate) v: Six,
+    pub(crate) v: BodyVectors,
     /// Δv.
-    pub(crate) dv: Six,
+    pub(crate) dv: BodyVectors,
     /// The angular velocities that K is multiplied with on the right-hand side.
-    pub(crate) drive: Six,
+    pub(crate) drive: BodyVectors,
     /// What a scheme knows of the rates beforehand (h of [`crate::regularization`]), one a row.
     pub(crate) known: Vec<f64>,
     /// φ at the end of the step as the linearisation predicts it, one a row.
     pub(crate) predicted: Vec<f64>,
     /// An impulse or velocities.
-    impulse: Six,
+    impulse: BodyVectors,
 }
 
 impl Pieces {
@@ -76,12 +75,12 @@ impl Pieces {
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
             rate: vec![0.0; count],
-            v: Six::new(bodies),
-            dv: Six::new(bodies),
-            drive: Six::new(bodies),
+            v: BodyVectors::new(bodies),
+            dv: BodyVectors::new(bodies),
+            drive: BodyVectors::new(bodies),
             known: vec![0.0; count],
             predicted: vec![0.0; count],
-            impulse: Six::new(bodies),
+            impulse: BodyVectors::new(bodies),
             rows,
         }
     }
@@ -89,6 +88,11 @@ impl Pieces {
     /// Whether a row is one of the geometric stiffness of a link.
     pub(crate) fn is_transverse(&self, row: usize) -> bool {
         self.weighting[row] == Weighting::Transverse
+    }
+
+    /// Whether a row holds a speed.
+    pub(crate) fn is_speed(&self, row: usize) -> bool {
+        self.weighting[row] == Weighting::Speed
     }
 
     /// Whether a row's force is that of what it measures.
@@ -177,7 +181,7 @@ impl Pieces {
     /// Δv ← Δv + M̃⁻¹ (Δt f + Jᵀ μ − M̃ Δv).
     pub(crate) fn update_velocity_change(&mut self, mu: &[f64]) {
         self.impulse.copy_from(&self.inertia.impulse);
-        add_transposed(&self.rows, mu, &mut self.impulse);
+        self.rows.add_transposed(mu, &mut self.impulse);
         self.inertia.correct_velocities(&self.impulse, &mut self.dv);
     }
 
@@ -185,14 +189,14 @@ impl Pieces {
     pub(crate) fn free_residual(&mut self, r: &mut [f64]) {
         self.inertia
             .correct_velocities(&self.inertia.impulse, &mut self.dv);
-        times_jacobian(&self.rows, &self.dv, r);
+        self.rows.times_jacobian(&self.dv, r);
         dispatch(Level::best(), SubtractFrom(&self.rate, r));
     }
 
     /// r = (c − J v) − J Δv − Σ μ with the Δv that goes with μ.
     pub(crate) fn residual(&mut self, mu: &[f64], r: &mut [f64]) {
         self.update_velocity_change(mu);
-        times_jacobian(&self.rows, &self.dv, r);
+        self.rows.times_jacobian(&self.dv, r);
         let residual = Residual {
             rate: &self.rate,
             sigma: &self.regularization.sigma,
@@ -205,7 +209,7 @@ impl Pieces {
     /// J (v + Δv).
     pub(crate) fn rates_after(&mut self, rates: &mut [f64]) {
         self.impulse.combine((1.0, &self.v), (1.0, &self.dv));
-        times_jacobian(&self.rows, &self.impulse, rates);
+        self.rows.times_jacobian(&self.impulse, rates);
     }
 
     /// φ + Δt (J (v + Δv) + ∂φ/∂t) into `predicted`.

@@ -3,11 +3,11 @@
 use crate::Form;
 use crate::assembly::{Assembly, Coupling};
 use crate::inertia::Inertia;
-use crate::lanes::unpacked;
-use crate::products::dot;
 use crate::regularization::Regularization;
-use crate::six::Six;
 use std::sync::Arc;
+use taut_model::BodyVectors;
+use taut_model::body_vectors::unpacked;
+use taut_model::linearized::dot;
 use taut_model::{Linearized, MAX_ROWS, Scene};
 use taut_solver::{BlockPattern, SolveError, SymBlockMatrix};
 
@@ -33,7 +33,7 @@ pub(crate) struct Plan {
 
 #[derive(Debug, Clone)]
 enum Maps {
-    /// What the joints abreast write, and the contributions W_s J_tᵀ to stored blocks of all others.
+    /// What the joints write, and the contributions W_s J_tᵀ to stored blocks of all others.
     Schur {
         joints: Assembly,
         /// Stored blocks that products alone are added into.
@@ -242,7 +242,7 @@ impl Plan {
     pub(crate) fn gather(
         &self,
         rows: &Linearized,
-        bodies: Option<&Six>,
+        bodies: Option<&BodyVectors>,
         multipliers: &[f64],
         sign: f64,
         b: &mut [f64],
@@ -298,19 +298,10 @@ fn schur_maps(
     pairs: &[(usize, usize)],
 ) -> Maps {
     let block_of = |s: usize| place[rows.slots[s].constraint];
-    // Joint and side of each slot.
-    let mut side_of = vec![None; rows.slots.len()];
-    for (k, joint) in rows.abreast.joints().iter().enumerate() {
-        for (side, slot) in joint.slots.into_iter().enumerate() {
-            if let Some(slot) = slot {
-                side_of[slot] = Some((k, side));
-            }
-        }
-    }
     let diagonal = |c: usize| pattern.values(pattern.column(place[c]).start).start;
-    let joints = rows.abreast.joints().iter();
+    let joints = rows.joints().iter();
     let mut written = vec![false; pattern.stored_blocks()];
-    for joint in rows.abreast.joints() {
+    for joint in rows.joints() {
         written[pattern.column(place[joint.constraint]).start] = true;
     }
     let (mut couplings, mut products, mut weighted) = (Vec::new(), Vec::new(), Vec::new());
@@ -319,7 +310,7 @@ fn schur_maps(
         let Some(target) = pattern.find(row, column) else {
             continue;
         };
-        match (side_of[left], side_of[right]) {
+        match (rows.joint_of_slot(left), rows.joint_of_slot(right)) {
             (Some(_), Some(_)) if row == column => {}
             (Some(left_side), Some(right_side)) if !written[target] => {
                 written[target] = true;
@@ -346,7 +337,7 @@ fn schur_maps(
     }
     Maps::Schur {
         joints: Assembly::new(
-            rows.abreast.joints(),
+            rows.joints(),
             joints.map(|j| diagonal(j.constraint)),
             couplings,
         ),

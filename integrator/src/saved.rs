@@ -6,12 +6,12 @@
 //! holds. What each step computes anew is not saved, nor is the linear system of the last solve, which
 //! [`Stepper::system`] shows. No backend knows more than this: what each keeps from step to step comes from the pattern.
 
-use crate::balance::Account;
 use crate::bounded::Place;
 use crate::history::History;
-use crate::six::Six;
 use crate::stepper::Stepper;
+use crate::stepper::balance::Account;
 use crate::{StepError, StepOptions};
+use taut_model::BodyVectors;
 use taut_model::Scene;
 use taut_solver::SolveError;
 
@@ -34,6 +34,8 @@ pub struct SavedRun {
     started: bool,
     advanced: f64,
     holding: usize,
+    #[cfg_attr(feature = "serde", serde(default))]
+    implicit: bool,
     impulses: Vec<f64>,
     impulse_time: f64,
     tension: Option<Vec<f64>>,
@@ -159,11 +161,11 @@ fn finite<'a>(
     }
 }
 
-fn numbers_of(six: &Six, bodies: usize) -> Vec<[f64; 6]> {
+fn numbers_of(six: &BodyVectors, bodies: usize) -> Vec<[f64; 6]> {
     (0..bodies).map(|i| six.get(i)).collect()
 }
 
-fn put_into(six: &mut Six, numbers: &[[f64; 6]]) {
+fn put_into(six: &mut BodyVectors, numbers: &[[f64; 6]]) {
     for (i, x) in numbers.iter().enumerate() {
         six.set(i, *x);
     }
@@ -204,6 +206,7 @@ impl Stepper {
             started: self.started,
             advanced: self.advanced,
             holding: self.holding,
+            implicit: self.implicit,
             impulses: self.mu.clone(),
             impulse_time: self.mu_dt,
             tension: self.tension_known.then(|| self.tension.clone()),
@@ -236,6 +239,7 @@ impl Stepper {
         stepper.started = saved.started;
         stepper.advanced = saved.advanced;
         stepper.holding = saved.holding;
+        stepper.implicit = saved.implicit;
         stepper.mu = saved.impulses;
         stepper.mu_dt = saved.impulse_time;
         stepper.tension_known = saved.tension.is_some();

@@ -1,9 +1,11 @@
 //! The step, [SL Algorithm 1] for one group: linearise, assemble, factorise, solve, refine, update. Where the guard finds
-//! that the linearisation did not hold, [`crate::guarded`] redoes it.
+//! that the linearisation did not hold, [`guarded`] redoes it.
 
+pub(crate) mod balance;
+pub(crate) mod guarded;
+mod potential;
 mod system;
 
-use crate::balance::Account;
 use crate::bounded::Bounded;
 use crate::closing::Closing;
 use crate::elimination::{self, EliminationOrder};
@@ -11,12 +13,14 @@ use crate::history::{History, State};
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
-use crate::products::times_jacobian;
 use crate::report::{PhaseClock, Work};
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
 use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
+
+use balance::Account;
+use potential::Search;
 
 /// A scene in motion: its state, its linear system and the solver.
 pub struct Stepper {
@@ -60,6 +64,10 @@ pub struct Stepper {
     /// States at the beginning of the step and of its sub-step.
     pub(crate) step_start: State,
     pub(crate) substep_start: State,
+    /// The guard's search along its Newton steps.
+    pub(crate) search: Search,
+    /// Whether the last step was implicit, with forces at its end.
+    pub(crate) implicit: bool,
 }
 
 impl Stepper {
@@ -116,6 +124,8 @@ impl Stepper {
             account: Account::default(),
             step_start: state.clone(),
             substep_start: state,
+            search: Search::new(rows, scene.bodies.len()),
+            implicit: false,
             bounded: Bounded::new(&pieces),
             closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
@@ -258,11 +268,12 @@ impl Stepper {
     pub(crate) fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.solved = false;
         self.advanced = 0.0;
+        self.implicit = false;
         let dt = self.substep();
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
         let jv = &mut self.in_rows[0];
-        times_jacobian(&pieces.rows, &pieces.v, jv);
+        pieces.rows.times_jacobian(&pieces.v, jv);
         if !history.known {
             history.take_rates(jv);
             history.v.copy_from(&pieces.v);
@@ -399,6 +410,7 @@ impl Stepper {
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.solved = false;
         self.advanced = 0.0;
+        self.implicit = false;
         self.pieces.rows.update_state(&self.scene, self.time);
     }
 }

@@ -9,6 +9,7 @@
 
 mod cosserat;
 mod distance;
+pub(crate) mod gap;
 mod hinge;
 mod link_bend;
 mod lock;
@@ -23,6 +24,7 @@ mod tension;
 mod testing;
 
 pub use cosserat::Cosserat;
+pub(crate) use cosserat::{BendTwist, bends_little};
 pub use distance::Distance;
 pub use hinge::Hinge;
 pub use link_bend::{BendDefinition, LinkBend};
@@ -450,6 +452,16 @@ impl Constraint {
         }
     }
 
+    /// Sets what the twist of a cable joint is unwrapped against \[rad].
+    #[inline]
+    pub(crate) fn set_twist_reference(&mut self, twist: f64) {
+        match self {
+            Self::Paper(c) => c.twist_reference = twist,
+            Self::Cosserat(c) => c.twist_reference = twist,
+            _ => {}
+        }
+    }
+
     /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`.
     pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
         let sides = |frames: &[Frame; 2]| frames.map(|f| f.resolve(bodies, t));
@@ -470,7 +482,7 @@ impl Constraint {
             }
             Self::Cosserat(c) => {
                 let [a, b] = sides(&c.frames);
-                c.twist_reference = c.twist(&a, &b).0;
+                c.twist_reference = c.twist(&a, &b);
             }
         }
     }
@@ -485,7 +497,8 @@ fn unwrap_angle(angle: f64, reference: f64) -> f64 {
     angle + TAU * ((reference - angle) / TAU).round()
 }
 
-/// p_a − p_b \[m]. Centres first: neighbours are near each other, so the difference is the better conditioned.
+/// p_a − p_b \[m].
 fn gap(a: &Resolved, b: &Resolved) -> Vector3<f64> {
-    (a.centre - b.centre) + (a.lever - b.lever)
+    let centres = [a.centre.as_ref(), b.centre.as_ref()];
+    gap::gap(centres, [a.lever.as_ref(), b.lever.as_ref()]).into()
 }

@@ -64,7 +64,8 @@
 //! | [`frame`] | attachment frames, prescribed [`Motion`] of world sides |
 //! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test |
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
-//! | [`abreast`] | joints four side by side, evaluated in vectors |
+//! | [`body_vectors`] | six numbers a body, as vectors of lanes want them |
+//! | `packs` | how joints are stored and evaluated, four at a time |
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | `notes` | how far constraints may open, and what in a scene is likely to be a mistake |
@@ -88,8 +89,8 @@
 //! - The bend angle \[SL (21)] resists one of two transverse directions: the ordinary joint is [`Cosserat`], with two.
 //! - A prescribed motion enters as ∂φ/∂t, absent in \[SL (11)] ([`Linearized::update`]).
 
-pub mod abreast;
 pub mod body;
+pub mod body_vectors;
 mod check;
 pub mod constraint;
 mod error;
@@ -102,6 +103,7 @@ mod motion;
 pub mod named;
 pub mod network;
 mod notes;
+mod packs;
 pub mod particles;
 pub mod scene;
 #[cfg(feature = "toml")]
@@ -112,8 +114,8 @@ pub mod topology;
 #[cfg(feature = "serde")]
 pub mod unlimited;
 
-pub use abreast::{ABREAST, Abreast, Four, Joint, Pack, Places};
 pub use body::{Bodies, Body, Mobility};
+pub use body_vectors::{BodyVectors, FourBodies, PACK};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MAX_ROWS,
@@ -130,6 +132,7 @@ pub use motion::Motion;
 pub use named::named;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
+pub use packs::{Four, FourJoints, Joint, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use scene::{Control, Drive, Scene};
 #[cfg(feature = "toml")]

@@ -6,9 +6,11 @@
 use std::ops::{Deref, Range};
 
 use nalgebra::Vector3;
+use taut_lanes::Lanes;
 
-use crate::abreast::Abreast;
+use crate::body_vectors::{BodyVectors, PACK};
 use crate::constraint::{MAX_ROWS, RowKind, Rows};
+use crate::packs::{FourJoints, Joint, JointSide, Packs};
 use crate::scene::Scene;
 
 /// One Jacobian block: how a constraint acts on a body.
@@ -19,8 +21,8 @@ pub struct Slot {
     /// Index of the body.
     pub body: usize,
     /// Where in [`Linearized::jacobian`] the block starts: rows × 6, row-major, columns 0..3 on the velocity and
-    /// 3..6 on the angular velocity, both in the world frame. `usize::MAX` for joints, whose blocks are made of their
-    /// [`Pack`](crate::Pack).
+    /// 3..6 on the angular velocity, both in the world frame. `usize::MAX` for [joints](Linearized::joints),
+    /// whose blocks are stored in packs.
     pub offset: usize,
 }
 
@@ -105,7 +107,7 @@ pub struct Linearized {
     pub compliance: Vec<f64>,
     /// Damping times τ, one a row \[s].
     pub damping: Vec<f64>,
-    /// The blocks of the constraints that are no joints abreast, rows × 6 numbers each, row by row, see
+    /// The blocks of the constraints that are no [joints](Linearized::joints), rows × 6 numbers each, row by row, see
     /// [`Slot::offset`]; any block, with its units, is [`Linearized::block`].
     pub jacobian: Vec<f64>,
     /// Lever arms of these constraints' slots, zeros for all other slots.
@@ -114,12 +116,10 @@ pub struct Linearized {
     pub transverse: Vec<Transverse>,
     /// Rows with bounds, in the order of the scene; at most one of a constraint.
     pub bounds: Vec<RowBounds>,
-    /// The joints' part of the Jacobian, four side by side.
-    pub abreast: Abreast,
-    /// Constraints that are none of the joints abreast.
+    /// The joints' part of the Jacobian.
+    packs: Packs,
+    /// Constraints that are none of the joints.
     others: Vec<usize>,
-    /// Joints that lanes could not do.
-    rest: Vec<usize>,
 }
 
 const ANOTHER_TOPOLOGY: &str = "has another topology than at Linearized::new";
@@ -151,7 +151,7 @@ impl Linearized {
                 });
             }
             rows += c.rows();
-            let joint = Abreast::holds(c);
+            let joint = Packs::holds(c);
             for body in c.bodies() {
                 let offset = if joint { usize::MAX } else { values };
                 lin.slots.push(Slot {
@@ -164,9 +164,8 @@ impl Linearized {
             lin.row_start.push(rows);
             lin.slot_start.push(lin.slots.len());
         }
-        lin.abreast = Abreast::new(scene, &lin.row_start, &lin.slot_start);
-        lin.rest = Vec::with_capacity(lin.abreast.joints().len() + 3);
-        let other = |c: &usize| !Abreast::holds(&scene.constraints[*c]);
+        lin.packs = Packs::new(scene, &lin.row_start, &lin.slot_start);
+        let other = |c: &usize| !Packs::holds(&scene.constraints[*c]);
         lin.others = (0..scene.constraints.len()).filter(other).collect();
         lin.phi = vec![0.0; rows];
         lin.phi_t = vec![0.0; rows];
@@ -202,7 +201,7 @@ impl Linearized {
                 row += count;
             }
         }
-        self.abreast.refresh(scene);
+        self.packs.refresh(scene);
         self.update_state(scene, t);
     }
 
@@ -212,8 +211,7 @@ impl Linearized {
     /// # Panics
     /// As [`Linearized::update`].
     pub fn update_state(&mut self, scene: &Scene, t: f64) {
-        let (phi, rest) = (&mut self.phi, &mut self.rest);
-        self.abreast.evaluate(scene, t, phi, rest);
+        self.packs.evaluate(scene, t, &mut self.phi);
         let (mut links, mut bounded) = (0, 0);
         for k in 0..self.others.len() {
             let i = self.others[k];
@@ -267,7 +265,7 @@ impl Linearized {
     /// # Panics
     /// As [`Linearized::update`].
     pub fn follow_windings(&mut self, scene: &mut Scene, t: f64) {
-        self.abreast.follow_windings(scene, &self.phi, t);
+        self.packs.follow_windings(scene, &self.phi);
         for &i in &self.others {
             scene.constraints[i].update_winding(&scene.bodies, t);
         }
@@ -280,11 +278,80 @@ impl Linearized {
     /// As [`Linearized::update`].
     pub fn drive(&mut self, scene: &Scene, t: f64, t_next: f64) {
         // Joints between bodies have none, and keep their zeros.
-        for i in self.abreast.held().chain(self.others.iter().copied()) {
+        for i in self.packs.held().chain(self.others.iter().copied()) {
             let rows = self.row_start[i]..self.row_start[i + 1];
             let phi_t = &mut self.phi_t[rows];
             scene.constraints[i].drive(&scene.bodies, t, t_next, phi_t);
         }
+    }
+
+    /// r = J v, one a row, for the velocities `v` \[v, ω] of the bodies, zero for the world. Cost: O(rows). Allocates: no.
+    ///
+    /// # Panics
+    /// When `v` or `r` is of another scene's size.
+    pub fn times_jacobian(&self, v: &BodyVectors, r: &mut [f64]) {
+        self.packs.times_jacobian(v, r);
+        for &c in &self.others {
+            r[self.row_range(c)].fill(0.0);
+        }
+        for slot in self.other_slots() {
+            let r = &mut r[self.row_range(slot.constraint)];
+            let (jacobian, _) = self.jacobian[slot.offset..].as_chunks::<6>();
+            let v = v.get(slot.body);
+            for (j, r) in jacobian.iter().zip(r) {
+                *r += dot(j, &v);
+            }
+        }
+    }
+
+    /// p += Jᵀ μ, `mu` one a row; what acts on the world is added there. Cost: O(rows). Allocates: no.
+    ///
+    /// # Panics
+    /// As [`Linearized::times_jacobian`].
+    pub fn add_transposed(&self, mu: &[f64], p: &mut BodyVectors) {
+        self.packs.add_transposed(mu, p);
+        for slot in self.other_slots() {
+            let mu = &mu[self.row_range(slot.constraint)];
+            let (jacobian, _) = self.jacobian[slot.offset..].as_chunks::<6>();
+            for (j, mu) in jacobian.iter().zip(mu) {
+                p.add(slot.body, j.map(|j| j * mu));
+            }
+        }
+    }
+
+    /// The slots of the constraints that are no joints.
+    fn other_slots(&self) -> impl Iterator<Item = &Slot> {
+        let others = self.others.iter();
+        others.flat_map(|&c| &self.slots[self.slot_range(c)])
+    }
+
+    /// The joints: constraints with three gap rows and up to three angular ones between two sides, in the order of the
+    /// scene. Their Jacobian is stored by lever arms and gradients, in packs of four.
+    #[must_use]
+    pub fn joints(&self) -> &[Joint] {
+        self.packs.joints()
+    }
+
+    /// The joints four by four, for kernels.
+    #[inline(always)]
+    pub fn four_joints(&self) -> impl Iterator<Item = FourJoints<'_>> {
+        self.packs.fours()
+    }
+
+    /// The sides of any four joints, each given by the number of the joint and its side, 0 or 1.
+    ///
+    /// # Panics
+    /// When there is no such joint.
+    #[inline(always)]
+    #[must_use]
+    pub fn joint_sides<V: Lanes>(&self, sides: [(usize, usize); PACK]) -> JointSide<V> {
+        self.packs.sides(sides)
+    }
+
+    /// Joint and side of a slot, `None` where its constraint is none of the joints.
+    #[must_use]
+    pub fn joint_of_slot(&self, slot: usize) -> Option<(usize, usize)> {
+        self.packs.of_slot(slot)
     }
 
     /// Number of rows.
@@ -299,7 +366,7 @@ impl Linearized {
         self.row_start.len().saturating_sub(1)
     }
 
-    /// The constraints that are none of the joints [`abreast`](Linearized::abreast).
+    /// The constraints that are none of the [joints](Linearized::joints).
     #[must_use]
     pub fn others(&self) -> &[usize] {
         &self.others
@@ -334,8 +401,8 @@ impl Linearized {
         } = self.slots[slot];
         let len = 6 * self.row_range(constraint).len();
         let mut values = [0.0; 6 * MAX_ROWS];
-        match self.abreast.of_slot(slot) {
-            Some((joint, side)) => self.abreast.write_block(joint, side, &mut values[..len]),
+        match self.packs.of_slot(slot) {
+            Some((joint, side)) => self.packs.write_block(joint, side, &mut values[..len]),
             None => values[..len].copy_from_slice(&self.jacobian[offset..offset + len]),
         }
         Block { values, len }
@@ -348,11 +415,18 @@ impl Linearized {
     /// When `slot` is not below the number of slots.
     #[must_use]
     pub fn lever(&self, slot: usize) -> Vector3<f64> {
-        match self.abreast.of_slot(slot) {
-            Some((joint, side)) => self.abreast.arm(joint, side),
+        match self.packs.of_slot(slot) {
+            Some((joint, side)) => self.packs.arm(joint, side),
             None => self.levers[slot],
         }
     }
+}
+
+/// a · b, summed in two halves: a shorter chain of additions.
+#[inline]
+#[must_use]
+pub fn dot(a: &[f64; 6], b: &[f64; 6]) -> f64 {
+    (a[0] * b[0] + a[2] * b[2] + a[4] * b[4]) + (a[1] * b[1] + a[3] * b[3] + a[5] * b[5])
 }
 
 /// Moves each twist row's unwrapping reference to its present value at time `t` (s): call it after each accepted step,

@@ -1,142 +1,14 @@
 //! The choice of a backend as a value: names, options, what is compiled in.
 
-use crate::backends;
-use crate::{BlockPattern, LinearSolver, SolveError};
+use crate::backends::dense::Dense;
+use crate::backends::{self, General};
+use crate::options::{
+    CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, Partition,
+    Precision, Preconditioner, Start, UmfpackOptions,
+};
+use crate::{BlockPattern, GeneralMatrix, LinearSolver, SolveError};
 use std::fmt;
 use std::str::FromStr;
-
-/// What block Gauss–Seidel solves exactly at a time.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Partition {
-    /// Single blocks: the joints of a cable.
-    #[default]
-    Joints,
-    /// The pattern's groups, [SL Algorithm 1].
-    Groups,
-}
-
-/// Where an iteration starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Start {
-    /// From the caller's guess.
-    #[default]
-    Guess,
-    /// From the groups' own solutions, couplings between them left out, [SL Algorithm 1, line 7].
-    Trial,
-}
-
-/// Options of block Gauss–Seidel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GaussSeidelOptions {
-    /// What is solved exactly.
-    pub partition: Partition,
-    /// Where it starts.
-    pub start: Start,
-    /// Most sweeps; from 1 to 10⁷.
-    pub iterations: usize,
-    /// It stops where ‖b − A x‖₂ is at most this part of ‖b‖₂, which it computes once the residuals met in a sweep are.
-    pub tolerance: f64,
-}
-
-impl Default for GaussSeidelOptions {
-    fn default() -> Self {
-        Self {
-            partition: Partition::default(),
-            start: Start::default(),
-            iterations: 100,
-            tolerance: 1e-12,
-        }
-    }
-}
-
-/// Preconditioners of the conjugate gradient method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Preconditioner {
-    /// The identity.
-    None,
-    /// The diagonal blocks.
-    BlockJacobi,
-    /// The diagonal blocks of the pattern's groups, factorised.
-    #[default]
-    Group,
-}
-
-/// Options of the conjugate gradient method.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CgOptions {
-    /// The preconditioner.
-    pub preconditioner: Preconditioner,
-    /// Most iterations; from 1 to 10⁷.
-    pub iterations: usize,
-    /// It stops where ‖b − A x‖₂ ≤ tolerance · ‖b‖₂.
-    pub tolerance: f64,
-}
-
-impl Default for CgOptions {
-    fn default() -> Self {
-        Self {
-            preconditioner: Preconditioner::default(),
-            iterations: 1000,
-            tolerance: 1e-12,
-        }
-    }
-}
-
-/// Options of UMFPACK.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct UmfpackOptions {
-    /// Most steps of UMFPACK's own iterative refinement (its default is 2).
-    pub refinement_steps: u32,
-}
-
-impl Default for UmfpackOptions {
-    fn default() -> Self {
-        Self {
-            refinement_steps: 2,
-        }
-    }
-}
-
-/// Factorisations of faer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum FaerFactorization {
-    /// Cholesky, positive definite matrices only.
-    Llt,
-    /// LDLᵀ without pivoting: positive definite or quasi-definite matrices.
-    #[default]
-    Ldlt,
-    /// LU with partial pivoting: any nonsingular matrix.
-    Lu,
-}
-
-/// Options of faer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FaerOptions {
-    /// Which factorisation.
-    pub factorization: FaerFactorization,
-}
-
-/// Arithmetic of the dense solver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[non_exhaustive]
-pub enum Precision {
-    /// Doubles.
-    #[default]
-    Double,
-    /// Double-double, about 32 digits: the oracle.
-    Extended,
-}
-
-/// Options of the dense solver.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct DenseOptions {
-    /// Its arithmetic.
-    pub precision: Precision,
-}
 
 /// A backend with its options. All variants always exist; [`create`](Self::create) fails for those not compiled in.
 ///
@@ -344,6 +216,25 @@ impl Backend {
             }),
         }
     }
+
+    /// A solver for matrices with the pattern of `a`, which need not be symmetric and has at least one row.
+    pub(crate) fn create_general(&self, a: &GeneralMatrix) -> Result<General, SolveError> {
+        Ok(match self {
+            Self::Dense(o) if o.precision == Precision::Extended => {
+                General::Extended(Dense::general(a)?)
+            }
+            Self::Dense(_) => General::Dense(Dense::general(a)?),
+            #[cfg(feature = "faer")]
+            Self::Faer(_) => General::Faer(Box::new(backends::faer::Lu::general(a)?)),
+            #[cfg(feature = "umfpack")]
+            Self::Umfpack(o) => General::Umfpack(Box::new(backends::umfpack::General::new(*o, a)?)),
+            other => {
+                return Err(SolveError::NotSymmetric {
+                    backend: other.name(),
+                });
+            }
+        })
+    }
 }
 
 impl fmt::Display for Backend {
@@ -507,31 +398,10 @@ fn assign<V: FromStr>(to: &mut V, text: &str) -> bool {
     text.parse().map(|v| *to = v).is_ok()
 }
 
-/// Most iterations that may be asked for: what does not converge ends in hours, not in ages.
-#[allow(dead_code)] // where neither is compiled in
-const MOST_ITERATIONS: usize = 10_000_000;
-
-/// Checks the options that the iterative backends share.
-#[allow(dead_code)] // where neither is compiled in
-pub(crate) fn check_iteration(iterations: usize, tolerance: f64) -> Result<(), SolveError> {
-    if !(1..=MOST_ITERATIONS).contains(&iterations) {
-        return Err(SolveError::InvalidOption {
-            option: "iterations",
-            allowed: "from 1 to 10000000",
-        });
-    }
-    if !(0.0..1.0).contains(&tolerance) {
-        return Err(SolveError::InvalidOption {
-            option: "tolerance",
-            allowed: "from 0 to below 1",
-        });
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::options::{MOST_ITERATIONS, check_iteration};
 
     #[test]
     fn text_form_round_trips() {

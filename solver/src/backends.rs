@@ -27,9 +27,8 @@ pub(crate) mod testing;
 #[cfg(feature = "umfpack")]
 pub(crate) mod umfpack;
 
-use crate::backend::Precision;
 use crate::matrix::check_finite;
-use crate::{Backend, DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix};
+use crate::{DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix};
 use dense::Dense;
 
 /// ‖b‖₂ below which squares of residuals near roundoff underflow, so that no iteration can tell whether it converged.
@@ -47,25 +46,6 @@ pub(crate) enum General {
 }
 
 impl General {
-    /// Prepares for matrices with the pattern of `a`, which has at least one row.
-    pub(crate) fn new(backend: &Backend, a: &GeneralMatrix) -> Result<Self, SolveError> {
-        Ok(match backend {
-            Backend::Dense(o) if o.precision == Precision::Extended => {
-                Self::Extended(Dense::general(a)?)
-            }
-            Backend::Dense(_) => Self::Dense(Dense::general(a)?),
-            #[cfg(feature = "faer")]
-            Backend::Faer(_) => Self::Faer(Box::new(faer::Lu::general(a)?)),
-            #[cfg(feature = "umfpack")]
-            Backend::Umfpack(o) => Self::Umfpack(Box::new(umfpack::General::new(*o, a)?)),
-            other => {
-                return Err(SolveError::NotSymmetric {
-                    backend: other.name(),
-                });
-            }
-        })
-    }
-
     pub(crate) fn factorize(&mut self, a: &GeneralMatrix) -> Result<FactorReport, SolveError> {
         match self {
             Self::Dense(work) => work.factorize_general(a),

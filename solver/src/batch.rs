@@ -7,7 +7,8 @@
 
 use crate::aligned::Aligned;
 use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
-use crate::chain::{Chain, batch};
+use crate::chain::Chain;
+use crate::chain::batch::{self, LANES, spread};
 use crate::error::{expect_len, expect_room};
 use crate::matrix::check_finite;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
@@ -16,9 +17,6 @@ use std::ops::Range;
 use std::sync::Arc;
 use taut_lanes::vector::gather;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-
-/// Cables whose numbers stand together.
-pub(crate) const LANES: usize = 8;
 
 /// Place of entry `entry` of cable `cable` in a quantity with `len` entries for each cable.
 #[must_use]
@@ -192,25 +190,6 @@ impl Kernel for Spread<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) {
         spread::<I::X4>(self.from, self.to, self.lane);
-    }
-}
-
-/// Arrays of four cables side by side, into the lanes from one on.
-#[inline(always)]
-pub(crate) fn spread<V: Lanes>(from: [&[f64]; 4], to: &mut [[f64; LANES]], lane: usize) {
-    const TOGETHER: usize = 4;
-    let [a, b, c, d] = from.map(|v| v.as_chunks::<TOGETHER>());
-    let (groups, rest) = to.as_chunks_mut::<TOGETHER>();
-    let each = a.0.iter().zip(b.0).zip(c.0.iter().zip(d.0));
-    for (to, ((a, b), (c, d))) in groups.iter_mut().zip(each) {
-        let numbers: [V; TOGETHER] = gather([a, b, c, d]);
-        for (to, number) in to.iter_mut().zip(numbers) {
-            number.store(&mut to[lane..]);
-        }
-    }
-    for (k, to) in rest.iter_mut().enumerate() {
-        (to[lane], to[lane + 1]) = (a.1[k], b.1[k]);
-        (to[lane + 2], to[lane + 3]) = (c.1[k], d.1[k]);
     }
 }
 

@@ -13,16 +13,11 @@ use crate::kernels::{
     subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
 use crate::ordering::factor_pattern;
-use crate::singularity::SingularityTest;
+use crate::singularity::{SingularityTest, WEAK};
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 
 /// A pivot at or below this many units of roundoff of what it was made from is noise.
 pub(crate) const NOISE: f64 = 8.0;
-
-/// One from this many units on is taken as it is; below it stands in doubt. Rounding leaves xᵀ A x of a null vector x with
-/// the pivot's own number 1, and A is known to u √(aᵢᵢ aⱼⱼ): more than this only where other numbers of x, scaled, are ten
-/// thousand times that one.
-pub(crate) const WEAK: f64 = 1e8;
 
 /// Which pivots are accepted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

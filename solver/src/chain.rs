@@ -48,8 +48,8 @@ mod substitution;
 mod twisted;
 
 use crate::aligned::Aligned;
-use crate::block_ldlt::WEAK;
 use crate::kernels::Scalar;
+use crate::singularity::WEAK;
 use crate::{BlockPattern, SymBlockMatrix};
 use block::ScratchOfTwo;
 use places::Places;

@@ -194,7 +194,7 @@ impl GeneralSolver {
         }
         let work = match a.dim() {
             0 => None,
-            _ => Some(General::new(backend, a)?),
+            _ => Some(backend.create_general(a)?),
         };
         Ok(Self {
             work,

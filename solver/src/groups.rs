@@ -4,8 +4,9 @@
 //! Groups of a cable's joints are chains, which are eliminated from both ends (`chain`); where one is none, or a pivot is
 //! not positive there, all are eliminated in the order of the pattern (`block_ldlt`), which also says what is wrong.
 
-use crate::block_ldlt::{BlockLdlt, Pivots, WEAK};
+use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
+use crate::singularity::WEAK;
 use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use taut_lanes::Level;
 

@@ -45,7 +45,7 @@
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
 //! | `general` | square matrices that are not symmetric, and who solves them |
-//! | `backend`, `backends/` | the choice of a backend, its options; one file for each |
+//! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
@@ -83,6 +83,7 @@ mod general;
 mod groups;
 mod kernels;
 mod matrix;
+mod options;
 mod ordering;
 mod pattern;
 mod phases;
@@ -98,10 +99,7 @@ mod slices;
 pub use accuracy::{
     BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
 };
-pub use backend::{
-    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
-    ParseBackendError, Partition, Precision, Preconditioner, Start, UmfpackOptions,
-};
+pub use backend::{Backend, ParseBackendError};
 pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
@@ -109,6 +107,10 @@ pub use double_double::DoubleDouble;
 pub use error::SolveError;
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
+pub use options::{
+    CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, Partition,
+    Precision, Preconditioner, Start, UmfpackOptions,
+};
 pub use ordering::{
     EliminationCost, elimination_cost, factor_pattern, minimum_degree, minimum_degree_within,
 };

@@ -8,9 +8,13 @@
 //! 1/(4 u) = 2·10¹⁵ long. Springs that nothing holds, in 20,000 random nets of 3 … 30 nodes, leave 5·10¹⁵ at least: what
 //! rounding makes of a singular matrix is no better than that, and what is better has a solution.
 
-use crate::block_ldlt::WEAK;
 use crate::kernels::Scalar;
 use crate::{SolveError, SymBlockMatrix};
+
+/// A pivot from this many units of roundoff of what it was made from on is taken as it is; below it stands in doubt. Rounding leaves xᵀ A x of a null vector x with
+/// the pivot's own number 1, and A is known to u √(aᵢᵢ aⱼⱼ): more than this only where other numbers of x, scaled, are ten
+/// thousand times that one.
+pub(crate) const WEAK: f64 = 1e8;
 
 /// The pivots of a factor that stand in doubt, and the work space of their test.
 #[derive(Debug, Clone, Default)]

@@ -1,4 +1,5 @@
 use indicatif::ProgressBar;
+use taut_bench::study::data;
 use taut_bench::{energy, stability};
 use taut_integrator::{GeometricStiffness, Scheme};
 
@@ -14,7 +15,7 @@ fn assert_narrow(text: &str) {
 fn the_stability_map_agrees_with_linear_theory() {
     let config = stability::Config::quick();
     let records = stability::run(&config, &ProgressBar::hidden()).expect("sound");
-    let text = stability::text_tables(&records, &config);
+    let text = stability::text_tables(&data(&records).expect("data"), &config);
     println!("{text}");
     assert_narrow(&text);
     let mut compared = 0;
@@ -49,7 +50,7 @@ fn the_default_scheme_keeps_what_it_promises() {
         ..quick
     };
     let results = energy::run(&config, &ProgressBar::hidden()).expect("sound");
-    let text = energy::text_tables(&results, &config);
+    let text = energy::text_tables(&data(&results).expect("data"), &config);
     println!("{text}");
     assert_narrow(&text);
     let default = Scheme::default().to_string();

@@ -1,4 +1,4 @@
-//! The gantry, H20 to H35 and H37 to H39.
+//! The gantry, and H20 to H39.
 
 use super::checks;
 use taut_bench::check::{Check, Verdict};
@@ -155,4 +155,12 @@ fn ropes_and_winches_give_no_energy() {
     assert!(largest(&found, "masses", 4) < 1e-9, "{found:#?}");
     let found = checks("H39");
     assert!(largest(&found, "hauled", 2) < 0.03, "{found:#?}");
+}
+
+/// H36: a load that snaps its cable taut has what it fell by.
+#[test]
+fn snaps_give_no_energy() {
+    let found = checks("H36");
+    assert!(largest(&found, "energy gained", 1) < 5e-4, "{found:#?}");
+    assert!(largest(&found, "linear systems", 1) < 150.0, "{found:#?}");
 }

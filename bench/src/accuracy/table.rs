@@ -1,128 +1,149 @@
-//! The sweep's tables for people.
+//! Errors of motions as tables: by setting and ratio, what the default keeps, its order, solvers, costs.
 
-use super::{Case, Drive, Record, Results};
-use crate::table::{mark_least, nanoseconds, ratio, table, text};
-use std::fmt::Write;
+use super::{Drive, Record, Results};
+use crate::settings::distinct;
+use crate::sheet::{self, Across, Column, Row, Sheet, Show, column, is, number_of, text_of};
+use serde_json::{Value, json};
+use std::sync::LazyLock;
 use taut_model::JointKind;
 
-/// All tables: motions by setting and ratio, what the default keeps, its order, solvers, costs.
-#[must_use]
-pub fn tables(results: &Results) -> String {
-    let mut out = String::new();
-    for group in groups(results) {
-        let case = group[0].case;
-        let uncertainty = group.iter().map(|r| r.reference_m).fold(0.0, f64::max);
-        let _ = writeln!(
-            out,
-            "\n{}, {} segments, {}: error of the load, horizontal/vertical (mm)\n† time of the end (s); * least error of \
-             the rows at the same Δt; reference to {:.0e} mm",
-            joint(case.joint),
-            case.segments,
-            drive(case.drive),
-            1e3 * uncertainty
-        );
-        out.push_str(&motions(&group));
-        out.push_str(&orders(&group));
-    }
-    out.push_str(&verdicts(results));
-    out.push_str(&solvers(results));
-    out.push_str(&costs(results));
-    out
+const JOINT: Column = column("joint", "{} joints");
+const DRIVE: Column = column("drive", "{}").shown(Show::Row(drive));
+const RATIOS: &[Column] = &[column("mass_ratio", "{}").shown(Show::Ratio)];
+
+/// The tables of motions and of costs.
+pub(super) const SHEETS: &[Sheet] = &[
+    Sheet {
+        list: "records",
+        title: "Error of the load, horizontal/vertical (mm); gN: steps redone; † time of the end (s); * least of the rows at\n\
+                the same Δt",
+        shared: &[JOINT, column("segments", "{} segments"), DRIVE],
+        columns: &[
+            column("setting", "setting"),
+            column("dt", "1/Δt").shown(Show::Row(rate)),
+        ],
+        across: Some(Across {
+            by: RATIOS,
+            cells: &[column("horizontal_m", "")
+                .shown(Show::Row(motion))
+                .least_of(error)],
+            several: false,
+            most: usize::MAX,
+        }),
+        takes: is_motion,
+        counts: |row| is(row, "stable"),
+        rivals: &["dt"],
+    },
+    Sheet {
+        list: "costs",
+        title: "What the parts of a step cost, alone and in turns",
+        columns: &[
+            column("segments", "segments"),
+            column("what", "step"),
+            sheet::time("step_ns", "time"),
+            column("ratio", "ratio").shown(Show::Fixed(3)),
+        ],
+        counts: |_| false,
+        ..sheet::PLAIN
+    },
+];
+
+const ORDERS: Sheet = Sheet {
+    title: "Observed order of the default between its rates, and what is not known of the reference",
+    columns: &[
+        column("joint", "joints"),
+        column("segments", "segments"),
+        column("drive", "drive"),
+        column("mass_ratio", "ratio").shown(Show::Ratio),
+        column("orders", "orders"),
+        column("reference_mm", "reference")
+            .unit("mm")
+            .shown(Show::Error(0)),
+    ],
+    ..sheet::PLAIN
+};
+
+const SOLVERS: Sheet = Sheet {
+    title: "The default with every solver, Cosserat joints: error of the load (mm) and median step, beside other runs;\n\
+            * least of the stable runs",
+    shared: &[column("segments", "{} segments")],
+    columns: &[
+        column("backend", "solver"),
+        column("iterations", "iter."),
+        column("refinements", "refined"),
+    ],
+    across: Some(Across {
+        by: RATIOS,
+        cells: &[
+            column("horizontal_m", "mm")
+                .shown(Show::Row(distance))
+                .least_of(error),
+            sheet::time("step_ns", "step"),
+        ],
+        several: false,
+        most: usize::MAX,
+    }),
+    counts: |row| is(row, "stable"),
+    ..sheet::PLAIN
+};
+
+fn rate(row: &Row) -> String {
+    number_of(row, "dt").map_or(String::new(), |dt| format!("{:.0}", 1.0 / dt))
 }
 
-fn joint(kind: JointKind) -> &'static str {
-    match kind {
-        JointKind::Spherical => "Spherical joints",
-        JointKind::Cosserat => "Cosserat joints",
-        JointKind::Paper => "The paper's joints",
-        _ => "Joints of a kind without a name here",
+fn drive(row: &Row) -> String {
+    let aside = text_of(row, "drive") == "aside";
+    if aside {
+        "anchor moved 0.5 m in 2 s"
+    } else {
+        "anchor on a circle"
     }
+    .to_owned()
 }
 
-fn drive(drive: Drive) -> &'static str {
-    match drive {
-        Drive::Aside => "anchor moved 0.5 m in 2 s",
-        Drive::Circle => "anchor on a circle",
-    }
+/// The load's distance from the reference \[m].
+fn error(row: &Row) -> Option<f64> {
+    Some(number_of(row, "horizontal_m")?.hypot(number_of(row, "vertical_m")?))
 }
 
-/// Whether the record is one of settings and rates, not of another solver.
-fn is_motion(r: &Record) -> bool {
-    r.backend == results_backend() && r.refinements == 1 && r.iterations == 0
+/// What stands for a run that was lost.
+fn lost(row: &Row) -> Option<String> {
+    let held = number_of(row, "held_s").unwrap_or(f64::NAN);
+    (!is(row, "stable")).then(|| format!("†{held:.2}"))
+}
+
+fn motion(row: &Row) -> String {
+    lost(row).unwrap_or_else(|| {
+        let [across, along] =
+            ["horizontal_m", "vertical_m"].map(|key| mm(number_of(row, key).unwrap_or(f64::NAN)));
+        let redone = number_of(row, "redone").filter(|n| *n > 0.0);
+        format!(
+            "{across}/{along}{}",
+            redone.map_or(String::new(), |n| format!(" g{n}"))
+        )
+    })
+}
+
+fn distance(row: &Row) -> String {
+    lost(row).unwrap_or_else(|| mm(error(row).unwrap_or(f64::NAN)))
+}
+
+/// Whether the row is one of settings and rates, not of another solver.
+fn is_motion(row: &Row) -> bool {
+    let is_one = |key, count| number_of(row, key) == Some(count);
+    text_of(row, "backend") == *SOLVER && is_one("refinements", 1.0) && is_one("iterations", 0.0)
 }
 
 /// The solver that the settings run with.
-fn results_backend() -> String {
+static SOLVER: LazyLock<String> = LazyLock::new(|| {
     let options = taut_integrator::StepOptions::default();
     crate::Choice::schur(options.backend).family()
-}
+});
 
-/// The records of motions, by joint, segments and drive.
-fn groups(results: &Results) -> Vec<Vec<&Record>> {
-    let mut groups: Vec<Vec<&Record>> = Vec::new();
-    let same =
-        |a: &Case, b: &Case| (a.joint, a.segments, a.drive) == (b.joint, b.segments, b.drive);
-    for record in results.records.iter().filter(|r| is_motion(r)) {
-        match groups.iter_mut().find(|g| same(&g[0].case, &record.case)) {
-            Some(group) => group.push(record),
-            None => groups.push(vec![record]),
-        }
-    }
-    groups
-}
-
-fn ratios(group: &[&Record]) -> Vec<f64> {
-    let mut ratios: Vec<f64> = group.iter().map(|r| r.case.mass_ratio).collect();
-    ratios.sort_by(f64::total_cmp);
-    ratios.dedup();
-    ratios
-}
-
-fn motions(group: &[&Record]) -> String {
-    let ratios = ratios(group);
-    let mut rows: Vec<(&str, f64)> = Vec::new();
-    for r in group {
-        if !rows.contains(&(&r.setting, r.dt)) {
-            rows.push((&r.setting, r.dt));
-        }
-    }
-    let mut header = vec!["setting".to_owned(), "1/Δt".to_owned()];
-    header.extend(ratios.iter().map(|r| ratio(*r)));
-    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
-    let find = |ratio: f64, (setting, dt): (&str, f64)| {
-        let own =
-            |r: &&&Record| (r.case.mass_ratio, r.setting.as_str(), r.dt) == (ratio, setting, dt);
-        group.iter().find(own)
-    };
-    for &(setting, dt) in &rows {
-        let mut cells = vec![setting.to_owned(), format!("{:.0}", 1.0 / dt)];
-        for &ratio in &ratios {
-            let found = find(ratio, (setting, dt));
-            cells.push(found.map_or_else(String::new, |r| cell(r)));
-        }
-        out.add_row(cells);
-    }
-    // Of the rows at the same time step.
-    for (i, &ratio) in ratios.iter().enumerate() {
-        let of = |row: &(&str, f64)| {
-            let stable = find(ratio, *row).filter(|r| r.stable);
-            (row.1, stable.map(|r| r.error()))
-        };
-        mark_least(&mut out, 2 + i, &rows.iter().map(of).collect::<Vec<_>>());
-    }
-    text(&out)
-}
-
-fn cell(r: &Record) -> String {
-    if !r.stable {
-        return format!("†{:.2}", r.held_s);
-    }
-    let redone = if r.redone > 0 {
-        format!(" g{}", r.redone)
-    } else {
-        String::new()
-    };
-    format!("{}/{}{redone}", mm(r.horizontal_m), mm(r.vertical_m))
+/// The records of settings and rates.
+fn motions(results: &Results) -> impl Iterator<Item = &Record> {
+    let own = |r: &&Record| r.backend == *SOLVER && r.refinements == 1 && r.iterations == 0;
+    results.records.iter().filter(own)
 }
 
 /// Two digits, in millimetres.
@@ -139,40 +160,46 @@ fn mm(metres: f64) -> String {
     }
 }
 
+/// All tables.
+pub(super) fn text(results: &Results, data: &Value) -> String {
+    let [motions, costs] = [0, 1].map(|i| SHEETS[i].text(data));
+    let (orders, solvers) = (ORDERS.of(&orders(results)), SOLVERS.of(&solvers(results)));
+    format!("{motions}{orders}{}{solvers}{costs}", verdicts(results))
+}
+
 /// Observed orders of the default between its rates.
-fn orders(group: &[&Record]) -> String {
-    let mut out = String::from("observed order of the default between these rates:");
-    for ratio_ in ratios(group) {
-        let mut runs: Vec<&&Record> = group
-            .iter()
-            .filter(|r| r.setting == "default" && r.case.mass_ratio == ratio_ && r.stable)
-            .collect();
+fn orders(results: &Results) -> Vec<Value> {
+    let default = || motions(results).filter(|r| r.setting == "default");
+    let row = |case: &super::Case| {
+        let own = || default().filter(|r| r.case == *case);
+        let mut runs: Vec<&Record> = own().filter(|r| r.stable).collect();
         runs.sort_by(|a, b| b.dt.total_cmp(&a.dt));
         runs.dedup_by(|a, b| a.dt == b.dt);
-        let orders: Vec<_> = runs
-            .windows(2)
-            .map(|w| {
-                let order = (w[0].error() / w[1].error()).ln() / (w[0].dt / w[1].dt).ln();
-                format!("{order:.2}")
-            })
-            .collect();
-        let _ = write!(out, " {}: {};", ratio(ratio_), orders.join(" "));
-    }
-    out.pop();
-    out.push('\n');
-    out
+        let order = |w: &[&Record]| {
+            let order = (w[0].error() / w[1].error()).ln() / (w[0].dt / w[1].dt).ln();
+            format!("{order:.2}")
+        };
+        let orders: Vec<String> = runs.windows(2).map(order).collect();
+        json!({
+            "joint": case.joint,
+            "segments": case.segments,
+            "drive": case.drive,
+            "mass_ratio": case.mass_ratio,
+            "orders": orders.join(" "),
+            "reference_mm": own().map(|r| 1e3 * r.reference_m).fold(0.0, f64::max),
+        })
+    };
+    distinct(default().map(|r| r.case))
+        .iter()
+        .map(row)
+        .collect()
 }
 
 /// What is asked of the default at the first rate: stable everywhere, 1 mm across and 10 mm along from ratio 100 on.
 fn verdicts(results: &Results) -> String {
-    let default = |r: &&Record| r.setting == "default" && is_motion(r);
     let first = results.records.iter().map(|r| r.dt).fold(0.0, f64::max);
-    let mut runs: Vec<&Record> = results
-        .records
-        .iter()
-        .filter(default)
-        .filter(|r| r.dt == first)
-        .collect();
+    let default = motions(results).filter(|r| r.setting == "default" && r.dt == first);
+    let mut runs: Vec<&Record> = default.collect();
     // The sweep over solvers repeats some.
     runs.dedup_by(|a, b| a.case == b.case);
     let stable = runs.iter().filter(|r| r.stable).count();
@@ -188,92 +215,20 @@ fn verdicts(results: &Results) -> String {
     )
 }
 
-fn solvers(results: &Results) -> String {
+/// The runs of the default with every solver; none where there is but one.
+fn solvers(results: &Results) -> Vec<&Record> {
     let fewest = results.records.iter().map(|r| r.case.segments).min();
-    let runs: Vec<&Record> = results
-        .records
-        .iter()
-        .filter(|r| r.setting == "default" && Some(r.case.segments) == fewest)
-        .filter(|r| r.case.joint == JointKind::Cosserat && r.case.drive == Drive::Aside)
-        .collect();
-    let first = runs.iter().map(|r| r.dt).fold(0.0, f64::max);
-    let runs: Vec<&Record> = runs.into_iter().filter(|r| r.dt == first).collect();
-    let others: Vec<&Record> = runs.iter().copied().filter(|r| !is_motion(r)).collect();
-    if others.is_empty() {
-        return String::new();
-    }
-    let ratios = ratios(&others);
-    let mut header = vec![
-        "solver".to_owned(),
-        "iter.".to_owned(),
-        "refined".to_owned(),
-    ];
-    for r in &ratios {
-        header.push(format!("{}: mm", ratio(*r)));
-        header.push("step".to_owned());
-    }
-    let mut out = table(&header.iter().map(String::as_str).collect::<Vec<_>>());
-    let mut rows: Vec<(&str, usize, usize)> = Vec::new();
-    for r in &runs {
-        let row = (r.backend.as_str(), r.iterations, r.refinements);
-        if !rows.contains(&row) {
-            rows.push(row);
-        }
-    }
-    let find = |ratio: f64, row: (&str, usize, usize)| {
-        runs.iter().find(|r| {
-            (r.backend.as_str(), r.iterations, r.refinements) == row && r.case.mass_ratio == ratio
-        })
+    let own = |r: &&Record| {
+        let case = (Some(r.case.segments), r.case.joint, r.case.drive);
+        r.setting == "default" && case == (fewest, JointKind::Cosserat, Drive::Aside)
     };
-    for &row in &rows {
-        let count = |n: usize| {
-            if n == 0 {
-                "-".to_owned()
-            } else {
-                n.to_string()
-            }
-        };
-        let mut cells = vec![row.0.to_owned(), count(row.1), row.2.to_string()];
-        for &ratio in &ratios {
-            let found = find(ratio, row);
-            cells.push(found.map_or_else(String::new, |r| {
-                if r.stable {
-                    mm(r.error())
-                } else {
-                    format!("†{:.2}", r.held_s)
-                }
-            }));
-            cells.push(found.map_or_else(String::new, |r| nanoseconds(r.step_ns)));
-        }
-        out.add_row(cells);
-    }
-    for (i, &ratio) in ratios.iter().enumerate() {
-        let stable = |row: &(&str, usize, usize)| find(ratio, *row).filter(|r| r.stable);
-        let errors = rows.iter().map(|row| ((), stable(row).map(|r| r.error())));
-        mark_least(&mut out, 3 + 2 * i, &errors.collect::<Vec<_>>());
-        let times = rows.iter().map(|row| ((), stable(row).map(|r| r.step_ns)));
-        mark_least(&mut out, 4 + 2 * i, &times.collect::<Vec<_>>());
-    }
-    format!(
-        "\nThe default with every solver, {} segments, Cosserat joints: error of the load (mm) and median step, beside \
-         other runs;\n* least of the stable runs\n{}",
-        fewest.unwrap_or(0),
-        text(&out)
-    )
-}
-
-fn costs(results: &Results) -> String {
-    let mut out = table(&["segments", "step", "time", "ratio"]);
-    for c in &results.costs {
-        out.add_row([
-            c.segments.to_string(),
-            c.what.clone(),
-            nanoseconds(c.step_ns),
-            format!("{:.3}", c.ratio),
-        ]);
-    }
-    format!(
-        "\nWhat the parts of a step cost, alone and in turns\n{}",
-        text(&out)
-    )
+    let runs = || results.records.iter().filter(own);
+    let first = runs().map(|r| r.dt).fold(0.0, f64::max);
+    let others: Vec<&Record> = runs().filter(|r| r.dt == first).collect();
+    let is_other = |r: &&&Record| (r.backend != *SOLVER) || r.refinements != 1;
+    let ratios = distinct(others.iter().filter(is_other).map(|r| r.case.mass_ratio));
+    let beside = others
+        .into_iter()
+        .filter(|r| ratios.contains(&r.case.mass_ratio));
+    beside.collect()
 }

@@ -1,7 +1,7 @@
 //! What `taut hard` and `taut paper` share: experiments that end in checks are run, told, written, counted, judged.
 
 use super::console::Console;
-use super::deliver::{Found, Way};
+use super::deliver::{self, Way};
 use crate::Failure;
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -10,7 +10,9 @@ use std::fmt::Write;
 use std::path::Path;
 use taut_bench::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_bench::machine::Machine;
-use taut_bench::{output, table};
+use taut_bench::output::{self, Output};
+use taut_bench::study::{Found, data};
+use taut_bench::table;
 
 /// An experiment that ends in checks.
 pub(crate) struct Experiment<'a> {
@@ -23,7 +25,7 @@ pub(crate) struct Experiment<'a> {
 type Run<'a> = dyn Fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError> + 'a;
 
 /// Experiments that are told together.
-pub(crate) struct Study<'a> {
+pub(crate) struct Catalogue<'a> {
     /// Its name, and that of its files.
     pub(crate) name: &'static str,
     /// What the columns of its checks are, and what ours is compared with.
@@ -61,7 +63,7 @@ fn failed(e: &ExperimentError) -> Outcome {
 /// Runs the experiments, each once, prints their tables, gives each outcome to `write`, writes rows and page. Code 1 where
 /// a bar of our own is missed.
 pub(crate) fn run(
-    study: &Study<'_>,
+    study: &Catalogue<'_>,
     console: Console,
     write: &dyn Fn(&Experiment<'_>, &Outcome) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
@@ -69,12 +71,13 @@ pub(crate) fn run(
     let way = Way {
         console,
         json: json.as_ref(),
+        is_rows_alone: json.as_ref().is_some_and(Output::is_stdout),
     };
     let mut text = String::new();
     let mut tell = |part: String| {
         text.push_str(&part);
         text.push('\n');
-        if way.is_rows_alone() {
+        if way.is_rows_alone {
             return Ok(());
         }
         output::print(&part)
@@ -104,15 +107,14 @@ pub(crate) fn run(
     let count = rows.len();
     let failed = rows.iter().filter(|r| r.check.verdict == Verdict::Fail);
     let failed = failed.count();
+    deliver::write(study.name, &rows, way)?;
     let found = Found {
-        name: study.name,
         settings: vec![("quick".to_owned(), study.quick.to_string())],
         text,
-        rows: &rows,
-        omissions: &[],
+        rows: data(&rows).map_err(|e| Failure::Input(e.to_string()))?,
+        omissions: Vec::new(),
     };
-    found.write(way)?;
-    super::report::of_rows(found, way)?;
+    super::report::of_study(study.name, found, way)?;
     if failed == 0 {
         return Ok(());
     }

@@ -4,9 +4,9 @@ use super::console::Console;
 use crate::Failure;
 use serde::Serialize;
 use std::path::PathBuf;
-use taut_bench::ladder::Omission;
+use taut_bench::machine::Machine;
 use taut_bench::output::{self, Output};
-use taut_bench::report::settings::Setting;
+use taut_bench::study::Found;
 
 /// Where results go besides their files below `target/taut`.
 #[derive(Debug, Clone, Copy)]
@@ -14,59 +14,34 @@ pub(crate) struct Way<'a> {
     pub(crate) console: Console,
     /// The file of rows that was asked for.
     pub(crate) json: Option<&'a Output>,
+    /// Whether rows go to standard output, where they stand alone.
+    pub(crate) is_rows_alone: bool,
 }
 
-impl Way<'_> {
-    /// Whether the rows go to standard output, where they stand alone.
-    pub(crate) fn is_rows_alone(self) -> bool {
-        self.json.is_some_and(Output::is_stdout)
+/// Prints the machine and the tables, writes the rows and the page of the experiment of that name.
+pub(crate) fn deliver(name: &str, mut found: Found, way: Way<'_>) -> Result<(), Failure> {
+    found.text = format!("{}\n{}", Machine::current(), found.text);
+    if !way.is_rows_alone {
+        output::print(&found.text)?;
     }
+    write(name, &found.rows, way)?;
+    super::report::of_study(name, found, way)
 }
 
-/// What a benchmark found.
-#[derive(Debug)]
-pub(crate) struct Found<'a, R> {
-    /// The benchmark's name, and that of its file of rows.
-    pub(crate) name: &'a str,
-    /// What it was set to.
-    pub(crate) settings: Vec<Setting>,
-    /// Its tables with their legend.
-    pub(crate) text: String,
-    pub(crate) rows: &'a R,
-    /// What it left out.
-    pub(crate) omissions: &'a [Omission],
-}
-
-impl<R: Serialize> Found<'_, R> {
-    /// Prints the tables, writes the rows and the page.
-    pub(crate) fn deliver(self, way: Way<'_>) -> Result<(), Failure> {
-        self.deliver_rows(way)?;
-        super::report::of_rows(self, way)
+/// Writes the rows to the file asked for, and a copy to `target/taut/`.
+pub(crate) fn write(name: &str, rows: &impl Serialize, way: Way<'_>) -> Result<(), Failure> {
+    if let Some(json) = way.json {
+        json.json(rows)?;
     }
-
-    /// Prints the tables, writes the rows.
-    pub(crate) fn deliver_rows(&self, way: Way<'_>) -> Result<(), Failure> {
-        if !way.is_rows_alone() {
-            output::print(&self.text)?;
-        }
-        self.write(way)
+    let copy = PathBuf::from(format!("target/taut/{name}.json"));
+    if let Err(e) = output::write_json(&copy, rows) {
+        // The table is out and the file asked for is written: this costs the copy only.
+        output::complain(&e.to_string());
+        return Ok(());
     }
-
-    /// Writes the rows to the file asked for, and a copy to `target/taut/`.
-    pub(crate) fn write(&self, way: Way<'_>) -> Result<(), Failure> {
-        if let Some(json) = way.json {
-            json.json(self.rows)?;
-        }
-        let copy = PathBuf::from(format!("target/taut/{}.json", self.name));
-        if let Err(e) = output::write_json(&copy, self.rows) {
-            // The table is out and the file asked for is written: this costs the copy only.
-            output::complain(&e.to_string());
-            return Ok(());
-        }
-        if way.is_rows_alone() {
-            return Ok(());
-        }
-        way.console
-            .note(&format!("\nrows written to {}", copy.display()))
+    if way.is_rows_alone {
+        return Ok(());
     }
+    way.console
+        .note(&format!("\nrows written to {}", copy.display()))
 }

@@ -1,6 +1,6 @@
 //! `taut hard`: the hard cases, reference beside ours.
 
-use super::checks::{self, Experiment, Study};
+use super::checks::{self, Catalogue, Experiment};
 use super::console::Console;
 use crate::Failure;
 use clap::Args;
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
             }),
         });
     }
-    let study = Study {
+    let catalogue = Catalogue {
         name: "hard",
         legend: LEGEND,
         reference: "reference",
@@ -60,5 +60,5 @@ pub(crate) fn run(args: &HardArgs, console: Console) -> Result<(), Failure> {
         quick: args.quick,
         json: args.json.as_deref(),
     };
-    checks::run(&study, console, &|_, _| Ok(()))
+    checks::run(&catalogue, console, &|_, _| Ok(()))
 }

@@ -1,23 +1,17 @@
-//! `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
+//! `taut dump`, `taut solve`, `taut matrices`: linear systems as files.
 
 use super::console::Console;
-use super::deliver::{Found, Way};
-use super::sweeps::sorted;
-use crate::{BenchArgs, Failure, StepArgs, overrides, step_options};
+use crate::{Failure, StepArgs, overrides, step_options};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use std::time::Duration;
 use taut_bench::inputs::Inputs;
 use taut_bench::machine::Machine;
 use taut_bench::matrix::dump::{self, Label};
-use taut_bench::matrix::solve::{self, Config, Results};
 use taut_bench::matrix::{System, suite};
 use taut_bench::output::{self, Output};
-use taut_bench::report::settings;
 use taut_bench::table::MARK;
-use taut_bench::{pace, run, table};
+use taut_bench::{matrix, pace, run};
 use taut_integrator::Stepper;
-use taut_solver::Backend;
 
 /// Most steps before a dump.
 const MOST_STEPS: u64 = 10_000_000;
@@ -92,12 +86,6 @@ pub(crate) struct MatricesArgs {
 const SOLVE_LEGEND: &str = "\
 times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
 error: relative error of x in the largest norm";
-
-/// What the columns of `taut bench --matrix` are.
-const BENCH_LEGEND: &str = "\
-factor+solve: what a step pays, and its ratio to the fastest that did not run out of iterations; ns/block: the same for
-each block row; compon.: componentwise backward error; error: relative error of x in the largest norm; times are minima
-of repeats";
 
 /// Writes the system of a step.
 pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
@@ -174,46 +162,6 @@ fn comments(args: &DumpArgs, scene: &taut_model::Scene) -> Vec<String> {
     ]
 }
 
-fn parse(names: &[String]) -> Result<Vec<Backend>, Failure> {
-    names
-        .iter()
-        .map(|name| {
-            if name.contains('/') {
-                let message = format!("`{name}`: a matrix has its form, drop what follows the `/`");
-                return Err(Failure::Input(message));
-            }
-            let backend: Backend = name.parse()?;
-            backend.create()?;
-            Ok(backend)
-        })
-        .collect()
-}
-
-/// Runs backends on a system. Bad input where none of those asked for has a row.
-fn measured(system: &System, config: &Config) -> Result<Results, Failure> {
-    let results = solve::run(system, config);
-    match results.omissions.first() {
-        Some(first) if results.records.is_empty() => Err(Failure::Input(format!(
-            "{}: no backend solves it. {}: {}",
-            system.name, first.backend, first.reason
-        ))),
-        _ => Ok(results),
-    }
-}
-
-fn config(names: &[String]) -> Result<Config, Failure> {
-    let defaults = Config::default();
-    Ok(Config {
-        backends: if names.is_empty() {
-            defaults.backends
-        } else {
-            parse(names)?
-        },
-        named: !names.is_empty(),
-        ..defaults
-    })
-}
-
 /// Solves one system with the backends asked for.
 pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
     let given = [
@@ -224,9 +172,11 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
     let read: Vec<&Path> = given.into_iter().flatten().collect();
     let [json] = output::open([("--json", args.json.as_deref())], &read)?;
     let system = System::read(&args.matrix, args.b.as_deref(), args.x.as_deref())?;
-    let results = measured(&system, &config(&args.backends)?)?;
+    let results = matrix::backends(&args.backends)
+        .and_then(|config| matrix::measured(&system, &config))
+        .map_err(|e| Failure::Input(e.to_string()))?;
     if !json.as_ref().is_some_and(Output::is_stdout) {
-        let text = table::solved(&results);
+        let text = matrix::solved(&results);
         output::print(&format!(
             "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
             Machine::current()
@@ -238,62 +188,6 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `taut bench --matrix`: speed against error on systems from files.
-pub(crate) fn bench(args: &BenchArgs, way: Way<'_>) -> Result<(), Failure> {
-    let unread = [
-        ("--sweep", args.sweep.is_some()),
-        ("--scene", !args.scenes.is_empty()),
-        ("--segments", !args.segments.is_empty()),
-        ("--ratios", !args.ratios.is_empty()),
-        ("--dt", !args.dt.is_empty()),
-        ("--set", !args.overrides.is_empty()),
-        ("--time", args.time.is_some()),
-    ];
-    if let Some((option, _)) = unread.into_iter().find(|(_, given)| *given) {
-        return Err(Failure::Input(format!(
-            "`{option}` has no effect beside `--matrix`, which reads --backends, --iterations, --quick, --json"
-        )));
-    }
-    let ladder = if args.quick {
-        vec![10, 100]
-    } else {
-        vec![10, 100, 1000]
-    };
-    let config = Config {
-        iterations: sorted(&args.iterations, ladder),
-        budget: Duration::from_millis(if args.quick { 20 } else { 300 }),
-        ..config(&args.backends)?
-    };
-    if config.iterations.first() == Some(&0) {
-        return Err(Failure::Input(
-            "`--iterations` holds 0: each limit must be at least 1".to_owned(),
-        ));
-    }
-    // All are read before any is measured.
-    let read = |path: &PathBuf| System::read(path, None, None);
-    let systems: Vec<System> = args.matrices.iter().map(read).collect::<Result<_, _>>()?;
-    let bar = way
-        .console
-        .progress(systems.len() as u64)
-        .with_message("matrix");
-    let mut results = Vec::new();
-    for system in &systems {
-        results.push(measured(system, &config)?);
-        bar.inc(1);
-    }
-    bar.finish_and_clear();
-    let tables: String = results.iter().map(table::compared).collect();
-    let text = format!("{}\n{BENCH_LEGEND}\n{MARK}\n{tables}", Machine::current());
-    Found {
-        name: "matrix",
-        settings: settings::matrix(&config),
-        text,
-        rows: &results,
-        omissions: &[],
-    }
-    .deliver(way)
-}
-
 /// Writes the graded set.
 pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Failure> {
     output::make_folder(&args.out)?;
@@ -303,7 +197,7 @@ pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Fail
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
-        output::print(&table::suite(&entries))?;
+        output::print(&matrix::suite_table(&entries))?;
         console.note(&format!(
             "\n{} systems, {:.1} MB, listed in {}",
             entries.len(),

@@ -1,6 +1,6 @@
 //! `taut paper`: the paper's tables, figures and claims, ours beside theirs.
 
-use super::checks::{self, Study};
+use super::checks::{self, Catalogue};
 use super::console::Console;
 use crate::Failure;
 use clap::Args;
@@ -65,7 +65,7 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
             run: Box::new(move |quick, bar| e.run(quick, bar)),
         }
     };
-    let study = Study {
+    let catalogue = Catalogue {
         name: "paper",
         legend: LEGEND,
         reference: "paper, theory",
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
         json: args.json.as_deref(),
     };
     let machine = Machine::current().to_string();
-    checks::run(&study, console, &|experiment, outcome| {
+    checks::run(&catalogue, console, &|experiment, outcome| {
         let file = |end: &str| args.out.join(format!("{}{end}", experiment.name));
         output::write_text(&file(".csv"), &outcome.csv)?;
         for (ending, rows) in &outcome.more_csv {

@@ -26,12 +26,17 @@ pub(crate) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli
 
 /// The command that the arguments begin with, as it is called.
 pub(crate) fn asked_for() -> String {
-    let first = std::env::args_os()
-        .skip(1)
-        .find(|a| a != "-q" && a != "--quiet");
-    let command = Cli::command();
-    let known = first.and_then(|name| Some(command.find_subcommand(name)?.get_name().to_owned()));
-    known.map_or("taut".to_owned(), |name| format!("taut {name}"))
+    let names = std::env::args_os().skip(1);
+    let names = names.filter(|a| a != "-q" && a != "--quiet");
+    let (mut command, mut asked) = (&Cli::command(), "taut".to_owned());
+    for name in names {
+        let Some(next) = command.find_subcommand(name) else {
+            break;
+        };
+        asked = format!("{asked} {}", next.get_name());
+        command = next;
+    }
+    asked
 }
 
 #[cfg(test)]
@@ -51,7 +56,7 @@ mod tests {
             "taut --quick --quiet",
             "taut --quiet bench",
             "taut bench --quiet --quick",
-            "taut bench --sweep linear -q",
+            "taut study linear -q",
             "taut run hoist --quiet",
             "taut -q run hoist",
             "taut backends --quiet",
@@ -64,7 +69,9 @@ mod tests {
         }
         let cli = parsed("taut -q bench --segments 3 --quick").unwrap();
         match cli.command {
-            Some(Command::Bench(args)) => assert_eq!((args.segments, args.quick), (vec![3], true)),
+            Some(Command::Bench(args)) => {
+                assert!(args.quick.quick && args.segments.segments == [3])
+            }
             other => panic!("{other:?}"),
         }
     }
@@ -74,7 +81,7 @@ mod tests {
         for (line, option) in [
             ("taut --quick bench", "--quick"),
             ("taut -q --segments 3 static", "--segments"),
-            ("taut --sweep linear bench", "--sweep"),
+            ("taut --rows bench", "--rows"),
         ] {
             let error = parsed(line).unwrap_err();
             assert_eq!(error.kind(), ErrorKind::ArgumentConflict, "{line}");
@@ -97,7 +104,9 @@ mod tests {
     fn every_help_ends_with_an_example_that_is_understood() {
         let cli = Cli::command();
         let mut seen = 0;
-        for command in std::iter::once(&cli).chain(cli.get_subcommands()) {
+        let studies = cli.find_subcommand("study").expect("a command");
+        let commands = cli.get_subcommands().chain(studies.get_subcommands());
+        for command in std::iter::once(&cli).chain(commands) {
             let name = command.get_name();
             let help = command.get_after_help().map(ToString::to_string);
             let help = help.unwrap_or_else(|| panic!("`{name}` has no example"));
@@ -111,7 +120,9 @@ mod tests {
                 seen += 1;
             }
             assert!(
-                help.contains(&format!("taut {name}")) || name == "taut",
+                help.contains(&format!("taut {name}"))
+                    || help.contains(&format!("taut study {name}"))
+                    || name == "taut",
                 "{help}"
             );
         }

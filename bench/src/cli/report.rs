@@ -2,15 +2,15 @@
 //! the results of several as Markdown.
 
 use super::console::Console;
-use super::deliver::{Found, Way};
+use super::deliver::Way;
 use crate::Failure;
 use clap::Args;
-use serde::Serialize;
 use std::path::{Path, PathBuf};
 use taut_bench::ladder::{Config, Results};
 use taut_bench::output::{self, Output};
-use taut_bench::report::settings::Setting;
-use taut_bench::report::{self, Report, ReportError};
+use taut_bench::report::{self, Report};
+use taut_bench::settings::Setting;
+use taut_bench::study::Found;
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
@@ -102,32 +102,25 @@ pub(crate) fn of_main_job(
     let extras = report::measure(&config.choices, quick, &bar)?;
     bar.finish_and_clear();
     let report = Report::new(results, extras, &arguments(), settings);
-    write(Ok(report), way)
+    write(&report, way)
 }
 
-/// Writes the page of another benchmark, and its data.
-pub(crate) fn of_rows(found: Found<'_, impl Serialize>, way: Way<'_>) -> Result<(), Failure> {
-    let report = Report::of_rows(
-        found.name,
-        found.rows,
-        &found.text,
-        found.omissions,
-        &arguments(),
-        found.settings,
-    );
-    write(report, way)
+/// Writes the page of another experiment, and its data.
+pub(crate) fn of_study(name: &str, found: Found, way: Way<'_>) -> Result<(), Failure> {
+    write(&Report::of_study(name, found, &arguments()), way)
 }
 
 /// Writes page and data. The tables are out by then: a page that cannot be written costs the page only.
-fn write(report: Result<Report, ReportError>, way: Way<'_>) -> Result<(), Failure> {
-    let written = report.and_then(|report| {
-        report::write(&report, &Output::open(Path::new(PAGE))?)?;
+fn write(report: &Report, way: Way<'_>) -> Result<(), Failure> {
+    let written = Output::open(Path::new(PAGE)).map_err(report::ReportError::from);
+    let written = written.and_then(|page| {
+        report::write(report, &page)?;
         let data = format!("target/taut/{}.report.json", report.name());
-        Ok(output::write_json(Path::new(&data), &report)?)
+        Ok(output::write_json(Path::new(&data), report)?)
     });
     match written {
         Err(e) => output::complain(&e.to_string()),
-        Ok(()) if way.is_rows_alone() => {}
+        Ok(()) if way.is_rows_alone => {}
         Ok(()) => way.console.note(&format!("report written to {PAGE}"))?,
     }
     Ok(())

@@ -1,4 +1,4 @@
-//! Hard cases in motion: H20 to H35, H37 to H39, and the gantry crane driven for a minute.
+//! Hard cases in motion: H20 to H39, and the gantry crane driven for a minute.
 
 pub mod beam;
 pub mod bounce;
@@ -8,6 +8,7 @@ pub mod damping;
 pub mod falling;
 pub mod frequency;
 pub mod gantry;
+pub mod heavy;
 pub mod hoisting;
 pub mod law;
 pub mod line;
@@ -129,6 +130,12 @@ pub const CASES: &[Case] = &[
         title: "loads that fall into slack ropes, and what the ropes give back",
         run: bounce::outcome,
         scenes: bounce::scenes,
+    },
+    Case {
+        name: "H36",
+        title: "heavy loads that snap coarse cables taut",
+        run: heavy::outcome,
+        scenes: heavy::scenes,
     },
     Case {
         name: "H37",

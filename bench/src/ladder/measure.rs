@@ -3,7 +3,7 @@
 use super::{Case, Config, Record, Task, segment_length};
 use crate::check::worse;
 use crate::choice::Choice;
-use crate::hard::numerics::claims as hard_claims;
+use crate::claim::{over, over_letter, tolerance};
 use crate::pace;
 use crate::reference;
 use crate::statics;
@@ -121,7 +121,7 @@ fn measure_algebra(
         refinements: 0,
         ..options.clone()
     };
-    let tolerance = hard_claims::tolerance(&choice.backend);
+    let tolerance = tolerance(&choice.backend);
     let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
     let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
     row.backward_error = 0.0;
@@ -151,9 +151,8 @@ fn measure_algebra(
             let r = taut_solver::residual(a, b, x).map_err(solve_error)?;
             let scale = if norm(b) > 0.0 { norm(b) } else { 1.0 };
             let size = norm(&r) / scale;
-            verified +=
-                usize::from(hard_claims::over_letter(size, errors.normwise, tolerance) <= 1.0);
-            to_rounding += usize::from(hard_claims::over(size, errors.normwise, tolerance) <= 1.0);
+            verified += usize::from(over_letter(size, errors.normwise, tolerance) <= 1.0);
+            to_rounding += usize::from(over(size, errors.normwise, tolerance) <= 1.0);
         }
     }
     row.iterations_used = iterations as f64 / row.frames as f64;

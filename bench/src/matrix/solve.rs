@@ -7,8 +7,7 @@
 use super::exact::{condition, solution};
 use super::prepared::Problem;
 use super::{Matrix, RightHandSide, System};
-use crate::choice::Choice;
-use crate::ladder::Omission;
+use crate::choice::{Choice, Omission};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 use taut_solver::{Backend, SolveError, Status, forward_error};
@@ -20,10 +19,10 @@ pub const DENSE_ROWS: usize = 1500;
 pub const NALGEBRA_ROWS: usize = 30_000;
 
 /// What a direct backend claims.
-const DIRECT: &str = "direct";
+pub(super) const DIRECT: &str = "direct";
 
 /// What a backend claims whose iteration met its tolerance.
-const CONVERGED: &str = "converged";
+pub(super) const CONVERGED: &str = "converged";
 
 /// What a backend claims that ran out of iterations.
 const LIMIT: &str = "limit";

@@ -69,13 +69,6 @@ impl Cell {
         }
     }
 
-    pub(super) fn error(value: Option<f64>) -> Self {
-        match value {
-            Some(e) if e.is_finite() => Self::number(format!("{e:.1e}"), e),
-            _ => Self::none(),
-        }
-    }
-
     fn markup(&self) -> Markup {
         let classes = [
             ("number", self.number.is_some()),

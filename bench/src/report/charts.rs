@@ -4,7 +4,9 @@ use super::measure::{Extras, Pattern, Step, Trace};
 use super::score::Scores;
 use crate::ladder::Record;
 use crate::notation::number;
+use crate::plan::FLOOR;
 use crate::plot::{Axis, Chart, Look, Mark, Series, Shape};
+use crate::settings::distinct;
 use crate::table::nanoseconds;
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
@@ -13,20 +15,6 @@ fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
         ..Series::new(backend, points, Mark::LineAndPoints)
     }
 }
-
-/// Values in the order of their first appearance, each once.
-pub(super) fn distinct<T: PartialEq>(values: impl Iterator<Item = T>) -> Vec<T> {
-    let mut seen = Vec::new();
-    for value in values {
-        if !seen.contains(&value) {
-            seen.push(value);
-        }
-    }
-    seen
-}
-
-/// Smallest error that is drawn: what is exact to the last bit stands there.
-pub(super) const FLOOR: f64 = 1e-17;
 
 /// Work against precision: a step's time over the error of the multipliers, a curve for each solver over its iterations
 /// and refinements; one chart for each scene.

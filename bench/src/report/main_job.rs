@@ -5,13 +5,16 @@ use super::charts;
 use super::measure::{Extras, Trace};
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
+use super::sheets::table;
 use super::{Report, ReportError};
-use crate::ladder::{self, Omission, Record};
-use crate::notation::{number, plain};
+use crate::choice::Omission;
+use crate::ladder::{self, Answer, Record};
+use crate::notation::number;
 use crate::plot::Chart;
-use crate::table::answer::Answer;
+use crate::settings::distinct;
 use crate::table::nanoseconds;
 use maud::html;
+use serde_json::{Value, json};
 
 /// Work against precision of the report's scenes.
 pub(super) fn work_precision(report: &Report) -> Vec<Chart> {
@@ -108,7 +111,7 @@ fn answer(records: &[Record]) -> Option<Section> {
 /// What the plot of sizes shows, and whom it leaves out.
 fn sizes(extras: &Extras) -> String {
     let named = |of: &dyn Fn(&str) -> bool| {
-        let all = charts::distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
+        let all = distinct(extras.steps.iter().filter_map(|s| s.backend.as_deref()));
         let names: Vec<&str> = all.into_iter().filter(|name| of(name)).collect();
         names.join(", ")
     };
@@ -227,28 +230,7 @@ fn means(scores: &[Scores]) -> Option<Section> {
 
 /// How often solvers that said so had solved their system.
 fn claims(records: &[Record]) -> Option<Section> {
-    let count = |n: usize| Cell::number(n.to_string(), n as f64);
-    let known = |n: Option<usize>| n.map_or(Cell::none(), count);
-    let claims = ladder::claims(records);
-    let row = |c: &ladder::Claims| {
-        vec![
-            Cell::text(c.backend.clone()),
-            count(c.solves),
-            count(c.claimed),
-            count(c.verified),
-            known(c.rounded()),
-            known(c.false_ones()),
-        ]
-    };
-    let rows: Vec<Vec<Cell>> = claims.iter().map(row).collect();
-    let headings = [
-        "solver",
-        "solves",
-        "claimed",
-        "true by the letter",
-        "only to rounding",
-        "false",
-    ];
+    let rows = Value::from(ladder::claim_rows(records));
     let body = html! {
         p {
             "Solves whose solver claimed a solution, an iteration by its convergence, a direct solver by its status; \
@@ -256,9 +238,9 @@ fn claims(records: &[Record]) -> Option<Section> {
              those where it was not, but where rounding alone leaves that much, a normwise backward error of at most \
              10⁻¹⁴, the one bar of direct solvers; and those that are false. Before refinement."
         }
-        (sortable(&headings, &rows))
+        (table(&ladder::CLAIMS, &rows))
     };
-    (!rows.is_empty()).then_some(Section {
+    (rows != json!([])).then_some(Section {
         id: "claims".to_owned(),
         title: "Claimed against verified".to_owned(),
         body,
@@ -267,55 +249,12 @@ fn claims(records: &[Record]) -> Option<Section> {
 
 /// All rows.
 fn rows(records: &[Record]) -> Option<Section> {
-    let row = |r: &Record| {
-        let iterations = match r.iterations {
-            0 => Cell::number("direct", 0.0),
-            n => Cell::number(n.to_string(), n as f64),
-        };
-        let held = match (&r.failure, &r.error) {
-            (_, Some(e)) => Cell::text(e.clone()),
-            (Some(f), _) => Cell::text(format!("lost at {:.2} s", f.time)),
-            _ => Cell::text(format!("{} s", r.simulated_s)),
-        };
-        let solve = r.solve_ns / (r.segments as f64 + 1.0);
-        vec![
-            Cell::number(r.segments.to_string(), r.segments as f64),
-            Cell::number(plain(r.mass_ratio), r.mass_ratio),
-            Cell::text(r.backend.clone()),
-            iterations,
-            Cell {
-                best: !r.fastest_at.is_empty(),
-                ..Cell::number(nanoseconds(r.step_ns), r.step_ns)
-            },
-            Cell::number(format!("{solve:.0} ns"), solve),
-            Cell::error(Some(r.backward_error_componentwise)),
-            Cell::error(Some(r.forward_error_unrefined)),
-            Cell::error(Some(r.forward_error)),
-            Cell::error(r.elongation_error),
-            Cell::error(r.load_error_m),
-            held,
-        ]
-    };
-    let rows: Vec<Vec<Cell>> = records.iter().map(row).collect();
-    let headings = [
-        "segments",
-        "load/segment",
-        "solver",
-        "iterations",
-        "step",
-        "solve a joint",
-        "backward error",
-        "error, unrefined",
-        "error",
-        "elongation error",
-        "load off (m)",
-        "held",
-    ];
+    let rows = Value::from(ladder::data_of(records));
     let body = html! {
-        p { "Times are medians. Marked: the fastest of its scene within an error level. A heading sorts its column." }
-        (sortable(&headings, &rows))
+        p { (ladder::LEGEND) ". Marked: the least of its scene. A heading sorts its column." }
+        (table(&ladder::ROWS, &rows))
     };
-    (!rows.is_empty()).then_some(Section {
+    (!records.is_empty()).then_some(Section {
         id: "rows".to_owned(),
         title: "All rows".to_owned(),
         body,

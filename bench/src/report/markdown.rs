@@ -1,10 +1,10 @@
 //! What several runs found, as one Markdown text: where each was measured, the main job's answer, of checks how many came to
 //! what and those that do more than pass, of everything else the tables as they are printed.
 
-use super::page::origin;
-use super::{Other, Report, kinds};
+use super::page::{origin, title};
+use super::{Other, Report};
 use crate::check::Verdict;
-use crate::table::answer::Answer;
+use crate::ladder::Answer;
 use serde_json::Value;
 use std::fmt::Write;
 
@@ -16,7 +16,7 @@ pub fn markdown(reports: &[Report]) -> String {
          one run: compare them within a run only.\n"
         .to_owned();
     for report in reports {
-        let title = kinds::title(report.name());
+        let title = title(report.name());
         let _ = write!(out, "\n## {}\n\n`{}`\n", capital(title), report.command);
         let origin = origin(report);
         let facts = origin.iter().chain(&report.settings);

@@ -1,8 +1,10 @@
 //! The page: one file without network, light and dark, its tables sorted by a click on a heading.
 
-use super::settings::Setting;
-use super::{Other, Report, ReportError, kinds, limits, main_job, sheets};
+use super::{Other, Report, ReportError, limits, main_job, sheets};
+use crate::plan::{PRECISION, Plot};
 use crate::plot::{self, Chart};
+use crate::settings::Setting;
+use crate::studies;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page.css");
@@ -13,7 +15,7 @@ const SCRIPT: &str = include_str!("page.js");
 /// # Errors
 /// [`ReportError::Plot`].
 pub fn page(report: &Report) -> Result<String, ReportError> {
-    let title = kinds::title(report.name());
+    let title = title(report.name());
     let mut sections = match &report.other {
         None => main_job::sections(report)?,
         Some(other) => other_sections(other)?,
@@ -54,6 +56,23 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
     Ok(text.into_string())
 }
 
+/// What the page of an experiment is called.
+pub(super) fn title(name: &str) -> &'static str {
+    match name {
+        "bench" => "speed against error of sparse solvers on hoisting cables",
+        "hard" => "hard cases with known answers",
+        "paper" => "the paper's tables, figures and claims",
+        name => studies::named(name).map_or("an experiment", |study| study.title),
+    }
+}
+
+/// The plots of a study that have something to show.
+fn plots(other: &Other) -> Vec<Plot> {
+    let plans = studies::named(&other.name).map_or(&[][..], |study| study.plots);
+    let plots = plans.iter().map(|plan| plan.plot(&other.rows));
+    plots.filter(|plot| !plot.charts.is_empty()).collect()
+}
+
 /// Where the report comes from: when, from which sources, on what.
 pub(super) fn origin(report: &Report) -> Vec<Setting> {
     let known = |text: &str| {
@@ -87,7 +106,7 @@ pub(super) fn settings(pairs: &[Setting]) -> Markup {
 /// The sections of another benchmark than the main job: plots, tables, what is printed.
 fn other_sections(other: &Other) -> Result<Vec<Section>, ReportError> {
     let mut sections = Vec::new();
-    for plot in kinds::plots(other) {
+    for plot in plots(other) {
         sections.extend(figures(plot.id, plot.title, &plot.text, &plot.charts)?);
     }
     sections.extend(sheets::sheets(other).iter().map(sheets::Sheet::section));
@@ -109,8 +128,8 @@ pub fn picture(report: &Report) -> Result<String, ReportError> {
     let charts = match &report.other {
         None => main_job::work_precision(report),
         Some(other) => {
-            let plots = kinds::plots(other);
-            let precise = plots.into_iter().filter(|plot| plot.id == kinds::PRECISION);
+            let plots = plots(other);
+            let precise = plots.into_iter().filter(|plot| plot.id == PRECISION);
             precise.flat_map(|plot| plot.charts).collect()
         }
     };

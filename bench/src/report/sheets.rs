@@ -4,14 +4,11 @@
 use super::Other;
 use super::cells::{Cell, sortable};
 use super::page::{Section, settings};
-use super::settings::Setting;
-use crate::notation::{number, plain};
-use crate::table::nanoseconds;
-use maud::html;
+use crate::settings::Setting;
+use crate::sheet::{self, Column, Row, flatten, heading, is_list, rows_of, shown, words};
+use crate::studies;
+use maud::{Markup, html};
 use serde_json::{Map, Value};
-
-/// A row: columns in order.
-pub(super) type Row = Map<String, Value>;
 
 /// Rows with the name of their list.
 type List = (String, Vec<Row>);
@@ -36,7 +33,13 @@ pub(super) fn sheets(other: &Other) -> Vec<Sheet> {
     let is_plain = !items.is_empty() && !items.iter().any(has_lists);
     let name = if is_plain { RECORDS } else { &other.name };
     collect(name, &other.rows, &mut lists);
-    lists.into_iter().filter_map(Sheet::of).collect()
+    let own = studies::named(&other.name).map_or(&[][..], |study| study.sheets);
+    let sheets = lists.into_iter().filter_map(|(name, rows)| {
+        let is_its = |s: &&sheet::Sheet| s.list == name || (s.list.is_empty() && name == RECORDS);
+        let own: Vec<&sheet::Sheet> = own.iter().filter(is_its).collect();
+        Sheet::of(name, &rows, &own)
+    });
+    sheets.collect()
 }
 
 /// Adds the rows that a value holds to the lists.
@@ -70,29 +73,9 @@ fn collect(name: &str, value: &Value, lists: &mut Vec<List>) {
     }
 }
 
-/// Whether it is a list of rows, which may have none.
-fn is_list(value: &Value) -> bool {
-    let items = value.as_array();
-    items.is_some_and(|items| items.is_empty() || items.iter().any(Value::is_object))
-}
-
-/// Columns of an object, those of objects in it with the outer key before theirs.
-fn flatten(before: &str, object: &Row, row: &mut Row) {
-    for (key, value) in object {
-        let name = format!("{before}{key}");
-        match value {
-            Value::Object(inner) => flatten(&format!("{name}_"), inner, row),
-            value if is_list(value) => {}
-            value => {
-                row.insert(name, value.clone());
-            }
-        }
-    }
-}
-
 impl Sheet {
-    /// Of a list; nothing where no column has a value.
-    fn of((name, rows): List) -> Option<Self> {
+    /// Of a list, with the columns known of it; nothing where no column has a value.
+    fn of(name: String, rows: &[Row], known: &[&sheet::Sheet]) -> Option<Self> {
         let mut keys: Vec<&String> = Vec::new();
         for key in rows.iter().flat_map(Map::keys) {
             if !keys.contains(&key) {
@@ -116,26 +99,35 @@ impl Sheet {
         let shared = shared
             .iter()
             .map(|key| (heading(key), shown(key, &rows[0][*key])));
-        let has_numbers = |key: &String| {
-            rows.iter()
-                .any(|r| r.get(key).is_some_and(Value::is_number))
-        };
-        let numbers: Vec<bool> = columns.iter().map(|key| has_numbers(key)).collect();
-        let row = |row: &Row| {
-            let cells = columns
+        let mut cells = vec![Vec::new(); rows.len()];
+        let mut headings = Vec::new();
+        for key in columns {
+            let found = known.iter().find_map(|s| Some((s, s.column(key)?)));
+            headings.push(found.map_or_else(|| heading(key), |(_, column)| column.named()));
+            let best = found.map(|(sheet, column)| sheet.best(column, rows));
+            let is_number = rows
                 .iter()
-                .zip(&numbers)
-                .map(|(key, number)| match row.get(*key) {
-                    None | Some(Value::Null) if *number => Cell::none(),
-                    None => cell(key, &Value::Null),
-                    Some(value) => cell(key, value),
+                .any(|r| r.get(key).is_some_and(Value::is_number));
+            for (i, (row, cells)) in rows.iter().zip(&mut cells).enumerate() {
+                let value = row.get(key).unwrap_or(&Value::Null);
+                let text = match found {
+                    Some((_, column)) if !value.is_null() => column.text(row),
+                    _ => sheet::text(key, value),
+                };
+                cells.push(match value.as_f64() {
+                    None if is_number => Cell::none(),
+                    None => Cell::text(text),
+                    Some(number) => Cell {
+                        best: best.as_ref().is_some_and(|best| best[i]),
+                        ..Cell::number(text, number)
+                    },
                 });
-            cells.collect()
-        };
+            }
+        }
         Some(Self {
             shared: shared.collect(),
-            headings: columns.iter().map(|key| heading(key)).collect(),
-            rows: rows.iter().map(row).collect(),
+            headings,
+            rows: cells,
             name,
         })
     }
@@ -164,69 +156,35 @@ impl Sheet {
     }
 }
 
-/// A key as words.
-fn words(key: &str) -> String {
-    key.replace('_', " ")
-}
-
-/// Whether the key's numbers are nanoseconds.
-fn is_time(key: &str) -> bool {
-    key.split('_').any(|word| word == "ns")
-}
-
-/// What stands above a column. Nanoseconds have their unit in each cell.
-pub(super) fn heading(key: &str) -> String {
-    let unit =
-        |suffix: &str, unit: &str| Some(format!("{} ({unit})", words(key.strip_suffix(suffix)?)));
-    match key {
-        "dt" => "Δt (s)".to_owned(),
-        "ns" => "time".to_owned(),
-        "length" => "length (m)".to_owned(),
-        "first_failure_time" => "first failure (s)".to_owned(),
-        key if is_time(key) => words(&key.replace("_ns", "")),
-        key => unit("_m", "m")
-            .or_else(|| unit("_s", "s"))
-            .or_else(|| unit("_j", "J"))
-            .unwrap_or_else(|| words(key)),
-    }
-}
-
-/// A value in prose, where powers of ten are written as such.
-pub(super) fn shown(key: &str, value: &Value) -> String {
-    match value.as_f64() {
-        Some(n) if !is_time(key) => number(n),
-        _ => cell(key, value).text,
-    }
-}
-
-/// Most values of a list that are shown in a cell.
-const MOST_VALUES: usize = 4;
-
-/// A value below its heading.
-pub(super) fn cell(key: &str, value: &Value) -> Cell {
-    match value {
-        Value::Null => Cell::text("–"),
-        Value::Bool(true) => Cell::text("yes"),
-        Value::Bool(false) => Cell::text("no"),
-        Value::String(text) => Cell::text(text.as_str()),
-        Value::Number(n) => {
-            let number = n.as_f64().unwrap_or(f64::NAN);
-            let text = match n.as_u64() {
-                _ if is_time(key) => nanoseconds(number),
-                Some(whole) if whole < 100_000 => whole.to_string(),
-                _ => plain(number),
-            };
-            Cell::number(text, number)
+/// A table of the columns of a sheet, what its rows share first.
+pub(super) fn table(sheet: &sheet::Sheet, data: &Value) -> Markup {
+    let rows = rows_of(data, sheet.list);
+    let shared = sheet
+        .shared
+        .iter()
+        .filter(|c| rows.iter().any(|r| r.contains_key(c.key)));
+    let columns: Vec<&Column> = shared.chain(sheet.columns).collect();
+    let mut headings = Vec::new();
+    let mut cells = vec![Vec::new(); rows.len()];
+    for column in columns {
+        headings.push(match column.heading.contains("{}") {
+            true => heading(column.key),
+            false => column.titled(),
+        });
+        let best = sheet.best(column, &rows);
+        for ((row, cells), best) in rows.iter().zip(&mut cells).zip(best) {
+            let text = column.text(row);
+            cells.push(match row.get(column.key).and_then(Value::as_f64) {
+                None if text == "-" => Cell::none(),
+                None => Cell::text(text),
+                Some(number) => Cell {
+                    best,
+                    ..Cell::number(text, number)
+                },
+            });
         }
-        Value::Array(values) if values.len() > MOST_VALUES => {
-            Cell::text(format!("{} values", values.len()))
-        }
-        Value::Array(values) => {
-            let texts = values.iter().map(|value| cell(key, value).text);
-            Cell::text(texts.collect::<Vec<_>>().join(", "))
-        }
-        Value::Object(_) => Cell::text(""),
     }
+    sortable(&headings, &cells)
 }
 
 #[cfg(test)]

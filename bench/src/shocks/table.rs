@@ -1,71 +1,135 @@
-//! The results as text.
+//! The results as tables, then what each failed run misses.
 
 use super::{GAIN, Outcome, Results, SLACK, STRETCH, SWING, Swing};
-use crate::table::{nanoseconds, ratio, text, wrapped as columns};
+use crate::sheet::{self, Column, Row, Sheet, Show, column, is, number_of, text_of};
+use crate::table::ratio;
+use serde_json::{Value, json};
 use std::fmt::Write;
 
+const WORST: Column = column("worst_step_ns", "worst").shown(Show::Time);
+
+pub(super) const SHEETS: &[Sheet] = &[Sheet {
+    list: "outcomes",
+    columns: &[
+        column("shock", "shock"),
+        column("length", "L").unit("m"),
+        column("ratio", "ratio").shown(Show::Ratio),
+        column("swing", "verdict").shown(Show::Row(verdict)),
+        column("error_m", "error")
+            .unit("mm")
+            .shown(Show::Digits(1e3)),
+        column("uncertainty_m", "±")
+            .unit("mm")
+            .shown(Show::Digits(1e3)),
+        column("gain", "energy").shown(Show::Row(gain)),
+        column("excess_gap", "gap").shown(Show::Error(0)),
+        column("redone", "redone"),
+        column("implicit_substeps", "sub"),
+        column("unconverged_substeps", "unconv."),
+        column("solves", "solves"),
+        column("max_solves", "most"),
+        WORST,
+    ],
+    ..sheet::PLAIN
+}];
+
+const SUMMARY: Sheet = Sheet {
+    columns: &[
+        column("setting", "setting"),
+        column("finite", "finite"),
+        column("length", "length"),
+        column("energy", "energy"),
+        column("swing", "swing"),
+        column("passes", "all four"),
+        column("chaotic", "chaotic"),
+        column("fails", "fail"),
+        column("redone", "redone"),
+        column("unconverged", "unconv."),
+        column("solves", "solves").shown(Show::Fixed(2)),
+        column("most", "most"),
+        WORST,
+    ],
+    ..sheet::PLAIN
+};
+
 /// A row for each setting, then the first setting's outcomes one by one, then its failures. At most 120 columns.
-#[must_use]
-pub fn table(results: &Results) -> String {
-    let outcomes = &results.outcomes;
-    let settings: Vec<_> = outcomes.chunk_by(|a, b| a.setting == b.setting).collect();
+pub(super) fn text(results: &Results) -> String {
+    let settings: Vec<_> = results
+        .outcomes
+        .chunk_by(|a, b| a.setting == b.setting)
+        .collect();
     let Some(first) = settings.first() else {
         return String::new();
     };
-    let mut out = format!(
+    let own = json!({ "outcomes": first });
+    format!(
         "{} runs of {} s at Δt = 1/60 s for each setting, against the default scheme at Δt/{} (± what Δt/{} differs \
-         from it)\n\n",
+         from it)\n\n{}\n\
+         length: elongation in the last second ≤ {STRETCH} × the reference's + {SLACK:.0e} L; energy: gained ≤ {} % of\nits \
+         largest kinetic energy; swing: the load ends within {SWING} L, or 3 × ±, of the reference; chaotic: all but\nthe \
+         swing, where ± exceeds {SWING} L; redone: steps; sub: implicit sub-steps, unconv.: not converged; solves: all\n\
+         (above: a step); most: of a step; worst: step; gap: largest of the last second less that at rest, over a segment\n\n\
+         Setting `{}`\n{}{}",
         first.len(),
         results.time,
         results.fineness[1],
         results.fineness[0],
-    );
-    out.push_str(&summary(&settings));
-    let _ = writeln!(
-        out,
-        "\nlength: elongation in the last second ≤ {STRETCH} × the reference's + {SLACK:.0e} L; energy: gained ≤ {} % of\nits \
-         largest kinetic energy; swing: the load ends within {SWING} L, or 3 × ±, of the reference; chaotic: all but\nthe \
-         swing, where ± exceeds {SWING} L; redone: steps; sub: implicit sub-steps, unconv.: not converged; solves: all\n\
-         (above: a step); most: of a step; worst: step; gap: largest of the last second less that at rest, over a segment",
+        SUMMARY.of(&settings
+            .iter()
+            .map(|runs| summary(runs))
+            .collect::<Vec<_>>()),
         100.0 * GAIN,
-    );
-    let _ = writeln!(out, "\nSetting `{}`", first[0].setting);
-    out.push_str(&details(first));
-    out.push_str(&failures(first));
-    out
+        first[0].setting,
+        SHEETS[0].text(&own),
+        failures(first)
+    )
 }
 
-fn summary(settings: &[&[Outcome]]) -> String {
-    let mut t = columns(&[
-        "setting", "finite", "length", "energy", "swing", "all four", "chaotic", "fail", "redone",
-        "unconv.", "solves", "most", "worst",
-    ]);
-    for runs in settings {
-        let count = |of: &dyn Fn(&Outcome) -> bool| runs.iter().filter(|r| of(r)).count();
-        let sum = |of: &dyn Fn(&Outcome) -> usize| runs.iter().map(of).sum::<usize>();
-        let steps = sum(&|r| r.run.steps).max(1) as f64;
-        let worst = runs.iter().filter_map(|r| r.worst_step_ns);
-        t.add_row([
-            runs[0].setting.clone(),
-            count(&|r| r.finite).to_string(),
-            count(&|r| r.keeps_length).to_string(),
-            count(&|r| r.no_gain).to_string(),
-            count(&|r| r.swing == Swing::Right).to_string(),
-            count(&Outcome::passes).to_string(),
-            count(&|r| r.survives() && r.swing == Swing::Chaotic).to_string(),
-            count(&Outcome::fails).to_string(),
-            sum(&|r| r.run.redone).to_string(),
-            sum(&|r| r.run.unconverged_substeps).to_string(),
-            format!("{:.2}", sum(&|r| r.run.solves) as f64 / steps),
-            runs.iter()
-                .map(|r| r.run.max_solves)
-                .max()
-                .unwrap_or(0)
-                .to_string(),
-            nanoseconds(worst.fold(f64::NAN, f64::max)),
-        ]);
+/// How many runs of a setting pass what, and what they cost together.
+fn summary(runs: &[Outcome]) -> Value {
+    let count = |of: &dyn Fn(&Outcome) -> bool| runs.iter().filter(|r| of(r)).count();
+    let sum = |of: &dyn Fn(&Outcome) -> usize| runs.iter().map(of).sum::<usize>();
+    let steps = sum(&|r| r.run.steps).max(1) as f64;
+    let worst = runs.iter().filter_map(|r| r.worst_step_ns);
+    json!({
+        "setting": runs[0].setting,
+        "finite": count(&|r| r.finite),
+        "length": count(&|r| r.keeps_length),
+        "energy": count(&|r| r.no_gain),
+        "swing": count(&|r| r.swing == Swing::Right),
+        "passes": count(&Outcome::passes),
+        "chaotic": count(&|r| r.survives() && r.swing == Swing::Chaotic),
+        "fails": count(&Outcome::fails),
+        "redone": sum(&|r| r.run.redone),
+        "unconverged": sum(&|r| r.run.unconverged_substeps),
+        "solves": sum(&|r| r.run.solves) as f64 / steps,
+        "most": runs.iter().map(|r| r.run.max_solves).max(),
+        "worst_step_ns": worst.fold(f64::NAN, f64::max),
+    })
+}
+
+fn verdict(row: &Row) -> String {
+    if !is(row, "finite") {
+        return "ENDS".to_owned();
     }
-    text(&t)
+    let swing = text_of(row, "swing");
+    let faults = [
+        (!is(row, "keeps_length"), "LENGTH"),
+        (!is(row, "no_gain"), "ENERGY"),
+        (swing == "wrong", "SWING"),
+        (swing == "chaotic", "chaotic"),
+    ];
+    let faults = faults.iter().filter(|(bad, _)| *bad).map(|(_, name)| *name);
+    let faults: Vec<&str> = faults.collect();
+    if faults.is_empty() {
+        "pass".to_owned()
+    } else {
+        faults.join(" ")
+    }
+}
+
+fn gain(row: &Row) -> String {
+    number_of(row, "gain").map_or("-".to_owned(), percent)
 }
 
 /// Millimetres with about three digits.
@@ -91,61 +155,7 @@ fn percent(part: f64) -> String {
     }
 }
 
-fn verdict(r: &Outcome) -> String {
-    let mut faults = Vec::new();
-    if !r.finite {
-        return "ENDS".to_owned();
-    }
-    for (bad, name) in [
-        (!r.keeps_length, "LENGTH"),
-        (!r.no_gain, "ENERGY"),
-        (r.swing == Swing::Wrong, "SWING"),
-        (r.swing == Swing::Chaotic, "chaotic"),
-    ] {
-        if bad {
-            faults.push(name);
-        }
-    }
-    if faults.is_empty() {
-        "pass".to_owned()
-    } else {
-        faults.join(" ")
-    }
-}
-
-fn details(runs: &[Outcome]) -> String {
-    let mut t = columns(&[
-        "shock", "L m", "ratio", "verdict", "error mm", "± mm", "energy", "gap", "redone", "sub",
-        "unconv.", "solves", "most", "worst",
-    ]);
-    let mut last = None;
-    for r in runs {
-        let name = if last == Some((r.shock, r.length)) {
-            String::new()
-        } else {
-            r.shock.to_string()
-        };
-        last = Some((r.shock, r.length));
-        t.add_row([
-            name,
-            r.length.to_string(),
-            ratio(r.ratio),
-            verdict(r),
-            millimetres(r.error_m),
-            millimetres(r.uncertainty_m),
-            percent(r.gain),
-            format!("{:.0e}", r.excess_gap),
-            r.run.redone.to_string(),
-            r.run.implicit_substeps.to_string(),
-            r.run.unconverged_substeps.to_string(),
-            r.run.solves.to_string(),
-            r.run.max_solves.to_string(),
-            nanoseconds(r.worst_step_ns.unwrap_or(f64::NAN)),
-        ]);
-    }
-    text(&t)
-}
-
+/// What each failed run misses.
 fn failures(runs: &[Outcome]) -> String {
     let mut out = String::new();
     for r in runs.iter().filter(|r| r.fails()) {
@@ -205,7 +215,7 @@ mod tests {
         };
         let results = run(&config, &indicatif::ProgressBar::hidden()).unwrap();
         assert_eq!(results.outcomes.len(), 3 * 8);
-        let text = crate::table::plain(&table(&results));
+        let text = crate::table::plain(&text(&results));
         let widest = text.lines().map(|l| l.chars().count()).max();
         assert!(widest <= Some(120), "{widest:?}\n{text}");
         let failures = results.outcomes[..8].iter().filter(|r| r.fails()).count();
@@ -216,7 +226,7 @@ mod tests {
                 .iter()
                 .all(|r| r.worst_step_ns.is_some())
         );
-        assert_eq!(super::table(&super::super::Results::default()), "");
+        assert_eq!(super::text(&super::super::Results::default()), "");
     }
 
     #[test]

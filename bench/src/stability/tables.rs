@@ -1,158 +1,123 @@
-//! The stability map as text, linear theory and the paper's own table beside it.
+//! The stability map as tables, linear theory and the paper's own table beside it.
 
-use super::{Config, READABLE_AREA, Record, square};
-use crate::table::{table, text};
-use std::fmt::Write;
+use super::{Config, READABLE_AREA, square};
+use crate::sheet::{self, Across, Column, Row, Sheet, Show, column, is, number_of, text_of};
+use serde::Serialize;
+use serde_json::Value;
 
-impl Record {
-    /// log₁₀ of the largest ratio up to which all are stable; in brackets the largest stable one where it is another.
-    pub(super) fn cell(&self) -> String {
-        let cap = self.ratios.last().copied();
-        let exponent = |r: f64| {
-            let log = format!("{:.2}", r.log10());
-            if Some(r) == cap {
-                format!("≥{log}")
-            } else {
-                log
-            }
-        };
-        match (self.stable_to, self.highest) {
-            (None, None) => "<0".to_owned(),
-            (None, Some(high)) => format!("<0({})", exponent(high)),
-            (Some(low), Some(high)) if high > low => {
-                format!("{}({})", exponent(low), exponent(high))
-            }
-            (Some(low), _) => exponent(low),
-        }
+const JOINT: Column = column("joint", "joint");
+const SEGMENTS: Column = column("segments", "segments");
+const LARGEST: Column = column("highest", "largest").shown(Show::Row(largest));
+
+pub(super) const SHEETS: &[Sheet] = &[Sheet {
+    shared: &[column("cable", "{}"), column("segments", "{} segments")],
+    columns: &[JOINT, column("scheme", "scheme")],
+    across: Some(Across {
+        by: &[column("stiffness", "{}").shown(Show::Row(stiffness))],
+        cells: &[column("highest", "").shown(Show::Row(largest))],
+        several: false,
+        most: usize::MAX,
+    }),
+    takes: |row| !is(row, "guarded") && !is(row, "planar") && !readable(row),
+    ..sheet::PLAIN
+}];
+
+const GUARDED: Sheet = Sheet {
+    title: "The default options with the guard on, hoist",
+    columns: &[
+        JOINT,
+        SEGMENTS,
+        column("scheme", "scheme"),
+        column("stiffness", "stiffness"),
+        LARGEST,
+    ],
+    takes: |row| is(row, "guarded"),
+    ..sheet::PLAIN
+};
+
+const THEORY: Sheet = Sheet {
+    title: "The paper's step (linearly implicit, no K): largest stable ratio by linear theory and measured",
+    columns: &[
+        column("cable", "cable"),
+        SEGMENTS,
+        JOINT,
+        column("planar", "motion").shown(Show::Row(motion)),
+        column("predicted", "predicted").shown(Show::Fixed(0)),
+        column("stable_to", "measured to").shown(Show::Fixed(0)),
+        column("highest", "highest").shown(Show::Fixed(0)),
+    ],
+    takes: |row| number_of(row, "predicted").is_some(),
+    ..sheet::PLAIN
+};
+
+const PRINTED: Sheet = Sheet {
+    columns: &[
+        column("young", "Y").unit("GPa"),
+        column("zeta", "ζ").unit("1/m²").shown(Show::Error(0)),
+        SEGMENTS,
+        column("ratio", "(M/m) max").shown(Show::Error(0)),
+    ],
+    ..sheet::PLAIN
+};
+
+/// Whether the record is of the cable of the paper's readable entry.
+fn readable(row: &Row) -> bool {
+    text_of(row, "cable") == square("steel", READABLE_AREA).name()
+}
+
+fn stiffness(row: &Row) -> String {
+    match text_of(row, "stiffness") {
+        "off" => "no K".to_owned(),
+        weight => weight.replace("relative:", "rel. "),
     }
+}
 
-    /// What stands in one table of the map.
-    fn map(&self) -> (&str, usize) {
-        (&self.cable, self.segments)
+fn motion(row: &Row) -> String {
+    if is(row, "planar") {
+        "planar"
+    } else {
+        "seeded"
+    }
+    .to_owned()
+}
+
+/// log₁₀ of the largest ratio up to which all are stable; in brackets the largest stable one where it is another.
+pub(super) fn largest(row: &Row) -> String {
+    let ratios = row.get("ratios").and_then(Value::as_array);
+    let cap = ratios.and_then(|all| all.last()?.as_f64());
+    let exponent = |r: f64| {
+        let end = if Some(r) == cap { "≥" } else { "" };
+        format!("{end}{:.2}", r.log10())
+    };
+    match (number_of(row, "stable_to"), number_of(row, "highest")) {
+        (None, None) => "<0".to_owned(),
+        (None, Some(high)) => format!("<0({})", exponent(high)),
+        (Some(low), Some(high)) if high > low => format!("{}({})", exponent(low), exponent(high)),
+        (Some(low), _) => exponent(low),
     }
 }
 
 /// The map, a table for each cable and number of segments, then the guard's, then the paper's.
 #[must_use]
-pub fn text_tables(records: &[Record], config: &Config) -> String {
-    let mut out = format!(
-        "Stability map: log₁₀ of the largest load/segment mass ratio up to which every ratio of the grid is stable for\n\
-         {} s at Δt = 1/{:.0} s; in brackets the largest stable one where some below it are not. Guard off.\n",
-        config.time,
-        1.0 / config.dt
-    );
-    let map: Vec<&Record> = records
-        .iter()
-        .filter(|r| !r.guarded && !r.planar && !readable(r))
-        .collect();
-    let mut sections: Vec<(&str, usize)> = Vec::new();
-    for r in &map {
-        if !sections.contains(&r.map()) {
-            sections.push(r.map());
-        }
-    }
-    for section in sections {
-        let _ = writeln!(out, "\n{}; {} segments", section.0, section.1);
-        let cells: Vec<&Record> = map.iter().copied().filter(|r| r.map() == section).collect();
-        out.push_str(&map_table(&cells));
-    }
-    let guarded: Vec<&Record> = records.iter().filter(|r| r.guarded).collect();
-    if !guarded.is_empty() {
-        let _ = writeln!(out, "\nThe default options with the guard on, hoist");
-        let mut t = table(&["joint", "segments", "scheme", "stiffness", "largest"]);
-        for r in guarded {
-            t.add_row([
-                r.joint.clone(),
-                r.segments.to_string(),
-                r.scheme.clone(),
-                r.stiffness.clone(),
-                r.cell(),
-            ]);
-        }
-        out.push_str(&text(&t));
-    }
-    out.push_str(&without_stiffness(records));
-    out.push_str(&paper_table());
-    out
-}
-
-/// Whether the record is of the cable of the paper's readable entry.
-fn readable(r: &Record) -> bool {
-    r.cable == square("steel", READABLE_AREA).name()
-}
-
-fn map_table(cells: &[&Record]) -> String {
-    let mut columns: Vec<&str> = Vec::new();
-    let mut rows: Vec<(&str, &str)> = Vec::new();
-    for r in cells {
-        let row = (r.joint.as_str(), r.scheme.as_str());
-        if !columns.contains(&r.stiffness.as_str()) {
-            columns.push(&r.stiffness);
-        }
-        if !rows.contains(&row) {
-            rows.push(row);
-        }
-    }
-    let headers: Vec<String> = columns
-        .iter()
-        .map(|c| match *c {
-            "off" => "no K".to_owned(),
-            c => c.replace("relative:", "rel. "),
-        })
-        .collect();
-    let mut header = vec!["joint", "scheme"];
-    header.extend(headers.iter().map(String::as_str));
-    let mut t = table(&header);
-    for (joint, scheme) in rows {
-        let mut row = vec![joint.to_owned(), scheme.to_owned()];
-        row.extend(columns.iter().map(|column| {
-            let at = |r: &&&Record| {
-                (r.joint.as_str(), r.scheme.as_str(), r.stiffness.as_str())
-                    == (joint, scheme, *column)
-            };
-            cells
-                .iter()
-                .find(at)
-                .map_or_else(|| "-".to_owned(), |r| r.cell())
-        }));
-        t.add_row(row);
-    }
-    text(&t)
-}
-
-/// The paper's step: linear theory beside what was measured.
-fn without_stiffness(records: &[Record]) -> String {
-    let mut t = table(&[
-        "cable",
-        "segments",
-        "joint",
-        "motion",
-        "predicted",
-        "measured to",
-        "highest",
-    ]);
-    let plain = |r: Option<f64>| r.map_or_else(|| "< 1".to_owned(), |r| format!("{r:.0}"));
-    let explicit = records.iter().filter(|r| r.predicted.is_some());
-    for r in explicit {
-        let motion = if r.planar { "planar" } else { "seeded" };
-        t.add_row([
-            r.cable.clone(),
-            r.segments.to_string(),
-            r.joint.clone(),
-            motion.to_owned(),
-            plain(r.predicted),
-            plain(r.stable_to),
-            plain(r.highest),
-        ]);
-    }
+pub fn text_tables(data: &Value, config: &Config) -> String {
     format!(
-        "\nThe paper's step (linearly implicit, no K): largest stable ratio by linear theory and measured\n{}",
-        text(&t)
+        "Stability map: log₁₀ of the largest load/segment mass ratio up to which every ratio of the grid is stable for\n\
+         {} s at Δt = 1/{:.0} s; in brackets the largest stable one where some below it are not. Guard off.\n\
+         {}{}{}\n\
+         The paper's Table II (20 Gauss–Seidel iterations, alternative twist); its figure for a direct solver is not\n\
+         readable, nor is what has no number. ζ = 12/A: 1.2e5 for 1e-4 m², 1e3 for 1.2e-2 m².\n{}",
+        config.time,
+        1.0 / config.dt,
+        SHEETS[0].text(data),
+        GUARDED.text(data),
+        THEORY.text(data),
+        PRINTED.of(&TABLE_II)
     )
 }
 
 /// A row of the paper's Table II: Y \[GPa], ζ = A/I_a \[1/m²], segments, largest stable ratio; `None` where the exponent
 /// is lost in the text at hand. Made with 20 Gauss–Seidel iterations and the alternative twist.
+#[derive(Serialize)]
 struct Printed {
     young: f64,
     zeta: Option<f64>,
@@ -181,22 +146,3 @@ const TABLE_II: [Printed; 10] = [
     printed(200.0, None, 6, None),
     printed(2000.0, None, 6, None),
 ];
-
-fn paper_table() -> String {
-    let mut t = table(&["Y GPa", "ζ 1/m²", "segments", "(M/m) max"]);
-    let shown =
-        |x: Option<f64>| x.map_or_else(|| "not readable".to_owned(), |x| format!("{x:.0e}"));
-    for row in &TABLE_II {
-        t.add_row([
-            row.young.to_string(),
-            shown(row.zeta),
-            row.segments.to_string(),
-            shown(row.ratio),
-        ]);
-    }
-    format!(
-        "\nThe paper's Table II (20 Gauss–Seidel iterations, alternative twist); its figure for a direct solver is not\n\
-         readable. ζ = 12/A: 1.2e5 for 1e-4 m², 1e3 for 1.2e-2 m².\n{}",
-        text(&t)
-    )
-}

@@ -7,23 +7,31 @@ use comfy_table::{Attribute, Cell, Color, Row, Table};
 pub const MARK: &str =
     "*: the least of its column, apart from what failed, became unstable or ran out of iterations";
 
-/// Marks the least value of a column in each group of rows: a `*` after it, in bold, in place of the blank before the
-/// next column. `rows` holds the group and the value of each row; none, and what is no finite number, is never marked.
-/// All that read as the least does are; what has no rival in its group is not.
-pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
-    let number = |(_, value): &(G, Option<f64>)| value.filter(|v| v.is_finite());
-    let best = |row: &(G, Option<f64>)| {
+/// Which rows have the least value of their group, in which they have a rival. `rows` holds the group and the value of
+/// each row; none, and what is no finite number, is never the least.
+pub(crate) fn least<G: PartialEq>(rows: &[(G, Option<f64>)]) -> Vec<bool> {
+    let is_least = |row: &(G, Option<f64>)| {
         let rivals = || rows.iter().filter(|(group, _)| *group == row.0);
-        let least = rivals().filter_map(number).reduce(f64::min);
-        least.is_some() && number(row) == least && rivals().nth(1).is_some()
+        let least = rivals().filter_map(finite).reduce(f64::min);
+        least.is_some() && finite(row) == least && rivals().nth(1).is_some()
     };
-    let best: Vec<bool> = rows.iter().map(best).collect();
+    rows.iter().map(is_least).collect()
+}
+
+fn finite<G>((_, value): &(G, Option<f64>)) -> Option<f64> {
+    value.filter(|v| v.is_finite())
+}
+
+/// Marks the [`least`] values of a column: a `*` after them, in bold, in place of the blank before the next column. All
+/// that read as the least does are marked.
+pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
+    let best = least(rows);
     let shown = |i: usize| Some(t.row(i)?.cell_iter().nth(column)?.content());
     // What reads like the best is no worse to a reader.
     let marks: Vec<bool> = (0..rows.len())
         .map(|i| {
             let like = |j: usize| best[j] && rows[j].0 == rows[i].0 && shown(j) == shown(i);
-            number(&rows[i]).is_some() && (0..rows.len()).any(like)
+            finite(&rows[i]).is_some() && (0..rows.len()).any(like)
         })
         .collect();
     if !marks.contains(&true) {
@@ -42,22 +50,6 @@ pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G,
     }
 }
 
-/// What a record has in a column.
-type Value<R> = fn(&R) -> Option<f64>;
-
-/// [`mark_least`] of several columns, each with its value of a record; those that do not count are never marked.
-pub(crate) fn mark_columns<R>(
-    t: &mut Table,
-    records: &[R],
-    counts: impl Fn(&R) -> bool,
-    columns: &[(usize, Value<R>)],
-) {
-    for (column, value) in columns {
-        let of = |r| ((), value(r).filter(|_| counts(r)));
-        mark_least(t, *column, &records.iter().map(of).collect::<Vec<_>>());
-    }
-}
-
 /// The row with a mark, or a blank as wide, in a column.
 fn with_mark(row: &Row, column: usize, best: bool) -> Row {
     let cells = row.cell_iter().enumerate().map(|(i, cell)| match best {
@@ -66,6 +58,25 @@ fn with_mark(row: &Row, column: usize, best: bool) -> Row {
         false => Cell::new(format!("{} ", cell.content())),
     });
     cells.collect::<Vec<_>>().into()
+}
+
+/// Shows what is bad in a column, by its words, as a bad [`verdict`] does.
+pub(crate) fn mark_bad(t: &mut Table, column: usize, words: &[&str]) {
+    for row in 0..t.row_count() {
+        let cells = t.row(row).into_iter().flat_map(Row::cell_iter);
+        let cells = cells.enumerate().map(|(i, cell)| {
+            let text = cell.content();
+            if i == column && words.contains(&text.as_str()) {
+                verdict(text, Some(false))
+            } else {
+                cell.clone()
+            }
+        });
+        let marked: Vec<Cell> = cells.collect();
+        if let Some(row) = t.row_mut(row) {
+            *row = marked.into();
+        }
+    }
 }
 
 /// A verdict: green where it is good, red where it is bad.

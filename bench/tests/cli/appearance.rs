@@ -83,7 +83,7 @@ fn quiet_runs_print_what_was_asked_for_and_nothing_else() {
     for arguments in ["backends --quiet", "-q backends"] {
         assert_eq!(good(&at, arguments), listed, "{arguments}");
     }
-    let table = good(&at, "--quiet bench --matrix a.mtx --quick");
+    let table = good(&at, "--quiet study matrix a.mtx --quick");
     assert!(
         table.contains("ns/block") && !table.contains("written"),
         "{table}"
@@ -99,13 +99,13 @@ fn tables_fit_into_120_columns() {
     for arguments in [
         main_job,
         "bench --scene ring,net --quick --segments 8",
-        "bench --matrix a.mtx --quick",
-        "bench --sweep accuracy --quick --segments 4 --ratios 100 --time 0.1",
-        "bench --sweep engines --quick --segments 4 --ratios 100 --time 0.1",
-        "bench --sweep iterative --quick --segments 4 --ratios 100 --iterations 20",
-        "bench --sweep kernels --quick --segments 4 --ratios 100",
-        "bench --sweep linear --quick --segments 4 --ratios 100,1e12",
-        "bench --sweep shocks --quick --ratios 100 --time 1",
+        "study matrix a.mtx --quick",
+        "study accuracy --quick --segments 4 --ratios 100 --time 0.1",
+        "study engines --quick --segments 4 --ratios 100 --time 0.1",
+        "study iterative --quick --segments 4 --ratios 100 --iterations 20",
+        "study kernels --quick --segments 4 --ratios 100",
+        "study linear --quick --segments 4 --ratios 100,1e12",
+        "study shocks --quick --ratios 100 --time 1",
         "hard H43 H46 claims --quick",
         "static --segments 100 --ratios 1e5 --limit 2 --backends banded/kkt,cg:group",
         "run hoist --set segments=2 --time 0.1",

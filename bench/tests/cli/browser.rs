@@ -89,7 +89,7 @@ fn a_browser_shows_the_pages() {
     let at = folder("browser-kernels");
     good(
         &at,
-        "bench --sweep kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
+        "study kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
     );
     let sections = clicked(&at, "table-records", 5).expect("Chromium is here");
     let times = column(&sections, "table-records", 5);

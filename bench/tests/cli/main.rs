@@ -8,7 +8,7 @@ mod browser;
 mod checks;
 /// The gantry, driven by tables of inputs.
 mod driven;
-/// `taut dump`, `taut solve`, `taut matrices`, `taut bench --matrix`: linear systems as files.
+/// `taut dump`, `taut solve`, `taut matrices`, `taut study matrix`: linear systems as files.
 mod matrix;
 /// Where results go: tried first, written whole, each to a place of its own; signals, streams that are closed or full.
 mod outputs;
@@ -20,7 +20,7 @@ mod report;
 mod runs;
 /// `taut run --save` and `--resume`.
 mod saved;
-/// `taut bench` and its sweeps.
+/// `taut bench` and `taut study`.
 mod sweeps;
 /// `taut track`: the comparison with a baseline.
 mod track;

@@ -168,7 +168,7 @@ fn the_benchmark_of_a_matrix_sorts_and_compares() {
     let at = folder("bench_matrix");
     good(&at, "dump hoist --set segments=4 --step 1 --out .");
     write(&at, "a.mtx", UNSYMMETRIC);
-    let results = json(&at, "bench --matrix hoist_1.mtx,a.mtx --quick --json -");
+    let results = json(&at, "study matrix hoist_1.mtx,a.mtx --quick --json -");
     let results = results.as_array().expect("a list");
     assert_eq!(results.len(), 2);
     for result in results {
@@ -192,17 +192,17 @@ fn the_benchmark_of_a_matrix_sorts_and_compares() {
             }
         }
     }
-    let table = good(&at, "bench --matrix hoist_1.mtx --quick --iterations 5");
+    let table = good(&at, "study matrix hoist_1.mtx --quick --iterations 5");
     assert!(table.contains("ns/block"), "{table}");
     assert!(at.join("target/taut/matrix.json").exists());
     refused(
         &at,
-        "bench --matrix hoist_1.mtx --ratios 1",
-        &["--ratios", "no effect beside `--matrix`"],
+        "study matrix hoist_1.mtx --ratios 1",
+        &["--ratios", "unexpected argument"],
     );
     refused(
         &at,
-        "bench --matrix hoist_1.mtx --iterations 0",
+        "study matrix hoist_1.mtx --iterations 0",
         &["--iterations", "at least 1"],
     );
 }

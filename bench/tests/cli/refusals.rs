@@ -166,45 +166,49 @@ fn files_that_cannot_be_written_are_an_error() {
 }
 
 #[test]
-fn sweeps_refuse_what_has_no_effect_on_them() {
+fn studies_refuse_options_of_others() {
     let at = folder("sweeps");
-    refused(&at, "bench --sweep crane", &["crane", "--sweep", "linear"]);
-    refused(&at, "bench --sweep", &["--sweep", "--help"]);
+    refused(
+        &at,
+        "study crane",
+        &["crane", "linear", "taut study --help"],
+    );
+    refused(
+        &at,
+        "study --segments 3",
+        &["--segments", "taut study --help"],
+    );
     for option in ["--iterations 5", "--set length=5", "--time 1", "--dt 1/60"] {
         let name = option.split(' ').next().unwrap_or_default();
         refused(
             &at,
-            &format!("bench --sweep linear {option}"),
-            &[name, "no effect on `--sweep linear`"],
+            &format!("study linear {option}"),
+            &[name, "unexpected argument", "taut study linear --help"],
         );
     }
-    refused(&at, "--sweep linear --ratios 0", &["--ratios", "positive"]);
-    refused(&at, "bench --sweep linear --segments 0", &["segments is 0"]);
+    refused(&at, "study linear --ratios 0", &["--ratios", "positive"]);
+    refused(&at, "study linear --segments 0", &["segments is 0"]);
     refused(
         &at,
-        "bench --sweep linear --backends superlu",
+        "study linear --backends superlu",
         &["superlu", "banded"],
     );
+    refused(&at, "study kernels --segments 0", &["segments is 0"]);
     refused(
         &at,
-        "bench --sweep kernels --segments 0",
-        &["segments is 0"],
-    );
-    refused(
-        &at,
-        "bench --sweep kernels --backends banded,superlu",
+        "study kernels --backends banded,superlu",
         &["superlu", "banded", "batch", "lapack:lower"],
     );
     refused(
         &at,
-        "bench --sweep kernels --backends dense/kkt+refine",
+        "study kernels --backends dense/kkt+refine",
         &["+refine", "/kkt"],
     );
-    refused(&at, "bench --sweep kernels --time 1", &["--time"]);
+    refused(&at, "study kernels --time 1", &["--time"]);
     if !cfg!(feature = "lapack") {
         refused(
             &at,
-            "bench --sweep kernels --backends lapack:lower",
+            "study kernels --backends lapack:lower",
             &["lapack", "not compiled in", "--features lapack"],
         );
     }

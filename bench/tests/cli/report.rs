@@ -175,14 +175,14 @@ fn every_benchmark_writes_a_page() {
                 "dump hoist --set segments=4 --step 3 --out . --name small",
             );
         }
-        let stdout = good(&at, &format!("bench {arguments}"));
+        let stdout = good(&at, arguments);
         assert!(!stdout.contains("written to"), "{name}: {stdout}");
         let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
         let mut sections = expected.to_vec();
         sections.extend(["printed", "limits"]);
         assert_eq!(names(&page), sections, "{name}");
         for part in [
-            format!("-- bench {arguments}</code>"),
+            format!("-- {arguments}</code>"),
             "<dt>commit</dt><dd>".to_owned(),
             " UTC</dd>".to_owned(),
         ] {
@@ -223,22 +223,22 @@ fn every_benchmark_writes_a_page() {
 const OTHERS: [(&str, &str, &[&str]); 10] = [
     (
         "linear",
-        "--sweep linear --segments 4 --ratios 1,1e3 --backends banded,cg:jacobi",
+        "study linear --segments 4 --ratios 1,1e3 --backends banded,cg:jacobi",
         &["mass-ratios", "table-records"],
     ),
     (
         "kernels",
-        "--sweep kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
+        "study kernels --quick --segments 4,8 --backends banded,faer:ldlt/kkt",
         &["work-precision", "sizes", "table-records"],
     ),
     (
         "iterative",
-        "--sweep iterative --quick --segments 4 --ratios 10 --backends cg:jacobi,cg:group",
+        "study iterative --quick --segments 4 --ratios 10 --backends cg:jacobi,cg:group",
         &["work-precision", "table-records"],
     ),
     (
         "accuracy",
-        "--sweep accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5",
+        "study accuracy --quick --segments 4 --ratios 10,1e4 --backends banded,cg:group --time 0.5",
         &[
             "work-precision",
             "orders",
@@ -249,12 +249,12 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     ),
     (
         "scenes",
-        "--scene ring --quick --segments 8,12 --backends banded,cg:group --iterations 5,50",
+        "study scenes --scene ring --quick --segments 8,12 --backends banded,cg:group --iterations 5,50",
         &["work-precision", "sizes", "table-records"],
     ),
     (
         "matrix",
-        "--quick --matrix small.mtx,small_kkt.mtx",
+        "study matrix small.mtx,small_kkt.mtx --quick",
         &[
             "work-precision",
             "table-matrix",
@@ -264,12 +264,12 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     ),
     (
         "engines",
-        "--sweep engines --quick --segments 4 --ratios 10 --time 0.5",
+        "study engines --quick --segments 4 --ratios 10 --time 0.5",
         &["work-precision", "table-records"],
     ),
     (
         "energy",
-        "--sweep energy --quick",
+        "study energy --quick",
         &[
             "amplitude",
             "energy",
@@ -281,12 +281,12 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     ),
     (
         "stability",
-        "--sweep stability --quick",
+        "study stability --quick",
         &["largest", "table-records"],
     ),
     (
         "shocks",
-        "--sweep shocks --quick --ratios 100 --time 1",
+        "study shocks --quick --ratios 100 --time 1",
         &["errors", "table-shocks", "table-outcomes"],
     ),
 ];

@@ -69,9 +69,9 @@ fn the_main_job_writes_records_with_their_fields() {
 }
 
 #[test]
-fn the_linear_sweep_writes_records_with_their_fields() {
+fn the_study_linear_writes_records_with_their_fields() {
     let at = folder("linear");
-    let records = json(&at, "bench --sweep linear --quick --json -");
+    let records = json(&at, "study linear --quick --json -");
     let records = records.as_array().expect("a list of records");
     for record in records {
         for field in ["mass_ratio", "ea", "forward_error", "backward_error"] {
@@ -104,11 +104,11 @@ fn the_linear_sweep_writes_records_with_their_fields() {
 }
 
 #[test]
-fn the_linear_sweep_reads_what_narrows_it() {
+fn the_study_linear_reads_what_narrows_it() {
     let at = folder("linear_narrow");
     let stdout = good(
         &at,
-        "bench --sweep linear --segments 4,3,3 --ratios 1e9,10 --backends dense,dense,dense/kkt",
+        "study linear --segments 4,3,3 --ratios 1e9,10 --backends dense,dense,dense/kkt",
     );
     for words in [
         "straight, 3 segments",
@@ -124,12 +124,9 @@ fn the_linear_sweep_reads_what_narrows_it() {
 }
 
 #[test]
-fn the_kernels_sweep_writes_rows() {
+fn the_study_kernels_writes_rows() {
     let at = folder("kernels");
-    let results = json(
-        &at,
-        "bench --sweep kernels --quick --segments 24,8 --json -",
-    );
+    let results = json(&at, "study kernels --quick --segments 24,8 --json -");
     let records = results["records"].as_array().expect("a list of records");
     for record in records {
         for field in [
@@ -166,11 +163,11 @@ fn the_kernels_sweep_writes_rows() {
 }
 
 #[test]
-fn the_kernels_sweep_reads_what_narrows_it() {
+fn the_study_kernels_reads_what_narrows_it() {
     let at = folder("kernels_narrow");
     let stdout = good(
         &at,
-        "bench --sweep kernels --quick --segments 3 --ratios 10,1e5 --backends dense,batch,dense+refine,batch",
+        "study kernels --quick --segments 3 --ratios 10,1e5 --backends dense,batch,dense+refine,batch",
     );
     for words in [
         "3 segments, 4 joints of 5 rows, mass ratio 1e5",
@@ -185,9 +182,9 @@ fn the_kernels_sweep_reads_what_narrows_it() {
 }
 
 #[test]
-fn the_accuracy_sweep_compares_every_scheme_with_the_reference() {
+fn the_study_accuracy_compares_every_scheme_with_the_reference() {
     let at = folder("accuracy");
-    let line = "bench --sweep accuracy --segments 4 --ratios 100 --dt 1/60,1/120,1/240 --time 1 \
+    let line = "study accuracy --segments 4 --ratios 100 --dt 1/60,1/120,1/240 --time 1 \
                 --backends banded,cg:group --iterations 20 --json -";
     let results = json(&at, line);
     let records = results["records"].as_array().expect("a list of records");
@@ -260,14 +257,46 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
     }
     let table = good(
         &at,
-        "bench --scene ladder --quick --backends banded,faer:lu/kkt",
+        "study scenes --scene ladder --quick --backends banded,faer:lu/kkt",
     );
     assert!(table.contains("ladder, 3 cables") && !table.contains("MISSED"));
-    refused(&at, "bench --scene rung", &["rung", "ring", "ladder"]);
+    refused(
+        &at,
+        "study scenes --scene rung",
+        &["rung", "ring", "ladder"],
+    );
     refused(&at, "bench --scene ring --time 3", &["--time", "--scene"]);
     refused(
         &at,
-        "bench --scene ring --segments 3",
+        "study scenes --time 3",
+        &["--time", "unexpected argument"],
+    );
+    refused(
+        &at,
+        "study scenes --scene ring --segments 3",
         &["segments", "at least 8"],
     );
+}
+
+#[test]
+fn studies_are_listed_with_what_they_measure() {
+    let list = good(&folder("studies"), "study");
+    for study in taut_bench::studies::STUDIES {
+        let line = list.lines().find(|l| l.starts_with(study.name));
+        assert!(line.is_some_and(|l| l.ends_with(study.about)), "{list}");
+    }
+}
+
+#[test]
+fn rows_of_a_study_are_a_csv_table() {
+    let at = folder("csv");
+    let line = "study linear --segments 3 --ratios 1,1e3 --backends dense --csv -";
+    let text = good(&at, line);
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let headings = reader.headers().expect("headings").clone();
+    assert_eq!(headings.iter().next(), Some("pose"));
+    let rows = reader.records().collect::<Result<Vec<_>, _>>();
+    // Two ratios, two poses, three refinements.
+    assert_eq!(rows.expect("rows of equal length").len(), 12);
+    refused(&at, &format!("{line} --json -"), &["--csv", "--json"]);
 }

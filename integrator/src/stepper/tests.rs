@@ -172,7 +172,9 @@ fn a_failed_step_leaves_no_tension_behind() {
         };
         let expected = from_good(&mut hanging(guard));
         assert!(expected.is_ok());
-        for speed in [1e100, 1e160, 1e200, 1e300] {
+        // Implicit sub-steps bring to rest what has a square.
+        let speeds = [1e100, 1e160, 1e200, 1e300];
+        for &speed in &speeds[usize::from(guard.is_some())..] {
             let mut bad = good.clone();
             bad.velocity[0].x = speed;
             stepper.set_state(&bad, 0.0).unwrap();

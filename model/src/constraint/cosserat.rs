@@ -1,6 +1,6 @@
 //! Cable joint with stretch (3 rows), bend (2 rows) and twist (1 row).
 //!
-//! With the axes u (along the cable), v, w of each side, d = u_a × u_b, s = |d| = sin θ, c = u_a·u_b = cos θ, n = d/s:
+//! With the axes u (along the cable), v, w of each side, d = u_a × u_b, |d| = sin θ, c = u_a·u_b = cos θ, n = d/|d|:
 //!
 //! **Bend** about a ∈ {v_a, w_a}: β = (θ/sin θ) d·a: the components of the rotation vector θ n that takes u_a to u_b
 //! on the shortest way. With ω_b alone moving, θ̇ = n·ω and ḋ = u_a × (ω × u_b) = c ω − (u_a·ω) u_b, so that
@@ -14,14 +14,35 @@
 //! Ω follow its reference through many turns.
 //!
 //! φ̇ depends on ω_b − ω_a only, because both angles are unchanged when everything turns.
+//!
+//! **In quaternions** no square root is left. Let (x, y, z, w) be the rotation from a's axes to b's, in a's axes: x along u.
+//! With t = y² + z² = sin²(θ/2), s = w² + x² = cos²(θ/2) and f = (θ/sin θ − 1)/t,
+//!
+//! ```text
+//! c = s − t      d·v_a = 2 (w y − x z)      d·w_a = 2 (x y + w z)      u_b = c u_a + (d·w_a) v_a − (d·v_a) w_a
+//! g = 1 + t f    h = (2 − c f)/(4 s)        1 + c = 2 s                Ω = 2 arctan(x/w) + 2πm
+//! ```
+//!
+//! t and s keep their digits near θ = 0 and near the fold. [`BendTwist`] evaluates these lines, for one joint or for one in
+//! each lane.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::PI;
+use taut_lanes::Lanes;
+use taut_lanes::functions::{atan, lane_by_lane, over_sine};
+use taut_lanes::vector::{Quaternion, Vec3, combine, scale_add};
 
 use super::{JointLaw, Rows, unwrap_angle};
 use crate::frame::{Frame, Resolved};
 
 /// Below this sine the fold θ = π is taken to have the bend axis v_a: everything stays finite there.
 pub(super) const FOLD: f64 = 1e-14;
+
+/// Where [`over_sine`] ends: the sine squared of half the bend angle.
+const LARGEST_BEND: f64 = 0.25;
+
+/// Where [`atan`] ends: the tangent of half the twist.
+const LARGEST_TWIST: f64 = 0.209;
 
 /// Cable joint that resists bending in both transverse directions, up to 6 rows: stretch, bend about v, bend about w,
 /// twist.
@@ -51,76 +72,236 @@ impl Cosserat {
         if self.law.stretch.is_some() {
             rows.stretch(a, b);
         }
-        if self.law.bend.is_some() {
-            for (beta, g) in bend(a, b) {
-                rows.angular(beta, &g);
-            }
-        }
-        if self.law.twist.is_some() {
-            let (omega, g) = self.twist(a, b);
-            rows.angular(omega, &g);
+        let angles = BendTwist::of_frames(a, b, self.twist_reference);
+        let gradients = angles.gradients(&columns(&a.axes));
+        let has = [self.law.bend, self.law.bend, self.law.twist].map(|law| law.is_some());
+        for k in (0..3).filter(|k| has[*k]) {
+            rows.angular(angles.angles[k], &gradients[k].into());
         }
     }
 
-    /// Unwrapped twist \[rad] and its gradient on ω_b.
-    pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> (f64, Vector3<f64>) {
-        twist(a, b, self.twist_reference)
+    /// Unwrapped twist \[rad].
+    pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> f64 {
+        BendTwist::of_frames(a, b, self.twist_reference).angles[2]
     }
 }
 
-/// Twist \[rad] of b against a, unwrapped to `reference`, and its gradient on ω_b.
-pub(super) fn twist(a: &Resolved, b: &Resolved, reference: f64) -> (f64, Vector3<f64>) {
-    let mean = a.u() + b.u();
-    // 1 + c = |u_a + u_b|²/2, which keeps its digits near θ = π.
-    let g = mean * (2.0 / mean.norm_squared().max(FOLD * FOLD));
-    (unwrap_angle(twist_angle(a, b), reference), g)
+/// Bends and twist of one joint, or of one in each lane.
+pub(crate) struct BendTwist<V> {
+    /// The bends about v_a and w_a, and the twist, unwrapped \[rad].
+    pub(crate) angles: [V; 3],
+    /// Components of the bends' gradients along v_a and w_a: v of the first, w of the first and v of the second, w of the
+    /// second.
+    bends: [V; 3],
+    /// Components of the twist's gradient along v_a and w_a.
+    twist: [V; 2],
 }
 
-/// Bend angles \[rad] about v_a and w_a with their gradients on ω_b.
-pub(super) fn bend(a: &Resolved, b: &Resolved) -> [(f64, Vector3<f64>); 2] {
-    let (ua, ub) = (a.u(), b.u());
-    let mut d = ua.cross(&ub);
-    let c = ua.dot(&ub);
-    if c < 0.0 && d.norm_squared() < FOLD * FOLD {
-        d = a.v() * FOLD;
+impl<V: Lanes> BendTwist<V> {
+    /// From the rotation of b's axes as a's see them, `seen`; the twist is unwrapped to `reference`. Either sign of the
+    /// quaternion is the same rotation.
+    #[inline(always)]
+    pub(crate) fn new(seen: &Quaternion<V>, reference: V) -> Self {
+        let Swing {
+            seen: [x, y, z, w],
+            t,
+            f,
+        } = Swing::new(seen);
+        let s = w.mul_add(w, x * x);
+        let (x2, w2) = (x + x, w + w);
+        let (along_v, along_w) = (x2.neg_mul_add(z, w2 * y), x2.mul_add(y, w2 * z));
+        let Factors { g, h, c, mean } = Factors::new(t, s, f);
+        let (hv, hw, straight) = (h * along_v, h * along_w, g * c);
+        Self {
+            angles: [g * along_v, g * along_w, twist(x, w, reference)],
+            bends: [
+                hv.mul_add(along_v, straight),
+                hv * along_w,
+                hw.mul_add(along_w, straight),
+            ],
+            twist: [mean * along_w, -(mean * along_v)],
+        }
     }
-    let s = d.norm();
-    let (g, h) = bend_factors(s, c);
-    [a.v(), a.w()].map(|axis| {
-        let along = d.dot(&axis);
-        let row = d * (h * along) + (axis * c - ua * ub.dot(&axis)) * g;
-        (g * along, row)
-    })
+
+    /// The gradients on ω_b, for side a's axes in the world frame; those on ω_a are the negatives. As u_b·v_a = d·w_a and
+    /// u_b·w_a = −d·v_a, the bends' components along u_a are −β_w and β_v.
+    #[inline(always)]
+    pub(crate) fn gradients(&self, [u, v, w]: &[Vec3<V>; 3]) -> [Vec3<V>; 3] {
+        let ([beta_v, beta_w, _], [vv, vw, ww], [tv, tw]) = (self.angles, self.bends, self.twist);
+        let axes = [*v, *w, *u];
+        [
+            combine(&axes, &[vv, vw, -beta_w]),
+            combine(&axes, &[vw, ww, beta_v]),
+            scale_add(w, tw, &scale_add(v, tv, u)),
+        ]
+    }
 }
 
-/// g = θ/sin θ and h = (1 − θ cot θ)/sin²θ from s = sin θ ≥ 0 and c = cos θ.
-pub(super) fn bend_factors(s: f64, c: f64) -> (f64, f64) {
-    let q = s * s;
-    if c > 0.0 && s < 0.03 {
-        // Series in sin²θ: the closed form of h cancels to second order. Next terms: 63 s¹⁰/2816 and 256 s¹⁰/9009.
-        let g = 1.0 + q * (1.0 / 6.0 + q * (3.0 / 40.0 + q * (5.0 / 112.0 + q * (35.0 / 1152.0))));
-        let h = 1.0 / 3.0
-            + q * (2.0 / 15.0 + q * (8.0 / 105.0 + q * (16.0 / 315.0 + q * (128.0 / 3465.0))));
-        (g, h)
+impl BendTwist<f64> {
+    /// Of one joint between two frames in the world.
+    pub(super) fn of_frames(a: &Resolved, b: &Resolved, reference: f64) -> Self {
+        Self::new(&quaternion(&(a.axes.transpose() * b.axes)), reference)
+    }
+}
+
+/// The columns of side a's axes.
+pub(super) fn columns(axes: &Matrix3<f64>) -> [Vec3<f64>; 3] {
+    axes.data.0
+}
+
+/// The factors of the bends and of their gradients.
+pub(super) struct Factors<V> {
+    pub(super) g: V,
+    pub(super) h: V,
+    /// cos θ.
+    pub(super) c: V,
+    /// 1/(1 + c).
+    mean: V,
+}
+
+impl<V: Lanes> Factors<V> {
+    /// From t = sin²(θ/2), s = cos²(θ/2) and f = (θ/sin θ − 1)/t.
+    #[inline(always)]
+    fn new(t: V, s: V, f: V) -> Self {
+        let (one, half) = (V::splat(1.0), V::splat(0.5));
+        let (c, mean) = (s - t, half / s);
+        Self {
+            g: f.mul_add(t, one),
+            h: mean * f.neg_mul_add(half * c, one),
+            c,
+            mean,
+        }
+    }
+}
+
+impl Factors<f64> {
+    /// Between two directions; at the fold as of a sine of [`FOLD`].
+    pub(super) fn between(a: &Vector3<f64>, b: &Vector3<f64>) -> Self {
+        let t = 0.25 * (a - b).norm_squared();
+        // 4 t s = sin²θ, of the same rounding as a × b, which g multiplies.
+        let s = if t < 0.5 {
+            1.0 - t
+        } else {
+            0.25 * a.cross(b).norm_squared().max(FOLD * FOLD) / t
+        };
+        Self::new(t, s, over_any_sine(t, s))
+    }
+}
+
+/// (θ/sin θ − 1)/t from t = sin²(θ/2) and s = cos²(θ/2).
+fn over_any_sine(t: f64, s: f64) -> f64 {
+    if t < LARGEST_BEND {
+        return over_sine(t);
+    }
+    let (sine, cosine) = (t.sqrt(), s.sqrt());
+    (sine.atan2(cosine) / (sine * cosine) - 1.0) / t
+}
+
+/// The bend of a relative rotation.
+struct Swing<V> {
+    /// The rotation, away from the fold itself.
+    seen: Quaternion<V>,
+    /// sin²(θ/2).
+    t: V,
+    /// (θ/sin θ − 1)/t.
+    f: V,
+}
+
+impl<V: Lanes> Swing<V> {
+    #[inline(always)]
+    fn new(seen: &Quaternion<V>) -> Self {
+        let t = sine_squared(seen);
+        if bends_little(seen) {
+            return Self {
+                seen: *seen,
+                t,
+                f: over_sine(t),
+            };
+        }
+        let [x, y, z, w, f] = lane_by_lane(seen, bend_far);
+        let seen = [x, y, z, w];
+        Self { seen, t, f }
+    }
+}
+
+/// Whether joints bend by less than π/3, where the sine has its polynomial.
+#[inline(always)]
+pub(crate) fn bends_little<V: Lanes>(seen: &Quaternion<V>) -> bool {
+    sine_squared(seen).all_below(V::splat(LARGEST_BEND))
+}
+
+/// sin²(θ/2).
+#[inline(always)]
+fn sine_squared<V: Lanes>(seen: &Quaternion<V>) -> V {
+    seen[2].mul_add(seen[2], seen[1] * seen[1])
+}
+
+/// The quaternion, moved off the fold to a sine of [`FOLD`] about v_a, and f, of a joint that may bend by any angle.
+#[cold]
+fn bend_far([x, y, z, w]: [f64; 4]) -> [f64; 5] {
+    let t = sine_squared(&[x, y, z, w]);
+    let s = w * w + x * x;
+    if t > 0.5 && 4.0 * t * s < FOLD * FOLD {
+        let half = 0.5 * FOLD / t;
+        let s = 0.25 * FOLD * FOLD / t;
+        return [-half * z, y, z, half * y, over_any_sine(t, s)];
+    }
+    [x, y, z, w, over_any_sine(t, s)]
+}
+
+/// Ω = 2 arctan(x/w), unwrapped to `reference` \[rad].
+#[inline(always)]
+fn twist<V: Lanes>(x: V, w: V, reference: V) -> V {
+    let tangent = x / w;
+    if tangent.abs().all_below(V::splat(LARGEST_TWIST)) {
+        let half = atan(tangent);
+        let twist = half + half;
+        if (reference - twist).abs().all_below(V::splat(PI)) {
+            return twist;
+        }
+    }
+    let [twist] = lane_by_lane(&[x, w, reference], twist_far);
+    twist
+}
+
+/// [`twist`] of a joint that may be twisted by any angle.
+#[cold]
+fn twist_far([x, w, reference]: [f64; 3]) -> [f64; 1] {
+    let tangent = x / w;
+    let half = if tangent.abs() < LARGEST_TWIST {
+        atan(tangent)
     } else {
-        let g = s.atan2(c) / s;
-        (g, (1.0 - g * c) / q)
-    }
-}
-
-/// Twist \[rad] of b against a, up to multiples of 2π: 2 atan2(q_u, q_0) of the relative quaternion.
-fn twist_angle(a: &Resolved, b: &Resolved) -> f64 {
-    let r = a.axes.transpose() * b.axes;
-    if r[(0, 0)] > -0.5 {
-        return (r[(2, 1)] - r[(1, 2)]).atan2(r[(1, 1)] + r[(2, 2)]);
-    }
-    // Near the fold q_0 and q_u are both small; times the larger swing component they keep their digits.
-    let (sine, cosine) = if r[(2, 2)] > r[(1, 1)] {
-        (r[(0, 2)] + r[(2, 0)], r[(1, 0)] - r[(0, 1)])
-    } else {
-        (r[(0, 1)] + r[(1, 0)], r[(0, 2)] - r[(2, 0)])
+        x.atan2(w)
     };
-    2.0 * sine.atan2(cosine)
+    [unwrap_angle(2.0 * half, reference)]
+}
+
+/// The unit quaternion \[x, y, z, w] of the rotation matrix `r`, w ≥ 0, its largest component taken from the diagonal, so
+/// that no digits are lost anywhere.
+pub(super) fn quaternion(r: &Matrix3<f64>) -> Quaternion<f64> {
+    let axial = Vector3::new(
+        r[(2, 1)] - r[(1, 2)],
+        r[(0, 2)] - r[(2, 0)],
+        r[(1, 0)] - r[(0, 1)],
+    );
+    let trace = r.trace();
+    let largest = r.diagonal().imax();
+    // Up to a common positive factor.
+    let (w, imaginary) = if trace >= r[(largest, largest)] {
+        (1.0 + trace, axial)
+    } else {
+        let mut q = (r + r.transpose()).column(largest).into_owned();
+        q[largest] = 1.0 + 2.0 * r[(largest, largest)] - trace;
+        let w = axial[largest];
+        if w < 0.0 { (-w, -q) } else { (w, q) }
+    };
+    let scale = 1.0 / (imaginary.norm_squared() + w * w).sqrt();
+    [
+        imaginary.x * scale,
+        imaginary.y * scale,
+        imaginary.z * scale,
+        w * scale,
+    ]
 }
 
 #[cfg(test)]
@@ -158,9 +339,9 @@ mod tests {
             check_at(&format!("cosserat θ = 1e-{k}"), 10_f64.powi(-k));
         }
         check_at("cosserat θ = 0", 0.0);
-        // Both sides of the switch to the series.
-        check_at("cosserat θ = 0.0299", 0.0299);
-        check_at("cosserat θ = 0.0301", 0.0301);
+        // Both sides of where the polynomial ends.
+        check_at("cosserat θ = π/3 − 1e-4", PI / 3.0 - 1e-4);
+        check_at("cosserat θ = π/3 + 1e-4", PI / 3.0 + 1e-4);
     }
 
     #[test]

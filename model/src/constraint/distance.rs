@@ -9,7 +9,7 @@
 //! t₁, t₂ across n: they measure nothing and resist the transverse motion ṫ = t·ḋ. They carry the geometric stiffness
 //! of the tension, |∂²(λ φ)/∂d²| = |λ| (I − n nᵀ)/|d|: two rows of stiffness |λ|/|d|, that is ε = |d|/|λ|, so that a step
 //! is implicit in the turning of n and M stays diagonal. ε is no constant of the material: the time stepper sets it from
-//! its last multiplier ([`Transverse`](crate::linearized::Transverse)). **As linearised, ε = 0: a stepper that leaves it
+//! its last multiplier ([`Transverse`](crate::Transverse)). **As linearised, ε = 0: a stepper that leaves it
 //! so makes the link rigid across.**
 //!
 //! **Directions** t₂ = (y − (n·y) n)/|…|, t₁ = t₂ × n: right-handed (t₁, t₂, n). They turn smoothly with n except where
@@ -43,14 +43,11 @@ pub struct Distance {
 impl Distance {
     pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
         let (distance, n) = direction(&gap(a, b));
-        let mut row = |phi, axis: Vector3<f64>| {
-            let (arm_a, arm_b) = (a.lever.cross(&axis), b.lever.cross(&axis));
-            rows.push(phi, [&axis, &arm_a], [&-axis, &-arm_b]);
-        };
-        row(distance - self.length, n);
+        let levers = [&a.lever, &b.lever];
+        rows.along(distance - self.length, &n, levers);
         if self.transverse {
             for t in across(&n) {
-                row(0.0, t);
+                rows.along(0.0, &t, levers);
             }
         }
         rows.distance = distance;

@@ -6,7 +6,7 @@
 //!
 //! 5 rows, or 6. The axis is u of both frames. Singular where the axes point in opposite directions.
 
-use super::cosserat::{bend, twist};
+use super::cosserat::{BendTwist, columns};
 use super::{Motor, RowLaw, Rows};
 use crate::frame::{Frame, Resolved};
 
@@ -41,18 +41,19 @@ impl Hinge {
 
     pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
         rows.stretch(a, b);
-        for (angle, g) in bend(a, b) {
-            rows.angular(angle, &g);
-        }
+        let angles = BendTwist::of_frames(a, b, self.angle_reference);
+        let [about_v, about_w, turn] = angles.gradients(&columns(&a.axes));
+        let [tilt_v, tilt_w, angle] = angles.angles;
+        rows.angular(tilt_v, &about_v.into());
+        rows.angular(tilt_w, &about_w.into());
         if let Some(motor) = &self.motor {
-            let (angle, g) = twist(a, b, self.angle_reference);
-            rows.angular(motor.violation(angle), &g);
+            rows.angular(motor.violation(angle), &turn.into());
         }
     }
 
     /// Angle of b against a about u, nearest to the reference \[rad].
     pub(super) fn angle(&self, a: &Resolved, b: &Resolved) -> f64 {
-        twist(a, b, self.angle_reference).0
+        BendTwist::of_frames(a, b, self.angle_reference).angles[2]
     }
 }
 

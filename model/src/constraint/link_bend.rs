@@ -24,7 +24,7 @@
 
 use nalgebra::Vector3;
 
-use super::cosserat::{FOLD, bend_factors};
+use super::cosserat::{FOLD, Factors};
 use super::distance::{across, direction};
 use super::paper::angle_between;
 use super::{RowLaw, Rows, gap};
@@ -120,9 +120,9 @@ impl LinkBend {
 
 /// Both components of the bend vector \[rad] with their gradients on e₁ and e₂.
 fn vector(e1: Vector3<f64>, e2: Vector3<f64>) -> [(f64, [Vector3<f64>; 2]); 2] {
-    let (d, c) = (e1.cross(&e2), e1.dot(&e2));
+    let d = e1.cross(&e2);
     // At the fold the axis has no direction: everything stays finite.
-    let (g, h) = bend_factors(d.norm().max(if c < 0.0 { FOLD } else { 0.0 }), c);
+    let Factors { g, h, c, .. } = Factors::between(&e1, &e2);
     let b = d * g;
     let (sum, t) = direction(&(e1 + e2));
     let axes = across(&t);

@@ -11,6 +11,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::cosserat::quaternion;
 use super::{RowLaw, Rows};
 use crate::frame::{Frame, Resolved};
 
@@ -40,30 +41,15 @@ pub(super) fn rotation_rows(a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
     }
 }
 
-/// Rotation vector ρ \[rad], |ρ| ≤ π, of the rotation matrix `r`, by way of the quaternion with its largest component
-/// taken from the diagonal, so that no digits are lost near 0 or π.
+/// Rotation vector ρ \[rad], |ρ| ≤ π, of the rotation matrix `r`.
 fn rotation_vector(r: &Matrix3<f64>) -> Vector3<f64> {
-    let axial = Vector3::new(
-        r[(2, 1)] - r[(1, 2)],
-        r[(0, 2)] - r[(2, 0)],
-        r[(1, 0)] - r[(0, 1)],
-    );
-    let trace = r.trace();
-    let largest = r.diagonal().imax();
-    // (q_0, q) up to a common positive factor.
-    let (q0, q) = if trace >= r[(largest, largest)] {
-        (1.0 + trace, axial)
-    } else {
-        let mut q = (r + r.transpose()).column(largest).into_owned();
-        q[largest] = 1.0 + 2.0 * r[(largest, largest)] - trace;
-        let q0 = axial[largest];
-        if q0 < 0.0 { (-q0, -q) } else { (q0, q) }
-    };
+    let [x, y, z, w] = quaternion(r);
+    let q = Vector3::new(x, y, z);
     let sine = q.norm();
-    if sine < 1e-8 * q0 {
-        return q * (2.0 / q0);
+    if sine < 1e-8 * w {
+        return q * (2.0 / w);
     }
-    q * (2.0 * sine.atan2(q0) / sine)
+    q * (2.0 * sine.atan2(w) / sine)
 }
 
 /// J_l⁻¹(ρ).

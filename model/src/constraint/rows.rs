@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::gap;
+use super::gap::JointJacobian;
 use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
@@ -15,6 +16,8 @@ pub(crate) struct Rows<'a> {
     /// Where the blocks of a joint's two sides start; `None` for a side that does not move.
     starts: [Option<usize>; 2],
     next: usize,
+    /// J of a joint whose rows are a gap and up to three angles.
+    pub(crate) joint: JointJacobian<f64>,
     /// |p_a − p_b| \[m], written by [`Distance`] alone.
     pub(crate) distance: f64,
 }
@@ -31,6 +34,10 @@ impl<'a> Rows<'a> {
             levers,
             starts: [None; 2],
             next: 0,
+            joint: JointJacobian {
+                arms: [[0.0; 3]; 2],
+                gradients: [[0.0; 3]; 3],
+            },
             distance: 0.0,
         }
     }
@@ -65,31 +72,39 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Three rows φ = x_a + r_a − x_b − r_b; J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].
+    /// The three rows of the gap.
     pub(super) fn stretch(&mut self, a: &Resolved, b: &Resolved) {
-        let gap = gap(a, b);
-        for (k, axis) in [Vector3::x(), Vector3::y(), Vector3::z()]
-            .into_iter()
-            .enumerate()
-        {
-            // Row k of −[r]× is (r × e_k)ᵀ.
-            let (arm_a, arm_b) = (a.lever.cross(&axis), b.lever.cross(&axis));
-            self.push(gap[k], [&axis, &arm_a], [&-axis, &-arm_b]);
+        self.joint.arms = [a.lever.into(), b.lever.into()];
+        let [on_a, on_b] = [self.joint.block(0), self.joint.block(1)];
+        for (k, phi) in gap(a, b).iter().enumerate() {
+            self.push(*phi, &on_a[k], &on_b[k]);
         }
     }
 
     /// One row with the gradient `g` on ω_b and −`g` on ω_a.
     pub(super) fn angular(&mut self, phi: f64, g: &Vector3<f64>) {
-        let zero = Vector3::zeros();
-        self.push(phi, [&zero, &-g], [&zero, g]);
+        if let Some(k) = self.next.checked_sub(3)
+            && let Some(to) = self.joint.gradients.get_mut(k)
+        {
+            *to = (*g).into();
+        }
+        let row = [0.0, 0.0, 0.0, g.x, g.y, g.z];
+        self.push(phi, &row.map(|g| -g), &row);
     }
 
-    pub(super) fn push(&mut self, phi: f64, a: [&Vector3<f64>; 2], b: [&Vector3<f64>; 2]) {
+    /// One row of the gap of a force along `k` that acts on both sides at one point, with the levers `arms`.
+    pub(super) fn along(&mut self, phi: f64, k: &Vector3<f64>, arms: [&Vector3<f64>; 2]) {
+        let [on_a, on_b] = arms.map(|arm| joined(k, &arm.cross(k)));
+        self.push(phi, &on_a, &on_b.map(|j| -j));
+    }
+
+    /// One row with its Jacobian on both sides.
+    fn push(&mut self, phi: f64, a: &[f64; 6], b: &[f64; 6]) {
         let row = self.next;
         self.phi[row] = phi;
-        for (start, parts) in self.starts.into_iter().zip([a, b]) {
+        for (start, numbers) in self.starts.into_iter().zip([a, b]) {
             if let Some(start) = start {
-                self.write(start + 6 * row, parts);
+                self.write(start + 6 * row, numbers);
             }
         }
         self.next = row + 1;
@@ -106,13 +121,19 @@ impl<'a> Rows<'a> {
         if let Some(to) = self.levers.get_mut(side) {
             *to = *lever;
         }
-        self.write(6 * (side * self.phi.len() + row), [g, &lever.cross(g)]);
+        let at = 6 * (side * self.phi.len() + row);
+        self.write(at, &joined(g, &lever.cross(g)));
     }
 
-    pub(super) fn write(&mut self, at: usize, parts: [&Vector3<f64>; 2]) {
+    fn write(&mut self, at: usize, numbers: &[f64; 6]) {
         if let Some(out) = self.blocks.get_mut(at..at + 6) {
-            out[..3].copy_from_slice(parts[0].as_slice());
-            out[3..].copy_from_slice(parts[1].as_slice());
+            out.copy_from_slice(numbers);
         }
     }
+}
+
+/// The numbers of both, one after the other.
+fn joined(linear: &Vector3<f64>, angular: &Vector3<f64>) -> [f64; 6] {
+    let ([x, y, z], [p, q, s]) = ((*linear).into(), (*angular).into());
+    [x, y, z, p, q, s]
 }

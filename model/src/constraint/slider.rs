@@ -46,13 +46,11 @@ impl Slider {
         let lever = a.lever - d;
         rows.set_lever_of_a(lever);
         for k in [a.v(), a.w()] {
-            let (arm_a, arm_b) = (lever.cross(&k), b.lever.cross(&k));
-            rows.push(k.dot(&d), [&k, &arm_a], [&-k, &-arm_b]);
+            rows.along(k.dot(&d), &k, [&lever, &b.lever]);
         }
         if let Some(motor) = &self.motor {
             let k = -a.u();
-            let (arm_a, arm_b) = (lever.cross(&k), b.lever.cross(&k));
-            rows.push(motor.violation(k.dot(&d)), [&k, &arm_a], [&-k, &-arm_b]);
+            rows.along(motor.violation(k.dot(&d)), &k, [&lever, &b.lever]);
         }
     }
 }

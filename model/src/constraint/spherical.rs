@@ -1,9 +1,4 @@
-//! Ball joint: the two attachment points coincide.
-//!
-//! φ = x_a + r_a − x_b − r_b (3 rows, m). With ṙ = ω × r = −\[r]× ω:
-//! J_a = \[I, −\[r_a]×], J_b = \[−I, \[r_b]×] \[SL (25), (26)].
-//!
-//! No singularities. Under tension T (φ along the cable) the joint's gap is ε T.
+//! Ball joint: the two attachment points coincide, 3 rows (φ and J: `gap`).
 
 use super::RowLaw;
 use crate::frame::Frame;

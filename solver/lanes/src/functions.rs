@@ -3,6 +3,28 @@
 //! Chebyshev's points.
 
 use crate::Lanes;
+use crate::vector::{load, save};
+use std::f64::consts::FRAC_PI_4;
+
+/// `f` of the numbers of each lane, one lane after the other: for arguments that are rare, where a function has no form
+/// without branches.
+#[must_use]
+#[inline(always)]
+pub fn lane_by_lane<V: Lanes, const N: usize, const M: usize>(
+    x: &[V; N],
+    f: fn([f64; N]) -> [f64; M],
+) -> [V; M] {
+    /// Lanes of the longest vector.
+    const MOST: usize = 8;
+    let from: [[f64; MOST]; N] = save(x);
+    let mut to = [[0.0; MOST]; M];
+    for l in 0..V::LANES {
+        for (to, y) in to.iter_mut().zip(f(from.map(|x| x[l]))) {
+            to[l] = y;
+        }
+    }
+    load(&to)
+}
 
 /// c₀ + x (c₁ + x (c₂ + …)).
 #[inline(always)]
@@ -67,10 +89,31 @@ pub fn atan<V: Lanes>(x: V) -> V {
     x.neg_mul_add(z * cubic, x)
 }
 
-/// (sin x / x, cos x) of the square z = x², for |x| ≤ π/4.
+/// (sin x / x, cos x) of the square z = x²: by polynomials where |x| < π/4 in all lanes, one lane after the other
+/// otherwise.
 #[must_use]
 #[inline(always)]
 pub fn sinc_cos<V: Lanes>(z: V) -> (V, V) {
+    if z.all_below(V::splat(FRAC_PI_4 * FRAC_PI_4)) {
+        return sinc_cos_near(z);
+    }
+    let [sinc, cosine] = lane_by_lane(&[z], sinc_cos_far);
+    (sinc, cosine)
+}
+
+#[cold]
+fn sinc_cos_far([z]: [f64; 1]) -> [f64; 2] {
+    if z < FRAC_PI_4 * FRAC_PI_4 {
+        let (sinc, cosine) = sinc_cos_near(z);
+        return [sinc, cosine];
+    }
+    let (sine, cosine) = z.sqrt().sin_cos();
+    [sine / z.sqrt(), cosine]
+}
+
+/// [`sinc_cos`] for |x| ≤ π/4.
+#[inline(always)]
+fn sinc_cos_near<V: Lanes>(z: V) -> (V, V) {
     let one = V::splat(1.0);
     let sine = polynomial(
         z,

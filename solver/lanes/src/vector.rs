@@ -210,17 +210,36 @@ pub fn product<V: Lanes>(a: &Quaternion<V>, b: &Quaternion<V>) -> Quaternion<V> 
     [x, y, z, a[3] * b[3] - dot(&u, &v)]
 }
 
-/// The product b ā: the rotation that takes a to b.
+/// The product ā b: the rotation that takes a to b, in a's axes.
 #[must_use]
 #[inline(always)]
 pub fn relative<V: Lanes>(a: &Quaternion<V>, b: &Quaternion<V>) -> Quaternion<V> {
     let (u, v) = ([a[0], a[1], a[2]], [b[0], b[1], b[2]]);
-    let [x, y, z] = scale_add(&v, a[3], &cross(&u, &v));
+    let [x, y, z] = scale_add(&v, a[3], &cross(&v, &u));
     [
         u[0].neg_mul_add(b[3], x),
         u[1].neg_mul_add(b[3], y),
         u[2].neg_mul_add(b[3], z),
         a[3].mul_add(b[3], dot(&u, &v)),
+    ]
+}
+
+/// [`relative`] whose small components keep their digits: sums of two products are rounded once or twice (Kahan's
+/// a b + c d with a fused product for what the first one lost).
+#[must_use]
+#[inline(always)]
+pub fn relative_to_digits<V: Lanes>(a: &Quaternion<V>, b: &Quaternion<V>) -> Quaternion<V> {
+    let sum = |a: V, b: V, c: V, d: V| {
+        let first = a * b;
+        let lost = a.mul_add(b, -first);
+        c.mul_add(d, first) + lost
+    };
+    let ([p, q, r, s], [x, y, z, w]) = (*a, *b);
+    [
+        sum(s, x, -p, w) + sum(r, y, -q, z),
+        sum(s, y, -q, w) + sum(p, z, -r, x),
+        sum(s, z, -r, w) + sum(q, x, -p, y),
+        sum(s, w, p, x) + sum(q, y, r, z),
     ]
 }
 
@@ -269,7 +288,9 @@ mod tests {
             let p = [q[1], q[0], q[3], q[2]];
             let twice = turned(&p, &once);
             worst = worst.max(size(sub(&turned(&product(&p, &q), &v), &twice)));
-            let there = turned(&product(&relative(&p, &q), &p), &v);
+            let there = turned(&product(&p, &relative(&p, &q)), &v);
+            let to_digits = turned(&product(&p, &relative_to_digits(&p, &q)), &v);
+            worst = worst.max(size(sub(&to_digits, &once)));
             worst.max(size(sub(&there, &once)))
         }
     }

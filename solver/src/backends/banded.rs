@@ -10,12 +10,12 @@
 //! (`claim`).
 
 use super::direct::{Common, Direct};
-use crate::block_ldlt::{BlockLdlt, Pivots, WEAK};
+use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
 use crate::ordering::expect_affordable;
-use crate::singularity::SingularityTest;
+use crate::singularity::{SingularityTest, WEAK};
 use crate::{AnalyzeReport, BlockPattern, FactorReport, SolveError, SymBlockMatrix};
 use std::sync::Arc;
 use taut_lanes::Level;

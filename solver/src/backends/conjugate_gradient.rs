@@ -11,10 +11,10 @@
 
 use super::{LEAST_NORM, check_solution};
 use crate::Phases;
-use crate::backend::check_iteration;
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::groups::Groups;
 use crate::matrix::check_finite;
+use crate::options::check_iteration;
 use crate::slices::{Slices, dot, step, turn};
 use crate::{AnalyzeReport, BlockPattern, CgOptions, FactorReport, LinearSolver, Preconditioner};
 use crate::{SolveError, SolveReport, Status, SymBlockMatrix};

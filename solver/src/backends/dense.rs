@@ -3,9 +3,9 @@
 //! It knows nothing of blocks or symmetry, so that it shares no mistake with the others. Cubic cost.
 
 use super::direct::{Common, Direct};
-use crate::backend::{DenseOptions, Precision};
 use crate::block_ldlt::NOISE;
 use crate::kernels::Scalar;
+use crate::options::{DenseOptions, Precision};
 use crate::{AnalyzeReport, BlockPattern, DoubleDouble, FactorReport, GeneralMatrix, LinearSolver};
 use crate::{SolveError, SymBlockMatrix};
 use std::sync::Arc;

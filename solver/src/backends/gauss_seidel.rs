@@ -17,9 +17,9 @@ mod sweep;
 
 use super::{LEAST_NORM, check_solution};
 use crate::Phases;
-use crate::backend::check_iteration;
 use crate::groups::Groups;
 use crate::matrix::check_finite;
+use crate::options::check_iteration;
 use crate::slices::Slices;
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, GaussSeidelOptions, LinearSolver, Partition,

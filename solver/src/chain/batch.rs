@@ -10,9 +10,12 @@ use super::places::{Place, in_order, size_of_chain};
 use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
 use super::with_size;
 use crate::BlockPattern;
-use crate::batch::{LANES, spread};
 use crate::block_ldlt::NOISE;
+use taut_lanes::vector;
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Level, dispatch};
+
+/// Chains whose numbers stand together.
+pub(crate) const LANES: usize = 8;
 
 /// Which chains a kernel works on.
 #[derive(Debug, Clone, Copy)]
@@ -433,5 +436,24 @@ impl<const B: usize> Solve<'_, B> {
             scatter(&rows, place, lane, x, &mut check);
         }
         check.all_below(V::splat(1.0))
+    }
+}
+
+/// Arrays of four chains side by side, into the lanes from one on.
+#[inline(always)]
+pub(crate) fn spread<V: Lanes>(from: [&[f64]; 4], to: &mut [[f64; LANES]], lane: usize) {
+    const TOGETHER: usize = 4;
+    let [a, b, c, d] = from.map(|v| v.as_chunks::<TOGETHER>());
+    let (groups, rest) = to.as_chunks_mut::<TOGETHER>();
+    let each = a.0.iter().zip(b.0).zip(c.0.iter().zip(d.0));
+    for (to, ((a, b), (c, d))) in groups.iter_mut().zip(each) {
+        let numbers: [V; TOGETHER] = vector::gather([a, b, c, d]);
+        for (to, number) in to.iter_mut().zip(numbers) {
+            number.store(&mut to[lane..]);
+        }
+    }
+    for (k, to) in rest.iter_mut().enumerate() {
+        (to[lane], to[lane + 1]) = (a.1[k], b.1[k]);
+        (to[lane + 2], to[lane + 3]) = (c.1[k], d.1[k]);
     }
 }

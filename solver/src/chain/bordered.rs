@@ -10,8 +10,9 @@
 //! s = S⁻¹ (b − Vᵀ D⁻¹ y), and the backward pass of D⁻¹ (y − V s): block LDLᵀ in an order of the blocks, as stable as any.
 
 use super::Chain;
-use crate::block_ldlt::{Pivots, WEAK, factor_diagonal};
+use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{OneByOne, Scalar, unit_lower_solve, unit_upper_solve};
+use crate::singularity::WEAK;
 use crate::{BlockPattern, SymBlockMatrix};
 use std::ops::Range;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};

@@ -63,11 +63,6 @@ impl Whirled {
         Ok(scene)
     }
 
-    /// Whether the guard's sub-steps are short enough: chains of twelve at 1000 rad/s are lost, in an error.
-    fn is_followed(self, rate: f64) -> bool {
-        self.bodies < 12 || rate < 1000.0
-    }
-
     /// Largest energy above that of the start in ten seconds, over the kinetic one of the start, and how it ended.
     fn gain(self, rate: f64) -> Result<(f64, String), ExperimentError> {
         let mut stepper = Stepper::new(self.scene(rate)?, StepOptions::default())?;
@@ -123,7 +118,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             held,
         };
         let (mut largest, mut notes) = (0.0_f64, Vec::new());
-        for rate in RATES.into_iter().filter(|r| whirled.is_followed(*r)) {
+        for rate in RATES {
             let (gain, end) = whirled.gain(rate)?;
             largest = super::worse(largest, gain);
             notes.push(format!("{rate} rad/s: {gain:.0e}, {end}"));

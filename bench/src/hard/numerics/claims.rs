@@ -23,6 +23,7 @@ pub mod verify;
 
 use crate::check::{ExperimentError, Outcome, csv};
 use crate::choice::Choice;
+use crate::claim::{ROUNDING, over, over_letter, tolerance};
 use crate::hard;
 use crate::hard::numerics::ill_conditioned::matrices::specimens;
 use crate::reference::Snapshot;
@@ -34,9 +35,6 @@ use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{Backend, forward_error};
 use verify::{Verified, verify};
-
-/// What rounding leaves of a residual, as a normwise backward error.
-pub const ROUNDING: f64 = 1e-14;
 
 /// Rows of a scene beyond which it has no part in this.
 const MOST_ROWS: usize = 3000;
@@ -128,30 +126,10 @@ fn variants(all: impl Iterator<Item = Choice>) -> Vec<(Choice, String)> {
     choices
 }
 
-/// The tolerance of an iteration; none of a direct solver.
-pub(crate) fn tolerance(backend: &Backend) -> Option<f64> {
-    match backend {
-        Backend::GaussSeidel(o) => Some(o.tolerance),
-        Backend::ConjugateGradient(o) => Some(o.tolerance),
-        _ => None,
-    }
-}
-
-/// ‖r‖₂/‖b‖₂ over what a claim says of it, with what rounding excuses: at most 1 where the claim is true.
-pub(crate) fn over(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
-    let rounding = backward_error / ROUNDING;
-    tolerance.map_or(rounding, |t| rounding.min(residual / t))
-}
-
 /// The same of a solution that `backend` claims.
 #[must_use]
 pub fn over_claim(seen: &Verified, backend: &Backend) -> f64 {
     over(seen.residual, seen.backward_error, tolerance(backend))
-}
-
-/// The same by the letter: without what rounding excuses of an iteration.
-pub(crate) fn over_letter(residual: f64, backward_error: f64, tolerance: Option<f64>) -> f64 {
-    tolerance.map_or(backward_error / ROUNDING, |t| residual / t)
 }
 
 /// What was solved, and why some scenes were not.

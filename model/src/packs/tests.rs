@@ -1,6 +1,7 @@
-//! Joints abreast beside single ones.
+//! Joints in packs beside single ones.
 
 use super::*;
+use crate::constraint::MAX_ROWS;
 use crate::{HoistParams, Linearized};
 use nalgebra::UnitQuaternion;
 
@@ -51,16 +52,18 @@ fn assert_agree(lin: &Linearized, scene: &Scene, case: &str) {
         let (mut blocks, mut levers) = ([0.0; 12 * MAX_ROWS], [Vector3::zeros(); 2]);
         let mut out = Rows::new(&mut phi, &mut blocks, &mut levers);
         c.evaluate(&scene.bodies, 0.0, &mut out);
+        // Towards the fold the rows, and what rounding of the axes makes of them, grow without bound.
+        let size = blocks.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         let blocks = blocks.chunks_exact(6 * rows.len());
         for (slot, exact) in lin.slot_range(k).zip(blocks) {
             for (found, exact) in lin.block(slot).iter().zip(exact) {
                 let error = (found - exact).abs();
-                assert!(error < 4e-15, "{case} {k}: {found} {exact}");
+                assert!(error < 4e-15 * size, "{case} {k}: {found} {exact}");
             }
         }
         for (found, exact) in lin.phi[rows].iter().zip(&phi) {
             let error = (found - exact).abs();
-            assert!(error < 2e-15, "{case} {k}: {found} {exact}");
+            assert!(error < 2e-15 * size, "{case} {k}: {found} {exact}");
         }
         let error = crate::check_jacobian(scene, k).max;
         assert!(error < 1e-8, "{case} {k}: {error:e}");
@@ -113,10 +116,6 @@ fn lanes_do_joints_of_every_kind() {
             for _ in 0..2 {
                 lin.update(&scene, 0.0);
                 assert_agree(&lin, &scene, &case);
-                let mut rest = Vec::new();
-                let mut phi = lin.phi.clone();
-                lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
-                assert_eq!((&phi, rest), (&lin.phi, vec![]), "{case}");
                 lin.follow_windings(&mut scene, 0.0);
             }
             for (k, c) in scene.constraints.iter().enumerate() {
@@ -151,7 +150,7 @@ fn bends_do_not_see_half_turns() {
 }
 
 #[test]
-fn where_angles_are_too_large_the_others_stay_in_lanes() {
+fn a_large_angle_leaves_the_other_lanes_as_they_are() {
     let mut scene = cable(8, 0.0, 3);
     let bend = UnitQuaternion::from_scaled_axis(Vector3::new(1.2, 0.0, 0.0));
     for q in &mut scene.bodies.orientation[6..] {
@@ -160,9 +159,6 @@ fn where_angles_are_too_large_the_others_stay_in_lanes() {
     let mut lin = Linearized::new(&scene);
     lin.update(&scene, 0.0);
     assert_agree(&lin, &scene, "bent");
-    let (mut rest, mut phi) = (Vec::new(), lin.phi.clone());
-    lin.abreast.evaluate(&scene, 0.0, &mut phi, &mut rest);
-    assert_eq!(rest, [6]);
 }
 
 #[test]
@@ -172,11 +168,11 @@ fn packs_hold_what_the_blocks_hold() {
         let mut lin = Linearized::new(&scene);
         lin.update(&scene, 0.0);
         let mut joints = 0;
-        for (pack, places) in lin.abreast.packs() {
+        for FourJoints { pack, places } in lin.four_joints() {
             for lane in 0..places.count {
-                let joint = lin.abreast.joints()[joints];
+                let joint = lin.joints()[joints];
                 joints += 1;
-                let slot = joint.slots[1].expect("side b is a body");
+                let slot = lin.slot_range(joint.constraint).end - 1;
                 let block = lin.block(slot);
                 let block = block.rows();
                 let arm = pack.arms[1].map(|r| r[lane]);

@@ -1,8 +1,8 @@
 //! What the main job answers: for each scene the fastest solver within each error, the next one of another family and by
 //! what factor it is behind, and the iteration that comes furthest; in a sentence, which solver to use.
 
-use super::{error, nanoseconds, ratio};
-use crate::ladder::{LEVELS, Record};
+use super::{LEVELS, Record};
+use crate::table::{error, nanoseconds, ratio};
 
 /// A row and what its step costs within a level \[ns].
 type Placed<'a> = (&'a Record, f64);

@@ -5,19 +5,30 @@
 //! step that disagrees is taken back and redone by the implicit Euler method on the nonlinear equations,
 //!
 //! ```text
-//! M (v⁺ − v) = Δt f + J(q⁺)ᵀ μ,    ε μ/Δt + φ(q⁺) + τ J v⁺ = 0,    q⁺ = q ⊕ Δt v⁺
+//! M (v⁺ − v) = Δt f + J(q⁺)ᵀ μ,    ε μ/Δt + φ(q⁺) + τ (J v⁺ + ∂φ/∂t) = 0,    q⁺ = q ⊕ Δt v⁺
 //! ```
 //!
-//! solved by Newton passes, each the same linear system with rows and geometric stiffness taken at the last q⁺. It is of
-//! first order and damps every motion that it cannot resolve, which is what a shock leaves behind.
+//! solved by Newton passes, each the same linear system with rows and geometric stiffness taken at the last q⁺. Where they
+//! do not converge the sub-step is halved. In the shortest ones each pass searches along its step for less of the
+//! incremental potential ([`super::potential`]); if they do not converge either, the velocities shrink until the sub-step
+//! has gained no energy. The method is of first order and damps every motion that it cannot resolve, which is what a shock
+//! leaves behind.
 
-use crate::products::times_jacobian;
+use crate::gyroscopic;
+use crate::pieces::Pieces;
 use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::{Guard, Phase, Scheme, StepError};
+use nalgebra::Vector3;
 
 /// Disagreement, relative to the guard's tolerance, at which a sub-step's Newton passes have converged.
 const CONVERGED: f64 = 0.01;
+
+/// Promised decrease of Φ over its size at which they have converged too, where the disagreement keeps the tolerance.
+const AT_REST: f64 = 1e-6;
+
+/// Turns that change the next one noticeably, and are short of half a one \[rad].
+const TURNS: std::ops::Range<f64> = 1e-3..2.5;
 
 /// About what a Newton pass linearises.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -50,19 +61,17 @@ impl Stepper {
             return self.redo(guard, clock, work);
         }
         let solved = self.solve_scheme(self.options.stiffness, clock, work);
-        match solved.and_then(|()| self.advance_unwound()) {
-            Ok(()) => {
-                let disagreement = self.pieces.disagreement();
-                work.see(disagreement);
-                if disagreement <= guard.tolerance {
-                    self.account(self.advanced, false);
-                    self.accept();
-                    clock.end(Phase::Update);
-                    return Ok(());
-                }
-            }
-            Err(StepError::NonFinite { .. }) => work.see(f64::INFINITY),
+        let disagreement = match solved.and_then(|()| self.advance_unwound()) {
+            Ok(()) => self.pieces.disagreement(),
+            Err(StepError::NonFinite { .. }) => f64::INFINITY,
             Err(other) => return Err(other),
+        };
+        work.see(disagreement);
+        if disagreement.is_finite() && disagreement <= guard.tolerance {
+            self.account(self.advanced, false);
+            self.accept();
+            clock.end(Phase::Update);
+            return Ok(());
         }
         self.return_to_start();
         self.holding = guard.hold;
@@ -119,7 +128,7 @@ impl Stepper {
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
-            let converged = match self.implicit_substep(dt, end, guard, clock, work) {
+            let converged = match self.implicit_substep(dt, end, guard, shortest, clock, work) {
                 Ok(converged) => converged,
                 Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
                 Err(error) => return Err(error),
@@ -133,6 +142,9 @@ impl Stepper {
             work.implicit_substeps += 1;
             self.advanced = dt;
             self.account(dt, true);
+            if !converged {
+                self.lose_gain(dt);
+            }
             done += dt;
             self.time = end;
             self.pieces.rows.follow_windings(&mut self.scene, self.time);
@@ -143,7 +155,23 @@ impl Stepper {
         self.solved = false;
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
         self.accept();
+        self.implicit = true;
         Ok(())
+    }
+
+    /// Velocities of all bodies shrink, at most to zero, until the sub-step that led to them has gained no energy.
+    pub(crate) fn lose_gain(&mut self, dt: f64) {
+        let gain = self.gained(dt);
+        if gain > 0.0 {
+            let part = (1.0 - gain / self.scene.kinetic_energy()).max(0.0).sqrt();
+            let bodies = &mut self.scene.bodies;
+            for i in 0..bodies.len() {
+                if bodies.is_dynamic(i) {
+                    bodies.velocity[i] *= part;
+                    bodies.angular_velocity[i] *= part;
+                }
+            }
+        }
     }
 
     fn return_to_substep_start(&mut self) {
@@ -152,12 +180,14 @@ impl Stepper {
         self.substep_start = start;
     }
 
-    /// One implicit Euler step over `dt` to the time `end`: whether Newton's method converged.
+    /// One implicit Euler step over `dt` to the time `end`: whether Newton's method converged. Those of the `shortest`
+    /// search along their passes.
     fn implicit_substep(
         &mut self,
         dt: f64,
         end: f64,
         guard: Guard,
+        shortest: bool,
         clock: &mut PhaseClock,
         work: &mut Work,
     ) -> Result<bool, StepError> {
@@ -168,22 +198,46 @@ impl Stepper {
             &self.tension,
         );
         self.pieces.load_velocities(&self.scene.bodies);
-        self.pieces.dv.clear();
         self.pieces.rows.drive(&self.scene, self.time, end);
-        let mut last = f64::INFINITY;
+        let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
-            let kind = if pass == 0 { Pass::First } else { Pass::Next };
+            let first = pass == 0;
+            let kind = if first { Pass::First } else { Pass::Next };
+            self.begin_search(first, dt);
             let disagreement = self.newton_pass(kind, dt, end, clock, work)?;
-            if disagreement <= CONVERGED * guard.tolerance {
+            if disagreement <= near {
                 return Ok(true);
             }
-            // Passes that lead away will not come back.
-            if disagreement.is_nan() || (pass > 1 && disagreement > 4.0 * last) {
+            if disagreement.is_nan() {
                 return Ok(false);
             }
-            last = disagreement;
+            let promised = self.search(first, shortest, dt, end)?;
+            if promised <= AT_REST && disagreement <= guard.tolerance {
+                return Ok(true);
+            }
         }
         Ok(false)
+    }
+
+    /// Changes of angular velocities become those that turn the last iterate further by as much, Δt δω: the rows' J is of
+    /// turns from there on, not of angular velocities from the start.
+    fn turn_on(&mut self, dt: f64) {
+        // The drive of a pass after the first is the velocity change of the last iterate.
+        let Pieces { v, dv, drive, .. } = &mut self.pieces;
+        let angular = |[.., p, q, r]: [f64; 6]| Vector3::new(p, q, r);
+        for i in self.scene.dynamic_bodies() {
+            let last = angular(drive.get(i));
+            let (turn, change) = ((angular(v.get(i)) + last) * dt, angular(dv.get(i)) - last);
+            let further = match gyroscopic::symmetry(&self.scene.bodies.inertia[i]) {
+                Some((axis, _)) => {
+                    let axis = self.substep_start.orientation(i) * Vector3::ith_axis(axis);
+                    swing_further(&axis, &turn, &change)
+                }
+                None => turn_further(&turn, &change),
+            };
+            let ([x, y, z, ..], next) = (dv.get(i), last + further);
+            dv.set(i, [x, y, z, next.x, next.y, next.z]);
+        }
     }
 
     /// One solve about the present iterate of q⁺, and the move to the next iterate, where the driven sides are as at the
@@ -199,7 +253,7 @@ impl Stepper {
         let pieces = &mut self.pieces;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
         let [jv, after] = &mut self.in_rows;
-        times_jacobian(&pieces.rows, &pieces.v, jv);
+        pieces.rows.times_jacobian(&pieces.v, jv);
         pieces.known.fill(0.0);
         if pass == Pass::Next {
             pieces.rates_after(after);
@@ -240,9 +294,53 @@ impl Stepper {
         for (predicted, known) in pieces.predicted.iter_mut().zip(&pieces.known) {
             *predicted -= dt * known;
         }
+        if pass == Pass::Next {
+            self.turn_on(dt);
+        }
         self.move_bodies(dt)?;
         self.pieces.rows.update_state(&self.scene, end);
         clock.end(Phase::Update);
         Ok(self.pieces.disagreement())
     }
+}
+
+/// The change of a turn u that is followed by a small turn δ, exp(δ) exp(u) = exp(u + δ') + O(δ²):
+///
+/// ```text
+/// δ' = δ − ½ u × δ + (1 − (θ/2) cot(θ/2))/θ² u × (u × δ),    θ = |u|
+/// ```
+pub(crate) fn turn_further(turn: &Vector3<f64>, change: &Vector3<f64>) -> Vector3<f64> {
+    let angle = turn.norm();
+    if !TURNS.contains(&angle) {
+        return *change;
+    }
+    let half = 0.5 * angle;
+    let twice = (1.0 - half / half.tan()) / (angle * angle);
+    let across = turn.cross(change);
+    change - across * 0.5 + turn.cross(&across) * twice
+}
+
+/// The same of a body with the axis of symmetry a, which only the part of u across a moves ([`crate::gyroscopic`]): with
+/// e = u/θ of this part, b = e × a, and a₁ = cos θ a + sin θ b after it,
+///
+/// ```text
+/// δ' = (δ·e) e + θ/sin θ (δ·(e × a₁)) b + (δ·a₁) a
+/// ```
+pub(crate) fn swing_further(
+    axis: &Vector3<f64>,
+    turn: &Vector3<f64>,
+    change: &Vector3<f64>,
+) -> Vector3<f64> {
+    let across = turn - axis * axis.dot(turn);
+    let angle = across.norm();
+    if !TURNS.contains(&angle) {
+        return *change;
+    }
+    let along = across / angle;
+    let (sine, cosine) = angle.sin_cos();
+    let side = along.cross(axis);
+    let turned = axis * cosine + side * sine;
+    along * along.dot(change)
+        + side * (angle / sine * along.cross(&turned).dot(change))
+        + axis * turned.dot(change)
 }

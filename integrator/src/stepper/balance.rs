@@ -9,16 +9,17 @@
 //! v_d are the velocities of driven bodies; ∂φ/∂t is that of moved points, motors that hold speeds (−target) and winches
 //! (their speed). A row at its limit stores nothing: all of its work is a motor's, or a slipping drum's. Damping takes
 //! away. Sums over the steps are trapezoidal: λ changes the velocities at the beginning of a step, between those of the
-//! steps before and after it, and in the guard's implicit ones at the end. The energy of the rope that a drum winds up, half its strain of the winch's work, is left out. Healthy motions
-//! are off by less than 4·10⁻² of their own energy in shocks, and elsewhere by less than 10⁻³.
+//! steps before and after it, and in the guard's implicit ones at the end. The energy of the rope that a drum winds up,
+//! half its strain of the winch's work, is left out. Healthy motions are off by less than 4·10⁻² of their own energy in
+//! shocks, and elsewhere by less than 10⁻³.
 
 use crate::bounded::Place;
-use crate::products::dot;
 use crate::report::Work;
 use crate::stepper::Stepper;
 use crate::{Energy, StepError};
 use nalgebra::Vector3;
 use taut_model::Mobility;
+use taut_model::linearized::dot;
 
 /// Energy and work since the first step \[J], at the beginning of the last sub-step as [`Energy`].
 #[non_exhaustive]
@@ -99,6 +100,9 @@ impl Stepper {
             account.work -= *open * force;
             account.pending -= half * if implicit { force + *lambda } else { force };
             (*open, *lambda) = (if implicit { 0.0 } else { half }, force);
+        }
+        if implicit {
+            account.work += std::mem::take(&mut account.pending);
         }
         self.in_rows[1] = moved;
     }

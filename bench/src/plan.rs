@@ -1,55 +1,63 @@
 //! Plots of any rows, by what stands on their axes: which columns, and which of them tell panels and series apart.
 
-use super::charts::{FLOOR, distinct};
-use super::sheets::{self, Row, heading};
 use crate::plot::{Axis, Chart, Look, Mark, Series};
+use crate::settings::distinct;
+use crate::sheet::{self, Row, heading, rows_of};
 use serde_json::Value;
 use std::borrow::Cow;
+
+/// The plot of work against precision, of which `taut report --picture` makes a file.
+pub(crate) const PRECISION: &str = "work-precision";
+
+/// Smallest error that is drawn: what is exact to the last bit stands there.
+pub(crate) const FLOOR: f64 = 1e-17;
 
 /// Most panels of a plot.
 const MOST_PANELS: usize = 36;
 
 /// A plot of a list of rows: a panel for each set of values in some columns, in it a series for each set in others.
-pub(super) struct Plan {
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
-    pub(super) text: &'static str,
-    pub(super) list: &'static str,
+#[derive(Debug)]
+pub struct Plan {
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) text: &'static str,
+    pub(crate) list: &'static str,
     /// Rows that take part: one of these values in each of these columns.
-    pub(super) only: &'static [(&'static str, &'static [&'static str])],
+    pub(crate) only: &'static [(&'static str, &'static [&'static str])],
     /// Columns in which a row that takes part has what the first row has.
-    pub(super) as_first: &'static [&'static str],
+    pub(crate) as_first: &'static [&'static str],
     /// Columns that the rows of a panel share; a row without a value takes part in all.
-    pub(super) panels: &'static [&'static str],
+    pub(crate) panels: &'static [&'static str],
     /// Columns that the rows of a series share: its name.
-    pub(super) series: &'static [&'static str],
-    pub(super) x: Quantity,
-    pub(super) y: Quantity,
+    pub(crate) series: &'static [&'static str],
+    pub(crate) x: Quantity,
+    pub(crate) y: Quantity,
     /// Whether of points above each other only the lowest is shown.
-    pub(super) lowest: bool,
+    pub(crate) lowest: bool,
     /// Series, and places on the horizontal axis, without which a panel says nothing.
-    pub(super) least: usize,
-    pub(super) least_places: usize,
-    pub(super) mark: Mark,
+    pub(crate) least: usize,
+    pub(crate) least_places: usize,
+    pub(crate) mark: Mark,
     /// Whether lines show what errors of first and second order are.
-    pub(super) orders: bool,
+    pub(crate) orders: bool,
 }
 
 /// What stands on an axis: the size of the sum of columns on a logarithmic one, the sum on a linear one, or what a
 /// column says.
-pub(super) struct Quantity {
-    pub(super) columns: &'static [&'static str],
+#[derive(Debug)]
+pub(crate) struct Quantity {
+    pub(crate) columns: &'static [&'static str],
     /// With the unit.
-    pub(super) label: &'static str,
+    pub(crate) label: &'static str,
     /// What the columns are multiplied by for it.
-    pub(super) factor: f64,
+    pub(crate) factor: f64,
     /// The smallest that is shown on a logarithmic axis; a linear one where it is 0.
-    pub(super) floor: f64,
+    pub(crate) floor: f64,
     /// Whether the column is no number: the axis then has a place for each of its texts.
-    pub(super) is_text: bool,
+    pub(crate) is_text: bool,
 }
 
-pub(super) const fn error(column: &'static [&'static str], label: &'static str) -> Quantity {
+pub(crate) const fn error(column: &'static [&'static str], label: &'static str) -> Quantity {
     Quantity {
         columns: column,
         label,
@@ -59,7 +67,7 @@ pub(super) const fn error(column: &'static [&'static str], label: &'static str) 
     }
 }
 
-pub(super) const fn positive(
+pub(crate) const fn positive(
     columns: &'static [&'static str],
     label: &'static str,
     factor: f64,
@@ -73,7 +81,7 @@ pub(super) const fn positive(
     }
 }
 
-pub(super) const fn linear(
+pub(crate) const fn linear(
     columns: &'static [&'static str],
     label: &'static str,
     factor: f64,
@@ -84,14 +92,14 @@ pub(super) const fn linear(
     }
 }
 
-pub(super) const fn texts(columns: &'static [&'static str], label: &'static str) -> Quantity {
+pub(crate) const fn texts(columns: &'static [&'static str], label: &'static str) -> Quantity {
     Quantity {
         is_text: true,
         ..linear(columns, label, 1.0)
     }
 }
 
-pub(super) const PLAIN: Plan = Plan {
+pub(crate) const PLAIN: Plan = Plan {
     id: "",
     title: "",
     text: "",
@@ -110,30 +118,17 @@ pub(super) const PLAIN: Plan = Plan {
 };
 
 /// A plot of several panels.
-pub(super) struct Plot {
-    pub(super) id: &'static str,
-    pub(super) title: &'static str,
-    pub(super) text: Cow<'static, str>,
-    pub(super) charts: Vec<Chart>,
-}
-
-/// The rows of the list with that name, wherever it is; those of the value itself where there is no name.
-fn rows_of(value: &Value, list: &str) -> Vec<Row> {
-    let objects = |value: &Value| -> Vec<Row> {
-        let items = value.as_array().map_or(&[][..], Vec::as_slice);
-        items.iter().filter_map(Value::as_object).cloned().collect()
-    };
-    match value {
-        _ if list.is_empty() => objects(value),
-        Value::Array(items) => items.iter().flat_map(|item| rows_of(item, list)).collect(),
-        value => value.get(list).map(objects).unwrap_or_default(),
-    }
+pub(crate) struct Plot {
+    pub(crate) id: &'static str,
+    pub(crate) title: &'static str,
+    pub(crate) text: Cow<'static, str>,
+    pub(crate) charts: Vec<Chart>,
 }
 
 /// What a row holds in a column; nothing where it holds nothing.
 fn shown(row: &Row, column: &str) -> Option<String> {
     let value = row.get(column).filter(|value| !value.is_null())?;
-    Some(sheets::shown(column, value))
+    Some(sheet::shown(column, value))
 }
 
 /// The same with the name of the column where it would say nothing without.
@@ -149,7 +144,7 @@ fn labelled(row: &Row, column: &str) -> Option<String> {
 
 impl Plan {
     /// The plot of a benchmark's data.
-    pub(super) fn plot(&self, data: &Value) -> Plot {
+    pub(crate) fn plot(&self, data: &Value) -> Plot {
         let takes_part = |row: &Row| {
             let fits = |(column, values): &(&str, &[&str])| {
                 shown(row, column).is_some_and(|text| values.contains(&text.as_str()))

@@ -1,0 +1,296 @@
+//! What an implicit Euler step makes small, and the search along a Newton step for less of it.
+//!
+//! The guard's equations, M (v⁺ − v) = Δt f + Jᵀ μ and ε μ/Δt + g = 0 with g = φ(q⁺) + τ (J v⁺ + ∂φ/∂t), are those of a
+//! stationary
+//!
+//! ```text
+//! Φ(v⁺) = ½ |v⁺ − v|²_M − Δt f·(v⁺ − v) + Σ Ψ(g) Δt/(Δt + τ)
+//! Ψ(g) = max over lo ≤ λ' ≤ hi of  −λ' g − ½ ε λ'² − ½ (e − ε)(λ' − λ)²        ∂Ψ/∂g = −λ'
+//! ```
+//!
+//! but for a rotation that is not about the axis of the last, which is of second order in their angles. With e = ε this is
+//! the elastic energy g²/(2ε), cut off where the force is. With more it is the augmented Lagrangian about the multipliers
+//! λ of the last solve: stationary in the same place, and finite for rigid rows. e is at least [`SOFTEST`] of
+//! Δt² J M̃⁻¹ Jᵀ, so that the bend of a stiff row's path does not stop the search. A row of speeds takes Δt (J v⁺ + ∂φ/∂t)
+//! for g.
+//!
+//! The system of a pass is positive definite, so that its step leads down from where it starts, and far from there it may
+//! lead anywhere. In sub-steps that cannot be halved any more the step is halved until Φ is less, at most four times.
+//!
+//! Less of Φ is not yet less energy. A sub-step has gained
+//!
+//! ```text
+//! ½ |v⁺|²_M − ½ |v|²_M − Δt f·v⁺ + Σ (Ψ(g) − Ψ(g₀)) Δt/(Δt + τ)
+//! ```
+//!
+//! with g₀ where only driven bodies have moved: no less than their work, much more for a rigid motor of speed. One that
+//! converges loses where the potential is convex.
+
+use crate::StepError;
+use crate::bounded::response_of;
+use crate::pieces::Pieces;
+use crate::stepper::Stepper;
+use nalgebra::Vector3;
+use taut_model::BodyVectors;
+use taut_model::linearized::dot;
+
+/// Least e over Δt² J M̃⁻¹ Jᵀ.
+const SOFTEST: f64 = 1e-3;
+
+/// A part of the promised decrease that is enough, and what of Φ is rounding.
+const ENOUGH: f64 = 1e-4;
+const ROUNDING: f64 = 1e-13;
+
+/// The search ends with a part of the step below this one.
+const SHORTEST: f64 = 0.1;
+
+/// The iterates between which a search goes.
+#[derive(Debug, Clone)]
+pub(crate) struct Search {
+    /// e, one a row.
+    soft: Vec<f64>,
+    /// What a pass starts from: φ as it knows it, g and Δv.
+    phi: Vec<f64>,
+    gaps: Vec<f64>,
+    from: BodyVectors,
+    /// The Δv of its solve, and g of a part of the way.
+    to: BodyVectors,
+    gaps_there: Vec<f64>,
+    /// g₀, and the kinetic energy where the sub-step starts \[J].
+    gaps_at_rest: Vec<f64>,
+    kinetic: f64,
+    /// Size of Φ where the sub-step starts \[J].
+    scale: f64,
+}
+
+impl Search {
+    pub(crate) fn new(rows: usize, bodies: usize) -> Self {
+        let (zeros, none) = (vec![0.0; rows], BodyVectors::new(bodies));
+        Self {
+            soft: zeros.clone(),
+            phi: zeros.clone(),
+            gaps: zeros.clone(),
+            from: none.clone(),
+            to: none,
+            gaps_there: zeros.clone(),
+            gaps_at_rest: zeros,
+            kinetic: 0.0,
+            scale: 0.0,
+        }
+    }
+
+    fn soften(&mut self, pieces: &Pieces, dt: f64) {
+        let rows = &pieces.rows;
+        self.soft.fill(0.0);
+        for (s, slot) in rows.slots.iter().enumerate() {
+            let soft = &mut self.soft[rows.row_range(slot.constraint)];
+            for (soft, j) in soft.iter_mut().zip(rows.block(s).rows()) {
+                *soft += response_of(pieces, slot.body, j);
+            }
+        }
+        for c in 0..rows.constraints() {
+            // The rows of a gap are along the axes of the world: their mean does not depend on these.
+            let range = rows.row_range(c);
+            let is_length = |r: &usize| pieces.has_law(*r) && !pieces.is_angular(*r);
+            let lengths = range.clone().take(3).take_while(is_length).count();
+            let lengths = &mut self.soft[range.start..range.start + lengths];
+            let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+            lengths.fill(mean);
+        }
+        for (soft, own) in self.soft.iter_mut().zip(&rows.compliance) {
+            *soft = own.max(SOFTEST * dt * dt * *soft);
+        }
+    }
+}
+
+/// Ψ(g) and λ' of a row of compliance `own`, about the force `lambda`.
+fn energy(g: f64, lambda: f64, own: f64, soft: f64, limits: (f64, f64)) -> (f64, f64) {
+    if soft == 0.0 {
+        // It holds nothing that moves.
+        return (0.0, 0.0);
+    }
+    let force = (lambda - (g + own * lambda) / soft).clamp(limits.0, limits.1);
+    let off = force - lambda;
+    let value = -force * g - 0.5 * own * force * force - 0.5 * (soft - own) * off * off;
+    (value, force)
+}
+
+impl Stepper {
+    /// Before a pass about the present iterate, or, before the first one, about the beginning: there v⁺ = 0, but for
+    /// driven bodies.
+    pub(crate) fn begin_search(&mut self, first: bool, dt: f64) {
+        let (pieces, bodies) = (&mut self.pieces, &self.scene.bodies);
+        if first {
+            pieces.dv.combine((-1.0, &pieces.v), (0.0, &pieces.v));
+            for i in (0..bodies.len()).filter(|i| !bodies.is_dynamic(*i)) {
+                pieces.dv.set(i, [0.0; 6]);
+            }
+        }
+        self.search.from.copy_from(&pieces.dv);
+        let [mut phi, mut gaps] = [&mut self.search.phi, &mut self.search.gaps].map(std::mem::take);
+        phi.copy_from_slice(&self.pieces.rows.phi);
+        self.gaps(&mut gaps, dt);
+        if first {
+            // φ of the end, which the rows do not hold yet: `gaps` left the rates.
+            for (r, rate) in self.in_rows[1].iter().enumerate() {
+                phi[r] += dt * rate;
+                gaps[r] += if self.pieces.is_speed(r) {
+                    0.0
+                } else {
+                    dt * rate
+                };
+            }
+        }
+        if first {
+            self.search.gaps_at_rest.copy_from_slice(&gaps);
+            self.search.kinetic = self.scene.kinetic_energy();
+        }
+        (self.search.phi, self.search.gaps) = (phi, gaps);
+    }
+
+    /// After a pass: what it promised. One that is `judged` goes back from the iterate that it led to until Φ is less than
+    /// where it came from; by halves, which pass no rounding on as the least of a parabola does.
+    ///
+    /// # Errors
+    /// [`StepError::NonFinite`].
+    pub(crate) fn search(
+        &mut self,
+        first: bool,
+        judged: bool,
+        dt: f64,
+        end: f64,
+    ) -> Result<f64, StepError> {
+        if first {
+            self.search.soften(&self.pieces, dt);
+        }
+        self.search.to.copy_from(&self.pieces.dv);
+        let slope = self.slope(dt);
+        let (begin, size) = self.potential(&self.search.from, &self.search.gaps, dt);
+        if first {
+            self.search.scale = size;
+        }
+        // An ascent is no rest.
+        let promised = if slope <= 0.0 {
+            -slope / self.search.scale.max(f64::MIN_POSITIVE)
+        } else {
+            f64::INFINITY
+        };
+        if !judged {
+            return Ok(promised);
+        }
+        let mut part = 1.0;
+        loop {
+            let mut gaps = std::mem::take(&mut self.search.gaps_there);
+            self.gaps(&mut gaps, dt);
+            let change = self.potential(&self.pieces.dv, &gaps, dt).0 - begin;
+            self.search.gaps_there = gaps;
+            let enough = ENOUGH * part * slope.min(0.0) + ROUNDING * size;
+            if change <= enough || part < SHORTEST {
+                return Ok(promised);
+            }
+            part *= 0.5;
+            let Self { search, pieces, .. } = &mut *self;
+            let (from, to) = (&search.from, &search.to);
+            pieces.dv.combine((1.0 - part, from), (part, to));
+            self.substep_start.restore(&mut self.scene.bodies);
+            self.move_bodies(dt)?;
+            self.pieces.rows.update_state(&self.scene, end);
+        }
+    }
+
+    /// Energy that the sub-step to the present iterate has gained \[J].
+    pub(crate) fn gained(&mut self, dt: f64) -> f64 {
+        let mut gaps = std::mem::take(&mut self.search.gaps_there);
+        self.gaps(&mut gaps, dt);
+        let bodies = &self.scene.bodies;
+        let mut sum = self.scene.kinetic_energy() - self.search.kinetic;
+        for i in self.scene.dynamic_bodies() {
+            let work = bodies.velocity[i]
+                .dot(&(self.scene.gravity * bodies.mass[i] + bodies.force[i]))
+                + bodies.angular_velocity[i].dot(&bodies.torque[i]);
+            sum -= dt * work;
+        }
+        self.of_rows(&gaps, dt, |_, value, _| sum += value);
+        self.of_rows(&self.search.gaps_at_rest, dt, |_, value, _| sum -= value);
+        self.search.gaps_there = gaps;
+        sum
+    }
+
+    /// g of the present iterate; leaves the rates J v⁺ + ∂φ/∂t in the second of `in_rows`.
+    fn gaps(&mut self, gaps: &mut [f64], dt: f64) {
+        let (pieces, [_, rates]) = (&mut self.pieces, &mut self.in_rows);
+        pieces.rates_after(rates);
+        let rows = &pieces.rows;
+        for (r, rate) in rates.iter_mut().enumerate() {
+            *rate += rows.phi_t[r];
+            gaps[r] = if pieces.is_speed(r) {
+                dt * *rate
+            } else {
+                rows.phi[r] + rows.damping[r] * *rate
+            };
+        }
+        self.closing.leave_gaps(rows, gaps);
+    }
+
+    /// Φ of a velocity change, and the sum of the sizes of its terms \[J].
+    fn potential(&self, dv: &BodyVectors, gaps: &[f64], dt: f64) -> (f64, f64) {
+        let (mut sum, mut size) = (0.0, 0.0);
+        let mut add = |term: f64| {
+            sum += term;
+            size += term.abs();
+        };
+        for i in self.scene.dynamic_bodies() {
+            add(dot(&dv.get(i), &self.lacking(i, dv, 0.5, dt)));
+        }
+        self.of_rows(gaps, dt, |_, value, _| add(value));
+        (sum, size)
+    }
+
+    /// Derivative of Φ by the part of the step, where the step starts.
+    fn slope(&self, dt: f64) -> f64 {
+        let (search, mut slope) = (&self.search, 0.0);
+        for i in self.scene.dynamic_bodies() {
+            let (from, to) = (search.from.get(i), search.to.get(i));
+            let step = std::array::from_fn(|k| to[k] - from[k]);
+            slope += dot(&step, &self.lacking(i, &search.from, 1.0, dt));
+        }
+        // g changes (Δt + τ)/Δt times as much as φ does.
+        self.of_rows(&search.gaps, dt, |r, _, force| {
+            slope -= force * (self.pieces.predicted[r] - search.phi[r]);
+        });
+        slope
+    }
+
+    /// Ψ Δt/(Δt + τ) and λ' of each row, but for those that are a filter alone.
+    fn of_rows(&self, gaps: &[f64], dt: f64, mut of: impl FnMut(usize, f64, f64)) {
+        let rows = &self.pieces.rows;
+        let mut bounds = rows.bounds.iter().peekable();
+        for (r, g) in gaps.iter().enumerate() {
+            let bound = bounds.next_if(|bound| bound.row == r);
+            if self.pieces.is_transverse(r) {
+                continue;
+            }
+            let limits = bound.map_or((f64::NEG_INFINITY, f64::INFINITY), |b| (b.lower, b.upper));
+            let (own, soft) = (rows.compliance[r], self.search.soft[r]);
+            let (value, force) = energy(*g, self.tension[r], own, soft, limits);
+            of(r, value * dt / (dt + rows.damping[r]), force);
+        }
+    }
+
+    /// x M Δv − Δt f of body `i`, with M of the beginning.
+    fn lacking(&self, i: usize, dv: &BodyVectors, x: f64, dt: f64) -> [f64; 6] {
+        let bodies = &self.scene.bodies;
+        let ([a, b, c, p, q, r], mass) = (dv.get(i), bodies.mass[i]);
+        let turned = self.substep_start.orientation(i);
+        let spin = turned * (bodies.inertia[i] * (turned.inverse() * Vector3::new(p, q, r)));
+        let linear = Vector3::new(a, b, c) * (x * mass);
+        let linear = linear - (self.scene.gravity * mass + bodies.force[i]) * dt;
+        let angular = spin * x - bodies.torque[i] * dt;
+        [
+            linear.x, linear.y, linear.z, angular.x, angular.y, angular.z,
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests;
