@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use taut_lanes::Lanes;
 
 use crate::body_vectors::{BodyVectors, PACK};
-use crate::constraint::{MAX_ROWS, RowKind, Rows};
+use crate::constraint::{RowKind, Rows};
 use crate::packs::{FourJoints, Joint, JointSide, Packs};
 use crate::scene::Scene;
 
@@ -26,26 +26,34 @@ pub struct Slot {
     pub offset: usize,
 }
 
-/// A copy of a slot's block of the Jacobian: a slice of rows × 6 numbers, row-major.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Block {
-    values: [f64; 6 * MAX_ROWS],
-    len: usize,
+/// A slot's block of the Jacobian: a slice of rows × 6 numbers, row-major.
+#[derive(Debug, Clone, Copy)]
+pub struct Block<'a>(Rows6<'a>);
+
+#[derive(Debug, Clone, Copy)]
+enum Rows6<'a> {
+    Stored(&'a [[f64; 6]]),
+    /// Out of a pack, and how many there are.
+    Copied([[f64; 6]; 6], usize),
 }
 
-impl Deref for Block {
+impl Deref for Block<'_> {
     type Target = [f64];
 
     fn deref(&self) -> &[f64] {
-        &self.values[..self.len]
+        self.rows().as_flattened()
     }
 }
 
-impl Block {
+impl Block<'_> {
     /// The block row by row: in each ∂φ̇/∂v (1, or rad/m where φ is an angle) and ∂φ̇/∂ω (m, or 1).
+    #[inline]
     #[must_use]
     pub fn rows(&self) -> &[[f64; 6]] {
-        self.as_chunks().0
+        match &self.0 {
+            Rows6::Stored(rows) => rows,
+            Rows6::Copied(rows, count) => &rows[..*count],
+        }
     }
 }
 
@@ -394,18 +402,15 @@ impl Linearized {
     ///
     /// # Panics
     /// When `slot` is not below the number of slots.
+    #[inline]
     #[must_use]
-    pub fn block(&self, slot: usize) -> Block {
-        let Slot {
-            constraint, offset, ..
-        } = self.slots[slot];
-        let len = 6 * self.row_range(constraint).len();
-        let mut values = [0.0; 6 * MAX_ROWS];
-        match self.packs.of_slot(slot) {
-            Some((joint, side)) => self.packs.write_block(joint, side, &mut values[..len]),
-            None => values[..len].copy_from_slice(&self.jacobian[offset..offset + len]),
-        }
-        Block { values, len }
+    pub fn block(&self, slot: usize) -> Block<'_> {
+        let at = &self.slots[slot];
+        let count = self.row_range(at.constraint).len();
+        Block(match self.packs.of_slot(slot) {
+            Some((joint, side)) => Rows6::Copied(self.packs.block(joint, side), count),
+            None => Rows6::Stored(&self.jacobian[at.offset..].as_chunks().0[..count]),
+        })
     }
 
     /// Lever arm of slot `slot`, world \[m]: from the body's centre to the attachment point. Zero where the constraint

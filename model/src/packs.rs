@@ -301,10 +301,9 @@ impl Packs {
         jacobian.arms[side].into()
     }
 
-    /// The block of a joint's side, as many rows as there is room for.
-    pub(crate) fn write_block(&self, joint: usize, side: usize, block: &mut [f64]) {
-        let rows = self.packs[joint / PACK].lane(joint % PACK).block(side);
-        block.copy_from_slice(&rows.as_flattened()[..block.len()]);
+    /// The block of a joint's side; the rows after its last are zero.
+    pub(crate) fn block(&self, joint: usize, side: usize) -> [[f64; 6]; 6] {
+        self.packs[joint / PACK].lane(joint % PACK).block(side)
     }
 
     /// The sides of four joints, given by the numbers of the joints and of their sides.
