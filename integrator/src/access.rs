@@ -1,7 +1,7 @@
 //! What may be changed in a running simulation between two steps: states, loads, driven bodies, motors, winches, controls.
 
 use crate::StepError;
-use crate::stepper::Stepper;
+use crate::stepper::{Stage, Stepper};
 use nalgebra::Vector3;
 use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Target, Winch};
 use taut_solver::SolveError;
@@ -16,7 +16,7 @@ impl Stepper {
         self.check_rows(mu)?;
         self.mu.copy_from_slice(mu);
         self.mu_dt = self.substep();
-        self.solved = false;
+        self.stage.unsolve();
         Ok(())
     }
 
@@ -29,7 +29,7 @@ impl Stepper {
         self.check_rows(lambda)?;
         self.tension.copy_from_slice(lambda);
         self.tension_known = true;
-        self.solved = false;
+        self.stage.unsolve();
         Ok(())
     }
 
@@ -96,11 +96,9 @@ impl Stepper {
             .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
         self.account.close();
-        self.solved = false;
-        self.advanced = 0.0;
+        self.stage = Stage::Unsolved;
         self.started = true;
         self.holding = 0;
-        self.implicit = false;
         self.closing.forget();
         let rows = &mut self.pieces.rows;
         rows.drive(
@@ -147,7 +145,7 @@ impl Stepper {
         }
         bodies.force[body] = force;
         bodies.torque[body] = torque;
-        self.solved = false;
+        self.stage.unsolve();
         Ok(())
     }
 
@@ -197,7 +195,7 @@ impl Stepper {
                 *phi_t -= taut_model::linearized::dot(j, &change);
             }
         }
-        self.solved = false;
+        self.stage.unsolve();
         Ok(())
     }
 
@@ -267,7 +265,7 @@ impl Stepper {
         }
         self.scene.set_control(control, value, self.time);
         // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
-        self.solved = false;
+        self.stage.unsolve();
         Ok(())
     }
 
@@ -302,7 +300,7 @@ impl Stepper {
 
     /// Laws and bounds are those of the present state again; its solve no longer is.
     fn changed(&mut self) {
-        self.solved = false;
+        self.stage.unsolve();
         self.pieces.rows.update(&self.scene, self.time);
     }
 }

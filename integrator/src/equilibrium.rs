@@ -16,7 +16,6 @@
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
 //! massless cables a link without length row along each span ([`Spans`]).
 
-use crate::report::{PhaseClock, Work};
 use crate::stepper::Stepper;
 use crate::stepper::guarded::Pass;
 use crate::{GeometricStiffness, Scheme, StepError, StepOptions};
@@ -68,13 +67,12 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
     let spans = Spans::add(&mut resting);
     let mut stepper = Stepper::new(resting, options(backend))?;
     spans.take_tensions(&mut stepper);
-    let (mut clock, mut work) = (PhaseClock::start(), Work::default());
     let (mut pace, mut moved) = (Pace::start(), None);
     let mut passes = 0;
     while passes < PASSES && 4.0 * pace.dt > SHORTEST {
         passes += 1;
         spans.leave_out_lengths(&mut stepper);
-        match stepper.relax(pace.dt, &mut clock, &mut work)? {
+        match stepper.relax(pace.dt)? {
             None => pace.dt *= 0.25,
             Some(way) => {
                 moved = Some(way);
@@ -249,12 +247,7 @@ impl Spans {
 impl Stepper {
     /// One pass from rest: the largest change of a position over the scene's extent, and whose it is, or `None` where the
     /// linearisation did not hold and the state is as before.
-    fn relax(
-        &mut self,
-        dt: f64,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<Option<(f64, usize)>, StepError> {
+    fn relax(&mut self, dt: f64) -> Result<Option<(f64, usize)>, StepError> {
         let bodies = &mut self.scene.bodies;
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
@@ -266,7 +259,7 @@ impl Stepper {
         self.closing.take_drift(&self.pieces.rows, &self.tension);
         self.closing.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);
-        let disagreement = match self.newton_pass(pass, dt, self.time, clock, work) {
+        let disagreement = match self.newton_pass(pass, dt, self.time) {
             Ok(d) => d,
             Err(StepError::NonFinite { .. }) => f64::INFINITY,
             // A shorter step is nearer to a regular one.

@@ -3,8 +3,7 @@
 use crate::bounded::Verdict;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
-use crate::report::{PhaseClock, Work};
-use crate::stepper::Stepper;
+use crate::stepper::{Stage, Stepper};
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
 use nalgebra::Vector3;
 use std::ops::Deref;
@@ -187,7 +186,13 @@ impl Stepper {
     pub fn energy(&self) -> Energy {
         let bodies = &self.scene.bodies;
         // The forces of an implicit step are those at its end.
-        let dt = if self.implicit { 0.0 } else { self.advanced };
+        let dt = match self.stage {
+            Stage::Advanced {
+                dt,
+                implicit: false,
+            } => dt,
+            _ => 0.0,
+        };
         let mut energy = Energy {
             elastic: self.elastic_energy(),
             ..Energy::default()
@@ -231,8 +236,8 @@ impl Stepper {
     /// # Errors
     /// As [`solve`](Self::solve).
     pub fn reference_multipliers(&mut self) -> Result<Vec<f64>, StepError> {
-        self.find_tension(&mut PhaseClock::start(), &mut Work::default())?;
-        self.prepare(self.options.stiffness)?;
+        self.find_tension()?;
+        self.linearize(self.options.stiffness)?;
         let dt = self.substep();
         // The stepper's own solves start from what they know, not from what is found here.
         let mut bounded = self.bounded.clone();
@@ -299,7 +304,7 @@ mod tests {
     fn apart(stepper: &Stepper) -> [f64; 2] {
         let (load, joint) = (6, 6);
         let dv = stepper.pieces.dv.get(load);
-        let rate = Vector3::new(dv[0], dv[1], dv[2]) / stepper.advanced;
+        let rate = Vector3::new(dv[0], dv[1], dv[2]) / stepper.stage.advanced();
         let carried = (rate - stepper.scene.gravity).norm() * stepper.scene.bodies.mass[load];
         let rows = &stepper.pieces.rows;
         let stretched: Vec<_> = rows

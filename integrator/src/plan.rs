@@ -442,7 +442,7 @@ mod tests {
             for _ in 0..20 {
                 stepper.step().unwrap();
             }
-            stepper.prepare(stepper.options.stiffness).unwrap();
+            stepper.linearize(stepper.options.stiffness).unwrap();
             stepper.assemble(stepper.options.dt);
             let (plan, sigma) = (&stepper.plan, &stepper.pieces.regularization.sigma);
             let constraints: Vec<usize> = (plan.block.iter())

@@ -75,32 +75,6 @@ impl PhaseTimes {
     }
 }
 
-/// Reads the clock once at each change of phase.
-pub(crate) struct PhaseClock {
-    times: PhaseTimes,
-    last: Instant,
-}
-
-impl PhaseClock {
-    pub(crate) fn start() -> Self {
-        Self {
-            times: PhaseTimes::default(),
-            last: Instant::now(),
-        }
-    }
-
-    /// `phase` ends now.
-    pub(crate) fn end(&mut self, phase: Phase) {
-        let now = Instant::now();
-        self.times.0[phase as usize] += now - self.last;
-        self.last = now;
-    }
-
-    pub(crate) fn times(&self) -> PhaseTimes {
-        self.times
-    }
-}
-
 /// What one step did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -135,9 +109,11 @@ pub struct StepReport {
     pub phases: PhaseTimes,
 }
 
-/// What a step has done so far.
-#[derive(Debug, Default)]
-pub(crate) struct Work {
+/// What a step has done so far, and when its last phase ended.
+#[derive(Debug)]
+pub(crate) struct Tally {
+    phases: PhaseTimes,
+    last: Instant,
     solve: Option<SolveReport>,
     iterations: usize,
     solves: usize,
@@ -149,7 +125,30 @@ pub(crate) struct Work {
     pub(crate) balance: Option<EnergyBalance>,
 }
 
-impl Work {
+impl Tally {
+    pub(crate) fn start() -> Self {
+        Self {
+            phases: PhaseTimes::default(),
+            last: Instant::now(),
+            solve: None,
+            iterations: 0,
+            solves: 0,
+            undecided: 0,
+            implicit_substeps: 0,
+            unconverged_substeps: 0,
+            redone: false,
+            disagreement: 0.0,
+            balance: None,
+        }
+    }
+
+    /// `phase` ends now.
+    pub(crate) fn end(&mut self, phase: Phase) {
+        let now = Instant::now();
+        self.phases.0[phase as usize] += now - self.last;
+        self.last = now;
+    }
+
     /// One system was solved, and its solution refined.
     pub(crate) fn add(&mut self, mut solve: SolveReport, refined: Option<SolveReport>) {
         self.iterations += solve.iterations + refined.map_or(0, |r| r.iterations);
@@ -174,7 +173,7 @@ impl Work {
         self.disagreement = self.disagreement.max(size);
     }
 
-    pub(crate) fn report(self, time: f64, refinements: usize, phases: PhaseTimes) -> StepReport {
+    pub(crate) fn report(&self, time: f64, refinements: usize) -> StepReport {
         StepReport {
             time,
             solve: self.solve.unwrap_or(SolveReport::DIRECT),
@@ -187,7 +186,7 @@ impl Work {
             redone: self.redone,
             disagreement: self.disagreement,
             balance: self.balance,
-            phases,
+            phases: self.phases,
         }
     }
 }

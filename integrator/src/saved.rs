@@ -8,8 +8,8 @@
 
 use crate::bounded::Place;
 use crate::history::History;
-use crate::stepper::Stepper;
 use crate::stepper::balance::Account;
+use crate::stepper::{Stage, Stepper};
 use crate::{StepError, StepOptions};
 use taut_model::BodyVectors;
 use taut_model::Scene;
@@ -179,7 +179,7 @@ impl Stepper {
     /// [`advance`](Self::advance); [`StepError::Scene`] and [`StepError::Saved`] where a step that failed or a setting
     /// has left numbers that are not finite.
     pub fn save(&self) -> Result<SavedRun, StepError> {
-        if self.solved {
+        if self.stage == Stage::Solved {
             return Err(StepError::Solve {
                 source: SolveError::OutOfOrder {
                     called: "save",
@@ -204,9 +204,9 @@ impl Stepper {
             scene: self.scene.clone(),
             time: self.time,
             started: self.started,
-            advanced: self.advanced,
+            advanced: self.stage.advanced(),
             holding: self.holding,
-            implicit: self.implicit,
+            implicit: matches!(self.stage, Stage::Advanced { implicit: true, .. }),
             impulses: self.mu.clone(),
             impulse_time: self.mu_dt,
             tension: self.tension_known.then(|| self.tension.clone()),
@@ -237,9 +237,13 @@ impl Stepper {
         saved.check(stepper.mu.len(), stepper.bounded.places().count())?;
         stepper.time = saved.time;
         stepper.started = saved.started;
-        stepper.advanced = saved.advanced;
+        if saved.advanced > 0.0 {
+            stepper.stage = Stage::Advanced {
+                dt: saved.advanced,
+                implicit: saved.implicit,
+            };
+        }
         stepper.holding = saved.holding;
-        stepper.implicit = saved.implicit;
         stepper.mu = saved.impulses;
         stepper.mu_dt = saved.impulse_time;
         stepper.tension_known = saved.tension.is_some();

@@ -13,7 +13,7 @@ use crate::history::{History, State};
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
-use crate::report::{PhaseClock, Work};
+use crate::report::Tally;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
@@ -50,13 +50,11 @@ pub struct Stepper {
     pub(crate) mu_dt: f64,
     /// λ that the geometric stiffness is made of, one a row \[N, N m].
     pub(crate) tension: Vec<f64>,
-    /// Whether `tension` is that of some solve, and whether the first step has begun.
+    /// Whether `tension` is that of some solve.
     pub(crate) tension_known: bool,
+    /// Whether the first step has begun.
     pub(crate) started: bool,
-    /// Whether `mu` belongs to the present state, which then may be advanced.
-    pub(crate) solved: bool,
-    /// Length of the sub-step that led to the present state and that `pieces` still hold; 0 for none \[s].
-    pub(crate) advanced: f64,
+    pub(crate) stage: Stage,
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
     /// Where the balance of energy stands.
@@ -66,8 +64,41 @@ pub struct Stepper {
     pub(crate) substep_start: State,
     /// The guard's search along its Newton steps.
     pub(crate) search: Search,
-    /// Whether the last step was implicit, with forces at its end.
-    pub(crate) implicit: bool,
+    /// Of the call under way, or of the last.
+    pub(crate) tally: Tally,
+}
+
+/// What the multipliers and the pieces belong to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Stage {
+    /// Another state: the present one was set, changed or taken back.
+    Unsolved,
+    /// The present state, which may be advanced.
+    Solved,
+    /// The sub-step of `dt` (s) that led to the present state; an `implicit` one has its forces at its end.
+    Advanced {
+        /// Its length.
+        dt: f64,
+        /// Whether the guard redid it.
+        implicit: bool,
+    },
+}
+
+impl Stage {
+    /// Length of the sub-step that led to the present state and that the pieces still hold; 0 for none \[s].
+    pub(crate) fn advanced(self) -> f64 {
+        match self {
+            Self::Advanced { dt, .. } => dt,
+            _ => 0.0,
+        }
+    }
+
+    /// The system of the present state has changed.
+    pub(crate) fn unsolve(&mut self) {
+        if *self == Self::Solved {
+            *self = Self::Unsolved;
+        }
+    }
 }
 
 impl Stepper {
@@ -118,14 +149,13 @@ impl Stepper {
             tension: vec![0.0; rows],
             tension_known: false,
             started: false,
-            solved: false,
-            advanced: 0.0,
+            stage: Stage::Unsolved,
             holding: 0,
             account: Account::default(),
             step_start: state.clone(),
             substep_start: state,
             search: Search::new(rows, scene.bodies.len()),
-            implicit: false,
+            tally: Tally::start(),
             bounded: Bounded::new(&pieces),
             closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
@@ -147,47 +177,47 @@ impl Stepper {
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
-        let mut clock = PhaseClock::start();
-        let mut work = Work::default();
-        let done = self.whole_step(&mut clock, &mut work);
-        let done = done.and_then(|()| self.weigh(&mut work));
-        self.drop_tension_unless(done.is_ok());
-        done.map(|()| self.report(work, &clock))
+        self.tallied(|stepper| {
+            stepper.start()?;
+            for _ in 0..stepper.options.substeps {
+                match stepper.options.guard {
+                    None => stepper.linear_substep()?,
+                    Some(guard) => stepper.guarded_substep(guard)?,
+                }
+            }
+            stepper.weigh()
+        })
     }
 
-    fn whole_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
-        if self.started {
-            self.find_tension(clock, work)?;
-        } else {
-            self.start(clock, work)?;
-        }
-        for _ in 0..self.options.substeps {
-            match self.options.guard {
-                None => self.plain_step(clock, work)?,
-                Some(guard) => self.guarded_step(guard, clock, work)?,
-            }
-        }
+    /// A sub-step of the scheme: linearised, solved, updated.
+    fn linear_substep(&mut self) -> Result<(), StepError> {
+        self.solve_scheme(self.options.stiffness)?;
+        self.update()?;
+        self.accept_linear();
         Ok(())
     }
 
-    /// What led to a failure may be of any size: the next solve finds its tension anew, and starts from zero.
-    fn drop_tension_unless(&mut self, good: bool) {
-        if !good {
+    /// Solves the scheme's linear system at the present state.
+    pub(crate) fn solve_scheme(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
+        self.linearize(stiffness)?;
+        self.solve_linearized(self.substep())
+    }
+
+    /// The report of `work`. What led to a failure may be of any size: the next solve finds its tension anew, and starts
+    /// from zero.
+    fn tallied(
+        &mut self,
+        work: impl FnOnce(&mut Self) -> Result<(), StepError>,
+    ) -> Result<StepReport, StepError> {
+        self.tally = Tally::start();
+        let done = work(self);
+        if done.is_err() {
+            self.stage.unsolve();
             self.tension_known = false;
             self.mu.fill(0.0);
             self.account.close();
         }
-    }
-
-    fn report(&self, work: Work, clock: &PhaseClock) -> StepReport {
-        work.report(self.time, self.options.refinements, clock.times())
-    }
-
-    fn plain_step(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
-        self.solve_scheme(self.options.stiffness, clock, work)?;
-        self.advance()?;
-        clock.end(Phase::Update);
-        Ok(())
+        done.map(|()| self.tally.report(self.time, self.options.refinements))
     }
 
     /// What the first [`step`](Self::step) begins with: a staggered scheme's velocities go half a step back, and the
@@ -199,10 +229,7 @@ impl Stepper {
         if self.started {
             return Ok(());
         }
-        let (mut clock, mut work) = (PhaseClock::start(), Work::default());
-        let done = self.start(&mut clock, &mut work);
-        self.drop_tension_unless(done.is_ok());
-        done
+        self.tallied(Self::start).map(|_| ())
     }
 
     /// The first half of a sub-step: solves for the impulses of the present state, which stays as it is. With
@@ -212,33 +239,29 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Solve`].
     pub fn solve(&mut self) -> Result<StepReport, StepError> {
-        let mut clock = PhaseClock::start();
-        let mut work = Work::default();
-        let found = self.find_tension(&mut clock, &mut work);
-        let done =
-            found.and_then(|()| self.solve_scheme(self.options.stiffness, &mut clock, &mut work));
-        self.drop_tension_unless(done.is_ok());
-        done.map(|()| self.report(work, &clock))
+        self.tallied(|stepper| {
+            stepper.find_tension()?;
+            stepper.solve_scheme(stepper.options.stiffness)
+        })
     }
 
     /// A solve without geometric stiffness, where there are no multipliers to make it of.
-    pub(crate) fn find_tension(
-        &mut self,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+    pub(crate) fn find_tension(&mut self) -> Result<(), StepError> {
         if self.options.stiffness == GeometricStiffness::Off || self.tension_known {
             return Ok(());
         }
-        self.solve_scheme(GeometricStiffness::Off, clock, work)
+        self.solve_scheme(GeometricStiffness::Off)
     }
 
-    /// What comes before the first step: the multipliers of the starting state, for the geometric stiffness; and
-    /// velocities half a step back for the schemes that keep them there, v_0 − (Δt/2) a_0.
-    fn start(&mut self, clock: &mut PhaseClock, work: &mut Work) -> Result<(), StepError> {
-        self.find_tension(clock, work)?;
+    /// The multipliers of the geometric stiffness; before the first step also velocities half a step back for the schemes
+    /// that keep them there, v_0 − (Δt/2) a_0.
+    fn start(&mut self) -> Result<(), StepError> {
+        self.find_tension()?;
+        if self.started {
+            return Ok(());
+        }
         if self.options.scheme.is_staggered() {
-            self.solve_scheme(self.options.stiffness, clock, work)?;
+            self.solve_scheme(self.options.stiffness)?;
             self.pieces.update_velocity_change(&self.mu);
             let bodies = &mut self.scene.bodies;
             for i in 0..bodies.len() {
@@ -247,28 +270,14 @@ impl Stepper {
                 bodies.angular_velocity[i] -= Vector3::new(p, q, r) * 0.5;
             }
         }
-        self.solved = false;
+        self.stage = Stage::Unsolved;
         self.started = true;
         Ok(())
     }
 
-    /// Solves the scheme's linear system at the present state.
-    pub(crate) fn solve_scheme(
-        &mut self,
-        stiffness: GeometricStiffness,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
-        self.prepare(stiffness)?;
-        clock.end(Phase::Linearize);
-        self.solve_prepared(self.substep(), clock, work)
-    }
-
     /// M̃, Δt f, Σ and c of the scheme at the present state.
-    pub(crate) fn prepare(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
-        self.solved = false;
-        self.advanced = 0.0;
-        self.implicit = false;
+    pub(crate) fn linearize(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
+        self.stage = Stage::Unsolved;
         let dt = self.substep();
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
@@ -296,6 +305,7 @@ impl Stepper {
             .drive(stiffness, gamma, now, before, &mut pieces.drive);
         self.update_inertia(dt, stiffness.alpha())?;
         self.regularize(stiffness, dt);
+        self.tally.end(Phase::Linearize);
         Ok(())
     }
 
@@ -346,12 +356,16 @@ impl Stepper {
     /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] without a solve of the present state, and
     /// [`StepError::NonFinite`]; the state is then not to be used.
     pub fn advance(&mut self) -> Result<(), StepError> {
-        let done = self.advance_unwound();
-        self.drop_tension_unless(done.is_ok());
-        done?;
-        self.account(self.advanced, false);
-        self.accept();
+        self.tallied(Self::update)?;
+        self.accept_linear();
         Ok(())
+    }
+
+    /// A sub-step of the scheme stands.
+    fn accept_linear(&mut self) {
+        self.account(self.stage.advanced(), false);
+        self.accept();
+        self.tally.end(Phase::Update);
     }
 
     /// The present state is not taken back any more: angles are followed through their turns, and drums that slipped
@@ -366,7 +380,7 @@ impl Stepper {
             if let Constraint::MasslessCable(cable) = constraint {
                 let paid = cable.settle(rows.phi[bound.row], self.time);
                 // The step took the cable to be as long as the winch alone would have it.
-                self.history.phi_t[bound.row] -= paid / self.advanced;
+                self.history.phi_t[bound.row] -= paid / self.stage.advanced();
                 slipped |= paid > 0.0;
             }
         }
@@ -376,14 +390,15 @@ impl Stepper {
     }
 
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.
-    pub(crate) fn advance_unwound(&mut self) -> Result<(), StepError> {
-        if !std::mem::take(&mut self.solved) {
+    pub(crate) fn update(&mut self) -> Result<(), StepError> {
+        if self.stage != Stage::Solved {
             let source = SolveError::OutOfOrder {
                 called: "advance",
                 needs: "solve",
             };
             return Err(self.culprit(source));
         }
+        self.stage = Stage::Unsolved;
         self.started = true;
         let dt = self.substep();
         self.pieces.update_velocity_change(&self.mu);
@@ -391,7 +406,10 @@ impl Stepper {
         self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
-        self.advanced = dt;
+        self.stage = Stage::Advanced {
+            dt,
+            implicit: false,
+        };
         self.pieces.rows.update_state(&self.scene, self.time);
         Ok(())
     }
@@ -404,13 +422,11 @@ impl Stepper {
             .map_err(|i| self.not_finite(i))
     }
 
-    /// Takes back what [`advance_unwound`](Self::advance_unwound) did since `saved`.
+    /// Takes back what [`update`](Self::update) did since `saved`.
     pub(crate) fn go_back(&mut self, saved: &State) {
         self.time = saved.restore(&mut self.scene.bodies);
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
-        self.solved = false;
-        self.advanced = 0.0;
-        self.implicit = false;
+        self.stage = Stage::Unsolved;
         self.pieces.rows.update_state(&self.scene, self.time);
     }
 }

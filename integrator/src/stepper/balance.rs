@@ -14,7 +14,6 @@
 //! shocks, and elsewhere by less than 10⁻³.
 
 use crate::bounded::Place;
-use crate::report::Work;
 use crate::stepper::Stepper;
 use crate::{Energy, StepError};
 use nalgebra::Vector3;
@@ -111,7 +110,7 @@ impl Stepper {
     ///
     /// # Errors
     /// [`StepError::EnergyGain`] beyond the tolerance of the options.
-    pub(crate) fn weigh(&mut self, work: &mut Work) -> Result<(), StepError> {
+    pub(crate) fn weigh(&mut self) -> Result<(), StepError> {
         let Some(tolerance) = self.options.energy_tolerance else {
             return Ok(());
         };
@@ -147,7 +146,7 @@ impl Stepper {
             scale,
             excess: if excess.is_nan() { excess } else { lasting },
         };
-        work.balance = Some(balance);
+        self.tally.balance = Some(balance);
         if balance.excess <= tolerance {
             return Ok(());
         }

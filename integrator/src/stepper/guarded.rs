@@ -16,8 +16,7 @@
 
 use crate::gyroscopic;
 use crate::pieces::Pieces;
-use crate::report::{PhaseClock, Work};
-use crate::stepper::Stepper;
+use crate::stepper::{Stage, Stepper};
 use crate::{Guard, Phase, Scheme, StepError};
 use nalgebra::Vector3;
 
@@ -44,12 +43,7 @@ pub(crate) enum Pass {
 
 impl Stepper {
     /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
-    pub(crate) fn guarded_step(
-        &mut self,
-        guard: Guard,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+    pub(crate) fn guarded_substep(&mut self, guard: Guard) -> Result<(), StepError> {
         self.step_start.save(
             &self.scene.bodies,
             self.time,
@@ -58,36 +52,29 @@ impl Stepper {
         );
         if self.holding > 0 {
             self.holding -= 1;
-            return self.redo(guard, clock, work);
+            return self.redo(guard);
         }
-        let solved = self.solve_scheme(self.options.stiffness, clock, work);
-        let disagreement = match solved.and_then(|()| self.advance_unwound()) {
+        let solved = self.solve_scheme(self.options.stiffness);
+        let disagreement = match solved.and_then(|()| self.update()) {
             Ok(()) => self.pieces.disagreement(),
             Err(StepError::NonFinite { .. }) => f64::INFINITY,
             Err(other) => return Err(other),
         };
-        work.see(disagreement);
+        self.tally.see(disagreement);
         if disagreement.is_finite() && disagreement <= guard.tolerance {
-            self.account(self.advanced, false);
-            self.accept();
-            clock.end(Phase::Update);
+            self.accept_linear();
             return Ok(());
         }
         self.return_to_start();
         self.holding = guard.hold;
-        work.redone = true;
-        clock.end(Phase::Update);
-        self.redo(guard, clock, work)
+        self.tally.redone = true;
+        self.tally.end(Phase::Update);
+        self.redo(guard)
     }
 
     /// The sub-step by implicit ones.
-    fn redo(
-        &mut self,
-        guard: Guard,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
-        let result = self.implicit_step(guard, clock, work);
+    fn redo(&mut self, guard: Guard) -> Result<(), StepError> {
+        let result = self.implicit_step(guard);
         if let Err(StepError::Solve { .. }) = result {
             self.return_to_start();
             self.holding = 0;
@@ -109,12 +96,7 @@ impl Stepper {
     }
 
     /// Implicit sub-steps over one step's time, halved where Newton's method does not converge.
-    fn implicit_step(
-        &mut self,
-        guard: Guard,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+    fn implicit_step(&mut self, guard: Guard) -> Result<(), StepError> {
         let (begin, whole) = (self.time, self.substep());
         let first = whole / guard.substeps as f64;
         let least = first / f64::from(1u32 << guard.halvings);
@@ -128,7 +110,7 @@ impl Stepper {
             // The rows of the last sub-step are those of the step's end, to the last bit.
             let last = whole - (done + dt) <= 0.5 * least;
             let end = begin + if last { whole } else { done + dt };
-            let converged = match self.implicit_substep(dt, end, guard, shortest, clock, work) {
+            let converged = match self.implicit_substep(dt, end, guard, shortest) {
                 Ok(converged) => converged,
                 Err(StepError::NonFinite { .. } | StepError::Solve { .. }) if !shortest => false,
                 Err(error) => return Err(error),
@@ -138,9 +120,9 @@ impl Stepper {
                 length = 0.5 * dt;
                 continue;
             }
-            work.unconverged_substeps += usize::from(!converged);
-            work.implicit_substeps += 1;
-            self.advanced = dt;
+            self.tally.unconverged_substeps += usize::from(!converged);
+            self.tally.implicit_substeps += 1;
+            self.stage = Stage::Advanced { dt, implicit: true };
             self.account(dt, true);
             if !converged {
                 self.lose_gain(dt);
@@ -151,11 +133,8 @@ impl Stepper {
             self.history.forget(&self.pieces.rows.phi_t);
             length = (2.0 * dt).min(first);
         }
-        // The last pass's impulses are spent.
-        self.solved = false;
         // Not before: a sub-step that fails takes the whole step back, and drums do not wind back.
         self.accept();
-        self.implicit = true;
         Ok(())
     }
 
@@ -188,8 +167,6 @@ impl Stepper {
         end: f64,
         guard: Guard,
         shortest: bool,
-        clock: &mut PhaseClock,
-        work: &mut Work,
     ) -> Result<bool, StepError> {
         self.substep_start.save(
             &self.scene.bodies,
@@ -204,7 +181,7 @@ impl Stepper {
             let first = pass == 0;
             let kind = if first { Pass::First } else { Pass::Next };
             self.begin_search(first, dt);
-            let disagreement = self.newton_pass(kind, dt, end, clock, work)?;
+            let disagreement = self.newton_pass(kind, dt, end)?;
             if disagreement <= near {
                 return Ok(true);
             }
@@ -242,14 +219,7 @@ impl Stepper {
 
     /// One solve about the present iterate of q⁺, and the move to the next iterate, where the driven sides are as at the
     /// time `end`.
-    pub(crate) fn newton_pass(
-        &mut self,
-        pass: Pass,
-        dt: f64,
-        end: f64,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<f64, StepError> {
+    pub(crate) fn newton_pass(&mut self, pass: Pass, dt: f64, end: f64) -> Result<f64, StepError> {
         let pieces = &mut self.pieces;
         // The rate whose effect the rows' φ already contains: that of the last iterate.
         let [jv, after] = &mut self.in_rows;
@@ -285,8 +255,8 @@ impl Stepper {
         self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);
         self.pieces.regularize(dt, &self.in_rows[0]);
         self.closing.leave_drift(&mut self.pieces, dt);
-        clock.end(Phase::Linearize);
-        self.solve_prepared(dt, clock, work)?;
+        self.tally.end(Phase::Linearize);
+        self.solve_linearized(dt)?;
         self.pieces.update_velocity_change(&self.mu);
         self.pieces.predict(dt);
         // φ contains the effect of the known rate.
@@ -299,7 +269,7 @@ impl Stepper {
         }
         self.move_bodies(dt)?;
         self.pieces.rows.update_state(&self.scene, end);
-        clock.end(Phase::Update);
+        self.tally.end(Phase::Update);
         Ok(self.pieces.disagreement())
     }
 }

@@ -9,31 +9,25 @@
 //!
 //! Where rows have bounds it is solved until all of them keep theirs.
 
-use super::Stepper;
+use super::{Stage, Stepper};
 use crate::bounded::Verdict;
 use crate::pieces::Pieces;
 use crate::plan::{BlockOf, Plan};
-use crate::report::{PhaseClock, Work};
 use crate::{Form, Phase, StepError};
 use taut_solver::{SolveError, SolveReport};
 
 impl Stepper {
     /// Assembles, factorises, solves and refines the system of the pieces, for a step `dt` long: once, or until all rows
     /// with bounds keep them.
-    pub(crate) fn solve_prepared(
-        &mut self,
-        dt: f64,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+    pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
         self.bounded.begin();
         loop {
             self.bounded.hold(&mut self.pieces, dt);
-            let solved = self.solve_once(dt, clock, work);
+            let solved = self.solve_once(dt);
             self.bounded.release(&mut self.pieces);
             solved?;
             let verdict = self.bounded.judge(&mut self.pieces, &mut self.mu, dt);
-            work.undecided += usize::from(verdict == Verdict::Undecided);
+            self.tally.undecided += usize::from(verdict == Verdict::Undecided);
             if verdict != Verdict::Changed {
                 break;
             }
@@ -44,28 +38,23 @@ impl Stepper {
             *tension = mu * frequency;
         }
         self.tension_known = true;
-        self.solved = true;
+        self.stage = Stage::Solved;
         Ok(())
     }
 
     /// One linear system: μ of all rows as if none had bounds.
-    fn solve_once(
-        &mut self,
-        dt: f64,
-        clock: &mut PhaseClock,
-        work: &mut Work,
-    ) -> Result<(), StepError> {
+    fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
         self.assemble(dt);
-        clock.end(Phase::Assemble);
+        self.tally.end(Phase::Assemble);
         self.solver
             .factorize(&self.matrix)
             .map_err(|e| self.culprit(e))?;
-        clock.end(Phase::Factorize);
+        self.tally.end(Phase::Factorize);
         let report = self.solve_factorized().map_err(|e| self.culprit(e))?;
-        clock.end(Phase::Solve);
+        self.tally.end(Phase::Solve);
         let refined = self.refine().map_err(|e| self.culprit(e))?;
-        clock.end(Phase::Refine);
-        work.add(report, refined);
+        self.tally.end(Phase::Refine);
+        self.tally.add(report, refined);
         let sign = self.multiplier_sign();
         self.plan
             .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);

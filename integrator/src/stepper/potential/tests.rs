@@ -1,5 +1,4 @@
 use super::*;
-use crate::report::{PhaseClock, Work};
 use crate::stepper::guarded::Pass;
 use crate::{Scheme, StepOptions};
 use taut_model::HoistParams;
@@ -55,8 +54,7 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
     let end = stepper.time + dt;
     stepper.pieces.rows.drive(&stepper.scene, stepper.time, end);
     stepper.begin_search(true, dt);
-    let (mut clock, mut work) = (PhaseClock::start(), Work::default());
-    let pass = stepper.newton_pass(Pass::First, dt, end, &mut clock, &mut work);
+    let pass = stepper.newton_pass(Pass::First, dt, end);
     assert!(pass.unwrap().is_finite());
     stepper.search.soften(&stepper.pieces, dt);
     (stepper, dt)
