@@ -57,25 +57,22 @@ enum Rest {
 }
 
 impl Fast {
-    /// The first of these that the pattern is, if any: a chain, one after its leaves, one with a border after its leaves,
-    /// one with a border.
+    /// The first of these that the pattern is, if any: a chain; leaves on a chain, with a border or without; a chain with a
+    /// border.
     fn new(pattern: &Arc<BlockPattern>, level: Level) -> Option<Self> {
-        let whole = |rest| Self { leaves: None, rest };
-        if let Some(chain) = Chain::new(pattern, level) {
-            return Some(whole(Rest::Chain(Box::new(chain))));
-        }
-        if let Some((leaves, others)) = Leaves::new(pattern) {
-            let chain = Chain::of(&others, pattern, level);
-            let chain = chain.map(|c| Rest::Chain(Box::new(c)));
-            let bordered = || Bordered::of(&others, pattern, level);
-            let bordered = || bordered().map(|b| Rest::Bordered(Box::new(b)));
-            if let Some(rest) = chain.or_else(bordered) {
-                let leaves = Some(leaves);
-                return Some(Self { leaves, rest });
-            }
-        }
+        let chain = |of: &[usize]| Chain::of(of, pattern, level).map(|c| Rest::Chain(Box::new(c)));
+        let bordered =
+            |of: &[usize]| Bordered::of(of, pattern, level).map(|b| Rest::Bordered(Box::new(b)));
         let all: Vec<usize> = (0..pattern.blocks()).collect();
-        Bordered::of(&all, pattern, level).map(|b| whole(Rest::Bordered(Box::new(b))))
+        let whole = |rest| Self { leaves: None, rest };
+        let on_leaves = || {
+            let (leaves, others) = Leaves::new(pattern)?;
+            let rest = chain(&others).or_else(|| bordered(&others))?;
+            let leaves = Some(leaves);
+            Some(Self { leaves, rest })
+        };
+        let last = || bordered(&all).map(whole);
+        chain(&all).map(whole).or_else(on_leaves).or_else(last)
     }
 
     /// Scalar rows of the border.
