@@ -60,8 +60,8 @@ fn solving_the_same_state_again_costs_at_most_one_iteration() {
                 let place = format!("{choice}, {} {number}", scene.name);
                 assert_eq!(first.solve.status, Status::Converged, "{place}");
                 assert!(first.iterations > 3, "{place}: {first:?}");
-                // Where thousands of iterations were needed rounding moves the residual as much as an iteration does.
-                let most = first.iterations.div_ceil(1000);
+                // Every sweep lowers the energy of the error. The residual may rise for a few where that falls slowly.
+                let most = 1 + first.iterations / 1000;
                 assert!(again.iterations <= most, "{place}: {first:?} {again:?}");
             }
         }
