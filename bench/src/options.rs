@@ -77,12 +77,7 @@ impl Backends {
         if self.backends.is_empty() {
             return Ok(());
         }
-        choices.clear();
-        for choice in self.choices()? {
-            if !choices.contains(&choice) {
-                choices.push(choice);
-            }
-        }
+        *choices = self.choices()?;
         Ok(())
     }
 
@@ -93,9 +88,22 @@ impl Backends {
     pub fn choices(&self) -> Result<Vec<Choice>, Refused> {
         choices(&self.backends)
     }
+
+    /// The same for a study that runs iterative solvers to each of its own limits.
+    ///
+    /// # Errors
+    /// As [`replace`](Self::replace), and solvers with a limit of their own.
+    pub fn without_limits(&self) -> Result<Vec<Choice>, Refused> {
+        if let Some(name) = self.backends.iter().find(|b| b.contains("iterations=")) {
+            return refused(format!(
+                "`iterations=` in `{name}` has no effect here: use `--iterations`"
+            ));
+        }
+        self.choices()
+    }
 }
 
-/// The solvers named; every solver where none is.
+/// The solvers named, each once; every solver where none is.
 ///
 /// # Errors
 /// Names of no solver, and solvers that are not compiled in.
@@ -103,12 +111,15 @@ pub fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
     if names.is_empty() {
         return Ok(Choice::all());
     }
-    let choice = |name: &String| {
+    let mut choices = Vec::new();
+    for name in names {
         let choice: Choice = name.parse().map_err(Refused)?;
         choice.check().map_err(|e| Refused(e.to_string()))?;
-        Ok(choice)
-    };
-    names.iter().map(choice).collect()
+        if !choices.contains(&choice) {
+            choices.push(choice);
+        }
+    }
+    Ok(choices)
 }
 
 /// `--iterations`.

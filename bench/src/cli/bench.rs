@@ -53,13 +53,7 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
     args.iterations.replace(&mut config.iterations)?;
     let needs = format!("it must be at least one step of {:.4} s", config.dt);
     args.time.replace(&mut config.time, config.dt, 1, &needs)?;
-    config.choices = args.backends.choices()?;
-    let named = &args.backends.backends;
-    if let Some(name) = named.iter().find(|b| b.contains("iterations=")) {
-        return Err(Failure::Input(format!(
-            "`iterations=` in `{name}` has no effect on the main job: use `--iterations`"
-        )));
-    }
+    config.choices = args.backends.without_limits()?;
     let swept = |o: &&String| {
         let key = o.split('=').next().unwrap_or_default();
         ["segments", "mass_ratio", "load_mass"].contains(&key)

@@ -3,7 +3,7 @@
 use super::table::{SHEETS, bars};
 use super::{Config, patient, verdicts};
 use crate::notation::number;
-use crate::options::{Backends, Quick, Ratios, Segments};
+use crate::options::{Backends, Quick, Ratios, Segments, choices};
 use crate::plan::{PLAIN, Plan, error, positive};
 use crate::settings::{Setting, counts, list, numbers, set, solvers, step};
 use crate::study::{Found, Study, StudyError, data, no_files, tables};
@@ -51,7 +51,8 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
     let named = &options.backends.backends;
     if !named.is_empty() {
         config.choices.clear();
-        for (choice, name) in options.backends.choices()?.into_iter().zip(named) {
+        for name in named {
+            let choice = choices(std::slice::from_ref(name))?.remove(0);
             let choice = if name.contains("iterations=") {
                 choice
             } else {

@@ -75,7 +75,7 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyErro
     let mut config = options.quick.of(Config::quick).with(&networks, &sizes);
     options.ratios.replace(&mut config.ratios)?;
     options.iterations.replace(&mut config.iterations)?;
-    config.choices = options.backends.choices()?;
+    config.choices = options.backends.without_limits()?;
     let results = super::run(&config, progress)?;
     let rows = data(&results)?;
     let text = format!(
