@@ -12,6 +12,7 @@ mod ticks;
 pub use draw::{picture, svg, svg_for_page};
 pub use look::{Dash, Look, Shape};
 
+use crate::notation::number;
 use std::fmt;
 use std::ops::Range;
 use ticks::Scale;
@@ -135,6 +136,8 @@ pub struct Series {
     pub mark: Mark,
     /// How it looks; by its place among the others where there is nothing.
     pub look: Option<Look>,
+    /// What each point says beside its numbers when pointed at; nothing where there is no text.
+    pub notes: Vec<String>,
 }
 
 impl Series {
@@ -146,6 +149,7 @@ impl Series {
             points,
             mark,
             look: None,
+            notes: Vec::new(),
         }
     }
 
@@ -193,6 +197,20 @@ impl Chart {
             self.series.extend(guides);
         }
         self
+    }
+
+    /// What a point of a series says when pointed at: whose it is, its note, its numbers.
+    fn words(&self, series: &Series, point: usize) -> String {
+        let [x, y] = series.points[point];
+        let value = |axis: &Axis, v: f64| match axis.names.get(v.max(0.0) as usize) {
+            Some(name) => format!("{}: {name}", axis.label),
+            None => format!("{}: {}", axis.label, number(v)),
+        };
+        let note = series.notes.get(point).filter(|note| !note.is_empty());
+        let of = note.map_or(series.name.clone(), |note| {
+            format!("{}, {note}", series.name)
+        });
+        format!("{of}; {}; {}", value(&self.x, x), value(&self.y, y))
     }
 
     /// Whether lines that are no data say what slopes are, which they do on logarithmic axes alone.

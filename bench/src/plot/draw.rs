@@ -5,7 +5,7 @@
 
 use super::legend::Legend;
 use super::look::Look;
-use super::marks::{colour, draw_point, line_style, radius, with_dashes};
+use super::marks::{Group, colour, draw_point, line_style, radius, tag, with_dashes, with_groups};
 use super::ticks::{self, Scale};
 use super::{Chart, Mark, PlotError, Series};
 use plotters::coord::Shift;
@@ -21,6 +21,9 @@ const NARROW: (u32, u32) = (420, 370);
 
 /// Places beyond are not shown: the distance of two would have no number.
 const FARTHEST: f64 = 1e300;
+
+/// Points of a series with more are not told apart.
+const MOST_WORDS: usize = 100;
 
 /// Panels beside each other at most.
 const ACROSS: usize = 2;
@@ -145,22 +148,26 @@ fn written(
         draw(&root)?;
         root.present().map_err(failed)?;
     }
-    Ok(with_dashes(text))
+    Ok(with_groups(&with_dashes(text)))
 }
 
 fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
-    let places = |series: &Series| -> Vec<(f64, f64)> {
-        let place = |p: &[f64; 2]| (chart.x.place(p[0]), chart.y.place(p[1]));
-        let places = series.points.iter().map(place);
-        places
-            .filter(|(x, y)| x.abs() < FARTHEST && y.abs() < FARTHEST)
-            .collect()
+    let places = |series: &Series| -> Vec<Place> {
+        let points = series.points.iter().enumerate();
+        let place = |(of, p): (usize, &[f64; 2])| Place {
+            at: (chart.x.place(p[0]), chart.y.place(p[1])),
+            of,
+        };
+        let is_shown = |p: &Place| p.at.0.abs() < FARTHEST && p.at.1.abs() < FARTHEST;
+        points.map(place).filter(is_shown).collect()
     };
     let all: Vec<_> = chart.series.iter().map(places).collect();
-    let x = chart.x.scale(all.iter().flatten().map(|p| p.0));
+    let x = chart.x.scale(all.iter().flatten().map(|p| p.at.0));
     let bars = chart.series.iter().any(|s| s.mark == Mark::Bars);
     let zero = bars.then_some(0.0);
-    let y = chart.y.scale(all.iter().flatten().map(|p| p.1).chain(zero));
+    let y = chart
+        .y
+        .scale(all.iter().flatten().map(|p| p.at.1).chain(zero));
     let mut plane = ChartBuilder::on(area)
         .caption(&chart.title, Letters::Large.font())
         .margin(12)
@@ -189,26 +196,43 @@ fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
         }
         let later = (chart.series.len() - 1 - i) as i32;
         let radius = radius(series.mark, points.len(), later);
-        draw_series(&mut plane, series.mark, points, (series.look(i), radius))?;
+        tag(area, Group::Series(i), "")?;
+        let say = |of: usize| chart.words(series, of);
+        draw_series(
+            &mut plane,
+            series.mark,
+            points,
+            (series.look(i), radius),
+            say,
+        )?;
+        tag(area, Group::End, "")?;
     }
     Ok(())
+}
+
+/// A point that is shown.
+struct Place {
+    /// Where, on the axes.
+    at: (f64, f64),
+    /// Which of the series' points it is.
+    of: usize,
 }
 
 /// A line that is no data, its name at its end: below that of the first such line, above others, which rise from it.
 fn draw_guide(
     plane: &mut Plane<'_, '_>,
     name: &str,
-    points: &[(f64, f64)],
+    points: &[Place],
     is_first: bool,
 ) -> Result<(), PlotError> {
-    let line = LineSeries::new(points.iter().copied(), BLACK.mix(0.5).stroke_width(1));
+    let line = LineSeries::new(points.iter().map(|p| p.at), BLACK.mix(0.5).stroke_width(1));
     plane.draw_series(line).map_err(failed)?;
     let Some(end) = points.last() else {
         return Ok(());
     };
     let area = plane.plotting_area();
     let (left, top) = area.get_pixel_range();
-    let (x, y) = area.map_coordinate(end);
+    let (x, y) = area.map_coordinate(&end.at);
     let (away, side) = if is_first {
         (4, VPos::Top)
     } else {
@@ -224,19 +248,23 @@ fn draw_guide(
 fn draw_series(
     plane: &mut Plane<'_, '_>,
     mark: Mark,
-    points: &[(f64, f64)],
+    points: &[Place],
     (look, radius): (Look, i32),
+    say: impl Fn(usize) -> String,
 ) -> Result<(), PlotError> {
     if mark == Mark::Bars {
-        let width = points.windows(2).next().map_or(1.0, |w| w[1].0 - w[0].0);
-        let bar = |&(x, y): &(f64, f64)| {
+        let width = points
+            .windows(2)
+            .next()
+            .map_or(1.0, |w| w[1].at.0 - w[0].at.0);
+        let bar = |&Place { at: (x, y), .. }: &Place| {
             let corners = [(x - 0.45 * width, 0.0), (x + 0.45 * width, y)];
             Rectangle::new(corners, colour(look).mix(0.7).filled())
         };
         plane.draw_series(points.iter().map(bar)).map_err(failed)?;
     }
     if mark.has_line() {
-        let line = LineSeries::new(points.iter().copied(), line_style(look));
+        let line = LineSeries::new(points.iter().map(|p| p.at), line_style(look));
         plane.draw_series(line).map_err(failed)?;
     }
     if mark.has_points() {
@@ -245,9 +273,15 @@ fn draw_series(
         let pixels = area.strip_coord_spec();
         let every = if mark == Mark::Stairs { 2 } else { 1 };
         for p in points.iter().skip(every - 1).step_by(every) {
-            let (x, y) = area.map_coordinate(p);
+            let (x, y) = area.map_coordinate(&p.at);
             let at = (x - left.start, y - top.start);
+            if points.len() > MOST_WORDS {
+                draw_point(&pixels, at, look, radius)?;
+                continue;
+            }
+            tag(&pixels, Group::Point, &say(p.of))?;
             draw_point(&pixels, at, look, radius)?;
+            tag(&pixels, Group::End, "")?;
         }
     }
     Ok(())

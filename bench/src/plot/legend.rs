@@ -2,7 +2,7 @@
 
 use super::draw::{Area, Letters, failed};
 use super::look::Look;
-use super::marks::{colour, draw_point, line_style};
+use super::marks::{Group, colour, draw_point, line_style, tag};
 use super::{Chart, PlotError};
 use plotters::prelude::*;
 
@@ -10,6 +10,8 @@ use plotters::prelude::*;
 #[derive(Debug, Clone)]
 struct Entry<'a> {
     name: &'a str,
+    /// Among the series of its chart.
+    place: usize,
     look: Look,
     has_line: bool,
     has_points: bool,
@@ -43,6 +45,7 @@ impl<'a> Legend<'a> {
                 }
                 entries.push(Entry {
                     name: &series.name,
+                    place,
                     look: series.look(place),
                     has_line: series.mark.has_line(),
                     has_points: series.mark.has_points(),
@@ -72,6 +75,7 @@ impl<'a> Legend<'a> {
             let x = LEFT + self.column * (i % self.columns) as i32;
             let y = ROW * (i / self.columns) as i32;
             let middle = y + 8;
+            tag(area, Group::Key(entry.place), "")?;
             if entry.has_line {
                 let ends = vec![(x, middle), (x + KEY, middle)];
                 let line = PathElement::new(ends, line_style(entry.look));
@@ -91,6 +95,7 @@ impl<'a> Legend<'a> {
                 Letters::Small.font(),
             );
             area.draw(&text).map_err(failed)?;
+            tag(area, Group::End, "")?;
         }
         Ok(())
     }

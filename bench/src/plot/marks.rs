@@ -1,6 +1,6 @@
 //! Points and lines of a look as SVG has them.
 
-use super::draw::{Area, failed};
+use super::draw::{Area, Letters, failed};
 use super::look::{Dash, Look, Shape};
 use super::{Mark, PlotError};
 use plotters::prelude::*;
@@ -50,6 +50,64 @@ pub(super) fn with_dashes(text: String) -> String {
         );
         text.replace(&wide, &own)
     })
+}
+
+/// The drawing library has no groups: a text that begins with the letter of one stands for its tag, which [`with_groups`]
+/// writes in its place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Group {
+    /// The points and lines of the series at this place.
+    Series(usize),
+    /// The key of that series in the legend.
+    Key(usize),
+    /// A point, which says something when pointed at.
+    Point,
+    /// The end of the last.
+    End,
+}
+
+/// First letter of a tag; the second one is its kind.
+const TAG: char = '\u{e000}';
+
+/// Opens a group, or ends one. `text` is what a point says.
+pub(super) fn tag(area: &Area<'_>, group: Group, text: &str) -> Result<(), PlotError> {
+    let content = match group {
+        Group::Series(place) => format!("{TAG}s{place}"),
+        Group::Key(place) => format!("{TAG}k{place}"),
+        Group::Point => format!("{TAG}p{text}"),
+        Group::End => format!("{TAG}e"),
+    };
+    let text = Text::new(content, (0, 0), Letters::Small.font());
+    area.draw(&text).map_err(failed)
+}
+
+/// The text with tags in place of the texts that stand for them.
+pub(super) fn with_groups(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find(TAG) {
+        let start = rest[..at].rfind("<text").unwrap_or(at);
+        let content = &rest[at + TAG.len_utf8()..];
+        let end = content.find("</text>").unwrap_or(content.len());
+        let (content, after) = content.split_at(end);
+        let content = content.trim_end();
+        out.push_str(rest[..start].trim_end_matches('\n'));
+        let place = || {
+            content
+                .get(1..)
+                .and_then(|n| n.parse::<usize>().ok())
+                .unwrap_or(0)
+        };
+        out.push_str(&match content.chars().next() {
+            Some('s') => format!("\n<g data-series=\"{}\">", place()),
+            Some('k') => format!("\n<g data-key=\"{}\">", place()),
+            Some('p') => format!("\n<g><title>{}</title>", &content[1..]),
+            _ => "\n</g>".to_owned(),
+        });
+        rest = after.trim_start_matches("</text>");
+    }
+    out.push_str(rest);
+    out
 }
 
 /// A point at a place in pixels from the area's corner.

@@ -28,8 +28,9 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
         let backends = distinct(own.iter().map(|r| r.backend.as_str()));
         let of = |backend: &str| {
             let mut points: Vec<[f64; 2]> = Vec::new();
+            let mut notes: Vec<String> = Vec::new();
             // An iteration that has converged stands still, whatever its times.
-            let mut add = |error: f64, ns: f64| {
+            let mut add = |error: f64, ns: f64, r: &Record, refinements: usize| {
                 // What is no number is not exact.
                 if !error.is_finite() {
                     return;
@@ -37,16 +38,22 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
                 let (error, time) = (error.max(FLOOR), ns * 1e-3);
                 match points.last_mut() {
                     Some([last, least]) if *last == error => *least = least.min(time),
-                    _ => points.push([error, time]),
+                    _ => {
+                        points.push([error, time]);
+                        notes.push(work_of(r, refinements));
+                    }
                 }
             };
             for r in own.iter().filter(|r| r.backend == backend) {
                 if r.refinements > 0 {
-                    add(r.forward_error_unrefined, r.step_ns - r.refine_ns);
+                    add(r.forward_error_unrefined, r.step_ns - r.refine_ns, r, 0);
                 }
-                add(r.forward_error, r.step_ns);
+                add(r.forward_error, r.step_ns, r, r.refinements);
             }
-            series(backend, points)
+            Series {
+                notes,
+                ..series(backend, points)
+            }
         };
         Chart {
             title: format!("{segments} segments, load/segment {}", number(ratio)),
@@ -56,6 +63,18 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
         }
     };
     scenes.into_iter().map(chart).collect()
+}
+
+/// What a point of a curve did: iterations a step, or refinements.
+fn work_of(r: &Record, refinements: usize) -> String {
+    if r.iterations > 0 {
+        let used = number(r.iterations_used);
+        return format!("{used} iterations a step of at most {}", r.iterations);
+    }
+    match refinements {
+        1 => "1 refinement".to_owned(),
+        n => format!("{n} refinements"),
+    }
 }
 
 /// The performance profile of each error level.

@@ -165,8 +165,7 @@ pub(super) fn figures(
         let below = chart.has_orders().then_some(ORDERS);
         pictures.push((chart.title.as_str(), plot::svg_for_page(chart)?, below));
     }
-    let body = html! {
-        p { (text) }
+    let all = html! {
         div.figures {
             @for (title, picture, below) in &pictures {
                 figure aria-label=(title) {
@@ -174,6 +173,18 @@ pub(super) fn figures(
                     @if let Some(text) = below { figcaption { (text) } }
                 }
             }
+        }
+    };
+    let body = html! {
+        p { (text) }
+        @if id == PRECISION && pictures.len() > 1 {
+            label.choice hidden { "Shown: " select {
+                @for (title, ..) in &pictures { option { (title) } }
+            } }
+            figure.large aria-label=(pictures[0].0) { (PreEscaped(&pictures[0].1)) }
+            details { summary { "All " (pictures.len()) " plots" } (all) }
+        } @else {
+            (all)
         }
     };
     Ok(Some(Section {

@@ -33,15 +33,20 @@ fn chromium(page: &Path, profile: &Path) -> Option<String> {
     Some(text(&output.stdout).to_owned())
 }
 
-/// A page as a browser has it when its script has run, after a click on a heading of the table in a section.
+/// A page as a browser has it when its script has run and then `script`.
+fn after(at: &Path, script: &str) -> Option<String> {
+    let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+    let path = at.join("after.html");
+    let script = format!("<script>{script}</script></body>");
+    fs::write(&path, page.replace("</body>", &script)).expect("writable");
+    chromium(&path, &at.join("profile"))
+}
+
+/// The sections of a page after a click on a heading of the table in one of them.
 fn clicked(at: &Path, section: &str, heading: usize) -> Option<Vec<(String, String)>> {
     let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
-    let click = format!(
-        "<script>document.querySelectorAll('#{section} th')[{heading}].click();</script></body>"
-    );
-    let path = at.join("clicked.html");
-    fs::write(&path, page.replace("</body>", &click)).expect("writable");
-    let dom = chromium(&path, &at.join("profile"))?;
+    let click = format!("document.querySelectorAll('#{section} th')[{heading}].click();");
+    let dom = after(at, &click)?;
     let shown = full_sections(&dom);
     let written: Vec<String> = names(&page);
     assert!(shown.iter().map(|s| &s.0).eq(&written), "{written:?}");
@@ -86,6 +91,7 @@ fn a_browser_shows_the_pages() {
     assert_eq!(sections.len(), SECTIONS.len());
     let times = column(&sections, "rows", 4);
     assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
+    choose_and_hide(&at);
     let at = folder("browser-kernels");
     good(
         &at,
@@ -94,4 +100,42 @@ fn a_browser_shows_the_pages() {
     let sections = clicked(&at, "table-records", 5).expect("Chromium is here");
     let times = column(&sections, "table-records", 5);
     assert!(times.len() > 4 && times.is_sorted(), "{times:?}");
+}
+
+/// The large plot of work against precision shows the second scene, and of its solvers, two clicks later, the first alone.
+fn choose_and_hide(at: &Path) {
+    let script = "
+        const select = document.querySelector('.choice select');
+        select.selectedIndex = 1;
+        select.dispatchEvent(new Event('change'));
+        const key = document.querySelector('.large [data-key]');
+        key.dispatchEvent(new MouseEvent('dblclick', { bubbles: true }));";
+    let dom = after(at, script).expect("Chromium is here");
+    let large = dom.split("class=\"large\"").nth(1).expect("a large plot");
+    let large = large.split("</figure>").next().expect("its end");
+    let titles: Vec<&str> = dom.split("<option>").skip(1).collect();
+    let title = titles[1].split('<').next().expect("a title");
+    assert!(
+        large.starts_with(&format!(" aria-label=\"{title}\"")),
+        "{large}"
+    );
+    let keys = large.split("<g data-key=").skip(1);
+    let hidden: Vec<bool> = keys
+        .map(|key| {
+            key.split('>')
+                .next()
+                .is_some_and(|tag| tag.contains("class=\"off\""))
+        })
+        .collect();
+    assert!(
+        hidden.len() > 2 && !hidden[0] && hidden[1..].iter().all(|off| *off),
+        "{hidden:?}"
+    );
+    let series = large
+        .split("<g data-series=")
+        .skip(1)
+        .map(|s| s.split('>').next());
+    let hidden = series.filter(|tag| tag.is_some_and(|tag| tag.contains("class=\"off\"")));
+    assert_eq!(hidden.count() + 1, large.matches("<g data-series=").count());
+    assert!(large.contains("<title>banded, "), "{large}");
 }
