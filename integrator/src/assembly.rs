@@ -189,8 +189,8 @@ impl Kernel for Columns<'_> {
     }
 }
 
-/// What a joint's diagonal block and the one below it are made of. Registers do not hold it: what stands in memory as it
-/// is needed is left there, and loaded for each column anew, for a load is nothing beside the store that keeps a number.
+/// The factors of a joint's diagonal block and of the one below it. They exceed the registers: each column loads them
+/// anew, which is cheaper than spilling.
 struct Pair<'a, V> {
     four: FourJoints<'a>,
     /// A of both bodies.

@@ -15,7 +15,7 @@ pub enum StepError {
         field: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// The limit.
         allowed: &'static str,
     },
     /// The backend does not take matrices of this form.
@@ -47,7 +47,7 @@ pub enum StepError {
     Saved {
         /// Which part.
         what: &'static str,
-        /// What is wrong.
+        /// The fault.
         reason: String,
     },
     /// Which rows are at their bounds could not be decided.

@@ -21,7 +21,7 @@
 //! second; [`StepOptions::paper`] is the paper's.
 //!
 //! # A step in passes
-//! Each pass goes once through contiguous arrays; what is done for joints and bodies is done for four at a time, in
+//! Each pass goes once through contiguous arrays and handles four joints or bodies at a time, in
 //! vectors (crate `taut-lanes`):
 //!
 //! | phase | pass | reads | writes |
@@ -76,7 +76,7 @@
 //! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
 //! | `potential` | what those make small, and how far along a Newton step there is less of it |
 //! | `equilibrium` | static equilibrium by solves |
-//! | `imbalance` | what is left of forces and laws in a state at rest |
+//! | `imbalance` | residual forces and law violations of a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |

@@ -139,7 +139,7 @@ impl Stepper {
         Ok(self.fill_system(form, &mut plan.map_err(|e| self.at_state(e))?))
     }
 
-    /// The matrix and the right-hand side of a plan of the form, from the pieces as they are.
+    /// Matrix and right-hand side of a plan of the form, from the present pieces.
     fn fill_system(&mut self, form: Form, plan: &mut Plan) -> (SymBlockMatrix, Vec<f64>) {
         let mut a = SymBlockMatrix::zeros(plan.pattern.clone());
         let mut b = vec![0.0; a.dim()];
@@ -255,7 +255,7 @@ impl Stepper {
         }
     }
 
-    /// μ of the KKT system of the pieces as they are, in extended precision.
+    /// μ of the KKT system of the present pieces, in extended precision.
     fn solve_extended(&mut self) -> Result<Vec<f64>, StepError> {
         // What the backend factorises is no matter here: all is factorised.
         let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);

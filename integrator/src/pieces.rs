@@ -296,7 +296,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// Square of the distance of what was found from what was predicted \[m²].
+    /// Squared distance between the gap and its prediction \[m²].
     #[inline]
     fn square(&self, found: &[f64], predicted: &[f64]) -> f64 {
         let at = self.first..self.first + self.rows;
@@ -352,8 +352,8 @@ impl Weighting {
     }
 }
 
-/// Length over which a constraint's gap turns, as far as that makes it nonlinear: the longer lever arm, or the length of a
-/// link; 0 where φ is linear in the positions \[m].
+/// Lever arm that turns a gap error into an angle: the longer one of the two, or the length of a link; 0 where φ is
+/// linear in the positions \[m].
 fn turning_length(constraint: &Constraint) -> f64 {
     let on_bodies = constraint
         .frames()

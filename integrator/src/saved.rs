@@ -18,7 +18,7 @@ use taut_solver::SolveError;
 /// A run between two steps, as [`Stepper::save`] leaves it and [`Stepper::restore`] takes it.
 ///
 /// With the feature `serde` it can be written and read in any format that keeps all bits of a double (with `serde_json`:
-/// its feature `float_roundtrip`). What is read is checked when it is restored.
+/// its feature `float_roundtrip`). Restoring checks every number.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -64,10 +64,10 @@ struct Past {
 }
 
 impl SavedRun {
-    /// Version of what is saved: another one is refused where it is read.
+    /// Version of the format; reading refuses others.
     pub const VERSION: u32 = 2;
 
-    /// Version of what was saved.
+    /// Version of the format.
     #[must_use]
     pub fn version(&self) -> u32 {
         self.version

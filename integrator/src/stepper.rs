@@ -102,7 +102,7 @@ impl Stage {
 }
 
 impl Stepper {
-    /// A stepper for a scene, at time 0. Allocates everything that the steps need, but for what libraries allocate. A
+    /// A stepper for a scene, at time 0. Allocates all memory of the steps except that of libraries. A
     /// scene that asks for its static equilibrium is put there.
     ///
     /// # Errors

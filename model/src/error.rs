@@ -1,4 +1,4 @@
-//! Errors of scenes: what is wrong, where, and how to mend it.
+//! Errors of scenes: the fault, its place and its cure.
 
 use std::fmt;
 
@@ -131,7 +131,7 @@ pub enum SceneError {
         column: usize,
         /// The key at fault.
         key: String,
-        /// What is wrong.
+        /// The fault.
         fault: Box<SceneError>,
     },
     /// A scene holds something that no text can hold.
@@ -145,7 +145,7 @@ pub enum SceneError {
     Override {
         /// The key.
         key: String,
-        /// What is wrong with it.
+        /// The fault.
         message: String,
     },
 }

@@ -94,15 +94,14 @@ struct Places {
     /// Whether they are four joints along a cable: those of side b are one after the other, and those of side a, but for
     /// the first, are those of side b.
     along: bool,
-    /// How many of the four are joints of their own, not copies of the last one. What is written for a copy, if it is, is
-    /// written twice, and must not be added.
+    /// Joints of the pack. The other lanes are padding, copies of the last joint: assign to them, never accumulate.
     count: usize,
 }
 
-/// What is evaluated in lanes.
+/// How a joint is evaluated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
-    /// Gap rows, then two bends, then the twist, as far as they are there.
+    /// In lanes: gap rows, then the bends and the twist that it has.
     Cable { bend: bool, twist: bool },
     /// Anything else.
     Other,
@@ -333,8 +332,7 @@ pub struct FourJoints<'a> {
 }
 
 impl FourJoints<'_> {
-    /// How many of the four are joints of their own, not copies of the last one. What is written for a copy, if it is, is
-    /// written twice, and must not be added.
+    /// Joints of the pack. The other lanes are padding, copies of the last joint: assign to them, never accumulate.
     #[inline(always)]
     #[must_use]
     pub fn count(&self) -> usize {

@@ -27,7 +27,7 @@ use crate::material::{CrossSection, Material, Stiffness};
 use crate::scene::Scene;
 use crate::seed;
 
-/// What is done to a specimen: the load that it has when none is given.
+/// The kind of loading of a specimen, with its default load.
 #[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Specimen {

@@ -65,7 +65,7 @@ pub fn backward_error_general(
     errors_of(a.norm_inf(), a.dim(), entries, b, x)
 }
 
-/// What is done with a row, a column and the entry there.
+/// Visits a row, a column and their entry.
 type Entry<'f> = dyn FnMut(usize, usize, f64) + 'f;
 
 fn both_triangles(a: &SymBlockMatrix, f: &mut Entry<'_>) {

@@ -1,4 +1,4 @@
-//! The choice of a backend as a value: names, options, what is compiled in.
+//! The choice of a backend as a value: names, options, availability.
 
 use crate::backends::dense::Dense;
 use crate::backends::{self, General};

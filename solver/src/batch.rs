@@ -237,7 +237,7 @@ fn four_from(row: &[f64; LANES], lane: usize) -> &[f64; 4] {
 pub struct BatchError {
     /// The first cable that fails; `None` where the call itself is at fault.
     pub cable: Option<usize>,
-    /// What is wrong with it.
+    /// The fault.
     pub error: SolveError,
 }
 
@@ -264,7 +264,7 @@ impl From<SolveError> for BatchError {
 
 /// Direct solver of a batch of chains, as the `banded` backend is of one: positive definite matrices. Each cable's result
 /// agrees with that of `banded` to rounding (the elimination runs from one end only), and does not depend on its
-/// neighbours or on their number but for rounding.
+/// neighbours or on their number, up to rounding.
 ///
 /// Singular matrices are refused where a pivot shows it, as of a row that repeats another: `banded` also tests those whose
 /// weak pivots are above the noise of their own rows.

@@ -1,4 +1,4 @@
-//! Whether what a direct solver made is a solution: one residual, and corrections where that is not small.
+//! Acceptance test of direct solutions: one residual, and corrections where it is not small.
 //!
 //! LDLᵀ or L Lᵀ with positive pivots needs no judge: what is computed is the exact factor of a matrix A + ΔA with
 //! |ΔA| ≤ γ |L| D |Lᵀ|, and the entries of |L| D |Lᵀ| are at most the largest of the diagonal (Higham, *Accuracy and

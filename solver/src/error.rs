@@ -50,7 +50,7 @@ pub enum SolveError {
         /// Block row.
         block: usize,
     },
-    /// Numbers of this block, or what is left of them, are too small or too large for an elimination that squares them.
+    /// Numbers of this block, or of its Schur complement, are too small or too large: the elimination squares them.
     OutOfRange {
         /// Block row.
         block: usize,
@@ -66,14 +66,14 @@ pub enum SolveError {
         size: usize,
         /// The backend's limit. Where `size` is within it there is no memory for them.
         limit: usize,
-        /// What is limited: `"rows"`, `"entries"`, `"entries in its factor in this order"`, `"blocks in its factor"`, or operations.
+        /// The limited quantity: `"rows"`, `"entries"`, `"entries in its factor in this order"`, `"blocks in its factor"`, or operations.
         what: &'static str,
     },
     /// An option's value is out of its range.
     InvalidOption {
         /// Name of the option.
         option: &'static str,
-        /// What is allowed.
+        /// The limit.
         allowed: &'static str,
     },
     /// A library reported a failure that none of the variants above describes.

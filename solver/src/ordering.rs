@@ -271,7 +271,7 @@ pub fn minimum_degree_within(pattern: &BlockPattern, most: u64) -> Option<Vec<us
     Some(graph.order)
 }
 
-/// What is left of the graph of a matrix when blocks are eliminated one after the other.
+/// The elimination graph: the remaining blocks of a matrix and their couplings.
 struct EliminationGraph<'a> {
     pattern: &'a BlockPattern,
     /// Blocks that each block is coupled to, ascending; some may be eliminated.

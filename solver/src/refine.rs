@@ -26,8 +26,8 @@ impl RefineScratch {
     }
 }
 
-/// Of the size of x, the last correction of a direct solver beyond which nothing is claimed of x: each correction is
-/// about this part of the one before it, so that x may still be wrong by as much of it.
+/// Largest last correction of a direct solver, as a part of ‖x‖∞, at which x is still claimed. Corrections shrink about
+/// geometrically, so x may be wrong by this part of the last one.
 const CONTRACTION: f64 = 0.1;
 
 /// Improves `x` by `sweeps` corrections A d = r(x), x ← x + d, where `residual(x, r)` writes r. Returns the last

@@ -11,7 +11,7 @@
 use crate::kernels::Scalar;
 use crate::{SolveError, SymBlockMatrix};
 
-/// A pivot from this many units of roundoff of what it was made from on is taken as it is; below it stands in doubt. Rounding leaves xᵀ A x of a null vector x with
+/// Smallest sound pivot, in units of roundoff of its summands; smaller ones are tested. Rounding leaves xᵀ A x of a null vector x with
 /// the pivot's own number 1, and A is known to u √(aᵢᵢ aⱼⱼ): more than this only where other numbers of x, scaled, are ten
 /// thousand times that one.
 pub(crate) const WEAK: f64 = 1e8;

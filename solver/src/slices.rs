@@ -72,7 +72,7 @@ struct Source {
     blocks: [Option<(usize, [usize; 2])>; ROWS],
     /// Whether they are the transposes of these.
     transposed: [bool; ROWS],
-    /// Whether all that are there are of full size, and none or all of them transposed.
+    /// Whether all present blocks have the full size and one orientation.
     full: bool,
 }
 
@@ -89,7 +89,7 @@ macro_rules! with_size {
 
 impl Slices {
     /// For those blocks of matrices of `pattern` that `keep(row, column)` accepts, the diagonal among them, unless one has
-    /// more than six rows or the padding would be most of what is stored. Allocates all that is needed.
+    /// more than six rows or padding would fill more than half of the storage. Allocates everything.
     pub(crate) fn new(pattern: &BlockPattern, keep: impl Fn(usize, usize) -> bool) -> Option<Self> {
         let blocks = pattern.blocks();
         let size = match (0..blocks).map(|i| pattern.size(i)).max()? {

@@ -157,7 +157,7 @@ impl Stepper {
         })
     }
 
-    /// Elastic energy of the rows, at most ½ φ²/ε: with damping λ is more than what is stored.
+    /// Elastic energy of the rows, at most ½ φ²/ε: damping adds to λ, but stores nothing.
     fn stored_energy(&self) -> f64 {
         let rows = &self.pieces.rows;
         let of_row = |(r, mu): (usize, &f64)| {

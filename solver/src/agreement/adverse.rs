@@ -1,4 +1,4 @@
-//! Systems that tempt a solver to claim what is not so: indefinite, graded, singular to rounding, with growth.
+//! Systems that tempt a solver into false claims: indefinite, graded, singular to rounding, with growth.
 
 use super::split_mix;
 use super::systems::{Random, Shape, System, finish, positive_definite, quasi_definite};

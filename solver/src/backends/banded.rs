@@ -47,7 +47,7 @@ struct Fast {
     rest: Rest,
 }
 
-/// What is left without leaves.
+/// The blocks that are no leaves.
 #[derive(Debug)]
 enum Rest {
     /// A chain of small blocks.

@@ -42,16 +42,16 @@ pub(super) trait Blocks<Q: Halves, const B: usize> {
     fn couplings(&self, i: usize, j: usize) -> Q;
 }
 
-/// Memory that steps work in: `LEFT` doubles for what is left of a diagonal block ([`left_len`] vectors), `BELOW` for L D
+/// Memory that steps work in: `LEFT` doubles for the Schur complement of a diagonal block ([`left_len`] vectors), `BELOW` for L D
 /// below the diagonal.
 #[derive(Debug, Clone)]
 #[repr(align(64))]
 pub(super) struct Scratch<const LEFT: usize, const BELOW: usize> {
-    /// What is left of a diagonal block ([`left_at`]).
+    /// Schur complement of a diagonal block ([`left_at`]).
     left: [f64; LEFT],
     /// L D below the diagonal, by rows.
     y: [f64; BELOW],
-    /// What is left of the next block where a pivot is refused: not read. Without it the compiler would put off all
+    /// Schur complement of the next block where a pivot is refused: not read. Without it the compiler would put off all
     /// products to the end of a step, and store their factors until then.
     refused: [f64; LEFT],
 }
@@ -69,18 +69,18 @@ impl<const LEFT: usize, const BELOW: usize> Scratch<LEFT, BELOW> {
         }
     }
 
-    /// The vectors of what is left of a diagonal block.
+    /// The vectors of the Schur complement of a diagonal block.
     pub(super) fn left_mut<V: Lanes, const B: usize>(&mut self) -> &mut [f64] {
         &mut self.left[..left_len(B) * V::LANES]
     }
 }
 
-/// Entries of what is left of a diagonal block.
+/// Entries of the Schur complement of a diagonal block.
 pub(super) const fn left_len(size: usize) -> usize {
     size / 2 * (size / 2 + 1) * 2 + size % 2 * size
 }
 
-/// Where entry (i, j) is in what is left of a diagonal block: the blocks of two rows and columns by rows, of each its
+/// Place of entry (i, j) in the Schur complement of a diagonal block: the blocks of two rows and columns by rows, of each its
 /// diagonal, then its antidiagonal; the last row of an odd number by itself.
 const fn left_at(size: usize, i: usize, j: usize) -> usize {
     let before = i / 2 * (i / 2 + 1) * 2;

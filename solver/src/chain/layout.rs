@@ -1,4 +1,4 @@
-//! What is stored of a step of the elimination, each number for all lanes: W by columns, its last row apart where the
+//! Storage of a step of the elimination, each number for all lanes: W by columns, its last row apart where the
 //! number of rows is odd; L (strictly lower triangle, by rows); 1/D. The mathematics is in the module above.
 
 use taut_lanes::{Halves, Lanes};

@@ -213,7 +213,7 @@ impl Leaves {
         start..start + count
     }
 
-    /// Eliminates the leaves of `a`, of the pattern of [`new`](Self::new); `None` where a pivot is noise. What is left,
+    /// Eliminates the leaves of `a`, of the pattern of [`new`](Self::new); `None` where a pivot is noise. The Schur complement,
     /// and the largest magnitude that each entry of its diagonal was made from, one for each scalar row, 0 where no leaf
     /// couples to. Allocates nothing.
     pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> Option<(&SymBlockMatrix, &[f64])> {

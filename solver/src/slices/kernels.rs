@@ -1,4 +1,4 @@
-//! What is done to slices: copies, inverses, products, four block rows at a time.
+//! Operations on slices, four block rows at a time: copies, inverses, products.
 
 use super::{LARGEST, ROWS, Slices, Source};
 use crate::block_ldlt::NOISE;
