@@ -21,8 +21,7 @@ use taut_ground::allocations::Counting;
 use taut_ground::files::Output;
 use taut_ground::{Choice, files};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
-use taut_output::table;
-use taut_output::table::MARK;
+use taut_output::table::{self, MARK};
 use taut_studies::options::{choices, count, number, require_positive, steps};
 use taut_studies::statics;
 

@@ -93,11 +93,21 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 11] = [
     ),
     (
         "bench/output",
-        &["taut-ground", "taut-integrator", "taut-model", "taut-solver"],
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-model",
+            "taut-solver",
+        ],
     ),
     (
         "bench/rivals",
-        &["taut-ground", "taut-integrator", "taut-model", "taut-solver"],
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-model",
+            "taut-solver",
+        ],
     ),
     (
         "bench/studies",

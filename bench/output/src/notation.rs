@@ -31,8 +31,7 @@ fn scientific(value: f64) -> String {
 }
 
 /// A tick of a logarithmic axis: with a power of ten from 10³ on and below 10⁻².
-#[must_use]
-pub fn on_log_axis(value: f64) -> String {
+pub(crate) fn on_log_axis(value: f64) -> String {
     // A little wider, for what rounding makes of 0.01.
     if (0.99e-2..0.99e3).contains(&value) {
         number(value)
@@ -54,8 +53,7 @@ fn power_of_ten(exponent: &str) -> String {
 }
 
 /// Four digits in a cell, with an exponent where the number is large or small.
-#[must_use]
-pub fn plain(number: f64) -> String {
+pub(crate) fn plain(number: f64) -> String {
     let size = number.abs();
     if size == 0.0 {
         "0".to_owned()

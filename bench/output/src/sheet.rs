@@ -115,8 +115,7 @@ impl Column {
     }
 
     /// What the rows are compared by.
-    #[must_use]
-    pub fn worth(&self, row: &Row) -> Option<f64> {
+    pub(crate) fn worth(&self, row: &Row) -> Option<f64> {
         match self.best {
             Best::No => None,
             Best::Least => number_of(row, self.key),
@@ -316,8 +315,7 @@ impl Sheet {
     }
 
     /// The tables of rows.
-    #[must_use]
-    pub fn of_rows(&self, mut rows: Vec<Row>) -> String {
+    pub(crate) fn of_rows(&self, mut rows: Vec<Row>) -> String {
         rows.retain(self.takes);
         let mut out = String::new();
         if rows.is_empty() {

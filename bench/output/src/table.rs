@@ -5,7 +5,8 @@ mod check;
 mod style;
 
 pub use check::checks;
-pub use style::{MARK, least, mark_bad, mark_least, verdict};
+pub use style::{MARK, verdict};
+pub(crate) use style::{least, mark_bad, mark_least};
 
 use comfy_table::presets::NOTHING;
 use comfy_table::{CellAlignment, ContentArrangement, Table};

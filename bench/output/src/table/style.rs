@@ -9,8 +9,7 @@ pub const MARK: &str =
 
 /// Which rows have the least value of their group, in which they have a rival. `rows` holds the group and the value of
 /// each row; none, and what is no finite number, is never the least.
-#[must_use]
-pub fn least<G: PartialEq>(rows: &[(G, Option<f64>)]) -> Vec<bool> {
+pub(crate) fn least<G: PartialEq>(rows: &[(G, Option<f64>)]) -> Vec<bool> {
     let is_least = |row: &(G, Option<f64>)| {
         let rivals = || rows.iter().filter(|(group, _)| *group == row.0);
         let least = rivals().filter_map(finite).reduce(f64::min);
@@ -25,7 +24,7 @@ fn finite<G>((_, value): &(G, Option<f64>)) -> Option<f64> {
 
 /// Marks the [`least`] values of a column: a `*` after them, in bold, in place of the blank before the next column. All
 /// that read as the least does are marked.
-pub fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
+pub(crate) fn mark_least<G: PartialEq>(t: &mut Table, column: usize, rows: &[(G, Option<f64>)]) {
     let best = least(rows);
     let shown = |i: usize| Some(t.row(i)?.cell_iter().nth(column)?.content());
     // What reads like the best is no worse to a reader.
@@ -62,7 +61,7 @@ fn with_mark(row: &Row, column: usize, best: bool) -> Row {
 }
 
 /// Shows what is bad in a column, by its words, as a bad [`verdict`] does.
-pub fn mark_bad(t: &mut Table, column: usize, words: &[&str]) {
+pub(crate) fn mark_bad(t: &mut Table, column: usize, words: &[&str]) {
     for row in 0..t.row_count() {
         let cells = t.row(row).into_iter().flat_map(Row::cell_iter);
         let cells = cells.enumerate().map(|(i, cell)| {

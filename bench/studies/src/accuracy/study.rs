@@ -9,8 +9,9 @@ use crate::study::{Found, Study, StudyError, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
-use taut_output::settings::distinct;
-use taut_output::settings::{Setting, counts, list, numbers, seconds, set, solvers, step};
+use taut_output::settings::{
+    Setting, counts, distinct, list, numbers, seconds, set, solvers, step,
+};
 
 /// `taut study accuracy`.
 pub(crate) const STUDY: Study = Study {

@@ -7,8 +7,7 @@ use crate::study::{Found, Study, StudyError, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::plan::{PLAIN, Plan, positive, texts};
-use taut_output::settings::distinct;
-use taut_output::settings::{Setting, counts, numbers, seconds, set, step};
+use taut_output::settings::{Setting, counts, distinct, numbers, seconds, set, step};
 
 /// `taut study stability`.
 pub(crate) const STUDY: Study = Study {
