@@ -8,12 +8,12 @@ mod redundant;
 mod statics;
 
 use indicatif::ProgressBar;
-use taut_bench::Choice;
-use taut_bench::check::{Check, Verdict};
+use taut_ground::Choice;
+use taut_output::check::{Check, Verdict};
 
 /// The checks of a case, none of which fails.
 fn checks(name: &str) -> Vec<Check> {
-    let case = taut_bench::hard::named(name).expect("a case");
+    let case = taut_studies::hard::named(name).expect("a case");
     let outcome = case.outcome(true, &ProgressBar::hidden()).expect("runs");
     let failed = |c: &&Check| matches!(c.verdict, Verdict::Fail | Verdict::NotYet);
     let failed: Vec<_> = outcome.checks.iter().filter(failed).collect();

@@ -1,11 +1,11 @@
 //! The experiments on the hanging cable: the same functions that the tables of `taut static` come from.
 
 use nalgebra::Vector3;
-use taut_bench::Choice;
-use taut_bench::statics::{hold, iterations_needed, settle};
+use taut_ground::Choice;
 use taut_integrator::{Form, StepOptions, Stepper};
 use taut_model::{Body, Frame, HoistParams, Scene};
 use taut_solver::{Backend, DenseOptions};
+use taut_studies::statics::{hold, iterations_needed, settle};
 use taut_tests::scenes::joint;
 use taut_tests::{Worst, compiled_direct, compiled_iterative};
 

@@ -17,13 +17,13 @@ use cli::study::StudyArgs;
 use cli::track::TrackArgs;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use taut_bench::allocations::Counting;
-use taut_bench::options::{choices, count, number, require_positive, steps};
-use taut_bench::output::Output;
-use taut_bench::statics;
-use taut_bench::table::MARK;
-use taut_bench::{Choice, output, table};
+use taut_ground::allocations::Counting;
+use taut_ground::files::Output;
+use taut_ground::{Choice, files};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_output::table::{self, MARK};
+use taut_studies::options::{choices, count, number, require_positive, steps};
+use taut_studies::statics;
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
@@ -201,7 +201,7 @@ impl Failure {
         | Self::Check(text)
         | Self::NotChecked(text)
         | Self::Stopped(text, _)) = self;
-        output::complain(text);
+        files::complain(text);
     }
 
     fn code(&self) -> u8 {
@@ -235,7 +235,7 @@ fn main() -> ExitCode {
             )));
         }
         Err(help) => {
-            let shown = output::print(&help.render().ansi().to_string());
+            let shown = files::print(&help.render().ansi().to_string());
             return shown.map_or_else(|e| told(&Failure::from(e)), |()| ExitCode::SUCCESS);
         }
     };
@@ -257,7 +257,7 @@ fn main() -> ExitCode {
         Some(Command::Matrices(args)) => cli::matrix::matrices(&args, console),
         Some(Command::Track(args)) => cli::track::run(&args, console),
         Some(Command::Report(args)) => cli::report::run(&args, console),
-        Some(Command::Backends) => output::print(&table::backends()).map_err(Failure::from),
+        Some(Command::Backends) => files::print(&table::backends()).map_err(Failure::from),
     };
     done.map_or_else(|failure| told(&failure), |()| ExitCode::SUCCESS)
 }
@@ -299,12 +299,12 @@ fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
             "`--limit` is 0: it must be at least 1".to_owned(),
         ));
     }
-    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
+    let [json] = files::open([("--json", args.json.as_deref())], &[])?;
     let bar = console.progress(0).with_message("static");
     let results = statics::sweep(&config, &bar)?;
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
-        output::print(&format!(
+        files::print(&format!(
             "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{}\n{NEEDED_LEGEND}\n{}",
             statics::settled(&results.settled),
             statics::needed(&results.needed)

@@ -20,17 +20,17 @@ pub use markdown::markdown;
 pub use measure::{Extras, measure};
 pub use page::{page, picture};
 
-use crate::choice::Omission;
-use crate::ladder::{Record, Results};
 use crate::machine::{self, Machine};
-use crate::output::{self, FileError, Output};
-use crate::settings::Setting;
-use crate::studies;
-use crate::study::Found;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fmt;
 use std::path::{Path, PathBuf};
+use taut_ground::choice::Omission;
+use taut_ground::files::{self, FileError, Output};
+use taut_output::settings::Setting;
+use taut_studies::ladder::{Record, Results};
+use taut_studies::studies;
+use taut_studies::study::Found;
 
 /// All that the page shows.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -118,7 +118,7 @@ impl Report {
             other: Some(Other {
                 name: name.to_owned(),
                 rows: found.rows,
-                printed: crate::table::plain(&found.text),
+                printed: taut_output::table::plain(&found.text),
             }),
             ..Self::here(arguments, found.settings)
         }
@@ -192,7 +192,7 @@ pub enum ReportError {
     /// A file that could not be read or written.
     File(FileError),
     /// A chart that could not be drawn.
-    Plot(crate::plot::PlotError),
+    Plot(taut_output::plot::PlotError),
 }
 
 impl fmt::Display for ReportError {
@@ -226,8 +226,8 @@ impl From<FileError> for ReportError {
     }
 }
 
-impl From<crate::plot::PlotError> for ReportError {
-    fn from(e: crate::plot::PlotError) -> Self {
+impl From<taut_output::plot::PlotError> for ReportError {
+    fn from(e: taut_output::plot::PlotError) -> Self {
         Self::Plot(e)
     }
 }
@@ -253,5 +253,5 @@ pub fn write_picture(report: &Report, to: &Output) -> Result<(), ReportError> {
 /// # Errors
 /// [`ReportError`].
 pub fn read(path: &Path) -> Result<Report, ReportError> {
-    Report::parse(path, &output::read_text(path)?)
+    Report::parse(path, &files::read_text(path)?)
 }

@@ -1,13 +1,13 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
-use crate::check::worse;
-use crate::inputs::{InputError, Inputs};
-use crate::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::io;
 use std::path::{Path, PathBuf};
+use taut_ground::errors::worse;
+use taut_ground::inputs::{InputError, Inputs};
+use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
 use taut_model::{Scene, SceneError, SceneSource};
 
@@ -34,7 +34,7 @@ pub struct Prepared {
 #[derive(Debug)]
 pub enum PrepareError {
     /// The file of that name cannot be read.
-    File(crate::output::FileError),
+    File(taut_ground::files::FileError),
     /// The scene is not sound.
     Scene(SceneError),
     /// The file of that name holds no scene, or none that is sound.
@@ -70,7 +70,7 @@ pub fn is_file(scene: &str) -> bool {
 /// [`PrepareError`].
 fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, PrepareError> {
     if is_file(scene) {
-        let text = crate::output::read_text(Path::new(scene)).map_err(PrepareError::File)?;
+        let text = taut_ground::files::read_text(Path::new(scene)).map_err(PrepareError::File)?;
         let source = SceneSource::parse(&text, overrides);
         source.map_err(|e| PrepareError::SceneFile(PathBuf::from(scene), e))
     } else {
@@ -121,7 +121,7 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
 /// # Errors
 /// [`PrepareError::File`], [`PrepareError::Inputs`].
 pub fn inputs(path: &Path, scene: &Scene) -> Result<Inputs, PrepareError> {
-    let text = crate::output::read_text(path).map_err(PrepareError::File)?;
+    let text = taut_ground::files::read_text(path).map_err(PrepareError::File)?;
     Inputs::parse(&text, scene).map_err(|e| PrepareError::Inputs(path.to_owned(), e))
 }
 
@@ -480,7 +480,7 @@ fn verdict(s: &Summary) -> String {
 #[must_use]
 pub fn text(s: &Summary) -> String {
     let mut out = String::new();
-    let ns = crate::table::nanoseconds;
+    let ns = taut_output::table::nanoseconds;
     let (_, last) = s.load_at_end.unwrap_or_default();
     let phases: Vec<_> = s
         .phases_ns

@@ -7,12 +7,12 @@
 //! The checksum is the CRC-32 of run, yardstick and names as they are written without blanks: laid out anew a file is still
 //! good, and a digit that is another one is found.
 
-use crate::output::{self, FileError, Output};
 use crate::run::Yardstick;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
+use taut_ground::files::{self, FileError, Output};
 use taut_integrator::{SavedRun, StepError, Stepper};
 
 /// A saved run with what it is judged by.
@@ -112,7 +112,7 @@ impl RunFile {
     /// # Errors
     /// [`RunFileError`].
     pub fn resume(path: &Path) -> Result<(Stepper, Yardstick, Vec<String>), RunFileError> {
-        let text = output::read_text(path).map_err(RunFileError::File)?;
+        let text = files::read_text(path).map_err(RunFileError::File)?;
         let file = Self::parse(&text).map_err(|e| RunFileError::Format(path.to_owned(), e))?;
         if !file.is_whole() {
             return Err(RunFileError::Damaged(path.to_owned()));

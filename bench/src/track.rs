@@ -1,7 +1,7 @@
 //! Per-step figures that CI can trust: instructions, allocations, errors and wall time of a fixed set of scenes and
 //! solvers, against a baseline that is kept with the source.
 //!
-//! All are of the default step at 1/60 s from a common state of the scene, [`WARM_UP`](crate::scenes::WARM_UP) steps from
+//! All are of the default step at 1/60 s from a common state of the scene, [`WARM_UP`](taut_studies::scenes::WARM_UP) steps from
 //! its beginning. Instructions repeat from run to run and are judged against the baseline; errors and allocations have
 //! bars of their own; wall time depends on the machine and on what else it does, and is only shown: as nanoseconds, and
 //! as a ratio to a fixed piece of work beside it.

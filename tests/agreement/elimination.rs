@@ -1,4 +1,4 @@
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Elimination, EliminationOrder, Form, StepOptions, Stepper};
 use taut_model::{Scene, Topology};
 use taut_solver::{Backend, Status, backward_error, forward_error};

@@ -1,7 +1,7 @@
 use indicatif::ProgressBar;
-use taut_bench::linear::{BAR, Config, Record, run};
-use taut_bench::poses::Pose;
+use taut_ground::poses::Pose;
 use taut_integrator::{Form, StepOptions};
+use taut_studies::linear::{BAR, Config, Record, run};
 use taut_tests::{allowed, compiled_direct};
 
 /// Largest errors with one refinement over the direct solvers as measured, 24 segments: pose, form, ratios 1, 10⁶, 10⁹.

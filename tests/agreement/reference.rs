@@ -1,5 +1,5 @@
 use nalgebra::Vector3;
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Elimination, Form, StepOptions, Stepper};
 use taut_model::{JointKind, Scene};
 use taut_solver::forward_error;

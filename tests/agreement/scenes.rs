@@ -1,4 +1,4 @@
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{JointKind, Linearized, Scene};
 use taut_solver::{Status, forward_error, norm_inf, residual};

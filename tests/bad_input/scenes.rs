@@ -1,6 +1,6 @@
 use super::{compiled, compiled_direct};
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::{
     Bodies, Body, Constraint, Frame, HoistParams, JointKind, RowLaw, Scene, SceneError, Spherical,
@@ -80,7 +80,7 @@ fn experiments_on_bad_parameters_name_the_parameter() {
             "mass_ratio is NaN",
         ),
     ] {
-        let e = taut_bench::statics::hold(&params, &StepOptions::default()).expect_err("a fault");
+        let e = taut_studies::statics::hold(&params, &StepOptions::default()).expect_err("a fault");
         assert!(matches!(e, StepError::Scene(_)), "{e:?}");
         one_line(&e, words);
     }

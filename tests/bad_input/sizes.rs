@@ -2,7 +2,7 @@ use super::compiled;
 use nalgebra::Vector3;
 use std::path::Path;
 use std::time::{Duration, Instant};
-use taut_bench::matrix::{market, matrix_of};
+use taut_ground::matrix::{market, matrix_of};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{
     Body, Constraint, Frame, HoistParams, Mobility, RowLaw, Scene, SceneSource, Spherical,

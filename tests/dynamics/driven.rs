@@ -1,7 +1,7 @@
 //! Bounds, motors, winches, driven bodies: against what mechanics says.
 
 use nalgebra::Vector3;
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Scheme, StepOptions, Stepper};
 use taut_model::{
     Body, Constraint, Control, Distance, Drive, Frame, Hinge, MasslessCable, Mobility, Motor,

@@ -1,11 +1,11 @@
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_bench::Choice;
-use taut_bench::hard::statics::rest::slings;
+use taut_ground::Choice;
 use taut_integrator::{
     GeometricStiffness, Scheme, StepError, StepOptions, Stepper, static_equilibrium,
 };
 use taut_model::{Body, Constraint, End, Frame, HoistParams, MasslessCable, RowLaw, Scene};
 use taut_solver::Backend;
+use taut_studies::hard::statics::rest::slings;
 use taut_tests::{Worst, compiled_direct, compiled_iterative};
 
 const DT: f64 = 1.0 / 60.0;

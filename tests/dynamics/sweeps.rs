@@ -1,7 +1,7 @@
 use indicatif::ProgressBar;
-use taut_bench::study::data;
-use taut_bench::{energy, stability};
 use taut_integrator::{GeometricStiffness, Scheme};
+use taut_studies::study::data;
+use taut_studies::{energy, stability};
 
 fn assert_narrow(text: &str) {
     let widest = text.lines().max_by_key(|line| line.chars().count());

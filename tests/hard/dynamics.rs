@@ -1,9 +1,9 @@
 //! The gantry, and H20 to H39.
 
 use super::checks;
-use taut_bench::check::{Check, Verdict};
-use taut_bench::hard::dynamics::CASES;
 use taut_integrator::{StepOptions, Stepper};
+use taut_output::check::{Check, Verdict};
+use taut_studies::hard::dynamics::CASES;
 
 /// The largest error of the checks whose case contains `what`, of which there are at least `count`.
 fn largest(checks: &[Check], what: &str, count: usize) -> f64 {

@@ -1,9 +1,9 @@
 //! H50.
 
 use super::limited;
-use taut_bench::Choice;
-use taut_bench::hard::numerics::infeasible::{BAR, Rigid, compliant, rigid};
-use taut_bench::hard::solvers;
+use taut_ground::Choice;
+use taut_studies::hard::numerics::infeasible::{BAR, Rigid, compliant, rigid};
+use taut_studies::hard::solvers;
 
 #[test]
 fn the_checks_of_the_overstretched_cable_pass() {

@@ -1,10 +1,10 @@
 //! H47, and the networks at rest.
 
 use super::limited;
-use taut_bench::check::Verdict;
-use taut_bench::trajectory::load_position;
+use taut_ground::trajectory::load_position;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Held, JointKind, Network, NetworkParams};
+use taut_output::check::Verdict;
 
 #[test]
 fn every_solver_agrees_on_branches_and_loops() {

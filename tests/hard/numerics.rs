@@ -1,11 +1,11 @@
 //! H40 to H54 but for those with modules of their own, and what the solvers claim.
 
 use super::{limited, limited_but};
-use taut_bench::hard::numerics::angles::joints::{Kind, Pose, jacobian_error};
-use taut_bench::hard::numerics::claims::{Finding, audit};
-use taut_bench::hard::numerics::ill_conditioned::{self, matrices};
-use taut_bench::hard::numerics::{long_run, rigid_limit};
-use taut_bench::hard::solvers;
+use taut_studies::hard::numerics::angles::joints::{Kind, Pose, jacobian_error};
+use taut_studies::hard::numerics::claims::{Finding, audit};
+use taut_studies::hard::numerics::ill_conditioned::{self, matrices};
+use taut_studies::hard::numerics::{long_run, rigid_limit};
+use taut_studies::hard::solvers;
 
 use indicatif::ProgressBar;
 use std::f64::consts::PI;

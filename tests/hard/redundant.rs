@@ -1,10 +1,10 @@
 //! H42.
 
 use super::limited;
-use taut_bench::Choice;
-use taut_bench::check::Verdict;
-use taut_bench::hard::numerics::redundant::{BAR, Found, solve};
-use taut_bench::hard::solvers;
+use taut_ground::Choice;
+use taut_output::check::Verdict;
+use taut_studies::hard::numerics::redundant::{BAR, Found, solve};
+use taut_studies::hard::solvers;
 
 #[test]
 fn the_checks_of_dependent_constraints_pass() {
@@ -24,14 +24,14 @@ fn the_checks_of_dependent_constraints_pass() {
         "3 four-bars, ε > 0: spook",
     ];
     let checks = limited("H42", &limits);
-    let rigid = |c: &&taut_bench::check::Check| c.reference.contains("singular by name");
+    let rigid = |c: &&taut_output::check::Check| c.reference.contains("singular by name");
     let rigid: Vec<_> = checks.iter().filter(rigid).collect();
     assert_eq!(rigid.len(), 12, "{rigid:#?}");
     // No step is taken with a matrix that is singular, not a sub-step of 1/480 s.
     for check in rigid {
         assert_eq!(check.ours, "ends at 0.0000 s", "{check:#?}");
     }
-    let finished = |c: &&taut_bench::check::Check| {
+    let finished = |c: &&taut_output::check::Check| {
         c.case.contains("ε > 0: default") && c.verdict == Verdict::Pass
     };
     assert!(checks.iter().filter(finished).count() >= 3, "{checks:#?}");

@@ -1,7 +1,7 @@
 //! H01 to H16, in their short form.
 
 use super::checks;
-use taut_bench::check::{Check, Verdict};
+use taut_output::check::{Check, Verdict};
 
 /// The checks of a case, of which at least `passed` pass.
 fn passing(name: &str, passed: usize) -> Vec<Check> {

@@ -1,11 +1,11 @@
 //! Particle chains: Table I, Figs 2–5 and the claims about bending.
 
 use indicatif::ProgressBar;
-use taut_bench::check::{Check, Outcome, Verdict, picture};
-use taut_bench::paper::table1::{self, BAR, ROWS};
-use taut_bench::paper::{Experiment, chains, claims};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
+use taut_output::check::{Check, Outcome, Verdict, picture};
+use taut_studies::paper::table1::{self, BAR, ROWS};
+use taut_studies::paper::{Experiment, chains, claims};
 
 fn verdict(checks: &[Check], case: &str) -> Verdict {
     let found = checks.iter().find(|c| c.case == case);

@@ -2,9 +2,9 @@
 
 use indicatif::ProgressBar;
 use table2::{Ends, Setting, Solver};
-use taut_bench::check::{Check, Verdict};
-use taut_bench::paper::{swing, table2, timing};
 use taut_model::TwistDefinition;
+use taut_output::check::{Check, Verdict};
+use taut_studies::paper::{swing, table2, timing};
 
 fn assert_no_failure(checks: &[Check]) {
     for check in checks {

@@ -2,8 +2,8 @@
 
 use indicatif::ProgressBar;
 use std::f64::consts::{FRAC_PI_2, TAU};
-use taut_bench::check::{Check, Verdict};
-use taut_bench::paper::specimens::{BAR, SEGMENTS, bend, order, pull, twist};
+use taut_output::check::{Check, Verdict};
+use taut_studies::paper::specimens::{BAR, SEGMENTS, bend, order, pull, twist};
 
 fn assert_no_failure(checks: &[Check]) {
     for check in checks {

@@ -1,6 +1,6 @@
 use super::equations::{Equations, take_back_rotation, velocities};
 use nalgebra::{DMatrix, DVector};
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Elimination, Form, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{Backend, DenseOptions, SymBlockMatrix, forward_error, norm_inf};

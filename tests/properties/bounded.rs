@@ -2,7 +2,7 @@ use super::equations::Equations;
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::forward_error;

@@ -1,5 +1,5 @@
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Form, StepOptions, Stepper};
 use taut_model::{HoistParams, JointKind, Scene};
 use taut_solver::{Backend, DenseOptions};

@@ -1,8 +1,8 @@
-use taut_bench::Choice;
-use taut_bench::hard::numerics::determinism::bits;
+use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::scene_file::SceneText;
 use taut_model::{Constraint, HoistParams, Scene, SceneSource};
+use taut_studies::hard::numerics::determinism::bits;
 use taut_tests::machines::{random_machine, unbounded};
 use taut_tests::scenes::random_scene;
 use taut_tests::{compiled, compiled_direct, paper, unguarded};

@@ -1,7 +1,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Bodies, Scene};
 use taut_solver::{Backend, DenseOptions, forward_error};

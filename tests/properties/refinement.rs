@@ -1,4 +1,4 @@
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::{Form, StepOptions, Stepper};
 use taut_model::{JointKind, Scene};
 use taut_solver::{

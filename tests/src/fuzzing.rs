@@ -11,15 +11,15 @@ use nalgebra::Vector3;
 use std::fmt::Display;
 use std::path::Path;
 use std::sync::Arc;
-use taut_bench::hard::numerics::claims::{over_claim, verify::alone};
-use taut_bench::matrix::prepared::Problem;
-use taut_bench::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_bench::run_file::RunFile;
+use taut_ground::matrix::prepared::Problem;
+use taut_ground::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_model::{Scene, SceneSource};
 use taut_solver::{
     Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
 };
+use taut_studies::hard::numerics::claims::{over_claim, verify::alone};
 
 /// Most bodies of a scene that is stepped.
 const BODIES: usize = 40;

@@ -37,7 +37,7 @@ pub mod machines;
 pub mod scenes;
 pub mod systems;
 
-pub use taut_bench::random;
+pub use taut_ground::random;
 
 /// The README's program, compiled by the tests of the documentation.
 #[cfg(doctest)]
@@ -45,7 +45,7 @@ pub use taut_bench::random;
 pub struct Readme;
 
 use std::fmt;
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::StepOptions;
 use taut_solver::{Backend, DenseOptions, Precision};
 

@@ -2,13 +2,13 @@
 
 use crate::random::Random;
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_bench::poses;
+use taut_ground::poses;
 use taut_model::{
     Body, Constraint, Control, Cosserat, Drive, Frame, Hinge, HoistParams, JointKind, JointLaw,
     Lock, MasslessCable, Motion, Motor, Paper, RowLaw, Scene, Side, Slider, Spherical, Target,
 };
 
-pub use taut_bench::poses::Pose;
+pub use taut_ground::poses::Pose;
 
 /// A hoist with the given joints in the given pose; the straight one has random angular velocities of 10⁻³ rad/s.
 ///

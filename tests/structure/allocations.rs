@@ -1,6 +1,6 @@
 use std::hint::black_box;
-use taut_bench::Choice;
-use taut_bench::allocations::{self, Counting};
+use taut_ground::Choice;
+use taut_ground::allocations::{self, Counting};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ChainModel, GantryParams, Network, NetworkParams, ParticleChainParams};
 use taut_solver::Backend;

@@ -81,19 +81,69 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 }
 
 /// Each member and the packages of the workspace that it may know.
-pub(crate) const MAY_KNOW: [(&str, &[&str]); 7] = [
+pub(crate) const MAY_KNOW: [(&str, &[&str]); 11] = [
     ("solver/lanes", &[]),
     ("solver/umfpack", &[]),
     ("solver", &["taut-lanes", "taut-umfpack"]),
     ("model", &["taut-lanes"]),
     ("integrator", &["taut-lanes", "taut-model", "taut-solver"]),
     (
+        "bench/ground",
+        &["taut-integrator", "taut-model", "taut-solver"],
+    ),
+    (
+        "bench/output",
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-model",
+            "taut-solver",
+        ],
+    ),
+    (
+        "bench/rivals",
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-model",
+            "taut-solver",
+        ],
+    ),
+    (
+        "bench/studies",
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-lanes",
+            "taut-model",
+            "taut-output",
+            "taut-rivals",
+            "taut-solver",
+        ],
+    ),
+    (
         "bench",
-        &["taut-integrator", "taut-lanes", "taut-model", "taut-solver"],
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-lanes",
+            "taut-model",
+            "taut-output",
+            "taut-solver",
+            "taut-studies",
+        ],
     ),
     (
         "tests",
-        &["taut-bench", "taut-integrator", "taut-model", "taut-solver"],
+        &[
+            "taut-bench",
+            "taut-ground",
+            "taut-integrator",
+            "taut-model",
+            "taut-output",
+            "taut-solver",
+            "taut-studies",
+        ],
     ),
 ];
 
@@ -119,10 +169,7 @@ fn sources_name_only_the_crates_below_them() {
             "tests" => vec!["tests"],
             _ => vec!["src", "tests", "benches", "examples"],
         };
-        let own = match folder {
-            "solver/lanes" | "solver/umfpack" => folder.replace("solver/", "taut_"),
-            _ => format!("taut_{folder}"),
-        };
+        let own = format!("taut_{}", folder.rsplit('/').next().unwrap_or(folder));
         let allowed: Vec<_> = allowed.iter().map(|name| name.replace('-', "_")).collect();
         let folders = parts.into_iter().map(|part| match folder {
             "tests" => part.to_owned(),
@@ -168,8 +215,8 @@ fn features_stand_in_two_files_of_the_solver() {
     assert!(counted >= 12, "{counted}");
 }
 
-/// Each backend of the solver is passed on under its own name by all who depend on it, and on by default nowhere where
-/// it brings a licence.
+/// Each backend of the solver is passed on under its own name by all above it, each to the crates that it stands on, and on
+/// by default nowhere where it brings a licence.
 #[test]
 fn features_are_passed_on_by_name() {
     let features = |folder: &str| {
@@ -184,11 +231,11 @@ fn features_are_passed_on_by_name() {
     let solver = features("solver");
     for (folder, through) in [
         ("integrator", vec!["taut-solver"]),
-        ("bench", vec!["taut-integrator", "taut-solver"]),
-        (
-            "tests",
-            vec!["taut-bench", "taut-integrator", "taut-solver"],
-        ),
+        ("bench/ground", vec!["taut-integrator", "taut-solver"]),
+        ("bench/output", vec!["taut-ground"]),
+        ("bench/studies", vec!["taut-output"]),
+        ("bench", vec!["taut-studies"]),
+        ("tests", vec!["taut-bench"]),
     ] {
         let own = features(folder);
         let backends = |name: &&String| !["default", "serde"].contains(&name.as_str());
@@ -207,17 +254,29 @@ fn features_are_passed_on_by_name() {
     assert!(!list(&solver["default"]).contains("umfpack"));
 }
 
-/// Rapier is a rival to measure, not a part: one optional dependency of the experiments, off by default, in one module.
+/// Rivals are there to measure, they are no part: an optional dependency of the experiments, off by default, Rapier in one
+/// module of it.
 #[test]
-fn the_rival_engine_is_optional() {
-    let manifest: Table = toml::from_str(&read(&root().join("bench/Cargo.toml"))).expect("TOML");
-    let dependency = &manifest["dependencies"]["rapier3d-f64"];
-    assert_eq!(
-        dependency.get("optional").and_then(Value::as_bool),
-        Some(true)
-    );
-    let default = manifest["features"]["default"].as_array().expect("a list");
-    assert!(default.iter().all(|f| f.as_str() != Some("rapier")));
+fn rivals_are_optional() {
+    let manifest = |folder: &str| -> Table {
+        toml::from_str(&read(&root().join(folder).join("Cargo.toml"))).expect("TOML")
+    };
+    for (folder, name) in [
+        ("bench/rivals", "rapier3d-f64"),
+        ("bench/studies", "taut-rivals"),
+    ] {
+        let dependency = &manifest(folder)["dependencies"][name];
+        let optional = dependency.get("optional").and_then(Value::as_bool);
+        assert_eq!(optional, Some(true), "{folder}: {name}");
+    }
+    for folder in ["bench/rivals", "bench/studies", "bench"] {
+        let features = &manifest(folder)["features"];
+        let default = features["default"].as_array().expect("a list");
+        for rival in ["lapack", "rapier"] {
+            assert!(features.get(rival).is_some(), "{folder}: {rival}");
+            assert!(default.iter().all(|f| f.as_str() != Some(rival)));
+        }
+    }
     for (folder, _) in MAY_KNOW {
         let folder = if folder == "tests" {
             "tests/src"
@@ -226,7 +285,7 @@ fn the_rival_engine_is_optional() {
         };
         for (file, text) in rust_files(folder) {
             let known = code(&text).any(|(_, line)| words(line).any(|w| w == "rapier3d_f64"));
-            assert_eq!(known, file == "bench/src/engines/rapier.rs", "{file}");
+            assert_eq!(known, file == "bench/rivals/src/rapier.rs", "{file}");
         }
     }
 }
@@ -234,8 +293,8 @@ fn the_rival_engine_is_optional() {
 #[test]
 fn unsafe_code_stands_in_the_ffi_the_intrinsics_and_the_allocator_only() {
     let allowed = [
-        "bench/src/allocations.rs",
-        "bench/src/kernels/lapack.rs",
+        "bench/ground/src/allocations.rs",
+        "bench/rivals/src/lapack.rs",
         "solver/lanes/src/x86.rs",
         "solver/lanes/src/x86/halves.rs",
         "solver/umfpack/src/ffi.rs",

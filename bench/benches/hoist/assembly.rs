@@ -3,10 +3,10 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use std::time::Duration;
-use taut_bench::Choice;
-use taut_bench::kernels::Joint;
+use taut_ground::Choice;
 use taut_integrator::{Form, Phase, StepOptions, Stepper};
 use taut_solver::Backend;
+use taut_studies::kernels::Joint;
 
 const SEGMENTS: [usize; 3] = [24, 100, 1000];
 

@@ -3,8 +3,8 @@
 
 use criterion::{BenchmarkId, Criterion, Throughput};
 use std::hint::black_box;
-use taut_bench::kernels::{BATCH, Case, Joint};
 use taut_solver::{Backend, BatchBanded, BatchMatrix, batch_index, batch_len};
+use taut_studies::kernels::{BATCH, Case, Joint};
 
 const SEGMENTS: [usize; 3] = [24, 100, 1000];
 

@@ -6,7 +6,7 @@ mod kernels;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use std::hint::black_box;
-use taut_bench::Choice;
+use taut_ground::Choice;
 use taut_integrator::Stepper;
 use taut_model::{HoistParams, Scene};
 

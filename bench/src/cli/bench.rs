@@ -5,13 +5,13 @@ use super::deliver::{self, Way};
 use crate::{Failure, overrides};
 use clap::Args;
 use std::path::PathBuf;
-use taut_bench::ladder::{self, Config, LEGEND};
 use taut_bench::machine::Machine;
-use taut_bench::options::{Backends, Iterations, Quick, Ratios, Segments, Time};
-use taut_bench::output::{self, Output};
-use taut_bench::scenes;
-use taut_bench::table::MARK;
+use taut_ground::files::{self, Output};
 use taut_model::{HoistParams, Network};
+use taut_output::table::MARK;
+use taut_studies::ladder::{self, Config, LEGEND};
+use taut_studies::options::{Backends, Iterations, Quick, Ratios, Segments, Time};
+use taut_studies::scenes;
 
 /// Options of `taut bench`.
 #[derive(Debug, Args)]
@@ -89,7 +89,7 @@ const MORE: &str =
 
 /// Runs the main job on the hoist, or on the scenes asked for.
 pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
-    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
+    let [json] = files::open([("--json", args.json.as_deref())], &[])?;
     let way = Way {
         console,
         json: json.as_ref(),
@@ -119,7 +119,7 @@ pub(crate) fn run(args: &BenchArgs, console: Console) -> Result<(), Failure> {
         format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}")
     };
     if !way.is_rows_alone {
-        output::print(&text)?;
+        files::print(&text)?;
     }
     deliver::write("bench", &results.records, way)?;
     let settings = ladder::settings(&config)?;

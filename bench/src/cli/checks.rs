@@ -8,11 +8,11 @@ use serde::Serialize;
 use std::collections::HashSet;
 use std::fmt::Write;
 use std::path::Path;
-use taut_bench::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_bench::machine::Machine;
-use taut_bench::output::{self, Output};
-use taut_bench::study::{Found, data};
-use taut_bench::table;
+use taut_ground::files::{self, Output};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::table;
+use taut_studies::study::{Found, data};
 
 /// An experiment that ends in checks.
 pub(crate) struct Experiment<'a> {
@@ -67,7 +67,7 @@ pub(crate) fn run(
     console: Console,
     write: &dyn Fn(&Experiment<'_>, &Outcome) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    let [json] = output::open([("--json", study.json)], &[])?;
+    let [json] = files::open([("--json", study.json)], &[])?;
     let way = Way {
         console,
         json: json.as_ref(),
@@ -80,7 +80,7 @@ pub(crate) fn run(
         if way.is_rows_alone {
             return Ok(());
         }
-        output::print(&part)
+        files::print(&part)
     };
     tell(format!("{}\n{}\n", Machine::current(), study.legend))?;
     let mut seen = HashSet::new();

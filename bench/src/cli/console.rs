@@ -6,8 +6,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
-use taut_bench::output;
-use taut_bench::pace::{self, Pace};
+use taut_ground::files;
+use taut_ground::pace::{self, Pace};
 
 /// Whether anything but what was asked for is said.
 #[derive(Debug, Clone, Copy)]
@@ -33,14 +33,14 @@ impl Console {
     /// A likely mistake, on standard error.
     pub(crate) fn doubt(self, note: impl fmt::Display) {
         if !self.quiet {
-            output::note(note);
+            files::note(note);
         }
     }
 
     /// A line about what was done, which is no data: on a terminal only.
     pub(crate) fn note(self, text: &str) -> Result<(), Failure> {
         if !self.quiet && std::io::stdout().is_terminal() {
-            output::print(&format!("{text}\n"))?;
+            files::print(&format!("{text}\n"))?;
         }
         Ok(())
     }

@@ -5,8 +5,8 @@ use crate::Failure;
 use serde::Serialize;
 use std::path::PathBuf;
 use taut_bench::machine::Machine;
-use taut_bench::output::{self, Output};
-use taut_bench::study::Found;
+use taut_ground::files::{self, Output};
+use taut_studies::study::Found;
 
 /// Where results go besides their files below `target/taut`.
 #[derive(Debug, Clone, Copy)]
@@ -22,7 +22,7 @@ pub(crate) struct Way<'a> {
 pub(crate) fn deliver(name: &str, mut found: Found, way: Way<'_>) -> Result<(), Failure> {
     found.text = format!("{}\n{}", Machine::current(), found.text);
     if !way.is_rows_alone {
-        output::print(&found.text)?;
+        files::print(&found.text)?;
     }
     write(name, &found.rows, way)?;
     super::report::of_study(name, found, way)
@@ -34,9 +34,9 @@ pub(crate) fn write(name: &str, rows: &impl Serialize, way: Way<'_>) -> Result<(
         json.json(rows)?;
     }
     let copy = PathBuf::from(format!("target/taut/{name}.json"));
-    if let Err(e) = output::write_json(&copy, rows) {
+    if let Err(e) = files::write_json(&copy, rows) {
         // The table is out and the file asked for is written: this costs the copy only.
-        output::complain(&e.to_string());
+        files::complain(&e.to_string());
         return Ok(());
     }
     if way.is_rows_alone {

@@ -5,8 +5,8 @@ use super::console::Console;
 use crate::Failure;
 use clap::Args;
 use std::path::PathBuf;
-use taut_bench::check::Outcome;
-use taut_bench::hard::{self, Case};
+use taut_output::check::Outcome;
+use taut_studies::hard::{self, Case};
 
 #[derive(Debug, Args)]
 pub(crate) struct HardArgs {

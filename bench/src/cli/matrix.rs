@@ -4,14 +4,16 @@ use super::console::Console;
 use crate::{Failure, StepArgs, overrides, step_options};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use taut_bench::inputs::Inputs;
 use taut_bench::machine::Machine;
-use taut_bench::matrix::dump::{self, Label};
-use taut_bench::matrix::{System, suite};
-use taut_bench::output::{self, Output};
-use taut_bench::table::MARK;
-use taut_bench::{matrix, pace, run};
+use taut_bench::run;
+use taut_ground::files::{self, Output};
+use taut_ground::inputs::Inputs;
+use taut_ground::matrix::System;
+use taut_ground::matrix::dump::{self, Label};
+use taut_ground::pace;
 use taut_integrator::Stepper;
+use taut_output::table::MARK;
+use taut_studies::matrix::{self, suite};
 
 /// Most steps before a dump.
 const MOST_STEPS: u64 = 10_000_000;
@@ -117,7 +119,7 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
         name,
         comments: comments(args, &prepared.scene),
     };
-    output::make_folder(&args.out)?;
+    files::make_folder(&args.out)?;
     let mut stepper = Stepper::new(prepared.scene, options)?;
     let bar = console.progress(args.at).with_message("dump");
     for _ in 0..args.at {
@@ -131,12 +133,12 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     for system in dump::systems(&mut stepper)? {
         if let Err(e) = &system.x {
             let form = system.form;
-            output::complain(&format!(
+            files::complain(&format!(
                 "no exact solution of the {form} form is written: {e}"
             ));
         }
         for path in dump::write(&system, &label, &args.out, args.gzip)? {
-            output::print(&format!("{}\n", path.display()))?;
+            files::print(&format!("{}\n", path.display()))?;
         }
     }
     Ok(())
@@ -170,14 +172,14 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
         args.x.as_deref(),
     ];
     let read: Vec<&Path> = given.into_iter().flatten().collect();
-    let [json] = output::open([("--json", args.json.as_deref())], &read)?;
+    let [json] = files::open([("--json", args.json.as_deref())], &read)?;
     let system = System::read(&args.matrix, args.b.as_deref(), args.x.as_deref())?;
     let results = matrix::backends(&args.backends)
         .and_then(|config| matrix::measured(&system, &config))
         .map_err(|e| Failure::Input(e.to_string()))?;
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let text = matrix::solved(&results);
-        output::print(&format!(
+        files::print(&format!(
             "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
             Machine::current()
         ))?;
@@ -190,14 +192,14 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
 
 /// Writes the graded set.
 pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Failure> {
-    output::make_folder(&args.out)?;
-    let [json] = output::open([("--json", args.json.as_deref())], &[])?;
+    files::make_folder(&args.out)?;
+    let [json] = files::open([("--json", args.json.as_deref())], &[])?;
     let bar = console.progress(0).with_message("matrices");
     let entries = suite::generate(&suite::cases(args.quick), &args.out, args.gzip, &bar)?;
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
-        output::print(&matrix::suite_table(&entries))?;
+        files::print(&matrix::suite_table(&entries))?;
         console.note(&format!(
             "\n{} systems, {:.1} MB, listed in {}",
             entries.len(),

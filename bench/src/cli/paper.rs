@@ -6,10 +6,10 @@ use crate::Failure;
 use clap::Args;
 use serde::Serialize;
 use std::path::PathBuf;
-use taut_bench::check::{self, Check};
 use taut_bench::machine::Machine;
-use taut_bench::output;
-use taut_bench::paper::Experiment;
+use taut_ground::files;
+use taut_output::check::{self, Check};
+use taut_studies::paper::Experiment;
 
 #[derive(Debug, Args)]
 pub(crate) struct PaperArgs {
@@ -56,7 +56,7 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
         &args.names
     };
     // Before minutes of work, not after them.
-    output::make_folder(&args.out)?;
+    files::make_folder(&args.out)?;
     let experiment = |e: &Experiment| {
         let e = *e;
         checks::Experiment {
@@ -76,9 +76,9 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
     let machine = Machine::current().to_string();
     checks::run(&catalogue, console, &|experiment, outcome| {
         let file = |end: &str| args.out.join(format!("{}{end}", experiment.name));
-        output::write_text(&file(".csv"), &outcome.csv)?;
+        files::write_text(&file(".csv"), &outcome.csv)?;
         for (ending, rows) in &outcome.more_csv {
-            output::write_text(&file(&format!("-{ending}.csv")), rows)?;
+            files::write_text(&file(&format!("-{ending}.csv")), rows)?;
         }
         let record = Record {
             experiment: experiment.name,
@@ -87,9 +87,9 @@ pub(crate) fn run(args: &PaperArgs, console: Console) -> Result<(), Failure> {
             quick: args.quick,
             checks: &outcome.checks,
         };
-        output::write_json(&file(".json"), &record)?;
+        files::write_json(&file(".json"), &record)?;
         if let Some(picture) = check::picture(outcome)? {
-            output::write_text(&file(".svg"), &picture)?;
+            files::write_text(&file(".svg"), &picture)?;
         }
         Ok(())
     })

@@ -6,11 +6,11 @@ use super::deliver::Way;
 use crate::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use taut_bench::ladder::{Config, Results};
-use taut_bench::output::{self, Output};
 use taut_bench::report::{self, Report};
-use taut_bench::settings::Setting;
-use taut_bench::study::Found;
+use taut_ground::files::{self, Output};
+use taut_output::settings::Setting;
+use taut_studies::ladder::{Config, Results};
+use taut_studies::study::Found;
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
@@ -57,7 +57,7 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
         ("--picture", args.picture.as_deref()),
         ("--markdown", args.markdown.as_deref()),
     ];
-    let [page, picture, markdown] = output::open(options, &read)?;
+    let [page, picture, markdown] = files::open(options, &read)?;
     let reports = read.iter().map(|path| report::read(path));
     let reports = reports.collect::<Result<Vec<_>, _>>()?;
     let written = |what: &str, to: &Output| {
@@ -116,10 +116,10 @@ fn write(report: &Report, way: Way<'_>) -> Result<(), Failure> {
     let written = written.and_then(|page| {
         report::write(report, &page)?;
         let data = format!("target/taut/{}.report.json", report.name());
-        Ok(output::write_json(Path::new(&data), report)?)
+        Ok(files::write_json(Path::new(&data), report)?)
     });
     match written {
-        Err(e) => output::complain(&e.to_string()),
+        Err(e) => files::complain(&e.to_string()),
         Ok(()) if way.is_rows_alone => {}
         Ok(()) => way.console.note(&format!("report written to {PAGE}"))?,
     }

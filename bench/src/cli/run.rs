@@ -8,11 +8,11 @@ use signal_hook::flag;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use taut_bench::inputs::Inputs;
-use taut_bench::output::{self, FileError, Output, Writing};
 use taut_bench::run::{self, Summary, Wishes, Yardstick};
 use taut_bench::run_file::RunFile;
-use taut_bench::trajectory;
+use taut_ground::files::{self, FileError, Output, Writing};
+use taut_ground::inputs::Inputs;
+use taut_ground::trajectory;
 use taut_integrator::{StepOptions, Stepper};
 
 #[derive(Debug, Args)]
@@ -133,7 +133,7 @@ impl Outputs {
         if place(&args.resume) != place(&args.save) {
             read.extend(args.resume.as_deref());
         }
-        let [out, json, save] = output::open(
+        let [out, json, save] = files::open(
             [
                 ("--out", args.out.as_deref()),
                 ("--json", args.json.as_deref()),
@@ -212,7 +212,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     bar.finish_and_clear();
     written.extend(rows.map(Writing::finish));
     if !outputs.is_any_stdout() {
-        written.push(output::print(&run::text(&summary)));
+        written.push(files::print(&run::text(&summary)));
     }
     written.extend(outputs.json.map(|json| json.json(&summary)));
     let failed = written.into_iter().filter_map(Result::err);

@@ -2,7 +2,8 @@
 
 use crate::{Failure, overrides};
 use clap::Args;
-use taut_bench::{output, run};
+use taut_bench::run;
+use taut_ground::files;
 use taut_model::SceneSource;
 use taut_model::scene_file::SceneText;
 
@@ -25,5 +26,5 @@ pub(crate) fn run(args: &SceneArgs) -> Result<(), Failure> {
     if args.explicit {
         source = SceneSource::Explicit(Box::new(SceneText::from_scene(&scene)?));
     }
-    Ok(output::print(&source.to_commented_toml()?)?)
+    Ok(files::print(&source.to_commented_toml()?)?)
 }

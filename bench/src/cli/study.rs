@@ -6,10 +6,10 @@ use crate::Failure;
 use clap::error::ErrorKind;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use std::path::{Path, PathBuf};
-use taut_bench::output::{self, Output};
-use taut_bench::sheet;
-use taut_bench::studies::{self, STUDIES};
-use taut_bench::study::Study;
+use taut_ground::files::{self, Output};
+use taut_output::sheet;
+use taut_studies::studies::{self, STUDIES};
+use taut_studies::study::Study;
 
 /// The study asked for with its options; none for the list.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ fn study_command(study: &'static Study) -> Command {
 /// Runs the study asked for; without one, lists them all.
 pub(crate) fn run(args: &StudyArgs, console: Console) -> Result<(), Failure> {
     let Some((study, matches)) = &args.0 else {
-        return Ok(output::print(&list())?);
+        return Ok(files::print(&list())?);
     };
     let read = (study.reads)(matches);
     let read: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &StudyArgs, console: Console) -> Result<(), Failure> {
         ("--json", files.json.as_deref()),
         ("--csv", files.csv.as_deref()),
     ];
-    let [json, csv] = output::open(options, &read)?;
+    let [json, csv] = files::open(options, &read)?;
     let bar = console.progress(0).with_message(study.name);
     let found = (study.run)(matches, &bar).map_err(|e| Failure::Input(e.to_string()))?;
     bar.finish_and_clear();

@@ -5,10 +5,10 @@ use crate::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use taut_bench::Choice;
 use taut_bench::machine::Machine;
-use taut_bench::output::{self, Output};
 use taut_bench::track::{self, CASES, Case, Config, Counter, Entry, Row, Verdict};
+use taut_ground::Choice;
+use taut_ground::files::{self, Output};
 use taut_solver::Backend;
 
 /// Where the baseline is, from the repository's root.
@@ -68,7 +68,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
         .then_some(&*args.baseline)
         .into_iter()
         .collect();
-    let [json, bencher, update] = output::open(
+    let [json, bencher, update] = files::open(
         [
             ("--json", args.json.as_deref()),
             ("--bencher", args.bencher.as_deref()),
@@ -94,7 +94,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
         .flatten()
         .any(Output::is_stdout);
     if !rows_alone {
-        output::print(&format!(
+        files::print(&format!(
             "{}\n{}\n\n{}",
             Machine::current(),
             track::LEGEND,
@@ -147,7 +147,7 @@ fn baseline(args: &TrackArgs) -> Result<Vec<Entry>, Failure> {
     if args.update && !path.exists() {
         return Ok(Vec::new());
     }
-    let text = output::read_text(path).map_err(|e| {
+    let text = files::read_text(path).map_err(|e| {
         Failure::Input(format!(
             "{e}; run this at the repository's root, or say where the baseline is with `--baseline`"
         ))

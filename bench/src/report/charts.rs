@@ -2,12 +2,12 @@
 
 use super::measure::{Extras, Pattern, Step, Trace};
 use super::score::Scores;
-use crate::ladder::Record;
-use crate::notation::number;
-use crate::plan::FLOOR;
-use crate::plot::{Axis, Chart, Look, Mark, Series, Shape};
-use crate::settings::distinct;
-use crate::table::nanoseconds;
+use taut_output::notation::number;
+use taut_output::plan::FLOOR;
+use taut_output::plot::{Axis, Chart, Look, Mark, Series, Shape};
+use taut_output::settings::distinct;
+use taut_output::table::nanoseconds;
+use taut_studies::ladder::Record;
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
     Series {

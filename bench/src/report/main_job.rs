@@ -7,14 +7,14 @@ use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::sheets::table;
 use super::{Report, ReportError};
-use crate::choice::Omission;
-use crate::ladder::{self, Answer, Record};
-use crate::notation::number;
-use crate::plot::Chart;
-use crate::settings::distinct;
-use crate::table::nanoseconds;
 use maud::html;
 use serde_json::{Value, json};
+use taut_ground::choice::Omission;
+use taut_output::notation::number;
+use taut_output::plot::Chart;
+use taut_output::settings::distinct;
+use taut_output::table::nanoseconds;
+use taut_studies::ladder::{self, Answer, Record};
 
 /// Work against precision of the report's scenes.
 pub(super) fn work_precision(report: &Report) -> Vec<Chart> {

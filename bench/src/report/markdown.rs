@@ -3,10 +3,10 @@
 
 use super::page::{origin, title};
 use super::{Other, Report};
-use crate::check::Verdict;
-use crate::ladder::Answer;
 use serde_json::Value;
 use std::fmt::Write;
+use taut_output::check::Verdict;
+use taut_studies::ladder::Answer;
 
 /// The text.
 #[must_use]

@@ -1,20 +1,20 @@
 //! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
 //! the time step, the times of single steps, energies, patterns.
 
-use crate::check::worse;
-use crate::choice::Choice;
-use crate::ladder;
-use crate::linear;
-use crate::poses::Pose;
-use crate::reference;
-use crate::trajectory::{Timing, simulate, steps_in};
 use indicatif::ProgressBar;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
+use taut_ground::choice::Choice;
+use taut_ground::errors::worse;
+use taut_ground::poses::Pose;
+use taut_ground::reference;
+use taut_ground::trajectory::{Timing, simulate, steps_in};
 use taut_integrator::{GeometricStiffness, PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Network, NetworkParams, Scene};
 use taut_solver::{BlockPattern, SymBlockMatrix};
+use taut_studies::ladder;
+use taut_studies::linear;
 
 /// What [`measure`] found.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -1,11 +1,11 @@
 //! The page: one file without network, light and dark, its tables sorted by a click on a heading.
 
 use super::{Other, Report, ReportError, limits, main_job, sheets};
-use crate::plan::{PRECISION, Plot};
-use crate::plot::{self, Chart};
-use crate::settings::Setting;
-use crate::studies;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
+use taut_output::plan::{PRECISION, Plot};
+use taut_output::plot::{self, Chart};
+use taut_output::settings::Setting;
+use taut_studies::studies;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");

@@ -6,7 +6,7 @@
 //! costs is exp(mean ln(t + s)) − s, s = 1 µs; a problem that it does not solve counts as ten times the most expensive
 //! solution of it.
 
-use crate::ladder::{LEVELS, Record};
+use taut_studies::ladder::{LEVELS, Record};
 
 /// Shift of the geometric mean \[ns].
 const SHIFT: f64 = 1e3;

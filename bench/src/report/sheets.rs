@@ -4,11 +4,11 @@
 use super::Other;
 use super::cells::{Cell, sortable};
 use super::page::{Section, settings};
-use crate::settings::Setting;
-use crate::sheet::{self, Column, Row, flatten, heading, is_list, rows_of, shown, words};
-use crate::studies;
 use maud::{Markup, html};
 use serde_json::{Map, Value};
+use taut_output::settings::Setting;
+use taut_output::sheet::{self, Column, Row, flatten, heading, is_list, rows_of, shown, words};
+use taut_studies::studies;
 
 /// Rows with the name of their list.
 type List = (String, Vec<Row>);

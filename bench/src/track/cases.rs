@@ -2,13 +2,13 @@
 
 use super::measures::{Bars, Measure};
 use super::start::PASS;
-use crate::choice::Choice;
-use crate::ladder;
-use crate::reference;
-use crate::scenes;
 use std::fmt;
+use taut_ground::choice::Choice;
+use taut_ground::reference;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Controls, GantryParams, HoistParams, Network, NetworkParams, Scene};
+use taut_studies::ladder;
+use taut_studies::scenes;
 
 /// Δt of all cases \[s].
 pub const DT: f64 = 1.0 / 60.0;

@@ -3,16 +3,16 @@
 
 use super::cases::{Case, DT, Place};
 use super::measures::{Measure, Missing};
-use crate::allocations;
-use crate::choice::Choice;
-use crate::reference::Snapshot;
-use crate::scenes::{WARM_UP, reference_choice};
-use crate::statics;
-use crate::trajectory::load_position;
 use nalgebra::Vector3;
+use taut_ground::allocations;
+use taut_ground::choice::Choice;
+use taut_ground::reference::Snapshot;
+use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{backward_error, forward_error};
+use taut_studies::scenes::{WARM_UP, reference_choice};
+use taut_studies::statics;
 
 /// Steps of a pass, from the common state.
 pub const PASS: usize = 30;

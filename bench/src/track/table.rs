@@ -2,9 +2,9 @@
 
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
-use crate::table::{error, nanoseconds, table, verdict, wrapped};
 use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
+use taut_output::table::{error, nanoseconds, table, verdict, wrapped};
 
 /// What the columns are.
 pub const LEGEND: &str = "\
@@ -59,7 +59,7 @@ pub fn text(rows: &[Row]) -> String {
             verdict(judged, good),
         ]);
     }
-    let mut out = crate::table::text(&t);
+    let mut out = taut_output::table::text(&t);
     if !notes.is_empty() {
         let mut list = wrapped(&[]);
         for (i, note) in notes.iter().enumerate() {
@@ -68,7 +68,7 @@ pub fn text(rows: &[Row]) -> String {
         for column in list.column_iter_mut() {
             column.set_cell_alignment(CellAlignment::Left);
         }
-        out.push_str(&crate::table::text(&list));
+        out.push_str(&taut_output::table::text(&list));
     }
     out + &summary(rows)
 }
@@ -134,7 +134,7 @@ fn summary(rows: &[Row]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::table::plain;
+    use taut_output::table::plain;
 
     #[test]
     fn figures_stand_under_their_case_with_their_notes_below() {

@@ -8,9 +8,9 @@
 use super::calibration::Calibration;
 use super::measures::Measure;
 use super::start::{PASS, Start};
-use crate::choice::Choice;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
+use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
 
 /// Fewest passes.

@@ -1,7 +1,7 @@
 use crate::{folder, good, refused, taut};
 use serde_json::Value;
 use std::fs;
-use taut_bench::plot::{self, Axis, Chart, Mark, Series};
+use taut_output::plot::{self, Axis, Chart, Mark, Series};
 
 pub(crate) const SECTIONS: [&str; 13] = [
     "answer",

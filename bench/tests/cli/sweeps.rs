@@ -47,7 +47,7 @@ fn the_main_job_writes_records_with_their_fields() {
             "{record}"
         );
     }
-    let compiled = taut_bench::Choice::all()
+    let compiled = taut_ground::Choice::all()
         .into_iter()
         .filter(|c| c.check().is_ok());
     for choice in compiled {
@@ -90,7 +90,7 @@ fn the_study_linear_writes_records_with_their_fields() {
         assert_eq!(record["segments"], 24, "{record}");
         assert_eq!(record["error"], Value::Null, "{record}");
     }
-    let compiled = taut_bench::Choice::all()
+    let compiled = taut_ground::Choice::all()
         .into_iter()
         .filter(|c| c.check().is_ok());
     for choice in compiled {
@@ -151,7 +151,7 @@ fn the_study_kernels_writes_rows() {
             assert!(record["backward_error_componentwise"].as_f64() <= Some(1e-15));
         }
     }
-    let compiled = taut_bench::kernels::Rival::all()
+    let compiled = taut_studies::kernels::Rival::all()
         .into_iter()
         .filter(|r| r.check().is_ok());
     for rival in compiled {
@@ -281,7 +281,7 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
 #[test]
 fn studies_are_listed_with_what_they_measure() {
     let list = good(&folder("studies"), "study");
-    for study in taut_bench::studies::STUDIES {
+    for study in taut_studies::studies::STUDIES {
         let line = list.lines().find(|l| l.starts_with(study.name));
         assert!(line.is_some_and(|l| l.ends_with(study.about)), "{list}");
     }

@@ -1,0 +1,11 @@
+//! Errors as numbers: which of two is worse.
+
+/// The larger of two errors; one that is no number is the largest.
+#[must_use]
+pub fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}

@@ -1,0 +1,399 @@
+//! Every backend on a system: what its phases take and how wrong its solution is.
+//!
+//! Times are minima of repeats, each phase by itself: analysis, factorisation, solve. Errors are those of the last
+//! solve: η and ω of the module `accuracy` in the solver crate, and the forward error against x of the file, else
+//! against the solution in extended precision ([`super::exact`]) where there is one.
+
+use super::exact::{condition, solution};
+use super::prepared::Problem;
+use super::{Matrix, RightHandSide, System};
+use crate::choice::{Choice, Omission};
+use serde::Serialize;
+use std::time::{Duration, Instant};
+use taut_solver::{Backend, SolveError, Status, forward_error};
+
+/// Rows beyond which the dense solver has no rows unless it is asked for.
+pub const DENSE_ROWS: usize = 1500;
+
+/// The same for nalgebra-sparse, whose analysis is quadratic.
+pub const NALGEBRA_ROWS: usize = 30_000;
+
+/// What a direct backend claims.
+pub const DIRECT: &str = "direct";
+
+/// What a backend claims whose iteration met its tolerance.
+pub const CONVERGED: &str = "converged";
+
+/// What a backend claims that ran out of iterations.
+const LIMIT: &str = "limit";
+
+/// Factorisations and solves for each analysis.
+const REUSES: usize = 4;
+
+/// What is measured.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Backends; those that cannot or need not run are left out, with the reason.
+    pub backends: Vec<Backend>,
+    /// Whether they were asked for by name.
+    pub named: bool,
+    /// Limits of iterations for the iterative backends; their own where there is none.
+    pub iterations: Vec<usize>,
+    /// Time that the repeats of one row aim at.
+    pub budget: Duration,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            backends: backends(),
+            named: false,
+            iterations: Vec::new(),
+            budget: Duration::from_millis(200),
+        }
+    }
+}
+
+/// Every backend that is worth a row, whether compiled in or not.
+#[must_use]
+pub fn backends() -> Vec<Backend> {
+    let mut backends: Vec<Backend> = Vec::new();
+    for choice in Choice::all() {
+        // Of UMFPACK the default alone, which refines.
+        let backend = match choice.backend {
+            Backend::Umfpack(_) => Backend::Umfpack(taut_solver::UmfpackOptions::default()),
+            other => other,
+        };
+        if !backends.contains(&backend) {
+            backends.push(backend);
+        }
+    }
+    backends
+}
+
+/// A system and what is known of it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct About {
+    /// Name of the matrix.
+    pub matrix: String,
+    /// Dimension.
+    pub dim: usize,
+    /// Block rows.
+    pub blocks: usize,
+    /// Entries of both triangles.
+    pub entries: usize,
+    /// Entries of the file that were added to earlier ones at the same place.
+    pub duplicates: usize,
+    /// Whether it is symmetric.
+    pub symmetric: bool,
+    /// Order in which those backends eliminate that keep it: `natural`, `minimum-degree`; none for general matrices and
+    /// where the fill is out of reach.
+    pub order: Option<&'static str>,
+    /// Entries of the block factor in this order.
+    pub factor_entries: Option<u64>,
+    /// Floating-point operations of that factorisation.
+    pub factor_flops: Option<u64>,
+    /// Estimate of the condition number in the ∞-norm, for symmetric matrices.
+    pub condition: Option<f64>,
+    /// The same with rows and columns scaled to the same size.
+    pub condition_scaled: Option<f64>,
+    /// What b is.
+    pub right_hand_side: String,
+    /// What the forward errors refer to.
+    pub solution: String,
+}
+
+/// One row: a backend on a system.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Record {
+    /// Name of the matrix.
+    pub matrix: String,
+    /// Backend without iterations and tolerance.
+    pub backend: String,
+    /// All its options, as the command line reads them.
+    pub options: String,
+    /// Dimension.
+    pub dim: usize,
+    /// Block rows.
+    pub blocks: usize,
+    /// Limit of iterations; 0 for direct backends.
+    pub iterations: usize,
+    /// Iterations made.
+    pub iterations_used: usize,
+    /// What the backend claims: `direct`, `converged`, `limit`, `stalled`.
+    pub status: String,
+    /// Analysis of the pattern, minimum \[ns].
+    pub analyze_ns: f64,
+    /// Factorisation, minimum \[ns].
+    pub factorize_ns: f64,
+    /// Solve, minimum \[ns].
+    pub solve_ns: f64,
+    /// Factorisation and solve over the number of block rows \[ns].
+    pub ns_per_block_row: f64,
+    /// Factorisation and solve over those of the fastest on this matrix that did not run out of iterations.
+    pub ratio: f64,
+    /// Repeats that the minima are of.
+    pub repeats: usize,
+    /// ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞).
+    pub backward_error: f64,
+    /// maxᵢ |b − A x|ᵢ / (|A| |x| + |b|)ᵢ.
+    pub backward_error_componentwise: f64,
+    /// ‖x − x*‖∞ / ‖x*‖∞, where x* is known.
+    pub forward_error: Option<f64>,
+    /// Entries of the factor, where the backend knows it beforehand.
+    pub factor_entries: Option<usize>,
+}
+
+impl Record {
+    /// Factorisation and solve \[ns].
+    #[must_use]
+    pub fn total_ns(&self) -> f64 {
+        self.factorize_ns + self.solve_ns
+    }
+
+    /// Whether it came to an end of its own: it is direct, or its iteration converged.
+    #[must_use]
+    pub fn ended(&self) -> bool {
+        [DIRECT, CONVERGED].contains(&self.status.as_str())
+    }
+}
+
+/// What was measured on a system.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Results {
+    /// The system.
+    pub about: About,
+    /// Its rows, in the order of the backends.
+    pub records: Vec<Record>,
+    /// What has no rows, and why.
+    pub omissions: Vec<Omission>,
+}
+
+/// Runs all backends on a system, one after the other. A backend that fails is an omission with its reason.
+#[must_use]
+pub fn run(system: &System, config: &Config) -> Results {
+    let problem = Problem::new(&system.matrix);
+    let (exact, told) = exact_solution(system, &problem);
+    let about = about(system, &problem, told);
+    let (mut records, mut omissions) = (Vec::new(), Vec::new());
+    for backend in &config.backends {
+        let name = Choice::schur(backend.clone()).family();
+        let mut omit = |reason: String| {
+            omissions.push(Omission {
+                backend: name.clone(),
+                reason,
+            });
+        };
+        if let Some(reason) = left_out(system, backend, config) {
+            omit(reason);
+            continue;
+        }
+        for limit in limits(backend, config) {
+            let backend = match limit {
+                0 => backend.clone(),
+                limit => backend.with_iterations(limit),
+            };
+            match row(system, &problem, &backend, exact.as_deref(), config.budget) {
+                Ok(row) => {
+                    let done = row.iterations_used < limit;
+                    records.push(row);
+                    if done {
+                        break;
+                    }
+                }
+                Err(e) => {
+                    omit(e.to_string());
+                    break;
+                }
+            }
+        }
+    }
+    let none_ended = records.iter().all(|r| r.status == LIMIT);
+    let fastest = records
+        .iter()
+        .filter(|r| none_ended || r.status != LIMIT)
+        .map(Record::total_ns)
+        .fold(f64::INFINITY, f64::min);
+    for record in &mut records {
+        record.ratio = record.total_ns() / fastest;
+    }
+    Results {
+        about,
+        records,
+        omissions,
+    }
+}
+
+fn about(system: &System, problem: &Problem<'_>, solution: String) -> About {
+    let ordered = problem.ordered.as_ref().and_then(|o| o.as_ref().ok());
+    let condition = condition(problem);
+    About {
+        matrix: system.name.clone(),
+        dim: system.matrix.dim(),
+        blocks: system.matrix.blocks(),
+        entries: system.matrix.entries(),
+        duplicates: system.duplicates,
+        symmetric: matches!(system.matrix, Matrix::Symmetric(_)),
+        order: ordered.map(super::order::Ordered::name),
+        factor_entries: ordered.map(|o| o.cost.entries),
+        factor_flops: ordered.map(|o| o.cost.flops),
+        condition: condition.map(|c| c.of_matrix),
+        condition_scaled: condition.map(|c| c.scaled),
+        right_hand_side: match &system.from {
+            RightHandSide::File(path) => path.display().to_string(),
+            RightHandSide::Ones { exact: true } => "A·1, exactly".to_owned(),
+            RightHandSide::Ones { exact: false } => "A·1, rounded".to_owned(),
+        },
+        solution,
+    }
+}
+
+/// The solution that errors refer to, and what it is.
+fn exact_solution(system: &System, problem: &Problem<'_>) -> (Option<Vec<f64>>, String) {
+    if let Some((x, path)) = &system.x {
+        return (Some(x.clone()), path.display().to_string());
+    }
+    let ones = vec![1.0; system.b.len()];
+    if system.from == (RightHandSide::Ones { exact: true }) {
+        return (Some(ones), "1, exactly".to_owned());
+    }
+    match (solution(problem, &system.b), &system.from) {
+        (Some((x, by)), RightHandSide::Ones { .. }) => {
+            let off = forward_error(&x, &ones);
+            let told = format!(
+                "1 but for {off:.1e}, from the rounding of b: refined in 32 digits by {by}"
+            );
+            (Some(x), told)
+        }
+        (Some((x, by)), RightHandSide::File(_)) => {
+            (Some(x), format!("refined in 32 digits by {by}"))
+        }
+        (None, _) => {
+            let told = match &problem.ordered {
+                Some(Err(_)) => "not known: the matrix fills beyond reach",
+                _ => {
+                    "not known: no refinement in 32 digits contracts, as for a matrix that is nearly singular"
+                }
+            };
+            (None, told.to_owned())
+        }
+    }
+}
+
+/// Why a backend is not run.
+fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<String> {
+    if let Err(e) = backend.create() {
+        return Some(e.to_string());
+    }
+    let a = match &system.matrix {
+        Matrix::General(_) => {
+            return (!backend.accepts_unsymmetric()).then(|| {
+                SolveError::NotSymmetric {
+                    backend: backend.name(),
+                }
+                .to_string()
+            });
+        }
+        Matrix::Symmetric(a) => a,
+    };
+    if config.named {
+        return None;
+    }
+    let groups = a.pattern().groups();
+    if backend.factorizes_groups() && groups.iter().all(|g| *g == groups[0]) {
+        return Some("the matrix has one group only: it would be a direct solver".to_owned());
+    }
+    let most = match backend {
+        Backend::Dense(_) => DENSE_ROWS,
+        Backend::NalgebraSparse => NALGEBRA_ROWS,
+        _ => usize::MAX,
+    };
+    (a.dim() > most).then(|| {
+        format!(
+            "takes too long at {} rows, more than {most}: ask for it with --backends",
+            a.dim()
+        )
+    })
+}
+
+/// The limits of iterations that a backend is run with; 0 for its own.
+fn limits(backend: &Backend, config: &Config) -> Vec<usize> {
+    if backend.is_iterative() && !config.iterations.is_empty() {
+        config.iterations.clone()
+    } else {
+        vec![0]
+    }
+}
+
+/// The limit of iterations of a backend; 0 for direct ones.
+fn limit_of(backend: &Backend) -> usize {
+    match backend {
+        Backend::GaussSeidel(o) => o.iterations,
+        Backend::ConjugateGradient(o) => o.iterations,
+        _ => 0,
+    }
+}
+
+fn row(
+    system: &System,
+    problem: &Problem<'_>,
+    backend: &Backend,
+    exact: Option<&[f64]>,
+    budget: Duration,
+) -> Result<Record, SolveError> {
+    let n = system.matrix.dim();
+    let mut x = vec![0.0; n];
+    let mut shortest = [f64::INFINITY; 3];
+    let begin = Instant::now();
+    let mut repeats = 0;
+    let mut shorter = |phase: usize, since: Instant| {
+        shortest[phase] = shortest[phase].min(since.elapsed().as_nanos() as f64);
+    };
+    let (report, factor_entries) = 'measured: loop {
+        let time = Instant::now();
+        let mut prepared = problem.analyze(backend)?;
+        shorter(0, time);
+        // Some libraries end their analysis in the first factorisation.
+        for _ in 0..REUSES {
+            let time = Instant::now();
+            prepared.factorize()?;
+            shorter(1, time);
+            x.fill(0.0);
+            let time = Instant::now();
+            let report = prepared.solve(&system.b, &mut x)?;
+            shorter(2, time);
+            repeats += 1;
+            if begin.elapsed() >= budget {
+                break 'measured (report, prepared.report.factor_entries);
+            }
+        }
+    };
+    let errors = system.matrix.backward_error(&system.b, &x)?;
+    let [analyze_ns, factorize_ns, solve_ns] = shortest;
+    Ok(Record {
+        matrix: system.name.clone(),
+        backend: Choice::schur(backend.clone()).family(),
+        options: backend.to_string(),
+        dim: n,
+        blocks: system.matrix.blocks(),
+        iterations: limit_of(backend),
+        iterations_used: report.iterations,
+        status: match report.status {
+            Status::Direct => DIRECT,
+            Status::Converged => CONVERGED,
+            Status::IterationLimit => LIMIT,
+            _ => "stalled",
+        }
+        .to_owned(),
+        analyze_ns,
+        factorize_ns,
+        solve_ns,
+        ns_per_block_row: (factorize_ns + solve_ns) / system.matrix.blocks() as f64,
+        ratio: f64::NAN,
+        repeats,
+        backward_error: errors.normwise,
+        backward_error_componentwise: errors.componentwise,
+        forward_error: exact.map(|exact| forward_error(&x, exact)),
+        factor_entries,
+    })
+}

@@ -1,0 +1,470 @@
+//! Plots of any rows, by what stands on their axes: which columns, and which of them tell panels and series apart.
+
+use crate::plot::{Axis, Chart, Look, Mark, Series};
+use crate::settings::distinct;
+use crate::sheet::{self, Row, heading, rows_of};
+use serde_json::Value;
+use std::borrow::Cow;
+
+/// The plot of work against precision, of which `taut report --picture` makes a file.
+pub const PRECISION: &str = "work-precision";
+
+/// Smallest error that is drawn: what is exact to the last bit stands there.
+pub const FLOOR: f64 = 1e-17;
+
+/// Most panels of a plot.
+const MOST_PANELS: usize = 36;
+
+/// A plot of a list of rows: a panel for each set of values in some columns, in it a series for each set in others.
+#[derive(Debug)]
+pub struct Plan {
+    /// Its name in pages and files.
+    pub id: &'static str,
+    /// What stands above it.
+    pub title: &'static str,
+    /// What stands below the title.
+    pub text: &'static str,
+    /// The list of rows in the data; the list without a name is the data itself.
+    pub list: &'static str,
+    /// Rows that take part: one of these values in each of these columns.
+    pub only: &'static [(&'static str, &'static [&'static str])],
+    /// Columns in which a row that takes part has what the first row has.
+    pub as_first: &'static [&'static str],
+    /// Columns that the rows of a panel share; a row without a value takes part in all.
+    pub panels: &'static [&'static str],
+    /// Columns that the rows of a series share: its name.
+    pub series: &'static [&'static str],
+    /// On the horizontal axis.
+    pub x: Quantity,
+    /// On the vertical axis.
+    pub y: Quantity,
+    /// Whether of points above each other only the lowest is shown.
+    pub lowest: bool,
+    /// Series without which a panel says nothing.
+    pub least: usize,
+    /// Places on the horizontal axis without which a panel says nothing.
+    pub least_places: usize,
+    /// How series are drawn.
+    pub mark: Mark,
+    /// Whether lines show what errors of first and second order are.
+    pub orders: bool,
+}
+
+/// What stands on an axis: the size of the sum of columns on a logarithmic one, the sum on a linear one, or what a
+/// column says.
+#[derive(Debug)]
+pub struct Quantity {
+    /// Which columns are added.
+    pub columns: &'static [&'static str],
+    /// With the unit.
+    pub label: &'static str,
+    /// What the columns are multiplied by for it.
+    pub factor: f64,
+    /// The smallest that is shown on a logarithmic axis; a linear one where it is 0.
+    pub floor: f64,
+    /// Whether the column is no number: the axis then has a place for each of its texts.
+    pub is_text: bool,
+}
+
+/// Errors on a logarithmic axis.
+#[must_use]
+pub const fn error(column: &'static [&'static str], label: &'static str) -> Quantity {
+    Quantity {
+        columns: column,
+        label,
+        factor: 1.0,
+        floor: FLOOR,
+        is_text: false,
+    }
+}
+
+/// Positive numbers on a logarithmic axis.
+#[must_use]
+pub const fn positive(
+    columns: &'static [&'static str],
+    label: &'static str,
+    factor: f64,
+) -> Quantity {
+    Quantity {
+        columns,
+        label,
+        factor,
+        floor: f64::MIN_POSITIVE,
+        is_text: false,
+    }
+}
+
+/// Numbers on a linear axis.
+#[must_use]
+pub const fn linear(
+    columns: &'static [&'static str],
+    label: &'static str,
+    factor: f64,
+) -> Quantity {
+    Quantity {
+        floor: 0.0,
+        ..positive(columns, label, factor)
+    }
+}
+
+/// Texts, each with a place on the axis.
+#[must_use]
+pub const fn texts(columns: &'static [&'static str], label: &'static str) -> Quantity {
+    Quantity {
+        is_text: true,
+        ..linear(columns, label, 1.0)
+    }
+}
+
+/// A plot of all rows of the data, a series for each solver.
+pub const PLAIN: Plan = Plan {
+    id: "",
+    title: "",
+    text: "",
+    list: "",
+    only: &[],
+    as_first: &[],
+    panels: &[],
+    series: &["backend"],
+    x: error(&[], ""),
+    y: error(&[], ""),
+    lowest: false,
+    least: 1,
+    least_places: 1,
+    mark: Mark::LineAndPoints,
+    orders: false,
+};
+
+/// A plot of several panels.
+pub struct Plot {
+    /// Its name in pages and files.
+    pub id: &'static str,
+    /// What stands above it.
+    pub title: &'static str,
+    /// What stands below the title.
+    pub text: Cow<'static, str>,
+    /// Its panels.
+    pub charts: Vec<Chart>,
+}
+
+/// What a row holds in a column; nothing where it holds nothing.
+fn shown(row: &Row, column: &str) -> Option<String> {
+    let value = row.get(column).filter(|value| !value.is_null())?;
+    Some(sheet::shown(column, value))
+}
+
+/// The same with the name of the column where it would say nothing without.
+fn labelled(row: &Row, column: &str) -> Option<String> {
+    let text = shown(row, column)?;
+    let is_number = row.get(column).is_some_and(Value::is_number) || text.parse::<f64>().is_ok();
+    Some(if is_number {
+        format!("{} {text}", heading(column))
+    } else {
+        text
+    })
+}
+
+impl Plan {
+    /// The plot of a benchmark's data.
+    #[must_use]
+    pub fn plot(&self, data: &Value) -> Plot {
+        let takes_part = |row: &Row| {
+            let fits = |(column, values): &(&str, &[&str])| {
+                shown(row, column).is_some_and(|text| values.contains(&text.as_str()))
+            };
+            self.only.iter().all(fits)
+        };
+        let mut rows = rows_of(data, self.list);
+        let first = rows.first().cloned().unwrap_or_default();
+        let like_first = |row: &Row| self.as_first.iter().all(|c| row.get(*c) == first.get(*c));
+        rows.retain(|row| takes_part(row) && like_first(row));
+        let names = distinct(rows.iter().map(|row| self.name(row)));
+        let key = |row: &Row| -> Vec<Option<String>> {
+            self.panels
+                .iter()
+                .map(|column| labelled(row, column))
+                .collect()
+        };
+        let panels = distinct(
+            rows.iter()
+                .map(key)
+                .filter(|key| key.iter().all(Option::is_some)),
+        );
+        let all = panels.len();
+        let chart = |panel: &Vec<Option<String>>| {
+            let fits = |row: &&Row| {
+                let own = key(row);
+                own.iter()
+                    .zip(panel)
+                    .all(|(own, panel)| own.is_none() || own == panel)
+            };
+            self.chart(panel, &rows.iter().filter(fits).collect::<Vec<_>>(), &names)
+        };
+        let charts = panels.iter().take(MOST_PANELS).map(chart);
+        let charts = charts.filter(|chart| self.says_something(chart)).collect();
+        let text = if all > MOST_PANELS {
+            Cow::from(format!(
+                "{} The first {MOST_PANELS} of {all} panels; the rows below hold all.",
+                self.text
+            ))
+        } else {
+            Cow::from(self.text)
+        };
+        Plot {
+            id: self.id,
+            title: self.title,
+            text,
+            charts,
+        }
+    }
+
+    fn says_something(&self, chart: &Chart) -> bool {
+        let data = chart.series.iter().filter(|s| s.mark == self.mark);
+        let places = data.clone().flat_map(|s| &s.points).map(|p| p[0]);
+        data.count() >= self.least && distinct(places).len() >= self.least_places
+    }
+
+    /// A panel of the rows, whose series have their looks by their places in `names`.
+    fn chart(&self, panel: &[Option<String>], rows: &[&Row], names: &[String]) -> Chart {
+        let parts: Vec<&str> = panel.iter().flatten().map(String::as_str).collect();
+        let title = if parts.is_empty() {
+            self.title.to_owned()
+        } else {
+            parts.join(", ")
+        };
+        let own = |name: &String| -> Vec<&&Row> {
+            rows.iter().filter(|row| self.name(row) == *name).collect()
+        };
+        let texts = self.x.texts(rows);
+        let in_panel = names.iter().filter(|name| !own(name).is_empty()).count();
+        let mut series: Vec<Series> = Vec::new();
+        for (place, name) in names.iter().enumerate() {
+            // Beside each other where points of several series have the same place.
+            let aside = 0.1 * (series.len() as f64 - 0.5 * (in_panel as f64 - 1.0));
+            let points = own(name).into_iter().flat_map(|row| {
+                let mut points = self.points(row, &texts);
+                if self.x.is_text {
+                    points.iter_mut().for_each(|p| p[0] += aside);
+                }
+                points
+            });
+            let mut points: Vec<[f64; 2]> = points.collect();
+            if self.lowest {
+                points.sort_by(|a, b| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1])));
+                points.dedup_by_key(|point| point[0]);
+            }
+            if !points.is_empty() {
+                series.push(Series {
+                    look: Some(Look::of_solver(name).unwrap_or(Look::by_place(place))),
+                    ..Series::new(name, points, self.mark)
+                });
+            }
+        }
+        let chart = Chart {
+            title,
+            x: self.x.axis(texts),
+            y: self.y.axis(Vec::new()),
+            series,
+        };
+        if self.orders {
+            chart.with_orders()
+        } else {
+            chart
+        }
+    }
+
+    fn name(&self, row: &Row) -> String {
+        let parts = self
+            .series
+            .iter()
+            .filter_map(|column| match row.get(*column)? {
+                Value::Bool(true) => Some(heading(column)),
+                Value::Bool(false) => None,
+                _ => labelled(row, column),
+            });
+        parts.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The points of a row: one, or those of a list, which lie evenly over its `steps`.
+    fn points(&self, row: &Row, texts: &[String]) -> Vec<[f64; 2]> {
+        let list = self
+            .y
+            .columns
+            .first()
+            .and_then(|column| row.get(*column)?.as_array());
+        let Some(list) = list else {
+            let point = self.x.of(row, texts).zip(self.y.of(row, &[]));
+            return point.map(|(x, y)| [x, y]).into_iter().collect();
+        };
+        let steps = row.get("steps").and_then(Value::as_f64).unwrap_or(0.0);
+        let each = steps / list.len() as f64;
+        let values = list.iter().enumerate();
+        let points = values.filter_map(|(i, value)| {
+            let x = (i as f64 + 0.5) * each * self.x.factor;
+            Some([x, value.as_f64()? * self.y.factor])
+        });
+        points.collect()
+    }
+}
+
+impl Quantity {
+    fn axis(&self, texts: Vec<String>) -> Axis {
+        if self.is_text {
+            Axis::of_names(self.label, texts)
+        } else if self.floor > 0.0 {
+            Axis::log(self.label)
+        } else {
+            Axis::linear(self.label)
+        }
+    }
+
+    /// What the rows say, each text once; nothing of numbers.
+    fn texts(&self, rows: &[&Row]) -> Vec<String> {
+        if !self.is_text {
+            return Vec::new();
+        }
+        distinct(rows.iter().filter_map(|row| self.text(row)))
+    }
+
+    fn text(&self, row: &Row) -> Option<String> {
+        // The longest of all, which would not stand side by side.
+        Some(shown(row, self.columns.first()?)?.replace("relative:", "rel. "))
+    }
+
+    /// The place of a row, among the texts where it has one.
+    fn of(&self, row: &Row, texts: &[String]) -> Option<f64> {
+        if self.is_text {
+            let own = self.text(row)?;
+            return texts.iter().position(|t| *t == own).map(|i| i as f64);
+        }
+        let mut sum = 0.0;
+        for column in self.columns {
+            sum += row.get(*column)?.as_f64()?;
+        }
+        let value = sum * self.factor;
+        Some(if self.floor > 0.0 {
+            value.abs().max(self.floor)
+        } else {
+            value
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    #[test]
+    fn rows_become_panels_of_series() {
+        let plan = Plan {
+            list: "records",
+            only: &[("stable", &["yes"])],
+            as_first: &["dt"],
+            panels: &["segments", "start"],
+            x: positive(&["segments"], "segments (1)", 1.0),
+            y: positive(&["factor_ns", "solve_ns"], "time (µs)", 1e-3),
+            lowest: true,
+            ..PLAIN
+        };
+        let row = |backend: &str, start: Option<&str>, ns: f64| {
+            json!({ "segments": 24, "start": start, "backend": backend, "dt": 0.5, "stable": true,
+                "factor_ns": 500.0, "solve_ns": ns })
+        };
+        let (mut lost, mut other) = (row("cg", Some("cold"), 9.0), row("cg", Some("cold"), 8.0));
+        lost["stable"] = false.into();
+        other["dt"] = 0.25.into();
+        let rows = [
+            row("banded", None, 1500.0),
+            row("cg", Some("cold"), 3500.0),
+            row("cg", Some("cold"), 2500.0),
+            row("new", Some("warm"), 4500.0),
+            lost,
+            other,
+        ];
+        let plot = plan.plot(&json!([{ "records": rows }]));
+        let shown: Vec<(&str, Vec<_>)> = plot
+            .charts
+            .iter()
+            .map(|c| {
+                let series = c.series.iter().map(|s| (s.name.as_str(), &s.points[..]));
+                (c.title.as_str(), series.collect())
+            })
+            .collect();
+        // The row without a start stands in both panels, of two points above each other the lowest.
+        let banded = ("banded", &[[24.0, 2.0]][..]);
+        assert_eq!(
+            shown,
+            [
+                (
+                    "segments 24, cold",
+                    vec![banded, ("cg", &[[24.0, 3.0]][..])]
+                ),
+                (
+                    "segments 24, warm",
+                    vec![banded, ("new", &[[24.0, 5.0]][..])]
+                ),
+            ]
+        );
+        // What is no solver that is known looks by its place among all.
+        let looks = plot.charts.iter().map(|c| c.series[1].look);
+        let expected = [Look::of_solver("cg"), Some(Look::by_place(2))];
+        assert!(looks.eq(expected));
+    }
+
+    #[test]
+    fn panels_beyond_the_most_are_told_of() {
+        let plan = Plan {
+            panels: &["k"],
+            x: error(&["k"], "k (1)"),
+            y: error(&["k"], "k (1)"),
+            text: "Said.",
+            ..PLAIN
+        };
+        let rows: Vec<Value> = (1..=50)
+            .map(|k| json!({ "k": k, "backend": "cg" }))
+            .collect();
+        let plot = plan.plot(&Value::from(rows));
+        assert_eq!(plot.charts.len(), MOST_PANELS);
+        assert!(
+            plot.text.contains("Said. The first 36 of 50"),
+            "{}",
+            plot.text
+        );
+    }
+
+    #[test]
+    fn a_list_is_a_line_over_its_steps() {
+        let plan = Plan {
+            x: linear(&[], "steps (1)", 1.0),
+            y: linear(&["means"], "energy (1)", 1.0),
+            ..PLAIN
+        };
+        let plot = plan.plot(&json!([{ "backend": "cg", "steps": 20, "means": [0.0, -1.0] }]));
+        assert_eq!(plot.charts[0].series[0].points, [[5.0, 0.0], [15.0, -1.0]]);
+    }
+
+    #[test]
+    fn texts_have_places_and_their_series_stand_beside_each_other() {
+        let plan = Plan {
+            x: texts(&["stiffness"], "stiffness"),
+            y: positive(&["stable_to"], "ratio (1)", 1.0),
+            ..PLAIN
+        };
+        let row = |backend: &str, stiffness: &str, to: f64| {
+            json!({ "backend": backend, "stiffness": stiffness,
+                "stable_to": to })
+        };
+        let rows = [
+            row("cg", "off", 10.0),
+            row("cg", "relative:1", 100.0),
+            row("banded", "relative:1", 1e3),
+        ];
+        let plot = plan.plot(&Value::from(rows.to_vec()));
+        let chart = &plot.charts[0];
+        assert_eq!(chart.x.names, ["off", "rel. 1"]);
+        let points: Vec<_> = chart.series.iter().map(|s| s.points.clone()).collect();
+        assert_eq!(points[0], [[-0.05, 10.0], [0.95, 100.0]]);
+        assert_eq!(points[1], [[1.05, 1e3]]);
+    }
+}

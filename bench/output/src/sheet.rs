@@ -1,0 +1,714 @@
+//! Rows of any experiment as tables: which columns there are, how each is written, and what stands beside or above what.
+//!
+//! A row is what its record is as JSON, with the keys of objects in it after the outer key: `failure_time`. A [`Column`]
+//! names a key. One [`Sheet`] of columns makes the table as text, and the headings, numbers and marks of the page.
+
+use crate::notation::{number, plain};
+use crate::settings::distinct;
+use crate::table::{self, least, mark_bad, mark_least, nanoseconds};
+use comfy_table::CellAlignment;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::fmt::Write;
+
+/// A row: columns in order.
+pub type Row = Map<String, Value>;
+
+/// A column of a table.
+#[derive(Debug, Clone, Copy)]
+pub struct Column {
+    /// The key of its values in the rows.
+    pub key: &'static str,
+    /// What stands above it; above a table the words around the value, which stands for `{}`.
+    pub heading: &'static str,
+    /// The unit of what is shown; none of times, which have theirs in each cell.
+    pub unit: &'static str,
+    /// How a value is written.
+    pub show: Show,
+    /// Which row is the best.
+    pub best: Best,
+}
+
+/// Which row of a column is the best.
+#[derive(Debug, Clone, Copy)]
+pub enum Best {
+    /// None is.
+    No,
+    /// That with the least value.
+    Least,
+    /// That with the least of something else.
+    LeastOf(fn(&Row) -> Option<f64>),
+}
+
+/// How a value is written.
+#[derive(Debug, Clone, Copy)]
+pub enum Show {
+    /// Names, yes or no, numbers in four digits.
+    Plain,
+    /// Nanoseconds with a unit.
+    Time,
+    /// With an exponent and so many digits after the point.
+    Error(usize),
+    /// A mass ratio: with an exponent from 10⁴ on.
+    Ratio,
+    /// So many digits after the point.
+    Fixed(usize),
+    /// Three digits of the value times a factor.
+    Digits(f64),
+    /// What a row says.
+    Row(fn(&Row) -> String),
+}
+
+/// A column of plain values.
+#[must_use]
+pub const fn column(key: &'static str, heading: &'static str) -> Column {
+    Column {
+        key,
+        heading,
+        unit: "",
+        show: Show::Plain,
+        best: Best::No,
+    }
+}
+
+/// A column of errors, the least of which is the best.
+#[must_use]
+pub const fn error(key: &'static str, heading: &'static str) -> Column {
+    column(key, heading).shown(Show::Error(1)).least()
+}
+
+/// A column of times in nanoseconds, the least of which is the best.
+#[must_use]
+pub const fn time(key: &'static str, heading: &'static str) -> Column {
+    column(key, heading).shown(Show::Time).least()
+}
+
+impl Column {
+    /// The same column, written otherwise.
+    #[must_use]
+    pub const fn shown(self, show: Show) -> Self {
+        Self { show, ..self }
+    }
+
+    /// The same column with a unit.
+    #[must_use]
+    pub const fn unit(self, unit: &'static str) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// The same column, the least value of which is the best.
+    #[must_use]
+    pub const fn least(self) -> Self {
+        Self {
+            best: Best::Least,
+            ..self
+        }
+    }
+
+    /// The best row has the least of something else than the value.
+    #[must_use]
+    pub const fn least_of(self, worth: fn(&Row) -> Option<f64>) -> Self {
+        Self {
+            best: Best::LeastOf(worth),
+            ..self
+        }
+    }
+
+    /// What the rows are compared by.
+    pub(crate) fn worth(&self, row: &Row) -> Option<f64> {
+        match self.best {
+            Best::No => None,
+            Best::Least => number_of(row, self.key),
+            Best::LeastOf(worth) => worth(row),
+        }
+    }
+
+    /// What stands above it on a page, which has room for the whole key.
+    #[must_use]
+    pub fn named(&self) -> String {
+        if self.unit.is_empty() {
+            return heading(self.key);
+        }
+        let key = self.key.strip_suffix("_m").unwrap_or(self.key);
+        format!("{} ({})", words(key), self.unit)
+    }
+
+    /// The heading with the unit after it.
+    #[must_use]
+    pub fn titled(&self) -> String {
+        format!("{} {}", self.heading, self.unit)
+            .trim_end()
+            .to_owned()
+    }
+
+    /// The value of a row; nothing where it has none.
+    #[must_use]
+    pub fn text(&self, row: &Row) -> String {
+        let value = row.get(self.key).unwrap_or(&Value::Null);
+        match (self.show, value.as_f64()) {
+            (Show::Row(shown), _) => shown(row),
+            (_, None) if value.is_null() => "-".to_owned(),
+            (Show::Plain, _) | (_, None) => text(self.key, value),
+            (Show::Time, Some(ns)) => nanoseconds(ns),
+            (Show::Error(digits), Some(x)) => format!("{x:.digits$e}"),
+            (Show::Ratio, Some(x)) => table::ratio(x),
+            (Show::Fixed(digits), Some(x)) => format!("{x:.digits$}"),
+            (Show::Digits(factor), Some(x)) => digits(factor * x),
+        }
+    }
+}
+
+/// Three digits.
+#[must_use]
+pub fn digits(x: f64) -> String {
+    match x.abs() {
+        size if size >= 1e5 || (size < 1e-3 && size > 0.0) => format!("{x:.0e}"),
+        size if size < 0.1 => format!("{x:.3}"),
+        size if size < 10.0 => format!("{x:.2}"),
+        size if size < 100.0 => format!("{x:.1}"),
+        _ => format!("{x:.0}"),
+    }
+}
+
+/// A number of a row.
+#[must_use]
+pub fn number_of(row: &Row, key: &str) -> Option<f64> {
+    row.get(key).and_then(Value::as_f64)
+}
+
+/// A text of a row; an empty one where it has none.
+#[must_use]
+pub fn text_of<'a>(row: &'a Row, key: &str) -> &'a str {
+    row.get(key).and_then(Value::as_str).unwrap_or_default()
+}
+
+/// The limit of iterations of a row, after those that it took where these are fewer; nothing of direct solvers.
+#[must_use]
+pub fn iterations(row: &Row) -> String {
+    let [limit, used] = ["iterations", "iterations_used"].map(|key| number_of(row, key));
+    match (limit, used) {
+        (None | Some(0.0), _) => String::new(),
+        (Some(limit), Some(used)) if used < limit => format!("{used:.0} of {limit}"),
+        (Some(limit), _) => limit.to_string(),
+    }
+}
+
+/// Whether a row is of a direct solver, or of an iteration that ended before its limit.
+#[must_use]
+pub fn has_ended(row: &Row) -> bool {
+    let [limit, used] = ["iterations", "iterations_used"].map(|key| number_of(row, key));
+    limit == Some(0.0) || used < limit
+}
+
+/// Whether a row says so.
+#[must_use]
+pub fn is(row: &Row, key: &str) -> bool {
+    row.get(key) == Some(&Value::Bool(true))
+}
+
+/// Whether a row came to its end.
+#[must_use]
+pub fn has_no_error(row: &Row) -> bool {
+    row.get("error").is_none_or(Value::is_null)
+}
+
+/// The tables of a list of rows.
+#[derive(Debug, Clone, Copy)]
+pub struct Sheet {
+    /// The list in the data; the list without a name is the data itself.
+    pub list: &'static str,
+    /// What stands above its tables.
+    pub title: &'static str,
+    /// What the rows of a table share; a row without a value takes part in all tables.
+    pub shared: &'static [Column],
+    /// Columns side by side.
+    pub columns: &'static [Column],
+    /// More of them, for each value of a column.
+    pub across: Option<Across>,
+    /// Which rows are shown.
+    pub takes: fn(&Row) -> bool,
+    /// Which of these are compared.
+    pub counts: fn(&Row) -> bool,
+    /// Columns in which rows have the same where they are compared.
+    pub rivals: &'static [&'static str],
+}
+
+/// Columns for each value of other columns.
+#[derive(Debug, Clone, Copy)]
+pub struct Across {
+    /// What each column is for: its heading.
+    pub by: &'static [Column],
+    /// What stands in a cell: a column for each.
+    pub cells: &'static [Column],
+    /// Whether all rows that belong in a cell stand there, not the first alone; they are compared by the last.
+    pub several: bool,
+    /// Most columns; of more values some at even distances are shown, the first and the last among them.
+    pub most: usize,
+}
+
+/// A sheet of all rows of the data, all of them compared.
+pub const PLAIN: Sheet = Sheet {
+    list: "",
+    title: "",
+    shared: &[],
+    columns: &[],
+    across: None,
+    takes: |_| true,
+    counts: |_| true,
+    rivals: &[],
+};
+
+/// Most characters of a line, with the blank at its end.
+const WIDTH: u16 = 120;
+
+/// Words that are bad news, wherever they stand alone.
+const BAD: &[&str] = &["failed", "MISSED"];
+
+/// A table before it is text: headings, cells, what the rows of each column are compared by.
+#[derive(Default)]
+struct Cells {
+    headings: Vec<String>,
+    rows: Vec<Vec<String>>,
+    worths: Vec<Vec<Worth>>,
+    is_text: Vec<bool>,
+}
+
+/// Among which rows a cell is compared, and by what.
+type Worth = (Vec<Value>, Option<f64>);
+
+impl Sheet {
+    /// The column whose values are those of that key.
+    #[must_use]
+    pub fn column(&self, key: &str) -> Option<&Column> {
+        let cells = self.across.iter().flat_map(|across| across.cells);
+        let is_its = |c: &&Column| c.key == key && !matches!(c.show, Show::Row(_));
+        self.columns.iter().chain(cells).find(is_its)
+    }
+
+    /// Which of the rows are the best of their tables in a column.
+    #[must_use]
+    pub fn best(&self, column: &Column, rows: &[Row]) -> Vec<bool> {
+        let table = |row: &Row| -> Vec<Option<Value>> {
+            self.shared
+                .iter()
+                .map(|c| row.get(c.key).cloned())
+                .collect()
+        };
+        let worths = rows.iter().map(|row| {
+            let (rivals, worth) = self.worth(column, row);
+            ((table(row), rivals), worth.filter(|_| (self.takes)(row)))
+        });
+        least(&worths.collect::<Vec<_>>())
+    }
+
+    /// The tables of the data; nothing where no row is shown.
+    #[must_use]
+    pub fn text(&self, data: &Value) -> String {
+        self.of_rows(rows_of(data, self.list))
+    }
+
+    /// The tables of records that are no data of their own.
+    #[must_use]
+    pub fn of(&self, records: &impl Serialize) -> String {
+        // What cannot be data has no rows.
+        self.text(&serde_json::to_value(records).unwrap_or_default())
+    }
+
+    /// The tables of rows.
+    pub(crate) fn of_rows(&self, mut rows: Vec<Row>) -> String {
+        rows.retain(self.takes);
+        let mut out = String::new();
+        if rows.is_empty() {
+            return out;
+        }
+        if !self.title.is_empty() {
+            let _ = writeln!(out, "\n{}", self.title);
+        }
+        for own in self.groups(&rows) {
+            if !self.shared.is_empty() {
+                let _ = writeln!(out, "\n{}", self.above(&own));
+            }
+            let cells = match &self.across {
+                None => self.flat(&own),
+                Some(across) => self.pivot(across, &own),
+            };
+            out.push_str(&cells.text());
+            for reason in self.reasons(&own) {
+                let _ = writeln!(out, "  {reason}");
+            }
+        }
+        out
+    }
+
+    /// The rows of each table.
+    fn groups<'a>(&self, rows: &'a [Row]) -> Vec<Vec<&'a Row>> {
+        let value = |row: &'a Row, c: &Column| row.get(c.key).filter(|v| !v.is_null());
+        let key = |row: &'a Row| -> Vec<Option<&Value>> {
+            self.shared.iter().map(|c| value(row, c)).collect()
+        };
+        let keys = distinct(rows.iter().map(key));
+        let whole = keys.iter().filter(|key| key.iter().all(Option::is_some));
+        let fits = |own: Vec<Option<&Value>>, key: &[Option<&Value>]| {
+            own.iter().zip(key).all(|(a, b)| a.is_none() || a == b)
+        };
+        let groups = whole.map(|k| rows.iter().filter(|row| fits(key(row), k)).collect());
+        groups.collect()
+    }
+
+    /// What the rows of a table share.
+    fn above(&self, rows: &[&Row]) -> String {
+        let part = |c: &Column| {
+            let row = rows
+                .iter()
+                .find(|r| r.get(c.key).is_some_and(|v| !v.is_null()));
+            row.map(|row| c.heading.replace("{}", &c.text(row)))
+        };
+        let parts: Vec<String> = self.shared.iter().filter_map(part).collect();
+        let said: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+        said.join(", ")
+    }
+
+    /// What a row is compared by in a column.
+    fn worth(&self, column: &Column, row: &Row) -> Worth {
+        let rivals = self
+            .rivals
+            .iter()
+            .map(|key| row.get(*key).cloned().unwrap_or_default());
+        let worth = column.worth(row).filter(|_| (self.counts)(row));
+        (rivals.collect(), worth)
+    }
+
+    fn flat(&self, rows: &[&Row]) -> Cells {
+        let mut cells = Cells::default();
+        for column in self.columns {
+            cells.headings.push(column.titled());
+            cells.is_text.push(is_text(column, rows));
+            let worths = rows.iter().map(|row| self.worth(column, row));
+            cells.worths.push(worths.collect());
+        }
+        let row = |row: &&Row| self.columns.iter().map(|c| c.text(row)).collect();
+        cells.rows = rows.iter().map(row).collect();
+        cells
+    }
+
+    fn pivot(&self, across: &Across, rows: &[&Row]) -> Cells {
+        let beside = |row: &Row| -> Vec<Option<Value>> {
+            self.columns
+                .iter()
+                .map(|c| row.get(c.key).cloned())
+                .collect()
+        };
+        let place = |row: &Row| -> String {
+            let parts = across
+                .by
+                .iter()
+                .map(|c| c.heading.replace("{}", &c.text(row)));
+            parts.collect::<Vec<_>>().join(" ")
+        };
+        let lines = distinct(rows.iter().map(|row| beside(row)));
+        let lines = lines.iter().map(|line| {
+            let own = rows.iter().filter(|row| beside(row) == *line);
+            own.copied().collect::<Vec<&Row>>()
+        });
+        let lines: Vec<Vec<&Row>> = lines.collect();
+        let first: Vec<&Row> = lines.iter().map(|line| line[0]).collect();
+        let mut cells = self.flat(&first);
+        for heading in some(distinct(rows.iter().map(|row| place(row))), across.most) {
+            for cell in across.cells {
+                let mut worths = Vec::new();
+                for (line, texts) in lines.iter().zip(&mut cells.rows) {
+                    let own: Vec<&&Row> = line.iter().filter(|row| place(row) == heading).collect();
+                    let shown: Vec<String> = own.iter().map(|row| cell.text(row)).collect();
+                    texts.push(shown.join(" "));
+                    let own = if across.several {
+                        &own[..]
+                    } else {
+                        &own[..own.len().min(1)]
+                    };
+                    let worth = own.last().and_then(|row| self.worth(cell, row).1);
+                    worths.push((self.worth(cell, line[0]).0, worth));
+                }
+                let heading = format!("{heading} {}", cell.titled());
+                cells.headings.push(heading.trim_end().to_owned());
+                cells.worths.push(worths);
+                cells.is_text.push(false);
+            }
+        }
+        cells
+    }
+
+    /// Why rows have no numbers, after what stands first in them.
+    fn reasons(&self, rows: &[&Row]) -> Vec<String> {
+        let name = |row: &Row| {
+            self.columns
+                .first()
+                .map_or_else(String::new, |c| c.text(row))
+        };
+        let failed = rows.iter().filter(|row| !text_of(row, "error").is_empty());
+        distinct(failed.map(|row| format!("{} failed: {}", name(row), text_of(row, "error"))))
+    }
+}
+
+impl Cells {
+    fn text(&self) -> String {
+        let headings: Vec<&str> = self.headings.iter().map(String::as_str).collect();
+        let mut t = table::wrapped(&headings);
+        for (column, is_text) in t.column_iter_mut().zip(&self.is_text) {
+            column.set_cell_alignment(match is_text {
+                true => CellAlignment::Left,
+                false => CellAlignment::Right,
+            });
+        }
+        t.add_rows(&self.rows);
+        t.set_width(WIDTH);
+        for (i, worths) in self.worths.iter().enumerate() {
+            mark_least(&mut t, i, worths);
+            mark_bad(&mut t, i, BAD);
+        }
+        table::text(&t)
+    }
+}
+
+/// Whether a column holds names, not numbers.
+fn is_text(column: &Column, rows: &[&Row]) -> bool {
+    let values = rows.iter().filter_map(|row| row.get(column.key));
+    values.clone().any(Value::is_string) || values.clone().all(Value::is_null)
+}
+
+/// All of them, or so many at even distances, the first and the last among them.
+fn some(all: Vec<String>, most: usize) -> Vec<String> {
+    let last = all.len().saturating_sub(1);
+    if all.len() <= most || most < 2 {
+        return all;
+    }
+    let place = |i: usize| (i * last + most / 2 - 1) / (most - 1);
+    (0..most).map(|i| all[place(i)].clone()).collect()
+}
+
+/// The rows of the list with that name, wherever it is; those of the data itself where there is no name.
+#[must_use]
+pub fn rows_of(data: &Value, list: &str) -> Vec<Row> {
+    match data {
+        Value::Array(items) if list.is_empty() => items.iter().filter_map(flat).collect(),
+        Value::Array(items) => items.iter().flat_map(|item| rows_of(item, list)).collect(),
+        _ if list.is_empty() => Vec::new(),
+        data => data
+            .get(list)
+            .map(|own| rows_of(own, ""))
+            .unwrap_or_default(),
+    }
+}
+
+/// An object as a row.
+fn flat(item: &Value) -> Option<Row> {
+    let mut row = Row::new();
+    flatten("", item.as_object()?, &mut row);
+    Some(row)
+}
+
+/// Columns of an object, those of objects in it with the outer key before theirs; no lists of rows.
+pub fn flatten(before: &str, object: &Row, row: &mut Row) {
+    for (key, value) in object {
+        let name = format!("{before}{key}");
+        match value {
+            Value::Object(inner) => flatten(&format!("{name}_"), inner, row),
+            value if is_list(value) => {}
+            value => {
+                row.insert(name, value.clone());
+            }
+        }
+    }
+}
+
+/// Whether it is a list of rows, which may have none.
+#[must_use]
+pub fn is_list(value: &Value) -> bool {
+    let items = value.as_array();
+    items.is_some_and(|items| items.is_empty() || items.iter().any(Value::is_object))
+}
+
+/// A key as words.
+#[must_use]
+pub fn words(key: &str) -> String {
+    key.replace('_', " ")
+}
+
+/// Whether the key's numbers are nanoseconds.
+fn is_time(key: &str) -> bool {
+    key.split('_').any(|word| word == "ns")
+}
+
+/// Writes rows as CSV: a column for each key, nothing where a row has no value.
+///
+/// # Errors
+/// What cannot be written.
+pub fn csv(rows: &[Row], out: &mut dyn std::io::Write) -> std::io::Result<()> {
+    let keys = distinct(rows.iter().flat_map(Map::keys));
+    let mut writer = csv::Writer::from_writer(out);
+    writer.write_record(&keys)?;
+    let shown = |value: &Value| match value {
+        Value::Null => String::new(),
+        Value::String(text) => text.clone(),
+        value => value.to_string(),
+    };
+    for row in rows {
+        let cells = keys
+            .iter()
+            .map(|key| row.get(*key).map_or_else(String::new, shown));
+        writer.write_record(cells)?;
+    }
+    writer.flush()
+}
+
+/// What stands above a column. Nanoseconds have their unit in each cell.
+#[must_use]
+pub fn heading(key: &str) -> String {
+    let unit =
+        |suffix: &str, unit: &str| Some(format!("{} ({unit})", words(key.strip_suffix(suffix)?)));
+    match key {
+        "dt" => "Δt (s)".to_owned(),
+        "ns" => "time".to_owned(),
+        "length" => "length (m)".to_owned(),
+        "first_failure_time" => "first failure (s)".to_owned(),
+        key if is_time(key) => words(&key.replace("_ns", "")),
+        key => unit("_m", "m")
+            .or_else(|| unit("_s", "s"))
+            .or_else(|| unit("_j", "J"))
+            .unwrap_or_else(|| words(key)),
+    }
+}
+
+/// A value in prose, where powers of ten are written as such.
+#[must_use]
+pub fn shown(key: &str, value: &Value) -> String {
+    match value.as_f64() {
+        Some(n) if !is_time(key) => number(n),
+        _ => text(key, value),
+    }
+}
+
+/// Most values of a list that are shown in a cell.
+const MOST_VALUES: usize = 4;
+
+/// A value below its heading.
+#[must_use]
+pub fn text(key: &str, value: &Value) -> String {
+    match value {
+        Value::Null => "–".to_owned(),
+        Value::Bool(true) => "yes".to_owned(),
+        Value::Bool(false) => "no".to_owned(),
+        Value::String(text) => text.clone(),
+        Value::Number(n) => match (n.as_u64(), n.as_f64().unwrap_or(f64::NAN)) {
+            (_, ns) if is_time(key) => nanoseconds(ns),
+            (Some(whole), _) if whole < 100_000 => whole.to_string(),
+            (_, number) => plain(number),
+        },
+        Value::Array(values) if values.len() > MOST_VALUES => format!("{} values", values.len()),
+        Value::Array(values) => {
+            let texts: Vec<String> = values.iter().map(|value| text(key, value)).collect();
+            texts.join(", ")
+        }
+        Value::Object(_) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::table::plain;
+    use serde_json::json;
+
+    const SHEET: Sheet = Sheet {
+        list: "records",
+        shared: &[column("size", "{} segments"), column("start", "from {}")],
+        columns: &[
+            column("backend", "solver"),
+            column("length_m", "length")
+                .unit("mm")
+                .shown(Show::Digits(1e3)),
+            time("step_ns", "step"),
+        ],
+        counts: has_no_error,
+        ..PLAIN
+    };
+
+    fn data() -> Value {
+        let row = |backend: &str, start: Option<&str>, ns: f64, error: Option<&str>| json!({ "backend": backend, "start": start, "size": 3, "length_m": 0.0125, "step_ns": ns, "error": error });
+        json!({ "records": [
+            row("banded", None, 1500.0, None),
+            row("cg", Some("zero"), 2500.0, None),
+            row("cg", Some("before"), 900.0, Some("too hot")),
+        ] })
+    }
+
+    #[test]
+    fn rows_make_a_table_for_each_value_that_they_share() {
+        let expected = "
+3 segments, from zero
+ solver  length mm     step
+ banded       12.5  1.50 µs*
+ cg           12.5  2.50 µs
+
+3 segments, from before
+ solver  length mm     step
+ banded       12.5  1.50 µs*
+ cg           12.5   900 ns
+  cg failed: too hot
+";
+        assert_eq!(plain(&SHEET.text(&data())), expected);
+        assert_eq!(SHEET.text(&json!({ "records": [] })), "");
+    }
+
+    #[test]
+    fn values_of_a_column_stand_side_by_side() {
+        const SIDE_BY_SIDE: Sheet = Sheet {
+            shared: &[],
+            columns: &[column("backend", "solver")],
+            across: Some(Across {
+                by: &[column("start", "from {}")],
+                cells: &[time("step_ns", "")],
+                several: false,
+                most: 2,
+            }),
+            takes: |row| text_of(row, "backend") == "cg",
+            ..SHEET
+        };
+        let expected = " solver  from zero  from before
+ cg        2.50 µs       900 ns
+  cg failed: too hot
+";
+        assert_eq!(plain(&SIDE_BY_SIDE.text(&data())), expected);
+    }
+
+    #[test]
+    fn the_best_of_a_table_is_the_best_on_a_page() {
+        let rows = rows_of(&data(), "records");
+        let sheet = Sheet {
+            shared: &[],
+            ..SHEET
+        };
+        let step = sheet.column("step_ns").expect("a column");
+        assert_eq!(sheet.best(step, &rows), [true, false, false]);
+        assert_eq!(
+            sheet.column("length_m").map(Column::named).as_deref(),
+            Some("length (mm)")
+        );
+    }
+
+    #[test]
+    fn csv_holds_every_key() {
+        let mut out = Vec::new();
+        csv(
+            &rows_of(
+                &json!([{ "a": 1.5, "b": { "c": "x,y" } }, { "a": null }]),
+                "",
+            ),
+            &mut out,
+        )
+        .expect("written");
+        assert_eq!(
+            String::from_utf8(out).expect("text"),
+            "a,b_c\n1.5,\"x,y\"\n,\n"
+        );
+    }
+}

@@ -1,0 +1,159 @@
+//! Tables for people: aligned text, numbers short enough to read. The texts hold ANSI sequences for what stands out,
+//! which [`taut_ground::files::print`] leaves out where they would not be seen, and [`plain`] everywhere.
+
+mod check;
+mod style;
+
+pub use check::checks;
+pub use style::{MARK, verdict};
+pub(crate) use style::{least, mark_bad, mark_least};
+
+use comfy_table::presets::NOTHING;
+use comfy_table::{CellAlignment, ContentArrangement, Table};
+use std::fmt::Write;
+use taut_ground::choice::Omission;
+use taut_solver::Backend;
+
+/// An empty table with right-aligned columns but the first.
+#[must_use]
+pub fn table(header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table
+        .load_style(NOTHING)
+        .enforce_styling()
+        .set_header(header);
+    table.style_text_only();
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+/// Most characters of a line.
+const WIDTH: u16 = 118;
+
+/// The same of cells that are wrapped where lines would be longer than 120 columns.
+#[must_use]
+pub fn wrapped(header: &[&str]) -> Table {
+    let mut table = table(header);
+    table
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH);
+    table
+}
+
+/// The table's lines without the blanks at their ends.
+#[must_use]
+pub fn text(table: &Table) -> String {
+    let mut out = String::new();
+    for line in table.lines() {
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
+}
+
+/// A text without ANSI sequences.
+#[must_use]
+pub fn plain(text: &str) -> String {
+    anstream::adapter::strip_str(text).to_string()
+}
+
+/// A number of nanoseconds with a unit, three digits.
+#[must_use]
+pub fn nanoseconds(ns: f64) -> String {
+    let (value, unit) = match ns {
+        n if n.is_nan() => return "-".to_owned(),
+        n if n < 1e3 => (n, "ns"),
+        n if n < 1e6 => (n / 1e3, "µs"),
+        n if n < 1e9 => (n / 1e6, "ms"),
+        n => (n / 1e9, "s"),
+    };
+    let digits = if value < 10.0 {
+        2
+    } else {
+        usize::from(value < 100.0)
+    };
+    format!("{value:.digits$} {unit}")
+}
+
+/// An error in two digits, `-` where there is none.
+#[must_use]
+pub fn error(e: Option<f64>) -> String {
+    match e {
+        None => "-".to_owned(),
+        Some(e) if e.is_nan() => "nan".to_owned(),
+        Some(e) => format!("{e:.1e}"),
+    }
+}
+
+/// A mass ratio: with an exponent from 10⁴ on.
+#[must_use]
+pub fn ratio(r: f64) -> String {
+    if r >= 1e4 {
+        format!("{r:.0e}")
+    } else {
+        format!("{r}")
+    }
+}
+
+/// What has no rows, and why; nothing where there is nothing.
+#[must_use]
+pub fn omissions(omissions: &[Omission]) -> String {
+    let mut out = String::new();
+    if !omissions.is_empty() {
+        let _ = writeln!(out, "\nLeft out");
+    }
+    for Omission { backend, reason } in omissions {
+        let _ = writeln!(out, "  {backend}: {reason}");
+    }
+    out
+}
+
+/// What is compiled in, with licences.
+#[must_use]
+pub fn backends() -> String {
+    let mut t = table(&["backend", "compiled in", "feature", "systems", "licence"]);
+    for column in t.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    for backend in Backend::all() {
+        t.add_row([
+            backend.name(),
+            if backend.is_compiled() { "yes" } else { "no" },
+            backend.feature().unwrap_or("always"),
+            if backend.accepts_unsymmetric() {
+                "any"
+            } else if backend.accepts_indefinite() {
+                "definite, quasi-definite"
+            } else {
+                "definite"
+            },
+            backend.licence(),
+        ]);
+    }
+    text(&t)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_have_three_digits_and_a_unit() {
+        let shown: Vec<_> = [12.34, 1234.0, 98_765.0, 4.56e8, 2e9]
+            .map(nanoseconds)
+            .to_vec();
+        assert_eq!(shown, ["12.3 ns", "1.23 µs", "98.8 µs", "456 ms", "2.00 s"]);
+    }
+
+    #[test]
+    fn the_table_of_backends_names_every_one() {
+        let text = backends();
+        assert!(
+            Backend::all().iter().all(|b| text.contains(b.name())),
+            "{text}"
+        );
+        assert!(text.contains("GPL-2.0-or-later"));
+    }
+}

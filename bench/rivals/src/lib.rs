@@ -1,0 +1,22 @@
+//! What others have made, to measure beside ours; no part of anything else. Each is behind a feature of its own, and
+//! nothing is built without.
+//! ```
+//! # #[cfg(feature = "rapier")]
+//! # {
+//! use taut_rivals::rapier::engines;
+//!
+//! // Ladders of settings, each of them from the cheapest to the dearest.
+//! assert!(engines().iter().all(|engine| !engine.ladders.is_empty()));
+//! # }
+//! ```
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | `lapack` | Cholesky factorisation of a band by the system's LAPACK (feature `lapack`) |
+//! | `rapier` | the physics engine Rapier on the hoist: soft rope, impulse joints, multibody (feature `rapier`) |
+
+#[cfg(feature = "lapack")]
+pub mod lapack;
+#[cfg(feature = "rapier")]
+pub mod rapier;

@@ -1,0 +1,282 @@
+//! Whole engines on the hoist: what one frame of 1/60 s costs, and how wrong the motion is.
+//!
+//! Every engine goes through the same two motions ([`taut_ground::engine::motion`]): the cable at rest, whose elongation is known, and a
+//! swing, compared with our own step at 1/7680 s. Ours run at one step a frame and at a few sub-steps. The rivals are
+//! given the cheapest setting that keeps both errors within the bar: each has ladders of settings, cheapest first, and
+//! of each ladder the first that does is taken. Masses, lengths, gravity, stiffness and start are the same; the rivals
+//! have no bending and no torsion, which a cable that swings straight does not ask for, and nothing collides or sleeps.
+//!
+//! As measured (`taut study engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
+//! 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact at rest;
+//! 7.0 and 22 µs. An explicit leapfrog of point masses, without bending or torsion, needs 128 and 256 sub-steps to be
+//! stable at all: 1.7 and 3.8 times as long, 0.002 to 0.004 % off. The physics engine Rapier (`--features rapier`,
+//! Apache-2.0, off by default; a rival, no part of anything) at its cheapest setting within 1 %, sub-steps and sweeps
+//! by powers of two: its soft rope solved implicitly takes 6.9 and 32 times as long at 24 segments, 16 and 86 times at
+//! 100; swept by Gauss–Seidel 14 and 53, 33 and 128; impulse joints 51 and 204, 127 and 503; the multibody with
+//! springs 803 times at 10³ and 24 segments, and no multibody the others within real time.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `ours` | our step in its settings |
+//! | `leapfrog` | the explicit rival: point masses and springs |
+//! | `search` | a run of a setting, the cheapest within the bar |
+//! | `table` | text tables |
+
+pub mod leapfrog;
+mod ours;
+mod search;
+mod study;
+mod table;
+
+pub use search::Outcome;
+pub(crate) use study::STUDY;
+
+use indicatif::ProgressBar;
+use serde::Serialize;
+use taut_ground::engine::motion::{self, Motion};
+use taut_ground::engine::{self, Engine, Setting, doubling};
+use taut_integrator::StepError;
+use taut_model::HoistParams;
+
+/// What the sweep runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Numbers of segments.
+    pub segments: Vec<usize>,
+    /// Mass ratios load/segment.
+    pub ratios: Vec<f64>,
+    /// Angle that the swing starts at \[rad].
+    pub angle: f64,
+    /// Simulated time of the swing \[s].
+    pub time: f64,
+    /// Errors that a rival's setting has to keep, over the cable's length.
+    pub bar: f64,
+    /// Settings whose frame takes longer are not searched any further \[ns].
+    pub longest_ns: f64,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            segments: vec![24, 100],
+            ratios: vec![1e3, 1e5],
+            angle: 0.3,
+            time: 6.5,
+            bar: 0.01,
+            // Beyond it an engine does not keep up.
+            longest_ns: 1e9 * motion::FRAME,
+        }
+    }
+}
+
+impl Config {
+    /// The shorter cable, a third of the swing, no setting beyond 1 ms a frame: a look at it.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            segments: vec![24],
+            time: 2.0,
+            longest_ns: 1e6,
+            ..Self::default()
+        }
+    }
+}
+
+/// One row: an engine in a setting on a cable.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Record {
+    /// Segments of the cable.
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// The engine.
+    pub engine: String,
+    /// Its setting.
+    pub setting: String,
+    /// Whether the setting was searched for.
+    pub searched: bool,
+    /// Settings tried.
+    pub tried: usize,
+    /// Errors and times.
+    #[serde(flatten)]
+    pub outcome: Outcome,
+    /// Whether both errors are within the bar.
+    pub within: bool,
+    /// Minimum of a frame over the joints, segments + 1; NaN without a frame's time \[ns].
+    pub ns_per_joint: f64,
+    /// Minimum of a frame over that of our default, likewise.
+    pub over_ours: f64,
+    /// What the reference differs by from that with half as many sub-steps, over the cable's length.
+    pub reference_error: f64,
+}
+
+/// Runs the sweep: of each cable one engine after the other, then the times of all rows in turns.
+///
+/// # Errors
+/// Scenes or options that are not sound. Runs that end early are results.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
+    let mut records: Vec<Record> = Vec::new();
+    let engines = engines();
+    progress.set_length((config.segments.len() * config.ratios.len() * engines.len()) as u64);
+    for &segments in &config.segments {
+        for &mass_ratio in &config.ratios {
+            let cable = search::Cable::new(config, segments, mass_ratio)?;
+            let mut rows = Vec::new();
+            for engine in &engines {
+                progress.set_message(engine.name);
+                rows.extend(search::rows(config, &cable, engine)?);
+                progress.inc(1);
+            }
+            progress.set_message("times");
+            cable.time(&mut rows)?;
+            let ours = rows.first().map_or(f64::NAN, |r| r.1.outcome.frame_ns_min);
+            records.extend(rows.into_iter().map(|(_, record)| Record {
+                ns_per_joint: record.outcome.frame_ns_min / (segments + 1) as f64,
+                over_ours: record.outcome.frame_ns_min / ours,
+                ..record
+            }));
+        }
+    }
+    Ok(records)
+}
+
+/// All engines that are compiled in; ours come first, and the first of their settings is the default.
+fn engines() -> Vec<Engine> {
+    let engines = [ours::engine(), leapfrog_engine()].into_iter();
+    #[cfg(feature = "rapier")]
+    let engines = engines.chain(taut_rivals::rapier::engines());
+    engines.collect()
+}
+
+fn leapfrog_engine() -> Engine {
+    let setting = |substeps: usize| Setting {
+        text: engine::substeps(substeps),
+        substeps,
+        start: Box::new(move |motion: &Motion| {
+            let dt = motion::FRAME / substeps as f64;
+            let mut chain = leapfrog::Leapfrog::new(&motion.points()?, motion.params.gravity, dt);
+            Ok(Box::new(move || {
+                chain.advance(dt, substeps);
+                Ok(chain.load())
+            }))
+        }),
+    };
+    Engine {
+        name: "leapfrog",
+        ladders: vec![doubling(1, 4096).map(setting).collect()],
+        all: false,
+    }
+}
+
+/// The hoist that all engines run: 10 m, segments of 1 kg, YA = 2·10⁷ N.
+fn params(segments: usize, mass_ratio: f64) -> HoistParams {
+    HoistParams {
+        segments,
+        mass_ratio,
+        ..HoistParams::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(records: &[Record], config: &Config) -> String {
+        let rows = crate::study::data(&records).unwrap();
+        taut_output::table::plain(&table::text(&rows, records, config))
+    }
+    use std::f64::consts::FRAC_PI_2;
+    use taut_integrator::{Scheme, StepOptions};
+
+    /// Six segments through a swing, one ratio after the other.
+    fn quick() -> (Config, Vec<Record>) {
+        let config = Config {
+            segments: vec![6],
+            ..Config::quick()
+        };
+        let records = run(&config, &ProgressBar::hidden()).expect("sound");
+        println!("{}", shown(&records, &config));
+        (config, records)
+    }
+
+    /// A pendulum of frequency ω, taken at x + a δ²x, runs fast by (1/24 − a/2)(ωΔt)²: with amplitude θ it is behind by
+    /// θ ω t times that after t, in lengths of the cable. Half of that and twice it are the bars, for the swing is not
+    /// quite harmonic. With sub-steps the error falls with their square.
+    #[test]
+    fn our_error_is_that_of_the_pendulums_period() {
+        let (config, records) = quick();
+        let Scheme::ThirdDifference { a, .. } = StepOptions::default().scheme else {
+            panic!("the default scheme is another: so is its error");
+        };
+        for &mass_ratio in &config.ratios {
+            let ours = |setting: &str| {
+                let record = records
+                    .iter()
+                    .find(|r| r.setting == setting && r.mass_ratio == mass_ratio)
+                    .expect("a row");
+                assert!(record.within && record.outcome.frame_ns_min > 0.0);
+                (
+                    record.outcome.elongation_error.expect("it rests"),
+                    record.outcome.load_error.expect("it swings"),
+                )
+            };
+            let params = params(6, mass_ratio);
+            let length = params.length + params.exact_elongation();
+            let omega = (params.gravity / length).sqrt();
+            // The phase error shows where the load is fastest, a quarter of a period after the start at the earliest.
+            let phase = omega * config.time;
+            assert!(phase > FRAC_PI_2);
+            let late = (1.0 / 24.0 - 0.5 * a).abs() * (omega * motion::FRAME).powi(2) * phase;
+            let expected = late * config.angle * length / params.length;
+            let (elongation, load) = ours("default, 1 step");
+            println!("ratio {mass_ratio}: expected {expected:e}, load {load:e}");
+            assert!((0.5 * expected..2.0 * expected).contains(&load));
+            assert!(elongation < 1e-12);
+            let (_, halved) = ours("2 sub-steps");
+            assert!((3.5..4.5).contains(&(load / halved)), "{}", load / halved);
+        }
+    }
+
+    #[test]
+    fn every_row_has_its_figures_and_the_table_is_narrow() {
+        let (config, records) = quick();
+        assert_eq!(
+            records.len(),
+            config.ratios.len() * (6 + engines().len() - 1)
+        );
+        for r in &records {
+            // What Rapier's multibody reaches within the time it is given is its own affair.
+            let bar = if r.engine.contains("multibody") {
+                1.0
+            } else {
+                config.bar
+            };
+            assert!(r.outcome.error() < bar, "{r:?}");
+            assert!(r.reference_error < 1e-6, "{r:?}");
+            let times = [r.outcome.frame_ns, r.outcome.frame_ns_min, r.ns_per_joint];
+            assert!(times.iter().all(|ns| ns.is_finite() && *ns > 0.0), "{r:?}");
+        }
+        assert_eq!(records[0].over_ours, 1.0);
+        let text = shown(&records, &config);
+        assert!(text.lines().all(|line| line.chars().count() <= 120));
+    }
+
+    /// A rival that no setting brings within the bar is said to be that, with the best it reached.
+    #[test]
+    fn what_is_not_reached_is_said() {
+        let mut config = Config {
+            bar: 1e-9,
+            segments: vec![3],
+            ratios: vec![1e3],
+            ..Config::quick()
+        };
+        config.time = 0.5;
+        let records = run(&config, &ProgressBar::hidden()).expect("sound");
+        assert!(records.iter().all(|r| !r.within));
+        let text = shown(&records, &config);
+        assert!(
+            text.contains("leapfrog, 3 segments, ratio 1000: 1e-7 % not reached; best of"),
+            "{text}"
+        );
+    }
+}

@@ -1,0 +1,252 @@
+//! Hard cases: scenes with known answers, or with a known absence of one, that solvers and steps are known to fail on.
+//!
+//! A case is a row of its family's table ([`statics`], [`dynamics`], [`numerics`]): its name, what it is, the function
+//! that measures it, in a module of its own, and the scenes on which every solver's claims are audited. It ends in an
+//! [`Outcome`] as the paper's experiments do: rows of checks with reference, ours, error, bar and verdict, and the parts
+//! of the error that come from the solver, the time step and the segments where the exact discrete answer is known.
+
+pub mod dynamics;
+pub mod numerics;
+pub mod special;
+pub mod statics;
+
+use indicatif::ProgressBar;
+use std::fmt;
+use taut_ground::choice::Choice;
+pub(crate) use taut_ground::errors::worse;
+use taut_model::Scene;
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+
+/// A hard case.
+#[derive(Debug, Clone, Copy)]
+pub struct Case {
+    /// Its name on the command line.
+    pub name: &'static str,
+    /// What it is.
+    pub title: &'static str,
+    /// Measures it, whole or quick.
+    pub run: fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>,
+    /// Its scenes at their beginnings, of each kind one: every solver solves some of their steps, and what it says of
+    /// itself is compared with what it did.
+    pub scenes: fn() -> Result<Vec<Scene>, ExperimentError>,
+}
+
+impl Case {
+    /// Measures it, whole or quick. A case that comes to no check at all has failed.
+    ///
+    /// # Errors
+    /// As the case's own function.
+    pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+        let mut outcome = (self.run)(quick, progress)?;
+        if outcome.checks.is_empty() {
+            let ours = "nothing was measured".to_owned();
+            let check = Check::claim(self.title, "", ours, Verdict::Fail, "");
+            outcome.checks.push(check);
+        }
+        Ok(outcome)
+    }
+}
+
+/// All cases: statics, dynamics, numerics, in the order of their names.
+pub fn cases() -> impl Iterator<Item = Case> {
+    [statics::CASES, dynamics::CASES, numerics::CASES]
+        .into_iter()
+        .flatten()
+        .copied()
+}
+
+/// Cases of the catalogue whose scenes cannot be built yet, and what is missing.
+pub const NOT_YET: [(&str, &str, &str); 7] = [
+    ("H12", "the capstan", "friction of a cable on a drum"),
+    (
+        "H41",
+        "ten boxes, each heavier than the one below",
+        "contacts between bodies",
+    ),
+    (
+        "H44",
+        "a block that slides, bounces and tips",
+        "contacts with friction",
+    ),
+    (
+        "H45",
+        "Painlevé's rod, a card house, an arch",
+        "contacts with friction",
+    ),
+    (
+        "H48",
+        "segments that are split and merged",
+        "a change of resolution between steps",
+    ),
+    ("H55", "a taut cable over an edge", "contacts of cables"),
+    (
+        "H56",
+        "thin, short segments in contact",
+        "contacts of cables",
+    ),
+];
+
+/// A row for each of them.
+#[must_use]
+pub fn not_yet() -> Vec<Check> {
+    let row = |(name, title, missing): (&str, &str, &str)| {
+        let case = format!("{name}: {title}");
+        Check::claim(
+            case,
+            "",
+            "not measured".to_owned(),
+            Verdict::NotYet,
+            format!("missing: {missing}"),
+        )
+    };
+    NOT_YET.map(row).to_vec()
+}
+
+/// The scenes of a case that has none to be stepped.
+pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(Vec::new())
+}
+
+/// A name that no case has.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownCase {
+    /// The name.
+    pub name: String,
+}
+
+impl fmt::Display for UnknownCase {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let is_it = |(name, ..): &&(&str, _, _)| name.eq_ignore_ascii_case(&self.name);
+        if let Some((name, what, missing)) = NOT_YET.iter().find(is_it) {
+            return write!(
+                f,
+                "case `{name}`, {what}, cannot be measured yet: {missing} missing"
+            );
+        }
+        let names: Vec<&str> = cases().map(|c| c.name).collect();
+        let names = names.join(", ");
+        write!(
+            f,
+            "no case is called `{}`: choose one of {names}",
+            self.name
+        )
+    }
+}
+
+impl std::error::Error for UnknownCase {}
+
+/// The case with that name, in upper or lower case.
+///
+/// # Errors
+/// [`UnknownCase`], which lists the names that there are.
+pub fn named(name: &str) -> Result<Case, UnknownCase> {
+    let found = cases().find(|c| c.name.eq_ignore_ascii_case(name));
+    found.ok_or_else(|| UnknownCase {
+        name: name.to_owned(),
+    })
+}
+
+/// Every solver compiled in, the iterative ones with iterations enough to converge to rounding on small scenes.
+#[must_use]
+pub fn solvers() -> Vec<Choice> {
+    let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
+    let patient = compiled.map(|choice| Choice {
+        backend: choice.backend.with_iterations(20_000).with_tolerance(1e-13),
+        form: choice.form,
+    });
+    patient.collect()
+}
+
+/// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
+/// with the largest of their errors, the others have one each.
+#[must_use]
+pub fn together(case: &str, checks: Vec<(String, Check)>) -> Vec<Check> {
+    // A passed check with a number and a bar, or one in words, which have to be the same.
+    let way = |c: &Check| match (c.verdict, c.error) {
+        (Verdict::Pass, Some(_)) => Some(format!("{:?}", c.bar)),
+        (Verdict::Pass, None) => Some(c.ours.clone()),
+        _ => None,
+    };
+    let mut groups: Vec<Vec<(String, Check)>> = Vec::new();
+    for (solver, check) in checks {
+        let own = way(&check);
+        let known = own.is_some().then(|| {
+            let same = |g: &&mut Vec<(String, Check)>| way(&g[0].1) == own;
+            groups.iter_mut().find(same)
+        });
+        match known.flatten() {
+            Some(group) => group.push((solver, check)),
+            None => groups.push(vec![(solver, check)]),
+        }
+    }
+    let merged = groups.into_iter().filter_map(|group| {
+        let names: Vec<&str> = group.iter().map(|(solver, _)| solver.as_str()).collect();
+        let (who, names) = match names.as_slice() {
+            [one] => ((*one).to_owned(), String::new()),
+            all => (format!("{} solvers", all.len()), all.join(", ")),
+        };
+        let size = |c: &Check| c.error.unwrap_or(0.0);
+        let (_, worst) = group
+            .iter()
+            .max_by(|(_, a), (_, b)| size(a).total_cmp(&size(b)))?;
+        let note = [names.as_str(), worst.note.as_str()];
+        let note: Vec<&str> = note.into_iter().filter(|t| !t.is_empty()).collect();
+        Some(Check {
+            case: format!("{case}: {who}"),
+            note: note.join("; "),
+            ..worst.clone()
+        })
+    });
+    merged.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unknown_case_lists_the_known() {
+        let e = named("H99").unwrap_err().to_string();
+        assert!(e.starts_with("no case is called `H99`: choose one of "));
+        assert!(cases().all(|c| e.contains(c.name)), "{e}");
+        assert_eq!(named("h42").unwrap().name, "H42");
+        let e = named("h12").unwrap_err().to_string();
+        assert!(e.starts_with("case `H12`, the capstan, cannot be measured yet: "));
+    }
+
+    #[test]
+    fn a_case_without_checks_has_failed() {
+        let case = Case {
+            run: |_, _| Ok(Outcome::default()),
+            ..named("H42").unwrap()
+        };
+        let outcome = case.outcome(true, &ProgressBar::hidden()).unwrap();
+        let verdicts: Vec<Verdict> = outcome.checks.iter().map(|c| c.verdict).collect();
+        assert_eq!(verdicts, [Verdict::Fail]);
+    }
+
+    #[test]
+    fn solvers_that_pass_alike_share_a_row() {
+        let within = |error| Check::within("", "1".into(), "2".into(), error, 1.0);
+        let said = |words: &str| Check::claim("", "", words.to_owned(), Verdict::Pass, "");
+        let rows = [
+            ("a", within(0.1)),
+            ("b", within(2.0)),
+            ("c", within(0.3)),
+            ("d", said("refused")),
+            ("e", said("silent")),
+            ("f", said("refused")),
+        ];
+        let rows = rows.map(|(solver, check)| (solver.to_owned(), check));
+        let merged = together("it", rows.to_vec());
+        let shown: Vec<_> = merged.iter().map(|c| (c.case.as_str(), c.error)).collect();
+        let expected = [
+            ("it: 2 solvers", Some(0.3)),
+            ("it: b", Some(2.0)),
+            ("it: 2 solvers", None),
+            ("it: e", None),
+        ];
+        assert_eq!(shown, expected);
+        assert_eq!(merged[0].note, "a, c");
+    }
+}

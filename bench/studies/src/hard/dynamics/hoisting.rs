@@ -1,0 +1,172 @@
+//! H28: a pendulum on a cable that is slowly hauled in.
+//!
+//! θ̈ + 2 (L̇/L) θ̇ + (g/L) θ = 0: for a slow hoist the action E/ω is kept, and the amplitude grows as L^(−3/4). What a
+//! hoist of finite speed does is the solution of that equation, integrated here by the classical Runge–Kutta method in
+//! steps that leave nothing of their own.
+
+use crate::hard::worse;
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use taut_integrator::{StepOptions, Stepper};
+use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_output::check::{Check, ExperimentError, Outcome};
+
+const GRAVITY: f64 = 9.81;
+const DT: f64 = 1.0 / 60.0;
+/// Lengths before and after \[m].
+const LENGTHS: [f64; 2] = [10.0, 5.0];
+/// Angle at the start, at rest \[rad].
+const ANGLE: f64 = 1e-3;
+/// Largest relative error of the amplitude that passes.
+const BAR: f64 = 5e-3;
+
+/// The checks of H28.
+///
+/// # Errors
+/// Where a scene or a step fails.
+pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let speeds: &[f64] = if quick { &[0.5] } else { &[0.5, 0.05, 0.01] };
+    let adiabatic = (LENGTHS[0] / LENGTHS[1]).powf(0.75);
+    let mut checks = Vec::new();
+    for &speed in speeds {
+        let [exact, law_exact] = of_equation(speed);
+        let (exact, [ours, law]) = (exact / ANGLE, of_cable(speed)?);
+        let ours = ours / ANGLE;
+        checks.push(
+            Check::within(
+                format!("hoist at {speed} m/s: growth of the amplitude"),
+                format!(
+                    "{exact:.5} (adiabatic {adiabatic:.5}, × {:.5})",
+                    exact / adiabatic
+                ),
+                format!("{ours:.5}, adiabatic × {:.5}", ours / adiabatic),
+                (ours / exact - 1.0).abs(),
+                BAR,
+            )
+            .by("relative, against the pendulum of variable length"),
+        );
+        checks.push(
+            Check::within(
+                format!("hoist at {speed} m/s: amplitude × L^(3/4)"),
+                "kept".to_owned(),
+                format!("× {law:.5}, the equation's × {law_exact:.5}"),
+                (law - 1.0).abs(),
+                BAR,
+            )
+            .by("from start to end of the hoist, of the oscillation of θ L^(3/4), whose rate the haul is part of"),
+        );
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// Amplitude of a pendulum of constant length from its angle and rate.
+fn amplitude(angle: f64, rate: f64, length: f64) -> f64 {
+    angle.hypot(rate / (GRAVITY / length).sqrt())
+}
+
+/// What a slow hoist keeps: the amplitude of x = θ L^(3/4), which swings with the frequency of the length it has, while
+/// the cable is hauled at `speed` (m/s).
+fn adiabatic(angle: f64, rate: f64, length: f64, speed: f64) -> f64 {
+    let scale = length.powf(0.75);
+    amplitude(
+        angle * scale,
+        (rate - 0.75 * speed / length * angle) * scale,
+        length,
+    )
+}
+
+/// Amplitude after the hoist, by the equation, and what has become of the adiabatic one during it.
+fn of_equation(speed: f64) -> [f64; 2] {
+    let time = (LENGTHS[0] - LENGTHS[1]) / speed;
+    let steps = (time * 2000.0).ceil();
+    let h = time / steps;
+    let rates = |t: f64, [angle, rate]: [f64; 2]| {
+        let length = LENGTHS[0] - speed * t;
+        [rate, (2.0 * speed * rate - GRAVITY * angle) / length]
+    };
+    let moved = |y: [f64; 2], k: [f64; 2], h: f64| [y[0] + h * k[0], y[1] + h * k[1]];
+    let mut y = [ANGLE, 0.0];
+    for n in 0..steps as usize {
+        let t = n as f64 * h;
+        let a = rates(t, y);
+        let b = rates(t + 0.5 * h, moved(y, a, 0.5 * h));
+        let c = rates(t + 0.5 * h, moved(y, b, 0.5 * h));
+        let d = rates(t + h, moved(y, c, h));
+        for k in 0..2 {
+            y[k] += h / 6.0 * (a[k] + 2.0 * (b[k] + c[k]) + d[k]);
+        }
+    }
+    let [before, after] = LENGTHS;
+    let start = adiabatic(ANGLE, 0.0, before, speed);
+    [
+        amplitude(y[0], y[1], after),
+        adiabatic(y[0], y[1], after, speed) / start,
+    ]
+}
+
+/// A load on a massless cable with a winch.
+fn scene() -> Scene {
+    let mut scene = Scene::new("hoisted pendulum");
+    scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
+    let place = Vector3::new(ANGLE.sin(), 0.0, -ANGLE.cos()) * LENGTHS[0];
+    let load = scene.add_body("load", Body::particle(1000.0).at(place));
+    let frames = vec![
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
+    let cable = MasslessCable {
+        winch: Some(Winch {
+            shortest: LENGTHS[1],
+            ..Winch::new()
+        }),
+        ..MasslessCable::new(frames, LENGTHS[0], RowLaw::RIGID)
+    };
+    scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
+    scene.controls.push(super::hauling("hoist"));
+    scene
+}
+
+/// The hoist at its beginning, at the largest speed.
+///
+/// # Errors
+/// None.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let mut scene = scene();
+    scene.set_control(0, 0.5, 0.0);
+    Ok(vec![scene])
+}
+
+/// The same of the load on its cable, the amplitude from two periods.
+fn of_cable(speed: f64) -> Result<[f64; 2], ExperimentError> {
+    let options = StepOptions {
+        dt: DT,
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(scene(), options)?;
+    stepper.set_control(0, speed)?;
+    let hoisted = ((LENGTHS[0] - LENGTHS[1]) / speed / DT).ceil() as usize;
+    let angle = |stepper: &Stepper| {
+        let x = stepper.scene().bodies.position[0];
+        (x.x / -x.z).atan()
+    };
+    // Angles of the last three instants at which the cable still runs.
+    let mut last = [0.0; 3];
+    for _ in 1..hoisted {
+        stepper.step()?;
+        last = [last[1], last[2], angle(&stepper)];
+    }
+    let length = LENGTHS[0] - speed * DT * (hoisted - 2) as f64;
+    let rate = (last[2] - last[0]) / (2.0 * DT);
+    let kept = adiabatic(last[1], rate, length, speed) / adiabatic(ANGLE, 0.0, LENGTHS[0], speed);
+    stepper.step()?;
+    let period = std::f64::consts::TAU * (LENGTHS[1] / GRAVITY).sqrt();
+    let mut largest = 0.0_f64;
+    for _ in 0..(2.0 * period / DT) as usize {
+        stepper.step()?;
+        largest = worse(largest, angle(&stepper).abs());
+    }
+    Ok([largest, kept])
+}

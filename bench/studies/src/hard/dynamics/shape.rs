@@ -1,0 +1,140 @@
+//! A mode of a discrete scene beside its formula: as eigenvalue of the library's own matrices ([`taut_ground::modes`]), and
+//! as the frequency of the motion that starts in its shape.
+
+use super::frequency;
+use taut_ground::modes::Natural;
+use taut_integrator::StepOptions;
+use taut_model::Scene;
+use taut_output::check::{Check, ExperimentError, Parts};
+
+/// Largest displacement (m) or rotation (rad) of a motion.
+const AMPLITUDE: f64 = 1e-5;
+
+/// A mode, and what is known of it.
+#[derive(Debug, Clone, Copy)]
+pub struct Shape<'a> {
+    /// The scene at rest.
+    pub scene: &'a Scene,
+    /// Its natural oscillations.
+    pub modes: Option<&'a Natural>,
+    /// Which of them.
+    pub number: usize,
+    /// Exact frequency of the discrete scene \[rad/s].
+    pub discrete: f64,
+    /// That of the continuum \[rad/s].
+    pub continuum: f64,
+    /// Largest relative error beside the discrete scene that passes.
+    pub bar: f64,
+}
+
+impl Shape<'_> {
+    fn check(&self, case: String, found: f64, parts: [Option<f64>; 2]) -> Check {
+        let Self {
+            discrete,
+            continuum,
+            ..
+        } = *self;
+        let check = Check::within(
+            case,
+            format!("{discrete:.9} rad/s"),
+            format!("{found:.9} rad/s"),
+            (found / discrete - 1.0).abs(),
+            self.bar,
+        );
+        let [algebraic, time] = parts;
+        check.split(Parts {
+            algebraic,
+            time,
+            space: Some((discrete / continuum - 1.0).abs()),
+        })
+    }
+
+    /// The eigenvalue.
+    #[must_use]
+    pub fn eigenvalue(&self, case: impl Into<String>) -> Check {
+        let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
+        let error = (found / self.discrete - 1.0).abs();
+        let check = self.check(case.into(), found, [Some(error), None]);
+        check.by("relative, beside the discrete model; space: that beside the continuum")
+    }
+
+    /// The eigenvalue beside the continuum's.
+    #[must_use]
+    pub fn beside_continuum(&self, case: impl Into<String>) -> Check {
+        let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
+        let check = Check::within(
+            case,
+            format!("{:.9} rad/s", self.continuum),
+            format!("{found:.9} rad/s"),
+            (found / self.continuum - 1.0).abs(),
+            self.bar,
+        );
+        let by = "relative, beside the continuum; algebraic: beside the discrete model, which space compares with it";
+        check.by(by).split(Parts {
+            algebraic: Some((found / self.discrete - 1.0).abs()),
+            time: None,
+            space: Some((self.discrete / self.continuum - 1.0).abs()),
+        })
+    }
+
+    /// The scene moved into the shape.
+    #[must_use]
+    pub fn displaced(&self) -> Scene {
+        let mut scene = self.scene.clone();
+        if let Some(modes) = self.modes {
+            modes.displace(&mut scene, self.number, AMPLITUDE);
+        }
+        scene
+    }
+
+    /// The motion over `periods`, whose frequency is `stepped` (rad/s) by the law of the step; where that is not known, by
+    /// the motion in half as long steps, which has a quarter of the time step's error.
+    ///
+    /// # Errors
+    /// Where a step fails.
+    pub fn motion(
+        &self,
+        case: impl Into<String>,
+        options: StepOptions,
+        (stepped, periods): (Option<f64>, f64),
+    ) -> Result<Check, ExperimentError> {
+        let largest = |m: &Natural| m.shapes.column(self.number).iamax();
+        let of = self.modes.map_or(0, largest);
+        let (body, c) = (of / 6, of % 6);
+        let rest = self.scene.bodies.orientation[body].inverse();
+        let coordinate = |scene: &Scene| {
+            if c < 3 {
+                scene.bodies.position[body][c]
+            } else {
+                (scene.bodies.orientation[body] * rest).scaled_axis()[c - 3]
+            }
+        };
+        let expected = (self.discrete, periods);
+        let of = |options| frequency::of_motion(self.displaced(), options, expected, coordinate);
+        let finer = StepOptions {
+            dt: 0.5 * options.dt,
+            ..options.clone()
+        };
+        let found = of(options)?;
+        let (stepped, by) = match stepped {
+            Some(stepped) => (stepped, "by its law"),
+            // What is left in half the steps is a third of what they change.
+            None => {
+                let change = found - of(finer)?;
+                (
+                    self.discrete + 4.0 / 3.0 * change,
+                    "by the motion in half as long steps",
+                )
+            }
+        };
+        let parts = [
+            Some((found / stepped - 1.0).abs()),
+            Some((stepped / self.discrete - 1.0).abs()),
+        ];
+        let by = format!(
+            "relative, beside the discrete model; time: what the scheme makes of its frequency, {by}; algebraic: what \
+             remains; space: the discrete model beside the continuum"
+        );
+        Ok(self.check(case.into(), found, parts).by(by))
+    }
+}

@@ -1,0 +1,145 @@
+//! H38: bodies and chains that are whirled, by up to three turns a step: none gains energy.
+//!
+//! Bodies without symmetry tumble free, or held at their centres, where no gap tells of their turning; rods and boxes, one
+//! or a chain, are whirled about their upper end. E ≤ E₀, within a hundredth of the kinetic energy at the start; what cannot
+//! be followed may lose energy, or end in an error.
+
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use taut_integrator::{StepOptions, Stepper};
+use taut_model::{Body, Constraint, Frame, RowLaw, Scene, SceneError, Spherical};
+use taut_output::check::{Check, ExperimentError, Outcome};
+
+/// Largest gain over the kinetic energy at the start.
+const BAR: f64 = 0.01;
+/// Angular velocities \[rad/s].
+const RATES: [f64; 9] = [20.0, 47.0, 94.0, 150.0, 200.0, 300.0, 376.99, 600.0, 1000.0];
+
+/// What is whirled.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Whirled {
+    /// Bodies of the chain along x, 1 m long.
+    bodies: usize,
+    /// Whether they are boxes of three different sides, not rods.
+    boxes: bool,
+    /// Whether a chain hangs on the world by its end; a single body else is free.
+    held: bool,
+}
+
+impl Whirled {
+    fn scene(self, rate: f64) -> Result<Scene, SceneError> {
+        let mut scene = Scene::new("whirl");
+        let l = 1.0 / self.bodies as f64;
+        // Across its own axes where it is free.
+        let direction = if self.held {
+            Vector3::new(0.01, 0.02, 1.0)
+        } else {
+            Vector3::new(0.5, 0.7, 0.3)
+        };
+        for i in 0..self.bodies {
+            let mut body = Body::cuboid(Vector3::new(l, 0.3 * l, 0.1 * l), l);
+            if !self.boxes {
+                // As a rod along x.
+                body = Body::cuboid(Vector3::new(l, 0.03, 0.03), l);
+            }
+            let at = Vector3::x() * if self.held { l * (i as f64 + 0.5) } else { 0.0 };
+            body.angular_velocity = direction * rate;
+            body.velocity = body.angular_velocity.cross(&at);
+            scene.add_body(format!("body-{}", i + 1), body.at(at));
+        }
+        let end = |i: usize, sign: f64| Frame::body(i, Vector3::x() * (sign * 0.5 * l));
+        let above = |i: usize| match i {
+            0 => Frame::world(Vector3::zeros()),
+            _ => end(i - 1, 1.0),
+        };
+        for i in (0..self.bodies).take_while(|_| self.held) {
+            let joint = Spherical {
+                frames: [above(i), end(i, -1.0)],
+                stretch: RowLaw::RIGID,
+            };
+            scene.add_constraint(format!("joint-{}", i + 1), Constraint::Spherical(joint), 0);
+        }
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    /// Largest energy above that of the start in ten seconds, over the kinetic one of the start, and how it ended.
+    fn gain(self, rate: f64) -> Result<(f64, String), ExperimentError> {
+        let mut stepper = Stepper::new(self.scene(rate)?, StepOptions::default())?;
+        let start = stepper.energy();
+        let (mut gain, mut redone) = (0.0_f64, 0);
+        for _ in 0..600 {
+            match stepper.step() {
+                Ok(report) => redone += usize::from(report.redone),
+                Err(e) => return Ok((gain, e.to_string())),
+            }
+            let now = (stepper.energy().total() - start.total()) / start.kinetic;
+            gain = super::worse(gain, now);
+        }
+        Ok((gain, format!("{redone} of 600 steps redone")))
+    }
+}
+
+/// The bodies at their beginnings.
+///
+/// # Errors
+/// None.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let whirled = Whirled {
+        bodies: 2,
+        boxes: true,
+        held: true,
+    };
+    Ok(vec![whirled.scene(20.0)?])
+}
+
+/// The checks of H38.
+///
+/// # Errors
+/// A scene that fails.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let cases = [
+        (1, true, false),
+        (1, false, true),
+        (1, true, true),
+        (2, false, true),
+        (2, true, true),
+    ];
+    let mut cases = cases.to_vec();
+    if !quick {
+        cases.extend([(12, false, true), (12, true, true)]);
+    }
+    progress.set_length(cases.len() as u64);
+    let mut checks = Vec::new();
+    for (bodies, boxes, held) in cases {
+        let whirled = Whirled {
+            bodies,
+            boxes,
+            held,
+        };
+        let (mut largest, mut notes) = (0.0_f64, Vec::new());
+        for rate in RATES {
+            let (gain, end) = whirled.gain(rate)?;
+            largest = super::worse(largest, gain);
+            notes.push(format!("{rate} rad/s: {gain:.0e}, {end}"));
+        }
+        let shape = if boxes { "boxes" } else { "rods" };
+        let way = if held { "by their end" } else { "free" };
+        checks.push(
+            Check::within(
+                format!("{bodies} {shape}, {way}: energy gained"),
+                "none".to_owned(),
+                format!("{largest:.1e}"),
+                largest,
+                BAR,
+            )
+            .by("largest over the kinetic energy of the start, 10 s at 1/60 s, 20 … 1000 rad/s")
+            .noting(notes.join("; ")),
+        );
+        progress.inc(1);
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}

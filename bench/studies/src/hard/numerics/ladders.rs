@@ -1,0 +1,405 @@
+//! H54: smaller time steps and more iterations make it better, every time.
+//!
+//! **Time step.** A cable whose anchor moves aside, at Δt = 1/15 s … 1/3840 s, against a motion that is converged in Δt
+//! ([`taut_ground::reference::converged`]): the largest distance of the load at any of the frames that all of them have.
+//!
+//! **Iterations.** One solve from zero, with 1 … 1024 iterations: the error's energy norm √(eᵀ S e), over that of the
+//! solution, in which both Gauss–Seidel and conjugate gradient cannot get worse in exact arithmetic. In other norms
+//! they can, and what a simulation of a second makes of unfinished solves is another matter, which stands in the
+//! second table: the largest distance of the load from that of the direct solve in this second.
+//!
+//! Where nothing promises that every step of a ladder is better, what an unfinished solve or an explicit part of the step
+//! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
+//! bottom, by half. What is farther away than the cable is long is lost.
+
+use crate::hard::{together, worse};
+use crate::scenes::reference_choice;
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use rayon::prelude::*;
+use serde::Serialize;
+use taut_ground::choice::Choice;
+use taut_ground::poses::{self, Pose};
+use taut_ground::reference::{Converged, converged, scene};
+use taut_ground::trajectory::{load_position, steps_in};
+use taut_integrator::{Form, Scheme, StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Scene};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use taut_output::table::{error, table, text};
+use taut_solver::{Backend, SymBlockMatrix, reference_solution};
+
+/// The frames that all time steps have \[s], and how many.
+const FRAME: f64 = 1.0 / 15.0;
+const FRAMES: usize = 30;
+
+/// Halvings of the coarsest time step: down to 1/3840 s.
+const HALVINGS: u32 = 8;
+
+/// What rounding leaves of errors in the energy norm.
+const FLOOR: f64 = 1e-10;
+
+/// A step may be worse than the one before by rounding.
+const MONOTONE: f64 = 1.0 + 1e-9;
+
+/// What the last error of a ladder may be of the first one, at most.
+const IMPROVED: f64 = 0.5;
+
+const DT: f64 = 1.0 / 60.0;
+
+fn params() -> HoistParams {
+    HoistParams {
+        segments: 6,
+        mass_ratio: 50.0,
+        seed: 1,
+        move_x: 0.5,
+        move_duration: 2.0,
+        ..HoistParams::default()
+    }
+}
+
+/// The cable of the time steps and that of the iterations.
+///
+/// # Errors
+/// Parameters out of range.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let mut moved = scene(&params())?;
+    "anchor moves".clone_into(&mut moved.name);
+    let mut bent = poses::hoist(&params(), Pose::Bent)?;
+    "bent".clone_into(&mut bent.name);
+    Ok(vec![moved, bent])
+}
+
+/// The errors of a step over its ladder.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+struct Rung {
+    what: String,
+    /// Δt in s, or iterations.
+    at: f64,
+    /// Error; none of a run that was lost.
+    error: Option<f64>,
+}
+
+/// The steps that are compared.
+fn settings() -> Vec<(&'static str, StepOptions)> {
+    let plain = StepOptions {
+        guard: None,
+        ..StepOptions::default()
+    };
+    let spook = StepOptions {
+        scheme: Scheme::Spook,
+        ..StepOptions::default()
+    };
+    let mut settings = vec![
+        ("default", StepOptions::default()),
+        ("default, no guard", plain.clone()),
+        ("spook", spook),
+        ("paper", StepOptions::paper()),
+    ];
+    for name in ["gauss-seidel:groups", "cg:jacobi"] {
+        let backend = name.parse::<Backend>().ok().filter(Backend::is_compiled);
+        if let Some(backend) = backend {
+            let options = StepOptions {
+                backend: backend.with_iterations(20),
+                refinements: 0,
+                ..plain.clone()
+            };
+            settings.push((name, options));
+        }
+    }
+    settings
+}
+
+/// Largest distance of the load from the converged motion, over the frames \[m].
+fn distance(options: &StepOptions, substeps: usize, exact: &Converged) -> Option<f64> {
+    let options = StepOptions {
+        dt: FRAME / substeps as f64,
+        ..options.clone()
+    };
+    let mut stepper = Stepper::new(scene(&params()).ok()?, options).ok()?;
+    let mut worst = 0.0;
+    for load in &exact.load {
+        for _ in 0..substeps {
+            stepper.step().ok()?;
+        }
+        let way = (load_position(stepper.scene()) - Vector3::from(*load)).norm();
+        if way.is_nan() || way > params().length {
+            return None;
+        }
+        worst = worse(worst, way);
+    }
+    Some(worst)
+}
+
+/// The worst ratio of an error to the one before, of those above a floor, and where; what did not end is at `lost`.
+fn worst_step(rungs: &[&Rung], floor: f64, lost: f64) -> (f64, String) {
+    let size = |r: &Rung| r.error.unwrap_or(lost);
+    let mut worst = (0.0, String::new());
+    for w in rungs.windows(2) {
+        let [before, after] = [size(w[0]), size(w[1])];
+        let ratio = after / before;
+        let lost = before.is_nan() || after.is_nan();
+        if lost || (after > floor && ratio > worst.0) {
+            worst = (
+                ratio,
+                format!("from {} to {}", shown(w[0].at), shown(w[1].at)),
+            );
+        }
+    }
+    worst
+}
+
+fn shown(at: f64) -> String {
+    if at < 1.0 {
+        format!("1/{:.0}", 1.0 / at)
+    } else {
+        format!("{at:.0}")
+    }
+}
+
+/// What a ladder is judged by.
+#[derive(Clone, Copy)]
+struct Bar {
+    /// Errors below are the reference's own, or rounding.
+    floor: f64,
+    /// Error of what is lost.
+    lost: f64,
+    /// Whether every step has to be better, and no run be lost.
+    promised: bool,
+}
+
+/// Better at every step; a ladder with runs that are lost, or with a relapse where nothing forbids it, is at its limit
+/// where it leads up.
+fn monotone(case: String, rungs: &[&Rung], bar: Bar) -> Check {
+    let (ratio, at) = worst_step(rungs, bar.floor, bar.lost);
+    let lost = |r: &&&Rung| r.error.is_none_or(|e| e > bar.lost);
+    let lost = rungs.iter().filter(lost).count();
+    let ours = if at.is_empty() {
+        "exact from the first".to_owned()
+    } else {
+        format!("× {ratio:.2} {at}")
+    };
+    let mut check = Check::within(case, "every step better".to_owned(), ours, ratio, MONOTONE)
+        .by("largest ratio of an error to the one before it on the ladder, above the reference's own or rounding");
+    if lost > 0 {
+        check.note = format!("{lost} of {} runs are lost", rungs.len());
+    }
+    // Up it has to go in any case: the top better than the bottom.
+    let size = |r: Option<&&Rung>| r.and_then(|r| r.error).unwrap_or(bar.lost);
+    let (first, last) = (size(rungs.first()), size(rungs.last()));
+    let climbs = last <= bar.floor || (last <= bar.lost && last < IMPROVED * first);
+    if !climbs {
+        check.verdict = Verdict::Fail;
+        check.note = format!("from {first:.1e} it comes to {last:.1e}: no better");
+        return check;
+    }
+    if check.verdict == Verdict::Pass && lost == 0 {
+        return check;
+    }
+    if bar.promised || ratio.is_nan() {
+        check.verdict = Verdict::Fail;
+    } else {
+        check.verdict = Verdict::Limit;
+        let limit = format!(
+            "what a solve leaves undone, or a step takes explicitly, the next one has to deal with: from {first:.1e} at \
+             the bottom to {last:.1e} at the top"
+        );
+        check.note = match check.note.as_str() {
+            "" => limit,
+            lost => format!("{lost}; {limit}"),
+        };
+    }
+    check
+}
+
+fn time_ladder(quick: bool, exact: &Converged) -> Vec<Rung> {
+    let halvings = if quick { 4 } else { HALVINGS };
+    let settings = settings();
+    let all: Vec<(usize, u32)> = (0..settings.len())
+        .flat_map(|s| (0..=halvings).map(move |k| (s, k)))
+        .collect();
+    all.into_par_iter()
+        .with_max_len(1)
+        .map(|(s, k)| {
+            let (name, options) = &settings[s];
+            let substeps = 2_usize.pow(k);
+            Rung {
+                what: (*name).to_owned(),
+                at: FRAME / substeps as f64,
+                error: distance(options, substeps, exact),
+            }
+        })
+        .collect()
+}
+
+/// eᵀ S e.
+fn energy(s: &SymBlockMatrix, e: &[f64]) -> f64 {
+    let mut sum = 0.0;
+    s.for_each_lower(|r, c, a| sum += if r == c { 1.0 } else { 2.0 } * a * e[r] * e[c]);
+    sum
+}
+
+fn iterative() -> Vec<Choice> {
+    let all = Choice::all().into_iter();
+    all.filter(|c| c.backend.is_iterative() && c.check().is_ok())
+        .collect()
+}
+
+fn limits(quick: bool) -> impl Iterator<Item = usize> {
+    (0..=if quick { 7 } else { 10 }).map(|k| 2_usize.pow(k))
+}
+
+/// Error in the energy norm after that many iterations from zero, over the solution's.
+fn unfinished(choice: &Choice, limit: usize) -> Result<f64, StepError> {
+    let options = StepOptions {
+        backend: choice.backend.with_iterations(limit).with_tolerance(1e-15),
+        ..choice.plain_options(DT)
+    };
+    let mut stepper = Stepper::new(
+        poses::hoist(&params(), Pose::Bent)?,
+        StepOptions {
+            warm_start: false,
+            ..options
+        },
+    )?;
+    stepper.solve()?;
+    let x = stepper.system().2.to_vec();
+    let (s, b) = stepper.assembled(Form::Schur)?;
+    let exact = reference_solution(&s, &b).map_err(|source| StepError::Solve {
+        source,
+        culprit: None,
+        time: 0.0,
+    })?;
+    let e: Vec<f64> = x.iter().zip(&exact).map(|(x, e)| x - e).collect();
+    Ok((energy(&s, &e) / energy(&s, &exact)).sqrt())
+}
+
+/// The load after each step of a second.
+fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, StepError> {
+    let mut stepper = Stepper::new(scene(&params())?, options)?;
+    let mut way = Vec::new();
+    for _ in 0..steps_in(1.0, DT) {
+        stepper.step()?;
+        way.push(load_position(stepper.scene()));
+    }
+    Ok(way)
+}
+
+/// Largest distance of two ways.
+fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
+    let each = a.iter().zip(b).map(|(a, b)| (a - b).norm());
+    each.fold(0.0, worse)
+}
+
+/// The two ladders of iterations.
+fn iteration_ladders(quick: bool) -> Result<[Vec<Rung>; 2], StepError> {
+    let direct = second(reference_choice().plain_options(DT))?;
+    let (mut solves, mut loads) = (Vec::new(), Vec::new());
+    for choice in iterative() {
+        for limit in limits(quick) {
+            let rung = |error| Rung {
+                what: choice.family(),
+                at: limit as f64,
+                error,
+            };
+            solves.push(rung(unfinished(&choice, limit).ok()));
+            let backend = choice.backend.with_iterations(limit);
+            let options = StepOptions {
+                backend,
+                ..choice.plain_options(DT)
+            };
+            let way = second(options).ok().map(|way| apart(&way, &direct));
+            loads.push(rung(way.filter(|w| w.is_finite())));
+        }
+    }
+    Ok([solves, loads])
+}
+
+/// The rungs of each thing that is compared, in the order in which they come.
+fn grouped(rungs: &[Rung]) -> Vec<(&str, Vec<&Rung>)> {
+    let mut groups: Vec<(&str, Vec<&Rung>)> = Vec::new();
+    for rung in rungs {
+        match groups.iter_mut().find(|g| g.0 == rung.what) {
+            Some(group) => group.1.push(rung),
+            None => groups.push((&rung.what, vec![rung])),
+        }
+    }
+    groups
+}
+
+fn rung_table(title: &str, rungs: &[Rung]) -> String {
+    let groups = grouped(rungs);
+    let first = groups.first().map(|g| g.1.clone()).unwrap_or_default();
+    let heads: Vec<String> = first.iter().map(|r| shown(r.at)).collect();
+    let mut header = vec![title];
+    header.extend(heads.iter().map(String::as_str));
+    let mut t = table(&header);
+    for (what, own) in groups {
+        let mut row = vec![what.to_owned()];
+        row.extend(own.iter().map(|r| error(r.error)));
+        t.add_row(row);
+    }
+    text(&t) + "\n"
+}
+
+/// The checks of H54.
+///
+/// # Errors
+/// A reference that cannot be made.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    progress.set_length(3);
+    let frames = if quick { FRAMES / 3 } else { FRAMES };
+    let exact = converged(&params(), FRAME, frames)?;
+    progress.inc(1);
+    let times = time_ladder(quick, &exact);
+    progress.inc(1);
+    let [solves, loads] = iteration_ladders(quick)?;
+    let mut checks = Vec::new();
+    for (what, own) in grouped(&times) {
+        // What a step that is explicit in the tension, or unfinished solves, do at large steps nobody promises.
+        let promised = what == "default";
+        checks.push(monotone(
+            format!("time step: {what}"),
+            &own,
+            Bar {
+                floor: exact.uncertainty,
+                lost: params().length,
+                promised,
+            },
+        ));
+    }
+    let solve = Bar {
+        floor: FLOOR,
+        lost: f64::INFINITY,
+        promised: true,
+    };
+    let load = Bar {
+        floor: 1e-9,
+        lost: params().length,
+        promised: false,
+    };
+    for (case, rungs, bar) in [
+        ("iterations: one solve", &solves, solve),
+        ("iterations: load in 1 s", &loads, load),
+    ] {
+        let all = grouped(rungs).into_iter();
+        let rows = all.map(|(what, own)| {
+            let check = monotone(String::new(), &own, bar);
+            (what.to_owned(), check)
+        });
+        checks.extend(together(case, rows.collect()));
+    }
+    let text = format!(
+        "Load against the converged motion, largest distance over {frames} frames of 1/15 s, ± {:.0e} [m]\n{}\
+         {}{}",
+        exact.uncertainty,
+        rung_table("Δt", &times),
+        rung_table("error of S μ = b", &solves),
+        rung_table("load in 1 s [m]", &loads),
+    );
+    Ok(Outcome {
+        checks,
+        text,
+        csv: csv(&[times, solves, loads].concat())?,
+        ..Outcome::default()
+    })
+}

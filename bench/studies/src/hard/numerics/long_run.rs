@@ -1,0 +1,289 @@
+//! H49: ten million steps of a swinging cable: two days of it.
+//!
+//! A few segments under a heavy load, the anchor moved aside at the beginning, nothing that damps but the step itself:
+//! the rows carry the load at φ̄, so that its swing of the phase Ω = ω Δt a step is damped as an elastic mode of that
+//! frequency is ([`law`]), by 1 − |z|² ≈ |γ| Ω⁴ of its energy. At the end of every decade of steps a window of some swings is looked at: the energy's band and its mean, and the
+//! cable's length, the sum of all joints' gaps; means are weighed by (1 − cos)³, so that it does not matter at which phase
+//! of the swing a window begins: of an oscillation with n periods in the window n⁻⁷ is left. A step that lets constraints drift shows it as a length that grows with the number of
+//! steps. A swing lengthens the cable in proportion to its energy E, by the mean of its tension, E/(2 L EA) of the length,
+//! and by what a step of finite length leaves of a rotation, about ½ E Δt²/(m L²); how much, a second cable that swings a
+//! little less tells. What a change of the length has beyond that of the energy is drift.
+
+use crate::hard::dynamics::{frequency, law};
+use crate::hard::worse;
+use indicatif::ProgressBar;
+use serde::Serialize;
+use taut_ground::pace;
+use taut_ground::trajectory::{gaps, load_position};
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Scene, SceneError};
+use taut_output::check::{Check, ExperimentError, Outcome, csv};
+use taut_output::table::{error, table, text};
+
+/// Steps of a window: six swings.
+pub const WINDOW: usize = 2400;
+
+/// Segments and mass ratio.
+const SEGMENTS: usize = 3;
+const RATIO: f64 = 100.0;
+
+/// Gain of energy that is allowed, over the swing's energy.
+const GAIN: f64 = 1e-6;
+
+/// Change of the length that is allowed after so many steps, over the length: what rounding leaves if every step rounds
+/// it the same way. A step that lets constraints drift by more shows.
+fn growth_bar(steps: usize) -> f64 {
+    0.5 * f64::EPSILON * steps as f64
+}
+
+fn params() -> HoistParams {
+    HoistParams {
+        segments: SEGMENTS,
+        mass_ratio: RATIO,
+        move_x: 0.5,
+        move_duration: 2.0,
+        ..HoistParams::default()
+    }
+}
+
+/// The swinging cable.
+///
+/// # Errors
+/// Parameters out of range.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![scene()?])
+}
+
+fn scene() -> Result<Scene, SceneError> {
+    params().hanging_equilibrium()
+}
+
+/// A window at the end of a decade. Energies are over the largest kinetic energy of the first.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Window {
+    /// Steps made at its end.
+    pub steps: usize,
+    /// Largest minus smallest energy.
+    pub band: f64,
+    /// Mean energy less that of the first window.
+    pub drift: f64,
+    /// The same as the scheme's law has it: of what an elastic mode of the swing's frequency keeps in a step.
+    pub predicted: f64,
+    /// Mean elongation \[m].
+    pub elongation_m: f64,
+    /// The same less that of the first window, over the cable's length.
+    pub growth: f64,
+    /// What of that the energy does not account for.
+    pub drift_of_length: f64,
+    /// Largest kinetic energy, over that of the first.
+    pub swing: f64,
+}
+
+/// A swing of the cable whose anchor has been moved by `move_x` (m) and has stopped.
+fn swinging(move_x: f64) -> Result<Stepper, StepError> {
+    let params = HoistParams { move_x, ..params() };
+    let options = StepOptions::default();
+    let dt = options.dt;
+    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
+    for _ in 0..=taut_ground::trajectory::steps_in(params.move_duration, dt) {
+        pace::step(&mut stepper)?;
+    }
+    Ok(stepper)
+}
+
+/// What some swings are like.
+struct Swings {
+    /// Smallest, largest and mean energy \[J].
+    energy: [f64; 3],
+    /// Largest kinetic energy \[J].
+    kinetic: f64,
+    /// Mean elongation \[m].
+    elongation: f64,
+    /// Phase by which the swing advances in a step \[rad].
+    phase: f64,
+}
+
+/// The next [`WINDOW`] steps.
+fn swings(stepper: &mut Stepper) -> Result<Swings, StepError> {
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    let (mut sum, mut gap, mut kinetic, mut weights) = (0.0, 0.0, 0.0_f64, 0.0);
+    let mut aside = Vec::with_capacity(WINDOW);
+    let anchor = stepper.scene().bodies.position[0].x;
+    for n in 0..WINDOW {
+        pace::step(stepper)?;
+        let energy = stepper.energy();
+        let total = energy.total();
+        (least, most) = (-worse(-least, -total), worse(most, total));
+        let phase = (n as f64 + 0.5) / WINDOW as f64;
+        let weight = (1.0 - (std::f64::consts::TAU * phase).cos()).powi(3);
+        sum += weight * total;
+        gap += weight * gaps(stepper).sum::<f64>();
+        kinetic = kinetic.max(energy.kinetic);
+        weights += weight;
+        aside.push(load_position(stepper.scene()).x - anchor);
+    }
+    let passages = frequency::passages(&aside, true, f64::INFINITY);
+    let whole = passages.len().saturating_sub(1);
+    let between = passages
+        .last()
+        .zip(passages.first())
+        .map_or(f64::NAN, |(b, a)| b - a);
+    Ok(Swings {
+        energy: [least, most, sum / weights],
+        kinetic,
+        elongation: gap / weights,
+        phase: std::f64::consts::TAU * whole as f64 / between,
+    })
+}
+
+/// The windows of a run of `steps` steps.
+///
+/// # Errors
+/// A step that fails.
+pub fn run(steps: usize, progress: &ProgressBar) -> Result<Vec<Window>, StepError> {
+    let length = params().length;
+    let mut stepper = swinging(params().move_x)?;
+    let ends = std::iter::successors(Some(WINDOW), |end| Some(end * 10));
+    let mut ends: Vec<usize> = ends.take_while(|end| *end < steps).collect();
+    ends.push(steps);
+    let mut made = 0;
+    let mut windows: Vec<Window> = Vec::new();
+    let mut first: Option<(Swings, f64)> = None;
+    for end in ends {
+        while made + WINDOW < end {
+            pace::step(&mut stepper)?;
+            made += 1;
+        }
+        let now = swings(&mut stepper)?;
+        made += WINDOW;
+        let [least, most, mean] = now.energy;
+        let (band, kinetic, elongation) = (most - least, now.kinetic, now.elongation);
+        if first.is_none() {
+            let less = swings(&mut swinging(LESS * params().move_x)?)?;
+            let slope = (less.elongation - elongation) / (less.energy[2] - mean);
+            first = Some((now, slope));
+        }
+        let Some((start, slope)) = &first else {
+            continue;
+        };
+        let change = mean - start.energy[2];
+        let growth = elongation - start.elongation;
+        windows.push(Window {
+            steps: made,
+            band: band / start.kinetic,
+            drift: change / start.kinetic,
+            predicted: law::modulus(stepper.options().scheme, start.phase)
+                .powf(2.0 * (made - WINDOW) as f64)
+                - 1.0,
+            elongation_m: elongation,
+            growth: growth / length,
+            drift_of_length: (growth - slope * change) / length,
+            swing: kinetic / start.kinetic,
+        });
+        progress.inc(1);
+    }
+    Ok(windows)
+}
+
+/// The second cable's swing beside the first one's.
+const LESS: f64 = 0.95;
+
+/// The checks of H49.
+///
+/// # Errors
+/// A step that fails.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let steps = if quick { 100_000 } else { 10_000_000 };
+    let windows = run(steps, progress)?;
+    let mut t = table(&[
+        "steps",
+        "energy band",
+        "drift",
+        "predicted",
+        "largest kinetic",
+        "elongation m",
+        "growth",
+        "unaccounted",
+    ]);
+    for w in &windows {
+        t.add_row([
+            w.steps.to_string(),
+            error(Some(w.band)),
+            format!("{:+.3e}", w.drift),
+            format!("{:+.3e}", w.predicted),
+            format!("{:.6}", w.swing),
+            format!("{:.9e}", w.elongation_m),
+            format!("{:+.1e}", w.growth),
+            format!("{:+.1e}", w.drift_of_length),
+        ]);
+    }
+    // The first window is what the others are compared with.
+    let largest = |of: fn(&Window) -> f64| {
+        windows
+            .iter()
+            .skip(1)
+            .map(of)
+            .fold(f64::NEG_INFINITY, worse)
+    };
+    let [last, predicted] = windows
+        .last()
+        .map_or([f64::NAN; 2], |w| [w.drift, w.predicted]);
+    let off = largest(|w| (w.drift / w.predicted - 1.0).abs());
+    let per_step = last / steps as f64;
+    let gain = largest(|w| w.drift);
+    let growth = largest(|w| w.drift_of_length.abs());
+    let wider = largest(|w| w.band) / windows.first().map_or(f64::NAN, |w| w.band) - 1.0;
+    let checks = vec![
+        Check::within(
+            format!("{steps} steps: gain of energy"),
+            "no gain".to_owned(),
+            format!("{gain:+.1e}"),
+            gain,
+            GAIN,
+        )
+        .by("largest mean of a window less that of the first, over the swing's energy")
+        .noting(format!("{per_step:+.1e} a step: what the step damps of the swing")),
+        Check::within(
+            format!("{steps} steps: drift of the energy"),
+            format!("{predicted:+.3e}"),
+            format!("{last:+.3e}"),
+            off,
+            LAW_BAR,
+        )
+        .by("mean of a window less that of the first, over the swing's energy: relative to what the scheme's law makes \
+             of the swing's frequency, the largest of all windows; shown: the last"),
+        Check::within(
+            format!("{steps} steps: drift of the length"),
+            "no drift".to_owned(),
+            format!("{growth:+.1e}"),
+            growth,
+            growth_bar(steps),
+        )
+        .by("mean elongation of a window less that of the first and less what the energy accounts for, the largest \
+             magnitude, over the cable's length; the bar: each step rounds it once, always the same way"),
+        Check::within(
+            format!("{steps} steps: energy band"),
+            "no wider".to_owned(),
+            format!("{wider:+.1e}"),
+            wider,
+            BAND,
+        )
+        .by("largest band of a window over that of the first, less 1"),
+    ];
+    Ok(Outcome {
+        checks,
+        text: format!(
+            "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of\n\
+             them, Δt = 1/60 s; energies over the swing's\n{}\n",
+            text(&t)
+        ),
+        csv: csv(&windows)?,
+        ..Outcome::default()
+    })
+}
+
+/// How near the energy's drift is to the law of small swings, relative: this one is of 0.05 rad, and has harmonics.
+const LAW_BAR: f64 = 0.01;
+
+/// By how much the band may widen.
+const BAND: f64 = 0.05;

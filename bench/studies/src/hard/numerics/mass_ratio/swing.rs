@@ -1,0 +1,136 @@
+//! H40: a minute of swing at each mass ratio, beside the scheme's law.
+
+use super::params;
+use crate::energy::pendulum;
+use crate::hard::dynamics::law;
+use crate::hard::worse;
+use serde::Serialize;
+use std::fmt::Write;
+use taut_ground::trajectory::{Sample, simulate};
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::HoistParams;
+use taut_output::check::{Check, Verdict};
+
+/// Distance of the change of a swing's amplitude in a minute from its law, where the motion is that of a pendulum alone.
+const SWING_BAR: f64 = 1e-5;
+
+/// What a free swing may gain of energy in a minute, over the largest kinetic energy.
+const GAIN_BAR: f64 = 1e-5;
+
+/// Most that waves of the cable may add to it: beyond it is no limit.
+const MOST_WAVES: f64 = 1e-2;
+
+/// Seconds of the swing, and by how much the anchor moves in the first two \[s, m].
+const SWING: f64 = 60.0;
+const EARLY: f64 = 5.0;
+const MOVE: f64 = 0.5;
+
+/// A minute of the default step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(super) struct Swing {
+    ratio: f64,
+    /// Amplitude after [`EARLY`] and at the end \[m]; none of a run that was lost.
+    early_m: Option<f64>,
+    late_m: Option<f64>,
+    /// What of the first is not of the pendulum's frequency \[m].
+    rest_m: Option<f64>,
+    /// Change of the amplitude in between as the scheme's law has it, relative.
+    damped: f64,
+    /// Mean energy at the end less that after [`EARLY`], over the largest kinetic energy.
+    gain: f64,
+    /// Steps that the guard redid.
+    redone: usize,
+    failure: Option<String>,
+}
+
+/// The swing of a ratio.
+///
+/// # Errors
+/// A scene that cannot be built.
+pub(super) fn swing(ratio: f64) -> Result<Swing, StepError> {
+    let params = HoistParams {
+        seed: 1,
+        move_x: MOVE,
+        move_duration: 2.0,
+        ..params(ratio)?
+    };
+    let options = StepOptions::default();
+    let (dt, scheme) = (options.dt, options.scheme);
+    let mut stepper = Stepper::new(params.hanging_equilibrium()?, options)?;
+    let length = params.length + params.exact_elongation();
+    let rate = (params.gravity / length).sqrt();
+    let kept = law::modulus(scheme, rate * dt);
+    let periods = 2.0 * std::f64::consts::TAU / rate;
+    let run = simulate(&mut stepper, SWING + periods + dt, params.length, |_| {});
+    let x: Vec<f64> = run.samples.iter().map(|s| s.load.x - MOVE).collect();
+    let at = |moment| pendulum(&x, dt, moment, rate);
+    Ok(Swing {
+        ratio,
+        early_m: at(EARLY).map(|p| p.amplitude),
+        late_m: at(SWING).map(|p| p.amplitude),
+        rest_m: at(EARLY).map(|p| p.rest),
+        damped: kept.powf((SWING - EARLY) / dt) - 1.0,
+        gain: gain(&run.samples, periods),
+        redone: run.samples.iter().filter(|s| s.redone).count(),
+        failure: run
+            .failure
+            .map(|f| format!("{} at {:.2} s", f.reason, f.time)),
+    })
+}
+
+/// What a swing gains of energy once nothing drives it: the means of two windows of `time` (s); NaN of one that ended
+/// before.
+fn gain(samples: &[Sample], time: f64) -> f64 {
+    let window = |from: f64| {
+        samples
+            .iter()
+            .filter(move |s| (from..from + time).contains(&s.time))
+    };
+    let mean = |from: f64| {
+        let sum: f64 = window(from).map(|s| s.energy.total()).sum();
+        sum / window(from).count() as f64
+    };
+    let kinetic = window(EARLY).map(|s| s.energy.kinetic).fold(0.0, worse);
+    (mean(SWING) - mean(EARLY)) / kinetic
+}
+
+impl Swing {
+    /// No energy comes from anywhere.
+    pub(super) fn energy(&self) -> Check {
+        let ours = format!("{:+.1e}", self.gain);
+        let case = format!("swing for {SWING} s, R = {:.0e}: energy", self.ratio);
+        Check::within(case, "no gain".to_owned(), ours, self.gain, GAIN_BAR)
+            .by("mean energy of two periods after 60 s less that after 5 s, over the largest kinetic energy")
+    }
+
+    /// Its amplitude keeps to the scheme's law.
+    pub(super) fn check(&self) -> Check {
+        let case = format!("swing for {SWING} s, R = {:.0e}", self.ratio);
+        let reference = "stays whole";
+        match (&self.failure, self.early_m, self.late_m, self.rest_m) {
+            (None, Some(early), Some(late), Some(rest)) => {
+                let change = late / early - 1.0;
+                let waves = rest / early;
+                let ours = format!("amplitude {change:+.1e}");
+                let reference = format!("{:+.1e}", self.damped);
+                let error = (change - self.damped).abs();
+                let mut check = Check::within(case, reference, ours, error, SWING_BAR)
+                    .by("relative change of the amplitude from 5 s on, less what the scheme's law damps");
+                check.note = format!("{} steps redone by the guard", self.redone);
+                if check.verdict == Verdict::Fail && error <= waves.min(MOST_WAVES) {
+                    check.verdict = Verdict::Limit;
+                    let _ = write!(
+                        check.note,
+                        "; waves of the cable are {waves:.0e} of the load's motion, and its amplitude has them in it; the \
+                         energy is judged below"
+                    );
+                }
+                check
+            }
+            (failure, ..) => {
+                let why = failure.clone().unwrap_or_default();
+                Check::claim(case, reference, "lost".to_owned(), Verdict::Fail, why)
+            }
+        }
+    }
+}

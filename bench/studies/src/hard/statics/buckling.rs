@@ -1,0 +1,153 @@
+//! What the bucklings H09, H10, H11 have in common: whether a disturbed equilibrium stays, and the load where it
+//! leaves.
+//!
+//! The scene starts in an equilibrium that would exist for any load, with small velocities, and runs freely in
+//! linearly implicit steps without geometric stiffness, whose time step is a tenth or so of the critical mode's 1/ω:
+//! the change of the forces' directions is then resolved, and the scheme's own damping ω² Δt lets a mode of small
+//! stiffness fade or grow without much swinging. Below the critical load the disturbance fades, above it grows;
+//! where it counts, the load is bisected.
+
+use crate::paper::specimens::largest;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::Scene;
+use taut_output::check::{Check, ExperimentError, Parts, Verdict};
+
+/// Size of the velocities that disturb \[m/s].
+pub const DISTURBANCE: f64 = 1e-7;
+
+/// Distance at which an equilibrium of the size of 1 m is left \[m].
+const LEFT: f64 = 1e-3;
+
+/// Growth beyond which a disturbance has clearly left.
+const GROWN: f64 = 10.0;
+
+/// Time step and duration of a run \[s].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Run {
+    /// Δt.
+    pub dt: f64,
+    /// Duration.
+    pub time: f64,
+}
+
+/// Distances from the equilibrium that are rounding of positions of about a metre \[m]: a disturbance that has faded to it
+/// stays there, and what grows from less has to leave it.
+const ROUNDING: f64 = 1e-14;
+
+/// Largest distance of a body from the equilibrium, `off` (m), in the last quarter of the run over that in the second:
+/// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
+///
+/// # Errors
+/// A scene that cannot be stepped.
+pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, ExperimentError> {
+    let options = StepOptions {
+        dt: run.dt,
+        ..StepOptions::paper()
+    };
+    let mut stepper = Stepper::new(scene, options)?;
+    let steps = taut_ground::trajectory::steps_in(run.time, run.dt);
+    let (mut first, mut last) = (0.0_f64, 0.0_f64);
+    for k in 0..steps {
+        match stepper.step() {
+            Ok(_) => {}
+            // Beyond all numbers is left for good; another error is none of the equilibrium's.
+            Err(StepError::NonFinite { .. }) => return Ok(f64::INFINITY),
+            Err(e) => return Err(e.into()),
+        }
+        let away = off(stepper.scene());
+        if away.is_nan() || away > LEFT {
+            return Ok(f64::INFINITY);
+        }
+        if (steps..2 * steps).contains(&(4 * k)) {
+            first = first.max(away);
+        } else if 4 * k >= 3 * steps {
+            last = last.max(away);
+        }
+    }
+    Ok(last / first.max(ROUNDING))
+}
+
+/// Where an equilibrium buckles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Threshold {
+    /// The continuum's critical load.
+    pub curve: f64,
+    /// The exact discrete one.
+    pub exact: f64,
+    /// Half width of the bracket about the exact discrete one, relative; the bar against the continuum.
+    pub bar: f64,
+}
+
+/// The scene under a load.
+pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
+
+/// The bracket and, in `halvings` more runs if any, the load at which the disturbance neither fades nor grows.
+///
+/// # Errors
+/// A scene that cannot be built or stepped.
+pub fn check(
+    case: &str,
+    threshold: Threshold,
+    halvings: usize,
+    run: Run,
+    (scene, off): (&SceneAt<'_>, fn(&Scene) -> f64),
+) -> Result<Vec<Check>, ExperimentError> {
+    let Threshold { curve, exact, bar } = threshold;
+    let grows = |load: f64| growth(scene(load)?, run, off);
+    let (mut low, mut high) = (exact * (1.0 - bar), exact * (1.0 + bar));
+    let [below, above] = [grows(low)?, grows(high)?];
+    let sound = below < 1.0 && above > GROWN;
+    let ours = format!("× {below:.0e}; {}", factor(above));
+    let bracket = Check::claim(
+        format!("{case}: {:.0} % below and above", 100.0 * bar),
+        "a disturbance fades; it grows",
+        ours,
+        if sound { Verdict::Pass } else { Verdict::Fail },
+        format!(
+            "about the exact chain's {exact:.6}; its growth over {} s",
+            run.time
+        ),
+    );
+    if !sound || halvings == 0 {
+        return Ok(vec![bracket]);
+    }
+    for _ in 0..halvings {
+        let middle = low.midpoint(high);
+        if grows(middle)? > 1.0 {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    let found = low.midpoint(high);
+    let error = (found / curve - 1.0).abs();
+    let parts = Parts {
+        space: Some((exact / curve - 1.0).abs()),
+        ..Parts::default()
+    };
+    let ours = format!("{found:.5} ± {:.0e}", 0.5 * (high - low));
+    let check = Check::within(
+        format!("{case}: critical"),
+        format!("{curve:.6}; chain {exact:.6}"),
+        ours,
+        error,
+        bar,
+    )
+    .by("relative to the continuum's, by halving the bracket about the chain's: what is left of that stands with it")
+    .split(parts);
+    Ok(vec![bracket, check])
+}
+
+fn factor(growth: f64) -> String {
+    if growth.is_finite() {
+        format!("× {growth:.0e}")
+    } else {
+        "left".to_owned()
+    }
+}
+
+/// Largest distance of a body from the x axis \[m].
+#[must_use]
+pub fn off_axis(scene: &Scene) -> f64 {
+    largest(scene.bodies.position.iter().map(|p| p.y.hypot(p.z)))
+}

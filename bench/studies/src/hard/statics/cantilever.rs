@@ -1,0 +1,324 @@
+//! H04, H14: a cantilever under a small load at its tip, of equal segments and of any.
+//!
+//! Joint j at the distance s_j from the tip has the moment F s_j, so that the tip goes by F Σ s_j² ε_j: exact for the
+//! chain as far as the load is small. With ε = h/EI the ratio to F L³/3EI is
+//!
+//! ```text
+//! joint of a whole length at the clamp        (N + 1)(2N + 1)/(2N²)
+//! joint of half a length at the clamp         1 + 1/(2N²)              as the specimens have
+//! joints in the middle of their lengths       1 − 1/(4N²)
+//! ```
+//!
+//! With segments of any lengths h_i and stiffnesses EI_i, a joint has the compliance of the halves that meet in it,
+//! ½ h_i/EI_i + ½ h_{i+1}/EI_{i+1}; the clamp that of half the first segment.
+
+use super::rod::{Compliance, Rod};
+use crate::hard::{solvers, together};
+use crate::paper::specimens::{passes_from_rest, settle};
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use taut_ground::choice::Choice;
+use taut_ground::random::Random;
+use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions};
+use taut_model::Scene;
+use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+
+/// Bar of H04 against the exact chain.
+pub const BAR: f64 = 1e-8;
+/// Bar of H14 against the exact chain.
+pub const UNEVEN_BAR: f64 = 1e-6;
+
+/// Deflection over length: its square is what the linear answer leaves out.
+const SMALL: f64 = 1e-5;
+
+/// F Σ s_j² ε_j: how far the tip goes \[m].
+#[must_use]
+pub fn deflection(rod: &Rod) -> f64 {
+    let tip = rod.nodes[rod.segments()].x;
+    let levers = rod.nodes.iter().zip(&rod.joints);
+    rod.force.y
+        * levers
+            .map(|(p, c)| (tip - p.x).powi(2) * c.bend)
+            .sum::<f64>()
+}
+
+/// The ways to put joints on a cable of N equal lengths.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Layout {
+    /// A joint of a whole length at the clamp.
+    Whole,
+    /// A joint of half a length at the clamp.
+    Half,
+    /// Joints in the middle of their lengths.
+    Middle,
+}
+
+impl Layout {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Whole, Self::Half, Self::Middle];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Whole => "whole joint at the clamp",
+            Self::Half => "half a joint at the clamp",
+            Self::Middle => "joints in the middle",
+        }
+    }
+
+    /// The ratio of the tip's way to F L³/3EI.
+    #[must_use]
+    pub fn ratio(self, n: usize) -> f64 {
+        let n = n as f64;
+        match self {
+            Self::Whole => (n + 1.0) * (2.0 * n + 1.0) / (2.0 * n * n),
+            Self::Half => 1.0 + 1.0 / (2.0 * n * n),
+            Self::Middle => 1.0 - 1.0 / (4.0 * n * n),
+        }
+    }
+
+    /// The chain on 1 m of EI = 1 N m² under the small load.
+    #[must_use]
+    pub fn rod(self, n: usize) -> Rod {
+        let h = 1.0 / n as f64;
+        let mut rod = if self == Self::Middle {
+            Rod::midpoints(n)
+        } else {
+            let mut joints = vec![Compliance::of(h, 1.0, 1.0); n];
+            if self == Self::Half {
+                joints[0] = Compliance::of(0.5 * h, 1.0, 1.0);
+            }
+            Rod::straight(0.0, &vec![h; n], joints)
+        };
+        rod.force = Vector3::y() * (3.0 * SMALL);
+        rod
+    }
+}
+
+/// The scene brought to rest by `choice` alone: implicit steps of `dt` (s) from rest, each a Newton pass that leaves
+/// 1/(1 + ω²Δt²) of a mode ω, from the unstrained pose. Ten times the slowest mode's 1/ω is enough; longer ones turn
+/// the rounding of the forces into motion.
+///
+/// # Errors
+/// A step that fails.
+pub fn crept(scene: Scene, choice: &Choice, dt: f64) -> Result<Scene, StepError> {
+    // Passes, and what they divide the time step by.
+    const PASSES: [(usize, f64); 2] = [(10, 1.0), (20, 10.0)];
+    let mut scene = scene;
+    for (passes, divisor) in PASSES {
+        let options = StepOptions {
+            scheme: Scheme::LinearlyImplicit,
+            stiffness: GeometricStiffness::inertia(1.0),
+            ..choice.plain_options(dt / divisor)
+        };
+        scene = passes_from_rest(scene, options, passes)?;
+    }
+    Ok(scene)
+}
+
+/// How far the tip went \[m].
+fn tip(scene: &Scene) -> f64 {
+    scene.load.map_or(f64::NAN, |i| scene.bodies.position[i].y)
+}
+
+fn check(rod: &Rod, ours: f64, limit: f64, bar: f64) -> Check {
+    let exact = deflection(rod);
+    let error = (ours / exact - 1.0).abs();
+    let parts = Parts {
+        algebraic: Some(error),
+        space: Some((exact / limit - 1.0).abs()),
+        ..Parts::default()
+    };
+    let reference = format!("{:.9} of the beam's", exact / limit);
+    Check::within("", reference, format!("{:.9}", ours / limit), error, bar)
+        .by("way of the tip, relative to the exact chain's")
+        .split(parts)
+}
+
+/// H04.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let counts: &[usize] = if quick { &[6, 24] } else { &[6, 12, 24, 48] };
+    progress.set_length(counts.len() as u64);
+    let mut checks = Vec::new();
+    for (k, &n) in counts.iter().enumerate() {
+        for layout in Layout::ALL {
+            let rod = layout.rod(n);
+            let ours = tip(&settle(rod.scene()?)?);
+            let mut check = check(&rod, ours, SMALL, BAR);
+            check.case = format!("N = {n}, {}", layout.name());
+            checks.push(check);
+        }
+        if k == 0 {
+            let rod = Layout::Half.rod(n);
+            let mut own = Vec::new();
+            for choice in solvers() {
+                let ours = tip(&crept(rod.scene()?, &choice, 10.0)?);
+                own.push((choice.family(), check(&rod, ours, SMALL, BAR)));
+            }
+            checks.extend(together(&format!("N = {n}, steps from rest"), own));
+        }
+        progress.inc(1);
+    }
+    for layout in [Layout::Half, Layout::Middle] {
+        let errors: Vec<(usize, f64)> = counts
+            .iter()
+            .map(|&n| (n, deflection(&layout.rod(n)) / SMALL - 1.0))
+            .collect();
+        checks.extend(super::order(layout.name(), &errors));
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// EI of the two materials \[N m²]: the first from the clamp to a share of the length.
+const STIFF: f64 = 1.0;
+/// Of the other.
+const SOFT: f64 = 0.05;
+/// That share.
+const SHARE: f64 = 0.4;
+
+/// 1 m of cable, stiff from the clamp and soft beyond, in `n` segments of random lengths that differ by up to ten
+/// times; both parts have as many.
+#[must_use]
+pub fn uneven(n: usize, seed: u64) -> Rod {
+    let mut random = Random::new(seed);
+    let half = n / 2;
+    let mut lengths: Vec<f64> = (0..n).map(|_| random.log_uniform(0.1, 1.0)).collect();
+    for (part, whole) in [(0..half, SHARE), (half..n, 1.0 - SHARE)] {
+        let sum: f64 = lengths[part.clone()].iter().sum();
+        for length in &mut lengths[part] {
+            *length *= whole / sum;
+        }
+    }
+    let stiffness = |i: usize| if i < half { STIFF } else { SOFT };
+    let of_half = |i: usize| 0.5 * lengths[i] / stiffness(i);
+    let joints = (0..n).map(|j| {
+        let bend = of_half(j) + if j > 0 { of_half(j - 1) } else { 0.0 };
+        Compliance {
+            stretch: 0.0,
+            bend,
+            twist: bend,
+        }
+    });
+    let joints: Vec<Compliance> = joints.collect();
+    let mut rod = Rod::straight(0.0, &lengths, joints);
+    rod.force = Vector3::y() * SMALL;
+    rod
+}
+
+/// F ∫ s²/EI ds of the two materials.
+fn beam(force: f64) -> f64 {
+    let soft = 1.0 - SHARE;
+    force / 3.0 * (soft.powi(3) / SOFT + (1.0 - soft.powi(3)) / STIFF)
+}
+
+/// H14.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (counts, seeds): (&[usize], u64) = if quick {
+        (&[8, 32], 2)
+    } else {
+        (&[8, 16, 32, 64, 128], 5)
+    };
+    progress.set_length(counts.len() as u64);
+    let mut checks = Vec::new();
+    let mut errors = Vec::new();
+    for &n in counts {
+        let (mut small, mut large) = (Vec::new(), Vec::new());
+        let mut mean = 0.0;
+        for seed in 1..=seeds {
+            let mut rod = uneven(n, seed);
+            let limit = beam(rod.force.y);
+            mean += (deflection(&rod) / limit - 1.0).abs() / seeds as f64;
+            let ours = tip(&settle(rod.scene()?)?);
+            small.push((format!("seed {seed}"), check(&rod, ours, limit, UNEVEN_BAR)));
+            // The same under a load that bends it through, against the exact chain.
+            rod.force = Vector3::new(0.0, 0.3, 0.1);
+            large.push((format!("seed {seed}"), bent_through(&rod)?));
+        }
+        checks.extend(renamed(together(&format!("N = {n}, small load"), small)));
+        checks.extend(renamed(together(&format!("N = {n}, large load"), large)));
+        errors.push((n, mean));
+        progress.inc(1);
+    }
+    checks.extend(super::order("random lengths, mean of the seeds", &errors));
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// Rows that several seeds share say so.
+fn renamed(checks: Vec<Check>) -> impl Iterator<Item = Check> {
+    checks.into_iter().map(|mut c| {
+        c.case = c.case.replace(" solvers", " seeds");
+        c
+    })
+}
+
+/// Tip of a rod that is bent far, against the exact chain's.
+fn bent_through(rod: &Rod) -> Result<Check, ExperimentError> {
+    let ours = rod.settled()?.tip();
+    let exact = rod.exact(20).map_or(Vector3::repeat(f64::NAN), |s| s.tip());
+    let error = (ours - exact).norm();
+    let show = |p: Vector3<f64>| format!("({:.7}, {:.7}, {:.7})", p.x, p.y, p.z);
+    let parts = Parts {
+        algebraic: Some(error),
+        ..Parts::default()
+    };
+    Ok(
+        Check::within("", show(exact), show(ours), error, UNEVEN_BAR)
+            .by("distance of the tip from the exact chain's, over L")
+            .split(parts),
+    )
+}
+
+/// Scenes of H04.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_even() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![Layout::Half.rod(6).scene()?])
+}
+
+/// Scenes of H14.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_random() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![uneven(8, 1).scene()?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layouts_have_their_ratios() {
+        for layout in Layout::ALL {
+            for n in [3, 24] {
+                let found = deflection(&layout.rod(n)) / SMALL;
+                assert!(
+                    (found - layout.ratio(n)).abs() < 1e-13,
+                    "{layout:?} {n}: {found}"
+                );
+            }
+        }
+        assert!((Layout::Whole.ratio(24) - 1.06337).abs() < 1e-5);
+        assert!((Layout::Middle.ratio(24) - 0.999566).abs() < 1e-6);
+    }
+
+    #[test]
+    fn random_segments_fill_the_cable() {
+        let rod = uneven(32, 7);
+        assert!((rod.nodes[32].x - 1.0).abs() < 1e-13);
+        let error = deflection(&rod) / beam(rod.force.y) - 1.0;
+        assert!(error.abs() < 0.02, "{error}");
+    }
+}

@@ -1,0 +1,371 @@
+//! H07, H07d, H08: a cable between two points of one height, without bending stiffness; references in [`exact`].
+
+pub mod exact;
+
+use self::exact::{EA, Hanging, LENGTH, SPAN, WEIGHT, chain, continuum};
+use crate::hard::{solvers, together};
+use crate::paper::specimens::{largest, settle};
+use indicatif::ProgressBar;
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_ground::choice::Choice;
+use taut_integrator::Stepper;
+use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene, SceneError, Spherical};
+use taut_output::check::{Check, ExperimentError, Outcome, Parts, Verdict};
+
+/// A number of a hanging chain, with its name and unit.
+type Measure = (&'static str, fn(&Hanging) -> f64);
+
+/// Bar of rods and elastic rods against the exact discrete answer.
+pub const BAR: f64 = 1e-8;
+/// Bar of the chain of particles against it.
+pub const CHAIN_BAR: f64 = 1e-10;
+
+/// Ends of the links of a V: as long as the cable, over its span.
+fn bent(n: usize) -> impl Fn(usize) -> Vector3<f64> {
+    let half = 0.5 * LENGTH;
+    let depth = (half * half - 0.25 * SPAN * SPAN).sqrt();
+    move |i: usize| {
+        let s = i as f64 / n as f64;
+        let down = 1.0 - (2.0 * s - 1.0).abs();
+        Vector3::new(SPAN * s, 0.0, -depth * down)
+    }
+}
+
+/// `n` rods with ball joints, in the shape of a V (n even), or the scene of particles where `particles` is set.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scene(n: usize, ea: f64, particles: bool) -> Result<Scene, SceneError> {
+    const GRAVITY: f64 = 10.0;
+    let node = bent(n);
+    let h = LENGTH / n as f64;
+    let mass = WEIGHT * h / GRAVITY;
+    let mut scene = Scene::new("catenary");
+    scene.gravity = -Vector3::z() * GRAVITY;
+    let right = Vector3::x() * SPAN;
+    if particles {
+        for i in 1..n {
+            scene.add_body(format!("particle-{i}"), Body::particle(mass).at(node(i)));
+        }
+        let at = |i: usize| match i {
+            0 => Frame::world(Vector3::zeros()),
+            i if i == n => Frame::world(right),
+            i => Frame::body(i - 1, Vector3::zeros()),
+        };
+        for i in 0..n {
+            let link = Distance {
+                frames: [at(i), at(i + 1)],
+                length: h,
+                law: RowLaw::RIGID,
+                transverse: true,
+            };
+            scene.add_constraint(format!("link-{i}"), Constraint::Distance(link), 0);
+        }
+    } else {
+        for i in 0..n {
+            let (a, b) = (node(i), node(i + 1));
+            let turn = UnitQuaternion::rotation_between(&Vector3::z(), &(b - a));
+            let rod = Body::rod(h, 0.02, mass).at(0.5 * (a + b));
+            scene.add_body(
+                format!("rod-{}", i + 1),
+                rod.turned(turn.unwrap_or_default()),
+            );
+        }
+        let half = Vector3::z() * (0.5 * h);
+        for j in 0..=n {
+            let a = match j {
+                0 => Frame::world(Vector3::zeros()),
+                _ => Frame::body(j - 1, half),
+            };
+            let b = if j == n {
+                Frame::world(right)
+            } else {
+                Frame::body(j, -half)
+            };
+            let length = if j == 0 || j == n { 0.5 * h } else { h };
+            let ball = Spherical {
+                frames: [a, b],
+                stretch: RowLaw::new(length / ea, 0.0),
+            };
+            scene.add_constraint(format!("joint-{j}"), Constraint::Spherical(ball), 0);
+        }
+    }
+    scene.load = Some((n - 1) / 2);
+    scene.validate()?;
+    Ok(scene)
+}
+
+/// A scene at rest: the distance of its bodies from the exact chain's over L, and its measures as one step of `choice`
+/// finds the forces.
+fn measured(
+    rest: &Scene,
+    choice: &Choice,
+    (n, particles): (usize, bool),
+    nodes: &[Vector3<f64>],
+) -> Result<(f64, Hanging), ExperimentError> {
+    const DT: f64 = 1.0 / 60.0;
+    let mut stepper = Stepper::new(rest.clone(), choice.plain_options(DT))?;
+    stepper.step()?;
+    let bodies = &stepper.scene().bodies;
+    let exact = |i: usize| {
+        if particles {
+            nodes[2 * i + 1]
+        } else {
+            0.5 * (nodes[2 * i] + nodes[2 * i + 1])
+        }
+    };
+    let places = bodies.position.iter().enumerate();
+    let off = largest(places.map(|(i, x)| (x - exact(i)).norm() / LENGTH));
+    // Ends of the rods, places of the particles.
+    let half = Vector3::z() * (0.5 * LENGTH / n as f64);
+    let depth = bodies
+        .position
+        .iter()
+        .zip(&bodies.orientation)
+        .map(|(x, turn)| {
+            if particles {
+                -x.z
+            } else {
+                let along = turn * half;
+                (along - x).z.max(-(x + along).z)
+            }
+        });
+    let rows = stepper.linearized().row_range(0);
+    let mu: Vec<f64> = stepper.multipliers()[rows].iter().map(|m| m / DT).collect();
+    let force = if particles {
+        // Along the link, from the support to the first particle.
+        let link = bodies.position[0].normalize();
+        link * mu[0]
+    } else {
+        Vector3::new(mu[0], mu[1], mu[2])
+    };
+    let hanging = Hanging {
+        horizontal: force.x.hypot(force.y),
+        end_tension: force.norm(),
+        sag: depth.fold(0.0, f64::max),
+    };
+    Ok((off, hanging))
+}
+
+/// The chains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Kind {
+    name: &'static str,
+    ea: f64,
+    particles: bool,
+    bar: f64,
+}
+
+const RODS: Kind = Kind {
+    name: "rods",
+    ea: f64::INFINITY,
+    particles: false,
+    bar: BAR,
+};
+const PARTICLES: Kind = Kind {
+    name: "particles",
+    ea: f64::INFINITY,
+    particles: true,
+    bar: CHAIN_BAR,
+};
+const ELASTIC: Kind = Kind {
+    name: "elastic rods",
+    ea: EA,
+    particles: false,
+    bar: BAR,
+};
+
+/// One kind of chain with `n` links, its forces found by each of `choices`.
+fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, ExperimentError> {
+    let rest = settle(scene(n, kind.ea, kind.particles)?)?;
+    let (nodes, exact) = chain(n, kind.ea, kind.particles);
+    let curve = continuum(kind.ea);
+    let mut found = Vec::new();
+    for choice in choices {
+        let result = measured(&rest, choice, (n, kind.particles), &nodes)?;
+        found.push((choice.family(), result));
+    }
+    let mut checks = Vec::new();
+    let shapes = found.iter().map(|(solver, (off, _))| {
+        let check = Check::within(
+            "",
+            "the exact chain".to_owned(),
+            format!("{off:.1e} L from it"),
+            *off,
+            kind.bar,
+        );
+        let parts = Parts {
+            algebraic: Some(*off),
+            ..Parts::default()
+        };
+        let check = check.by("largest distance of a body from its place, over L");
+        (solver.clone(), check.split(parts))
+    });
+    checks.extend(together(
+        &format!("{}, N = {n}: shape", kind.name),
+        shapes.collect(),
+    ));
+    let measures: [Measure; 3] = [
+        ("H [N]", |h| h.horizontal),
+        ("tension at the ends [N]", |h| h.end_tension),
+        ("sag [m]", |h| h.sag),
+    ];
+    for (what, measure) in measures {
+        let (discrete, limit) = (measure(&exact), measure(&curve));
+        let own = found.iter().map(|(solver, (_, hanging))| {
+            let ours = measure(hanging);
+            let error = (ours / discrete - 1.0).abs();
+            let parts = Parts {
+                algebraic: Some(error),
+                space: Some((discrete / limit - 1.0).abs()),
+                ..Parts::default()
+            };
+            let reference = format!("{discrete:.9}; curve {limit:.9}");
+            let check = Check::within("", reference, format!("{ours:.9}"), error, kind.bar)
+                .by("relative to the exact chain")
+                .split(parts);
+            (solver.clone(), check)
+        });
+        let case = format!("{}, N = {n}: {what}", kind.name);
+        checks.extend(together(&case, own.collect()));
+    }
+    Ok(checks)
+}
+
+fn family(kind: Kind, quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
+    let counts: &[usize] = if quick { &[4, 16] } else { &[4, 8, 16, 32, 64] };
+    progress.set_length(counts.len() as u64);
+    let mut checks = Vec::new();
+    for (k, &n) in counts.iter().enumerate() {
+        // All solvers where there are few links.
+        let choices = if k == 0 {
+            solvers()
+        } else {
+            solvers()[..1].to_vec()
+        };
+        checks.extend(checks_of(kind, n, &choices)?);
+        progress.inc(1);
+    }
+    let errors: Vec<(usize, f64)> = counts
+        .iter()
+        .map(|&n| {
+            let exact = chain(n, kind.ea, kind.particles).1;
+            (n, exact.sag / continuum(kind.ea).sag - 1.0)
+        })
+        .collect();
+    checks.extend(super::order(&format!("{}: sag", kind.name), &errors));
+    Ok(checks)
+}
+
+/// H07.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn rods(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    Ok(Outcome {
+        checks: family(RODS, quick, progress)?,
+        ..Outcome::default()
+    })
+}
+
+/// H07d.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn particles(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    Ok(Outcome {
+        checks: family(PARTICLES, quick, progress)?,
+        ..Outcome::default()
+    })
+}
+
+/// Bar of the elastic cable of 64 rods against the continuum.
+pub const CURVE_BAR: f64 = 1e-5;
+
+/// H08.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let mut checks = family(ELASTIC, quick, progress)?;
+    let curve = continuum(EA);
+    let direct = &solvers()[0];
+    let mut found = Vec::new();
+    for n in [32, 64] {
+        let rest = settle(scene(n, EA, false)?)?;
+        let nodes = chain(n, EA, false).0;
+        found.push(measured(&rest, direct, (n, false), &nodes)?.1);
+    }
+    let measures: [Measure; 3] = [
+        ("H", |h| h.horizontal),
+        ("tension at the ends", |h| h.end_tension),
+        ("sag", |h| h.sag),
+    ];
+    for (what, measure) in measures {
+        let [coarse, fine] = [measure(&found[0]), measure(&found[1])];
+        let limit = measure(&curve);
+        let exact = measure(&chain(64, EA, false).1);
+        let error = (fine / limit - 1.0).abs();
+        let parts = Parts {
+            algebraic: Some((fine / exact - 1.0).abs()),
+            space: Some((exact / limit - 1.0).abs()),
+            ..Parts::default()
+        };
+        let mut check = Check::within(
+            format!("N = 64 against the curve: {what}"),
+            format!("{limit:.9}"),
+            format!("{fine:.9}"),
+            error,
+            CURVE_BAR,
+        )
+        .by("relative to the elastic catenary")
+        .split(parts);
+        let all_of_space = parts.algebraic.is_some_and(|a| a <= BAR);
+        if check.verdict == Verdict::Fail && all_of_space {
+            check.verdict = Verdict::Limit;
+            let needed = 64.0 * (error / CURVE_BAR).sqrt();
+            check.note = format!(
+                "the exact chain of 64 straight rods is that far from the curve; at second order it takes {needed:.0}"
+            );
+        }
+        checks.push(check);
+        let limit_of = (4.0 * fine - coarse) / 3.0;
+        let error = (limit_of / limit - 1.0).abs();
+        let check = Check::within(
+            format!("N = 32 and 64, extrapolated: {what}"),
+            format!("{limit:.9}"),
+            format!("{limit_of:.9}"),
+            error,
+            CURVE_BAR,
+        );
+        checks.push(check.by("relative; (4 x₆₄ − x₃₂)/3, exact for second order"));
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// A scene of each kind.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_rods() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![scene(4, f64::INFINITY, false)?])
+}
+
+/// As [`scenes_of_rods`].
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_particles() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![scene(4, f64::INFINITY, true)?])
+}
+
+/// As [`scenes_of_rods`].
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_elastic() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![scene(4, EA, false)?])
+}

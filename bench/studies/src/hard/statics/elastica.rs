@@ -1,0 +1,151 @@
+//! H05: the elastica, a cantilever bent far by a dead load P across its tip, α = P L²/EI.
+//!
+//! With the tip's slope θ and k² = (1 + sin θ)/2, sin φ = 1/(k √2):
+//!
+//! ```text
+//! √α = K(k) − F(φ, k),   x/L = (2 sin θ/α)^½,   y/L = 1 − 2 (E(k) − E(φ, k))/√α
+//! ```
+//!
+//! The chain has its joints in the middle of the lengths that they stand for; its exact answer is that of
+//! [`super::rod`].
+
+use super::rod::Rod;
+use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f, root};
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use std::f64::consts::FRAC_PI_2;
+use taut_model::Scene;
+use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+
+/// Bar of the tip and its slope at N = 64.
+pub const BAR: f64 = 1e-4;
+/// Bar against the exact chain.
+pub const CHAIN_BAR: f64 = 1e-8;
+
+/// The loads α.
+pub const LOADS: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 7.5, 10.0];
+
+/// The tip of the elastica of length 1: x, y and slope (rad).
+#[must_use]
+pub fn elastica(alpha: f64) -> [f64; 3] {
+    let modulus = |slope: f64| (0.5 * (1.0 + slope.sin())).sqrt();
+    let amplitude = |k: f64| (1.0 / (k * 2.0_f64.sqrt())).min(1.0).asin();
+    let load = |slope: f64| {
+        let k = modulus(slope);
+        complete_k(k) - elliptic_f(amplitude(k), k) - alpha.sqrt()
+    };
+    let slope = root(load, 1e-12, FRAC_PI_2 - 1e-6);
+    let k = modulus(slope);
+    [
+        (2.0 * slope.sin() / alpha).sqrt(),
+        1.0 - 2.0 * (complete_e(k) - elliptic_e(amplitude(k), k)) / alpha.sqrt(),
+        slope,
+    ]
+}
+
+/// The chain of `n` joints under the load α.
+#[must_use]
+pub fn rod(n: usize, alpha: f64) -> Rod {
+    let mut rod = Rod::midpoints(n);
+    rod.force = Vector3::y() * alpha;
+    rod
+}
+
+/// H05.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (counts, loads): (&[usize], &[f64]) = if quick {
+        (&[16, 64], &[1.0, 10.0])
+    } else {
+        (&[8, 16, 32, 64], &LOADS)
+    };
+    progress.set_length((counts.len() * loads.len()) as u64);
+    let mut checks = Vec::new();
+    for &alpha in loads {
+        let curve = elastica(alpha);
+        let mut errors = Vec::new();
+        for &n in counts {
+            let rod = rod(n, alpha);
+            let measure = |shape: super::rod::Shape| {
+                let (tip, along) = (shape.tip(), shape.tangent);
+                [tip.x, tip.y, along.y.atan2(along.x)]
+            };
+            let ours = measure(rod.settled()?);
+            let exact = rod.exact(20).map_or([f64::NAN; 3], measure);
+            // The tip, without its slope: the last half segment is straight.
+            let distance = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
+            let parts = Parts {
+                algebraic: Some(distance(ours, exact)),
+                space: Some(distance(exact, curve)),
+                ..Parts::default()
+            };
+            let show =
+                |[x, y, slope]: [f64; 3]| format!("{x:.7}, {y:.7}, {:.4}°", slope.to_degrees());
+            let (error, bar, reference, case) = if n == 64 {
+                (distance(ours, curve), BAR, curve, "the elastica")
+            } else {
+                (distance(ours, exact), CHAIN_BAR, exact, "the exact chain")
+            };
+            errors.push((n, distance(exact, curve)));
+            checks.push(
+                Check::within(
+                    format!("α = {alpha}, N = {n}"),
+                    show(reference),
+                    show(ours),
+                    error,
+                    bar,
+                )
+                .by(format!("distance of the tip from {case}, over L"))
+                .split(parts),
+            );
+            progress.inc(1);
+        }
+        checks.extend(super::order(&format!("α = {alpha}"), &errors));
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// The chain as it starts.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    Ok(vec![rod(8, 1.0).scene()?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_elastica_has_the_known_numbers() {
+        for (alpha, x, y, slope) in [
+            (0.25, 0.9958821816, 0.0827459154, 7.121432),
+            (1.0, 0.9435667637, 0.3017207738, 26.433520),
+            (4.0, 0.6710587578, 0.6699641813, 64.242282),
+            (10.0, 0.4450044022, 0.8106090249, 81.949325),
+        ] {
+            let [a, b, c] = elastica(alpha);
+            assert!(
+                (a - x).abs() < 2e-10 && (b - y).abs() < 2e-10,
+                "{alpha}: {a} {b}"
+            );
+            assert!((c.to_degrees() - slope).abs() < 1e-6, "{alpha}: {c}");
+        }
+    }
+
+    #[test]
+    fn the_exact_chain_nears_the_elastica() {
+        let tip = rod(64, 5.0).exact(20).expect("a shape").tip();
+        let [x, y, _] = elastica(5.0);
+        assert!(
+            (tip.x - x - 1.18e-5).abs() < 1e-7 && (tip.y - y + 6.84e-5).abs() < 1e-7,
+            "{tip}"
+        );
+    }
+}

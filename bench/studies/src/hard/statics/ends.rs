@@ -1,0 +1,203 @@
+//! H01, H02, H03: a cable pulled, bent to a circle and twisted by loads at its end. Every joint carries the same
+//! load, so that the discrete answer is exact and the continuum's: gaps F l_j/EA, angles M l_j/EI and T l_j/GJ
+//! ([`crate::paper::specimens`]).
+
+use crate::hard::{solvers, together};
+use crate::paper::specimens::{
+    Joint, MATERIALS, SEGMENTS, bend, largest, params, pull, read, twist,
+};
+use indicatif::ProgressBar;
+use std::f64::consts::{FRAC_PI_2, TAU};
+use taut_model::{Scene, Specimen, SpecimenParams};
+use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+
+/// Relative bar of the elongation.
+pub const PULL_BAR: f64 = 1e-10;
+/// Bar of the tip of the circle, over L.
+pub const BEND_BAR: f64 = 1e-9;
+/// Relative bar of the twist.
+pub const TWIST_BAR: f64 = 1e-9;
+/// Turns of the twisted cable.
+pub const TURNS: f64 = 40.0;
+
+/// A row whose error is all algebraic.
+fn algebraic(check: Check) -> Check {
+    let parts = Parts {
+        algebraic: check.error,
+        ..Parts::default()
+    };
+    check.split(parts)
+}
+
+/// H01.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let config = quick.then(pull::Config::quick).unwrap_or_default();
+    let rows = pull::run(&config, progress)?;
+    let mut checks = Vec::new();
+    for (material, _) in MATERIALS {
+        let of = || rows.iter().filter(|r| r.material == material);
+        let error = largest(of().map(|r| r.elongation_error.max(r.gap_error)));
+        let farthest = largest(of().map(|r| r.strain));
+        let check = Check::within(
+            format!("{material}, N = 3 … 24"),
+            "ΔL/L = F/EA".to_owned(),
+            format!("to a strain of {farthest:.2}"),
+            error,
+            PULL_BAR,
+        );
+        checks.push(algebraic(
+            check.by("largest relative error of the whole and of a joint"),
+        ));
+    }
+    let (n, strain) = (6, 0.1);
+    let mut own = Vec::new();
+    for choice in solvers() {
+        let free = params(Specimen::Pull, MATERIALS[2], n, Joint::Cosserat);
+        let force = strain * free.resolve()?.stiffness.ea;
+        let loaded = SpecimenParams {
+            force: Some(force),
+            ..free
+        };
+        let specimen = loaded.resolve()?;
+        // Slowest mode of the pull: ½π (EA/ρA)^½/L.
+        let line_mass = specimen.segment_mass / specimen.segment_length;
+        let slowest = FRAC_PI_2 * (specimen.stiffness.ea / line_mass).sqrt() / loaded.length;
+        let scene = super::cantilever::crept(loaded.build()?, &choice, 10.0 / slowest)?;
+        let gaps = read(&scene, n);
+        let errors = gaps.iter().enumerate().map(|(j, r)| {
+            let exact = strain * specimen.joint_length(j);
+            (r.gap / exact - 1.0).abs()
+        });
+        let error = largest(errors);
+        let ours = format!("{error:.1e}");
+        let check = Check::within("", "gap F l/EA".to_owned(), ours, error, PULL_BAR);
+        own.push((
+            choice.family(),
+            algebraic(check.by("largest relative error of a joint")),
+        ));
+    }
+    checks.extend(together(&format!("steel, N = {n}, steps from rest"), own));
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// H02.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let config = if quick {
+        bend::Config {
+            segments: vec![3, 24],
+            loads: 12,
+        }
+    } else {
+        bend::Config::default()
+    };
+    let rows = bend::run(&config, progress)?;
+    let mut checks = Vec::new();
+    for (material, _) in MATERIALS {
+        let of = || {
+            rows.iter()
+                .filter(|r| r.material == material && r.joint == Joint::Cosserat.name())
+        };
+        let error = largest(of().map(|r| r.tip_error));
+        let check = Check::within(
+            format!("{material}: end of the polygon, to a circle"),
+            "where the angles M l/EI lead".to_owned(),
+            format!("{error:.1e} L off"),
+            error,
+            BEND_BAR,
+        );
+        checks.push(algebraic(
+            check.by("largest distance over N, two directions, all moments; over L"),
+        ));
+        let closed = largest(
+            of().filter(|r| r.angle_theory > 0.999 * TAU)
+                .map(|r| r.tip_from_arc),
+        );
+        let check = Check::within(
+            format!("{material}: M = 2π EI/L"),
+            "end at the clamp".to_owned(),
+            format!("{closed:.1e} L from it"),
+            closed,
+            BEND_BAR,
+        );
+        checks.push(algebraic(check.by("largest distance over N, over L")));
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+/// H03.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn twisted(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let segments: &[usize] = if quick { &[6, 24] } else { &SEGMENTS };
+    progress.set_length((segments.len() * MATERIALS.len()) as u64);
+    let mut checks = Vec::new();
+    for material in MATERIALS {
+        let mut rows = Vec::new();
+        for &n in segments {
+            rows.extend(twist::at_rest(material, n, Joint::Cosserat, TURNS * TAU)?);
+            progress.inc(1);
+        }
+        let error = largest(rows.iter().map(|r| r.angle_error.max(r.total_error)));
+        let farthest = largest(rows.iter().map(|r| r.twist)) / TAU;
+        let check = Check::within(
+            format!("{}, N = {segments:?}", material.0),
+            "T l/GJ a joint".to_owned(),
+            format!("to {farthest:.3} turns"),
+            error,
+            TWIST_BAR,
+        );
+        checks.push(algebraic(check.by(
+            "largest relative error of a joint and of the whole over the torques",
+        )));
+    }
+    Ok(Outcome {
+        checks,
+        ..Outcome::default()
+    })
+}
+
+fn scene(specimen: Specimen) -> Result<Vec<Scene>, ExperimentError> {
+    let params = SpecimenParams {
+        segments: 6,
+        equilibrium: false,
+        ..SpecimenParams::new(specimen)
+    };
+    Ok(vec![params.build()?])
+}
+
+/// Scenes of H01.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_pulled() -> Result<Vec<Scene>, ExperimentError> {
+    scene(Specimen::Pull)
+}
+
+/// Scenes of H02.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_rolled() -> Result<Vec<Scene>, ExperimentError> {
+    scene(Specimen::Bend)
+}
+
+/// Scenes of H03.
+///
+/// # Errors
+/// Numbers out of range.
+pub fn scenes_of_twisted() -> Result<Vec<Scene>, ExperimentError> {
+    scene(Specimen::Twist)
+}

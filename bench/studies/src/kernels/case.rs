@@ -1,0 +1,261 @@
+//! The systems that all solve: those of one step of the hoist.
+
+use super::rival::BATCH;
+use serde::Serialize;
+use taut_ground::choice::Choice;
+use taut_integrator::{Form, GeometricStiffness, StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, JointKind, Scene};
+use taut_solver::{Backend, SolveError, SymBlockMatrix, reference_solution};
+
+const DT: f64 = 1.0 / 60.0;
+
+/// Angle of the cable \[rad], and by how much more the next one of a batch is turned.
+const ANGLE: [f64; 2] = [0.3, 0.02];
+
+/// The joints between the segments.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Joint {
+    /// Three rows of stretch.
+    Spherical,
+    /// Those and two of bending.
+    Untwisted,
+    /// Those and one of twist.
+    Cosserat,
+}
+
+impl Joint {
+    /// All of them, by their rows.
+    pub const ALL: [Self; 3] = [Self::Spherical, Self::Untwisted, Self::Cosserat];
+
+    /// Rows of a joint.
+    #[must_use]
+    pub fn rows(self) -> usize {
+        match self {
+            Self::Spherical => 3,
+            Self::Untwisted => 5,
+            Self::Cosserat => 6,
+        }
+    }
+
+    /// The hoist with these joints, hanging at an angle; `cable` turns it a little further.
+    #[must_use]
+    pub fn hoist(self, segments: usize, mass_ratio: f64, cable: usize) -> HoistParams {
+        HoistParams {
+            segments,
+            mass_ratio,
+            initial_angle: ANGLE[0] + ANGLE[1] * cable as f64,
+            joint: match self {
+                Self::Spherical => JointKind::Spherical,
+                Self::Untwisted | Self::Cosserat => JointKind::Cosserat,
+            },
+            twist: (self == Self::Untwisted).then_some(false),
+            ..HoistParams::default()
+        }
+    }
+}
+
+/// A matrix with its right-hand side.
+pub type System = (SymBlockMatrix, Vec<f64>);
+
+/// A hoist, the systems of its step in both forms, and the solution.
+#[derive(Debug)]
+pub struct Case {
+    joint: Joint,
+    segments: usize,
+    mass_ratio: f64,
+    scene: Scene,
+    /// The multipliers that the geometric stiffness is made of: those of the state without it \[N, N m].
+    tension: Vec<f64>,
+    schur: System,
+    kkt: System,
+    /// The multipliers in the order of S, to the last digit.
+    exact: Vec<f64>,
+}
+
+impl Case {
+    /// The case of a cable with so many segments under a load of `mass_ratio` of them.
+    ///
+    /// # Errors
+    /// A scene that cannot be built, a step that no solver compiled in can take, no reference.
+    pub fn new(joint: Joint, segments: usize, mass_ratio: f64) -> Result<Self, StepError> {
+        let scene = joint.hoist(segments, mass_ratio, 0).build()?;
+        let options = options()?;
+        let tension = tension(&scene, &options)?;
+        let mut stepper = Stepper::new(scene.clone(), options)?;
+        stepper.set_tension(&tension)?;
+        stepper.solve()?;
+        let schur = system(&stepper);
+        let kkt = stepper.assembled(Form::Kkt)?;
+        let exact = reference_solution(&kkt.0, &kkt.1).map_err(failed)?;
+        Ok(Self {
+            joint,
+            segments,
+            mass_ratio,
+            exact: multipliers(&kkt.0, &exact),
+            scene,
+            tension,
+            schur,
+            kkt,
+        })
+    }
+
+    /// The joints between the segments.
+    #[must_use]
+    pub fn joint(&self) -> Joint {
+        self.joint
+    }
+
+    /// Number of segments.
+    #[must_use]
+    pub fn segments(&self) -> usize {
+        self.segments
+    }
+
+    /// Load over segment mass.
+    #[must_use]
+    pub fn mass_ratio(&self) -> f64 {
+        self.mass_ratio
+    }
+
+    /// S with its right-hand side.
+    #[must_use]
+    pub fn schur(&self) -> (&SymBlockMatrix, &[f64]) {
+        (&self.schur.0, &self.schur.1)
+    }
+
+    /// The KKT matrix with its right-hand side.
+    #[must_use]
+    pub fn kkt(&self) -> (&SymBlockMatrix, &[f64]) {
+        (&self.kkt.0, &self.kkt.1)
+    }
+
+    /// The exact multipliers in the order of S \[N s, N m s].
+    #[must_use]
+    pub fn exact(&self) -> &[f64] {
+        &self.exact
+    }
+
+    /// What the geometric stiffness is made of.
+    pub(super) fn tension(&self) -> &[f64] {
+        &self.tension
+    }
+
+    /// A stepper of the scene that solves S with a solver and refines once, from the pieces.
+    pub(super) fn refining(&self, choice: &Choice) -> Result<Stepper, StepError> {
+        let options = StepOptions {
+            refinements: 1,
+            ..choice.plain_options(DT)
+        };
+        Stepper::new(self.scene.clone(), options)
+    }
+
+    /// S of this and of seven more cables, each turned a little further, with their right-hand sides.
+    ///
+    /// # Errors
+    /// As for [`new`](Self::new).
+    pub fn batch(&self) -> Result<Vec<System>, StepError> {
+        let mut systems = vec![self.schur.clone()];
+        for cable in 1..BATCH {
+            let hoist = self.joint.hoist(self.segments, self.mass_ratio, cable);
+            let mut stepper = Stepper::new(hoist.build()?, options()?)?;
+            stepper.solve()?;
+            systems.push(system(&stepper));
+        }
+        Ok(systems)
+    }
+}
+
+/// S of the last solve.
+fn system(stepper: &Stepper) -> System {
+    let (a, b, _) = stepper.system();
+    (a.clone(), b.to_vec())
+}
+
+/// The default step with the first solver that is compiled in.
+fn options() -> Result<StepOptions, StepError> {
+    let backend = Backend::preferred().map_err(failed)?;
+    Ok(Choice::schur(backend).plain_options(DT))
+}
+
+/// λ of the state without geometric stiffness.
+fn tension(scene: &Scene, options: &StepOptions) -> Result<Vec<f64>, StepError> {
+    let options = StepOptions {
+        stiffness: GeometricStiffness::Off,
+        ..options.clone()
+    };
+    let mut stepper = Stepper::new(scene.clone(), options)?;
+    stepper.solve()?;
+    Ok(stepper.multipliers().iter().map(|mu| mu / DT).collect())
+}
+
+/// The multipliers in a solution of the KKT system, in the order of S: −μ stands where the diagonal, −Σ, is not
+/// positive.
+pub(super) fn multipliers(kkt: &SymBlockMatrix, x: &[f64]) -> Vec<f64> {
+    let p = kkt.pattern();
+    let mut mu = Vec::new();
+    for j in 0..p.blocks() {
+        let diagonal = kkt.block(p.column(j).start).iter();
+        let diagonal = diagonal.step_by(p.size(j) + 1);
+        let held = diagonal.zip(p.rows(j)).filter(|(d, _)| **d <= 0.0);
+        mu.extend(held.map(|(_, r)| -x[r]));
+    }
+    mu
+}
+
+/// A solver's error as that of a step at time 0.
+pub(super) fn failed(source: SolveError) -> StepError {
+    StepError::Solve {
+        source,
+        culprit: None,
+        time: 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_solver::forward_error;
+
+    #[test]
+    fn the_two_forms_have_the_same_multipliers() {
+        for joint in Joint::ALL {
+            let case = Case::new(joint, 9, 100.0).unwrap();
+            let (a, b) = case.schur();
+            assert_eq!(a.pattern().size(4), joint.rows());
+            assert_eq!(a.dim(), case.exact().len());
+            let x = reference_solution(a, b).unwrap();
+            let error = forward_error(&x, case.exact());
+            assert!(error > 0.0 && error < 1e-11, "{joint:?}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_refining_step_solves_the_same_matrix() {
+        let case = Case::new(Joint::Untwisted, 9, 100.0).unwrap();
+        let choice = Choice::schur(Backend::preferred().unwrap());
+        let mut stepper = case.refining(&choice).unwrap();
+        for _ in 0..2 {
+            stepper.set_tension(case.tension()).unwrap();
+            stepper.solve().unwrap();
+            let (a, b, _) = stepper.system();
+            let (expected, rhs) = case.schur();
+            assert_eq!(a, expected);
+            // It comes by way of velocities that are corrected from those before.
+            assert!(forward_error(b, rhs) < 1e-15);
+        }
+    }
+
+    #[test]
+    fn the_cables_of_a_batch_differ_in_their_values_only() {
+        let systems = Case::new(Joint::Cosserat, 3, 10.0)
+            .unwrap()
+            .batch()
+            .unwrap();
+        assert_eq!(systems.len(), BATCH);
+        for pair in systems.windows(2) {
+            assert_eq!(pair[0].0.pattern(), pair[1].0.pattern());
+            assert_ne!(pair[0].0, pair[1].0);
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Who takes part, with names for the command line.
+
+use std::fmt;
+use std::str::FromStr;
+use taut_ground::choice::Choice;
+use taut_ground::matrix::Triangle;
+use taut_integrator::Form;
+use taut_solver::{Backend, SolveError};
+
+/// Cables of a batch.
+pub const BATCH: usize = 8;
+
+/// What is solved side by side with the others when none is named: a further solver is a further line.
+const NAMES: [&str; 13] = [
+    "banded",
+    "banded+refine",
+    "batch",
+    "faer:llt",
+    "faer:ldlt",
+    "faer:lu",
+    "faer:ldlt/kkt",
+    "faer:lu/kkt",
+    "nalgebra-sparse",
+    "umfpack",
+    "umfpack/kkt",
+    "lapack:lower",
+    "lapack:upper",
+];
+
+/// What follows a solver's name for a solve with refinement.
+const REFINE: &str = "+refine";
+
+pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {
+    backend: "lapack",
+    feature: "lapack",
+};
+
+/// One that solves. The text form is that of a [`Choice`], one with `+refine` after it, `batch`, `lapack:lower` or
+/// `lapack:upper`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Rival {
+    /// A solver on S or on the KKT matrix.
+    Solver(Choice),
+    /// A solver on S with one refinement from the pieces.
+    Refined(Choice),
+    /// [`BATCH`] cables in the lanes of vectors, by [`taut_solver::BatchBanded`].
+    Batch,
+    /// LAPACK's dpbtrf and dpbtrs on S.
+    Lapack(Triangle),
+}
+
+impl Rival {
+    /// All that are worth a row, whether compiled in or not.
+    #[must_use]
+    pub fn all() -> Vec<Self> {
+        NAMES.iter().filter_map(|name| name.parse().ok()).collect()
+    }
+
+    /// Name without iterations and tolerance.
+    #[must_use]
+    pub fn family(&self) -> String {
+        match self {
+            Self::Solver(choice) => choice.family(),
+            Self::Refined(choice) => choice.family() + REFINE,
+            other => other.to_string(),
+        }
+    }
+
+    /// Cables that it solves at a time.
+    #[must_use]
+    pub fn cables(&self) -> usize {
+        match self {
+            Self::Batch => BATCH,
+            _ => 1,
+        }
+    }
+
+    pub(super) fn is_dense(&self) -> bool {
+        matches!(self, Self::Solver(c) | Self::Refined(c) if matches!(c.backend, Backend::Dense(_)))
+    }
+
+    /// Fails where it is not compiled in or an option is out of its range.
+    ///
+    /// # Errors
+    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
+    pub fn check(&self) -> Result<(), SolveError> {
+        match self {
+            Self::Solver(choice) | Self::Refined(choice) => choice.check(),
+            Self::Lapack(_) if !cfg!(feature = "lapack") => Err(NO_LAPACK),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl fmt::Display for Rival {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Solver(choice) => choice.fmt(f),
+            Self::Refined(choice) => write!(f, "{choice}{REFINE}"),
+            Self::Batch => f.write_str("batch"),
+            Self::Lapack(Triangle::Lower) => f.write_str("lapack:lower"),
+            Self::Lapack(Triangle::Upper) => f.write_str("lapack:upper"),
+        }
+    }
+}
+
+impl FromStr for Rival {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            "batch" => return Ok(Self::Batch),
+            "lapack:lower" => return Ok(Self::Lapack(Triangle::Lower)),
+            "lapack:upper" => return Ok(Self::Lapack(Triangle::Upper)),
+            _ => {}
+        }
+        let (name, refined) = match text.strip_suffix(REFINE) {
+            Some(name) => (name, true),
+            None => (text, false),
+        };
+        let choice: Choice = name.parse().map_err(|e| {
+            format!("{e}; this sweep also knows batch, lapack:lower, lapack:upper and NAME{REFINE}")
+        })?;
+        if refined && choice.form == Form::Kkt {
+            return Err(format!(
+                "`{text}`: refinement from the pieces is for S: drop `/kkt`"
+            ));
+        }
+        Ok(if refined {
+            Self::Refined(choice)
+        } else {
+            Self::Solver(choice)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_are_known_and_round_trip() {
+        assert_eq!(Rival::all().len(), NAMES.len());
+        for rival in Rival::all() {
+            assert_eq!(rival.to_string().parse(), Ok(rival.clone()), "{rival}");
+        }
+    }
+
+    #[test]
+    fn unknown_names_list_the_known_ones() {
+        for name in ["superlu", "superlu+refine", "lapack", "batch:9"] {
+            let e = name.parse::<Rival>().unwrap_err();
+            assert!(e.contains("banded") && e.contains("lapack:lower"), "{e}");
+        }
+        let e = "banded/kkt+refine".parse::<Rival>().unwrap_err();
+        assert!(e.contains("/kkt"), "{e}");
+    }
+}

@@ -1,0 +1,357 @@
+//! Passes in turns, and what they leave: times and errors.
+
+use super::VISIT;
+use super::case::{Case, System, failed, multipliers};
+use super::rival::{BATCH, Rival};
+use std::time::{Duration, Instant};
+use taut_integrator::{Form, StepError, Stepper};
+#[cfg(feature = "lapack")]
+use taut_rivals::lapack::Band;
+use taut_solver::{
+    BackwardError, BatchBanded, BatchError, BatchMatrix, LinearSolver, SymBlockMatrix,
+    backward_error, batch_index, batch_len, forward_error,
+};
+
+/// What a sample lasts at least: a thousand times what reading the clock takes.
+const SAMPLE: Duration = Duration::from_micros(25);
+
+/// Fewest samples of a rival.
+pub(super) const LEAST_SAMPLES: usize = 5;
+
+/// Most passes of a sample.
+const MOST_PASSES: usize = 10_000;
+
+/// A rival with all that a pass needs.
+enum Work<'a> {
+    Solver {
+        solver: Box<dyn LinearSolver>,
+        system: (&'a SymBlockMatrix, &'a [f64]),
+        /// Whether `x` is where it starts from.
+        iterates: bool,
+        form: Form,
+        x: Vec<f64>,
+    },
+    Refined {
+        stepper: Box<Stepper>,
+        tension: &'a [f64],
+    },
+    Batch {
+        solver: Box<BatchBanded>,
+        systems: Vec<System>,
+        a: BatchMatrix,
+        b: Vec<f64>,
+        x: Vec<f64>,
+    },
+    #[cfg(feature = "lapack")]
+    Lapack {
+        band: Band,
+        system: (&'a SymBlockMatrix, &'a [f64]),
+        x: Vec<f64>,
+    },
+}
+
+impl<'a> Work<'a> {
+    fn new(case: &'a Case, rival: &Rival) -> Result<Self, StepError> {
+        match rival {
+            Rival::Solver(choice) => {
+                let mut solver = choice.backend.create().map_err(failed)?;
+                let system = match choice.form {
+                    Form::Kkt => case.kkt(),
+                    _ => case.schur(),
+                };
+                solver.analyze(system.0.pattern()).map_err(failed)?;
+                Ok(Self::Solver {
+                    solver,
+                    system,
+                    iterates: choice.backend.is_iterative(),
+                    form: choice.form,
+                    x: vec![0.0; system.1.len()],
+                })
+            }
+            Rival::Refined(choice) => Ok(Self::Refined {
+                stepper: Box::new(case.refining(choice)?),
+                tension: case.tension(),
+            }),
+            Rival::Batch => Self::batch(case),
+            #[cfg(feature = "lapack")]
+            Rival::Lapack(triangle) => {
+                let (a, b) = case.schur();
+                Ok(Self::Lapack {
+                    band: Band::new(a, *triangle).map_err(failed)?,
+                    system: (a, b),
+                    x: vec![0.0; b.len()],
+                })
+            }
+            #[cfg(not(feature = "lapack"))]
+            Rival::Lapack(_) => Err(failed(super::rival::NO_LAPACK)),
+        }
+    }
+
+    fn batch(case: &'a Case) -> Result<Self, StepError> {
+        let systems = case.batch()?;
+        let pattern = case.schur().0.pattern();
+        let mut a = BatchMatrix::zeros(pattern.clone(), BATCH).map_err(failed)?;
+        let dim = pattern.dim();
+        let mut b = vec![0.0; batch_len(dim, BATCH)];
+        for (cable, system) in systems.iter().enumerate() {
+            a.set(cable, &system.0).map_err(failed)?;
+            for (r, value) in system.1.iter().enumerate() {
+                b[batch_index(dim, r, cable)] = *value;
+            }
+        }
+        Ok(Self::Batch {
+            solver: Box::new(BatchBanded::new(pattern, BATCH).map_err(of_batch)?),
+            systems,
+            x: vec![0.0; b.len()],
+            a,
+            b,
+        })
+    }
+
+    /// So many passes; their time.
+    fn run(&mut self, passes: usize) -> Result<Duration, StepError> {
+        let clock = Instant::now();
+        match self {
+            Self::Solver {
+                solver,
+                system: (a, b),
+                iterates,
+                x,
+                ..
+            } => {
+                for _ in 0..passes {
+                    solver.factorize(a).map_err(failed)?;
+                    if *iterates {
+                        x.fill(0.0);
+                    }
+                    solver.solve(a, b, x).map_err(failed)?;
+                }
+            }
+            Self::Batch {
+                solver, a, b, x, ..
+            } => {
+                for _ in 0..passes {
+                    solver.factorize(a).map_err(of_batch)?;
+                    solver.solve(b, x).map_err(of_batch)?;
+                }
+            }
+            Self::Refined { stepper, tension } => {
+                let mut spent = Duration::ZERO;
+                for _ in 0..passes {
+                    // Each solve leaves another tension, and with it another matrix for the next.
+                    stepper.set_tension(tension)?;
+                    spent += stepper.solve()?.phases.linear();
+                }
+                return Ok(spent);
+            }
+            #[cfg(feature = "lapack")]
+            Self::Lapack {
+                band,
+                system: (_, b),
+                x,
+            } => {
+                let mut spent = Duration::ZERO;
+                for _ in 0..passes {
+                    // The factor takes the place of the matrix.
+                    band.refill();
+                    let clock = Instant::now();
+                    band.factorize().map_err(failed)?;
+                    band.solve(b, x).map_err(failed)?;
+                    spent += clock.elapsed();
+                }
+                return Ok(spent);
+            }
+        }
+        Ok(clock.elapsed())
+    }
+
+    /// The errors of the last pass.
+    fn errors(&self, case: &Case) -> Result<Errors, StepError> {
+        let of = |(a, b): (&SymBlockMatrix, &[f64]), x: &[f64], mu: &[f64]| {
+            Ok(Errors {
+                backward: backward_error(a, b, x).map_err(failed)?,
+                forward: forward_error(mu, case.exact()),
+            })
+        };
+        match self {
+            Self::Solver {
+                system, form, x, ..
+            } => match form {
+                Form::Kkt => of(*system, x, &multipliers(system.0, x)),
+                _ => of(*system, x, x),
+            },
+            Self::Refined { stepper, .. } => {
+                let (a, b, x) = stepper.system();
+                of((a, b), x, x)
+            }
+            Self::Batch { systems, x, .. } => {
+                let dim = case.exact().len();
+                let of_cable = |cable: usize| -> Vec<f64> {
+                    (0..dim).map(|r| x[batch_index(dim, r, cable)]).collect()
+                };
+                let first = of_cable(0);
+                let mut errors = of(case.schur(), &first, &first)?;
+                for (cable, (a, b)) in systems.iter().enumerate().skip(1) {
+                    let other = backward_error(a, b, &of_cable(cable)).map_err(failed)?;
+                    let largest = &mut errors.backward;
+                    largest.normwise = largest.normwise.max(other.normwise);
+                    largest.componentwise = largest.componentwise.max(other.componentwise);
+                }
+                Ok(errors)
+            }
+            #[cfg(feature = "lapack")]
+            Self::Lapack { system, x, .. } => of(*system, x, x),
+        }
+    }
+}
+
+fn of_batch(e: BatchError) -> StepError {
+    failed(e.error)
+}
+
+/// How wrong the solution of a pass is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Errors {
+    pub(super) backward: BackwardError,
+    pub(super) forward: f64,
+}
+
+/// What a pass takes \[ns].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Time {
+    pub(super) least: f64,
+    pub(super) median: f64,
+}
+
+/// A rival on a case with what was measured of it.
+pub(super) struct Contestant<'a> {
+    /// All that it needs, and its errors; why it cannot, where it failed.
+    ready: Result<(Work<'a>, Errors), StepError>,
+    /// Passes of a sample.
+    passes: usize,
+    /// Whether a pass outlasts ten turns: then caches are no matter.
+    slow: bool,
+    spent: Duration,
+    /// Time of a pass in each sample \[ns].
+    samples: Vec<f64>,
+}
+
+impl<'a> Contestant<'a> {
+    /// Prepares it, makes a pass, and finds its errors and how long a pass is.
+    pub(super) fn new(case: &'a Case, rival: &Rival) -> Self {
+        let mut passes = 1;
+        let mut slow = false;
+        let ready = Work::new(case, rival).and_then(|mut work| {
+            work.run(1)?;
+            let errors = work.errors(case)?;
+            let time = work.run(1)?;
+            slow = time > VISIT * 10;
+            passes = (SAMPLE.as_nanos() / time.as_nanos().max(1)) as usize;
+            Ok((work, errors))
+        });
+        Self {
+            ready,
+            passes: passes.clamp(1, MOST_PASSES),
+            slow,
+            spent: Duration::ZERO,
+            samples: Vec::new(),
+        }
+    }
+
+    /// A turn.
+    fn visit(&mut self) {
+        let Ok((work, _)) = &mut self.ready else {
+            return;
+        };
+        let clock = Instant::now();
+        let mut turn = || {
+            if !self.slow {
+                // The others have taken the caches.
+                work.run(self.passes)?;
+            }
+            loop {
+                let time = work.run(self.passes)?;
+                let pass = time.as_nanos() as f64 / self.passes as f64;
+                self.samples.push(pass);
+                if clock.elapsed() >= VISIT {
+                    return Ok(());
+                }
+            }
+        };
+        if let Err(e) = turn() {
+            self.ready = Err(e);
+        }
+        self.spent += clock.elapsed();
+    }
+
+    fn is_done(&self) -> bool {
+        self.ready.is_err() || self.samples.len() >= LEAST_SAMPLES
+    }
+
+    /// Number of samples.
+    pub(super) fn samples(&self) -> usize {
+        self.samples.len()
+    }
+
+    /// Its errors and times; why there are none.
+    pub(super) fn measured(&self) -> Result<(Errors, Time), &StepError> {
+        let (_, errors) = self.ready.as_ref()?;
+        Ok((*errors, summary(&self.samples)))
+    }
+}
+
+fn summary(samples: &[f64]) -> Time {
+    let mut sorted = samples.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let at = |i: usize| sorted.get(i).copied().unwrap_or(f64::NAN);
+    Time {
+        least: at(0),
+        median: at(sorted.len() / 2),
+    }
+}
+
+/// Turns, round by round, until each has had its share and enough samples. Who has had more time than the rounds so far
+/// waits.
+pub(super) fn in_turns(contestants: &mut [Contestant<'_>], share: Duration) {
+    let clock = Instant::now();
+    let all = share * u32::try_from(contestants.len()).unwrap_or(u32::MAX);
+    let mut due = Duration::ZERO;
+    while clock.elapsed() < all || !contestants.iter().all(Contestant::is_done) {
+        for contestant in contestants.iter_mut() {
+            if contestant.spent <= due {
+                contestant.visit();
+            }
+        }
+        due += VISIT;
+        if contestants.iter().all(|c| c.ready.is_err()) {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::kernels::Joint;
+
+    #[test]
+    fn a_summary_has_the_least_and_the_median() {
+        let time = summary(&[3.0, 1.0, 9.0]);
+        assert_eq!((time.least, time.median), (1.0, 3.0));
+        assert!(summary(&[]).least.is_nan());
+    }
+
+    /// One that fails neither stops the others nor is waited for.
+    #[test]
+    fn who_fails_is_left_alone() {
+        let case = Case::new(Joint::Spherical, 4, 10.0).unwrap();
+        let rivals = ["dense", "umfpack", "gauss-seidel:iterations=0"];
+        let rivals = rivals.map(|name| name.parse::<Rival>().unwrap());
+        let mut contestants = rivals.each_ref().map(|r| Contestant::new(&case, r));
+        in_turns(&mut contestants, Duration::ZERO);
+        assert!(contestants[0].measured().is_ok());
+        assert!(contestants[0].samples() >= LEAST_SAMPLES);
+        assert!(contestants[2].measured().is_err());
+        in_turns(&mut contestants[2..], Duration::from_secs(3600));
+    }
+}

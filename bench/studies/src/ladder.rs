@@ -1,0 +1,363 @@
+//! The main job: every solver on the hoist, speed against error, over mass ratios, in the default step.
+//!
+//! Three measurements make a row. (1) *Algebra and time*: a sequence of consecutive frames of a finely stepped
+//! reference motion gives every solver the same states and the same tension for the geometric stiffness, and so the same
+//! linear systems; its multipliers are compared with those of the KKT system in extended precision, and the step is
+//! timed there. (2) *Physics*: the scene is run at Δt with the solver and compared with the reference motion.
+//! (3) *Statics*: the cable hangs at rest in its exact discrete equilibrium, the multipliers start cold, and half a
+//! second later its length is compared. Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the
+//! step itself is stable, whatever the solver, is settled once a scene by 30 s with a direct solver.
+//!
+//! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
+//! stopped early would set it off and be paid for up to a hundred times a step.
+
+mod answer;
+mod claims;
+mod measure;
+mod record;
+mod settings;
+mod table;
+
+pub use answer::Answer;
+pub use claims::{Claims, claims};
+pub use record::nan_for_null;
+pub use record::{Fastest, Record};
+pub use settings::settings;
+pub use table::{CLAIMS, ROWS, claim_rows, data_of};
+pub use table::{LEGEND, answer, rows};
+
+use indicatif::ProgressBar;
+use measure::{task_rows, time_rows};
+use rayon::prelude::*;
+use record::mark_fastest;
+use serde::{Deserialize, Serialize};
+use std::time::Duration;
+use taut_ground::choice::{Choice, Omission};
+use taut_ground::reference::{self, Reference};
+use taut_ground::trajectory::{Failure, simulate, steps_in};
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::HoistParams;
+use taut_solver::{Backend, DenseOptions};
+
+/// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
+pub const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-10];
+
+/// Frames of the reference motion that the algebra is measured on.
+const FRAMES: usize = 16;
+
+/// What the main job runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// The scene; segments and mass ratio are replaced by those below.
+    pub scene: HoistParams,
+    /// Numbers of segments.
+    pub segments: Vec<usize>,
+    /// Mass ratios load/segment.
+    pub ratios: Vec<f64>,
+    /// Solvers; iterative ones run over the ladder of iterations.
+    pub choices: Vec<Choice>,
+    /// Limits of iterations.
+    pub iterations: Vec<usize>,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Simulated time of each row \[s].
+    pub time: f64,
+    /// Simulated time that the step itself has to stay stable for \[s].
+    pub stability_time: f64,
+    /// Time that the timing of a row aims at; at least one pass over the common states is timed.
+    pub timing_budget: Duration,
+}
+
+impl Default for Config {
+    /// 24 and 100 segments, mass ratios 1 to 10⁵, every solver, 2.5 s of an anchor moved by 0.5 m in 1.5 s.
+    fn default() -> Self {
+        Self {
+            scene: HoistParams {
+                seed: 1,
+                move_x: 0.5,
+                move_duration: 1.5,
+                ..HoistParams::default()
+            },
+            segments: vec![24, 100],
+            ratios: vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5],
+            choices: Choice::all(),
+            iterations: vec![1, 3, 10, 20, 50, 100, 300, 1000],
+            dt: 1.0 / 60.0,
+            time: 2.5,
+            stability_time: 30.0,
+            timing_budget: Duration::from_millis(12),
+        }
+    }
+}
+
+impl Config {
+    /// A tenth of the work: for CI and a first look.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            scene: HoistParams {
+                move_duration: 1.0,
+                ..Self::default().scene
+            },
+            segments: vec![24],
+            ratios: vec![1.0, 1e3, 1e5],
+            iterations: vec![1, 10, 100],
+            time: 1.5,
+            timing_budget: Duration::from_millis(4),
+            ..Self::default()
+        }
+    }
+
+    fn params(&self, segments: usize, mass_ratio: f64) -> HoistParams {
+        HoistParams {
+            segments,
+            mass_ratio,
+            load_mass: None,
+            ..self.scene.clone()
+        }
+    }
+}
+
+/// All rows and what is missing.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Results {
+    /// Rows, scene by scene, solvers in the order asked for, iterations ascending.
+    pub records: Vec<Record>,
+    /// What was left out.
+    pub omissions: Vec<Omission>,
+    /// What the rows of each scene share.
+    pub scenes: Vec<SceneNote>,
+}
+
+/// What the rows of a scene share.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SceneNote {
+    /// Segments of the cable.
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Time step of the reference motion, before its extrapolation from this and twice this \[s].
+    pub reference_dt: f64,
+    /// How the step itself, solved directly, ended before its 30 s.
+    pub failure: Option<Failure>,
+}
+
+/// A scene of the ladder with what all its rows share.
+struct Case {
+    params: HoistParams,
+    reference: Reference,
+    /// Exact multipliers of the states but the first, which iterations only start from.
+    exact: Vec<Vec<f64>>,
+    /// How the step itself, solved directly, ended early.
+    failure: Option<Failure>,
+}
+
+/// A row's work: case, solver, and for iterative ones the limits of iterations.
+struct Task {
+    case: usize,
+    choice: Choice,
+    rungs: Vec<usize>,
+}
+
+/// Runs the main job. `progress` advances once for each reference, each solver and each timed row.
+///
+/// # Errors
+/// A scene that cannot be built, or a reference motion that fails; a solver's own failure is a row.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+    let mut results = Results::default();
+    let compiled = compiled_choices(config, &mut results.omissions);
+    let scenes: Vec<HoistParams> = config
+        .segments
+        .iter()
+        .flat_map(|&n| config.ratios.iter().map(move |&r| (n, r)))
+        .map(|(n, r)| config.params(n, r))
+        .collect();
+    progress.set_length((scenes.len() * (1 + compiled.len())) as u64);
+    progress.set_message("reference motions");
+    let cases: Vec<Case> = scenes
+        .into_par_iter()
+        .map(|params| Case::new(config, params).inspect(|_| progress.inc(1)))
+        .collect::<Result<_, _>>()?;
+    let tasks = tasks(config, &cases, &compiled, &mut results.omissions);
+    progress.set_message("physics");
+    let mut rows: Vec<Vec<Record>> = tasks
+        .par_iter()
+        .map(|task| {
+            let rows = task_rows(config, &cases[task.case], task);
+            progress.inc(1);
+            rows
+        })
+        .collect();
+    progress.set_length(progress.position() + rows.iter().map(Vec::len).sum::<usize>() as u64);
+    progress.set_message("timing");
+    for (task, rows) in tasks.iter().zip(&mut rows) {
+        time_rows(config, &cases[task.case], task, rows, progress);
+    }
+    results.scenes = cases.iter().map(Case::note).collect();
+    results.records = rows.into_iter().flatten().collect();
+    mark_fastest(&mut results.records);
+    Ok(results)
+}
+
+fn compiled_choices(config: &Config, omissions: &mut Vec<Omission>) -> Vec<Choice> {
+    let mut compiled = Vec::new();
+    for choice in &config.choices {
+        match choice.check() {
+            Ok(()) => compiled.push(choice.clone()),
+            Err(e) => omissions.push(Omission {
+                backend: choice.family(),
+                reason: e.to_string(),
+            }),
+        }
+    }
+    compiled
+}
+
+/// Rows beyond which the dense solver, whose cost is cubic, would outlast all others together.
+const DENSE_ROWS: usize = 200;
+
+fn tasks(
+    config: &Config,
+    cases: &[Case],
+    choices: &[Choice],
+    omissions: &mut Vec<Omission>,
+) -> Vec<Task> {
+    let mut tasks = Vec::new();
+    for (case, Case { params, exact, .. }) in cases.iter().enumerate() {
+        let rows = exact.first().map_or(0, Vec::len);
+        for choice in choices {
+            if choice.backend.name() == "dense" && rows > DENSE_ROWS && choices.len() > 1 {
+                let reason = format!("cubic cost at {rows} rows; ask for it alone with --backends");
+                let backend = format!("{}, {} segments", choice.family(), params.segments);
+                omissions.push(Omission { backend, reason });
+                continue;
+            }
+            let rungs = if choice.backend.is_iterative() {
+                config.iterations.clone()
+            } else {
+                vec![0]
+            };
+            tasks.push(Task {
+                case,
+                choice: choice.clone(),
+                rungs,
+            });
+        }
+    }
+    omissions.dedup();
+    tasks
+}
+
+impl Case {
+    fn new(config: &Config, params: HoistParams) -> Result<Self, StepError> {
+        let frames = steps_in(config.time, config.dt).max(FRAMES + 1);
+        let substeps = reference::stable_substeps(&params, config.dt)?;
+        // From the middle of the run on, where the cable is in motion.
+        let first = (frames / 2).min(frames - FRAMES - 1);
+        let kept = first..first + FRAMES + 1;
+        let (reference, _) = reference::extrapolated(&params, config.dt, substeps, frames, kept)?;
+        let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
+        let mut exact = Vec::new();
+        for state in &reference.states[1..] {
+            state.put(&mut stepper)?;
+            exact.push(stepper.reference_multipliers()?);
+        }
+        let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
+        let time = config.stability_time;
+        let failure = simulate(&mut stepper, time, segment_length(&params), |_| {}).failure;
+        Ok(Self {
+            params,
+            reference,
+            exact,
+            failure,
+        })
+    }
+
+    fn note(&self) -> SceneNote {
+        SceneNote {
+            segments: self.params.segments,
+            mass_ratio: self.params.mass_ratio,
+            reference_dt: self.reference.dt,
+            failure: self.failure.clone(),
+        }
+    }
+}
+
+fn segment_length(params: &HoistParams) -> f64 {
+    params.length / params.segments as f64
+}
+
+/// The fastest direct solver that there is: where any direct one would do.
+fn direct(dt: f64) -> StepOptions {
+    let dense = Backend::Dense(DenseOptions::default());
+    let backend = if Backend::Banded.is_compiled() {
+        Backend::Banded
+    } else {
+        dense
+    };
+    Choice::schur(backend).plain_options(dt)
+}
+
+impl Task {
+    fn choice_at(&self, rung: usize) -> Choice {
+        Choice {
+            backend: self.choice.backend.with_iterations(rung),
+            form: self.choice.form,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tiny() -> Config {
+        Config {
+            segments: vec![4],
+            ratios: vec![10.0],
+            choices: Choice::all(),
+            iterations: vec![1, 200],
+            time: 0.5,
+            timing_budget: Duration::ZERO,
+            ..Config::quick()
+        }
+    }
+
+    #[test]
+    fn every_solver_has_its_rows_and_direct_ones_are_exact() {
+        let results = run(&tiny(), &ProgressBar::hidden()).unwrap();
+        let compiled = Choice::all()
+            .into_iter()
+            .filter(|c| c.check().is_ok())
+            .count();
+        let families: std::collections::BTreeSet<_> =
+            results.records.iter().map(|r| &r.backend).collect();
+        assert_eq!(families.len(), compiled);
+        assert_eq!(results.omissions.len(), Choice::all().len() - compiled);
+        for r in &results.records {
+            assert_eq!(r.error, None, "{}", r.options);
+            assert!(r.step_ns > 0.0 && r.solve_ns > 0.0, "{r:?}");
+            // One iteration a step is not always enough to stay stable: then the row says so.
+            assert!(
+                r.stable || (r.iterations == 1 && r.failure.is_some()),
+                "{r:?}"
+            );
+            if r.iterations == 0 {
+                assert!(
+                    r.forward_error < 1e-12 && r.elongation_error.unwrap() < 1e-9,
+                    "{r:?}"
+                );
+            }
+        }
+        for level in LEVELS {
+            assert_eq!(
+                results
+                    .records
+                    .iter()
+                    .filter(|r| r.fastest_at.iter().any(|f| f.level == level))
+                    .count(),
+                1
+            );
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! What the main job answers: for each scene the fastest solver within each error, the next one of another family and by
+//! what factor it is behind, and the iteration that comes furthest; in a sentence, which solver to use.
+
+use super::{LEVELS, Record};
+use taut_output::table::{error, nanoseconds, ratio};
+
+/// A row and what its step costs within a level \[ns].
+type Placed<'a> = (&'a Record, f64);
+
+/// A level, the fastest within it, and the next.
+type Outcome<'a> = (f64, [Option<Placed<'a>>; 2]);
+
+/// What the table shows of a solver and its time.
+fn shown(placed: Option<Placed<'_>>) -> Option<(String, String)> {
+    placed.map(|(r, ns)| (name(r), nanoseconds(ns)))
+}
+
+/// Rows of the same scene.
+fn scenes(records: &[Record]) -> impl Iterator<Item = &[Record]> {
+    records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio))
+}
+
+/// A backend without its options and form: solvers of a family share their factorisation or their iteration.
+fn family(r: &Record) -> &str {
+    let end = r.backend.find([':', '/']).unwrap_or(r.backend.len());
+    &r.backend[..end]
+}
+
+/// The fastest of those rows within the level.
+fn fastest<'a>(rows: impl Iterator<Item = &'a Record>, level: f64) -> Option<Placed<'a>> {
+    let within = rows.filter_map(|r| Some((r, r.within(level)?.step_ns)));
+    within.min_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The fastest of a scene within the level, and the fastest of another family.
+fn places(scene: &[Record], level: f64) -> [Option<Placed<'_>>; 2] {
+    let first = fastest(scene.iter(), level);
+    let next = first.and_then(|(winner, _)| {
+        let others = scene.iter().filter(|r| family(r) != family(winner));
+        fastest(others, level)
+    });
+    [first, next]
+}
+
+/// Of the iterations the fastest within the strictest level that any is within, else the one with the least error.
+fn best_iteration(scene: &[Record]) -> Option<Placed<'_>> {
+    let iterations = || scene.iter().filter(|r| r.iterations > 0);
+    let within = LEVELS.iter().rev();
+    let within = within
+        .filter_map(|level| fastest(iterations(), *level))
+        .next();
+    let least = || iterations().min_by(|a, b| a.forward_error.total_cmp(&b.forward_error));
+    within.or_else(|| least().map(|r| (r, r.step_ns)))
+}
+
+/// A solver, with the iterations that it took.
+fn name(r: &Record) -> String {
+    if r.iterations == 0 {
+        return r.backend.clone();
+    }
+    format!("{} {:.0}×", r.backend, r.iterations_used)
+}
+
+/// Levels that a row of the table is for.
+fn levels(levels: &[f64]) -> String {
+    match levels {
+        [] => String::new(),
+        [one] => format!("{one:.0e}"),
+        [first, .., last] => format!("{first:.0e} … {last:.0e}"),
+    }
+}
+
+/// The answer: a row for each scene and set of levels with the same outcome, and a sentence.
+pub struct Answer {
+    /// A row for each scene and set of levels.
+    pub rows: Vec<[String; 10]>,
+    /// The sentence.
+    pub advice: String,
+}
+
+impl Answer {
+    /// What stands above the columns.
+    pub const HEADINGS: [&str; 10] = [
+        "segments",
+        "ratio",
+        "within",
+        "fastest",
+        "step",
+        "next",
+        "times",
+        "best iteration",
+        "step",
+        "error",
+    ];
+
+    /// Whether a column holds names, not numbers.
+    #[must_use]
+    pub fn is_text(column: usize) -> bool {
+        matches!(column, 2 | 3 | 5 | 7)
+    }
+
+    /// What the rows answer.
+    #[must_use]
+    pub fn of(records: &[Record]) -> Self {
+        Self {
+            rows: scenes(records).flat_map(rows).collect(),
+            advice: advice(records),
+        }
+    }
+}
+
+/// The rows of a scene.
+fn rows(scene: &[Record]) -> Vec<[String; 10]> {
+    let outcomes: Vec<Outcome<'_>> = LEVELS.iter().map(|l| (*l, places(scene, *l))).collect();
+    let alike = |a: &Outcome<'_>, b: &Outcome<'_>| a.1.map(shown) == b.1.map(shown);
+    let row = |(place, same): (usize, &[Outcome<'_>])| {
+        let own = |text: String| if place == 0 { text } else { String::new() };
+        let [first, next] = same[0].1;
+        let within: Vec<f64> = same.iter().map(|(level, _)| *level).collect();
+        let times = first
+            .zip(next)
+            .map(|((_, a), (_, b))| format!("{:.1}", b / a));
+        let iteration = best_iteration(scene).filter(|_| place == 0);
+        let [winner, second, iterative] =
+            [first, next, iteration].map(|placed| shown(placed).unwrap_or_default());
+        [
+            own(scene[0].segments.to_string()),
+            own(ratio(scene[0].mass_ratio)),
+            levels(&within),
+            first.map_or("none".to_owned(), |(r, _)| name(r)),
+            winner.1,
+            second.0,
+            times.unwrap_or_default(),
+            iterative.0,
+            iterative.1,
+            iteration.map_or(String::new(), |(r, _)| error(Some(r.forward_error))),
+        ]
+    };
+    outcomes.chunk_by(alike).enumerate().map(row).collect()
+}
+
+/// Which solver to use: who is the fastest how often, by how much, and whether an iteration ever is.
+fn advice(records: &[Record]) -> String {
+    let problems = scenes(records).flat_map(|scene| LEVELS.map(|level| places(scene, level)));
+    let problems: Vec<_> = problems.collect();
+    let solved: Vec<Placed<'_>> = problems.iter().filter_map(|[first, _]| *first).collect();
+    let mut wins: Vec<(&str, usize)> = Vec::new();
+    for (r, _) in &solved {
+        match wins.iter_mut().find(|(name, _)| *name == r.backend) {
+            Some((_, count)) => *count += 1,
+            None => wins.push((&r.backend, 1)),
+        }
+    }
+    wins.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    let all = problems.len();
+    let Some((best, count)) = wins.first() else {
+        return "No solver is within any of the errors.".to_owned();
+    };
+    let mut factors: Vec<f64> = problems
+        .iter()
+        .filter_map(|[first, next]| {
+            let ((winner, a), (_, b)) = (*first).zip(*next)?;
+            (winner.backend == *best).then_some(b / a)
+        })
+        .collect();
+    factors.sort_by(f64::total_cmp);
+    let mut text =
+        format!("Use `{best}`: the fastest in {count} of {all} combinations of scene and error");
+    if let (Some(least), Some(most)) = (factors.first(), factors.last()) {
+        text += &format!(", {least:.1} to {most:.1} times as fast as the next family");
+    }
+    let others = wins
+        .iter()
+        .skip(1)
+        .map(|(name, n)| format!("`{name}` in {n}"));
+    let others = others.collect::<Vec<_>>().join(", ");
+    if !others.is_empty() {
+        text += &format!("; {others}");
+    }
+    let iterations = solved.iter().filter(|(r, _)| r.iterations > 0).count();
+    text + &match iterations {
+        0 => ". No iteration is the fastest anywhere.".to_owned(),
+        n => format!(". An iteration is the fastest in {n}."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ladder::Fastest;
+
+    /// A row with an error and a time that are the same refined and unrefined.
+    fn row(ratio: f64, backend: &str, iterations: usize, ns: f64, error: f64) -> Record {
+        let value = serde_json::json!({ "scene": "hoist", "segments": 24, "mass_ratio": ratio, "backend": backend,
+            "options": backend, "iterations": iterations, "iterations_used": iterations, "dt": 0.0, "refinements": 0,
+            "step_ns": ns, "step_ns_min": ns, "solve_ns": ns, "refine_ns": 0.0, "backward_error": error,
+            "backward_error_componentwise": null, "forward_error": error, "forward_error_unrefined": error,
+            "elongation_error": error, "stable": true, "simulated_s": 1.0, "frames": 1,
+            "fastest_at": Vec::<Fastest>::new() });
+        serde_json::from_value(value).expect("a row")
+    }
+
+    #[test]
+    fn the_next_is_of_another_family_and_levels_with_the_same_outcome_are_one_row() {
+        let rows = [
+            row(1.0, "banded", 0, 4e3, 1e-12),
+            row(1.0, "banded/kkt", 0, 5e3, 1e-12),
+            row(1.0, "faer:ldlt", 0, 2e4, 1e-12),
+            row(1.0, "cg:group", 7, 8e3, 1e-7),
+            row(10.0, "banded", 0, 4e3, f64::NAN),
+            row(10.0, "cg:group", 7, 8e3, 1e-2),
+        ];
+        let Answer { rows, advice } = Answer::of(&rows);
+        let expected = [
+            [
+                "24",
+                "1",
+                "1e-3 … 1e-6",
+                "banded",
+                "4.00 µs",
+                "cg:group 7×",
+                "2.0",
+                "cg:group 7×",
+                "8.00 µs",
+                "1.0e-7",
+            ],
+            [
+                "",
+                "",
+                "1e-10",
+                "banded",
+                "4.00 µs",
+                "faer:ldlt",
+                "5.0",
+                "",
+                "",
+                "",
+            ],
+            [
+                "24",
+                "10",
+                "1e-3 … 1e-10",
+                "none",
+                "",
+                "",
+                "",
+                "cg:group 7×",
+                "8.00 µs",
+                "1.0e-2",
+            ],
+        ];
+        assert_eq!(rows, expected.map(|row| row.map(str::to_owned)));
+        assert!(
+            advice.starts_with("Use `banded`: the fastest in 3 of 6 combinations of scene and error, 2.0 to 5.0 times"),
+            "{advice}"
+        );
+    }
+
+    #[test]
+    fn nothing_within_any_error_is_told() {
+        let advice = Answer::of(&[row(1.0, "cg:none", 1, 1e3, 0.5)]).advice;
+        assert_eq!(advice, "No solver is within any of the errors.");
+    }
+}

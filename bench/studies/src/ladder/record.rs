@@ -1,0 +1,153 @@
+//! A row of the main job, and which rows are the fastest within an error level.
+
+use super::LEVELS;
+use serde::{Deserialize, Deserializer, Serialize};
+use taut_ground::trajectory::Failure;
+
+/// One row: a solver with its options on one scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Record {
+    /// Name of the scene.
+    pub scene: String,
+    /// Segments of the cable.
+    pub segments: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Backend and form, without iterations.
+    pub backend: String,
+    /// All options of the backend, as the command line reads them.
+    pub options: String,
+    /// Limit of iterations; 0 for direct solvers.
+    pub iterations: usize,
+    /// Mean number of iterations of a step on the common states.
+    #[serde(deserialize_with = "nan_for_null")]
+    pub iterations_used: f64,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Refinement sweeps from the pieces in the timed and simulated step.
+    pub refinements: usize,
+    /// Whole step, median \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
+    pub step_ns: f64,
+    /// Whole step, minimum \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
+    pub step_ns_min: f64,
+    /// Factorisation, solve and refinement, median \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
+    pub solve_ns: f64,
+    /// Refinement alone, median \[ns].
+    #[serde(deserialize_with = "nan_for_null")]
+    pub refine_ns: f64,
+    /// Normwise backward error on the assembled system, without refinement; largest of the frames.
+    #[serde(deserialize_with = "nan_for_null")]
+    pub backward_error: f64,
+    /// Componentwise backward error, likewise.
+    #[serde(deserialize_with = "nan_for_null")]
+    pub backward_error_componentwise: f64,
+    /// Relative error of the multipliers against extended precision, as stepped; largest of the frames.
+    #[serde(deserialize_with = "nan_for_null")]
+    pub forward_error: f64,
+    /// The same without refinement.
+    #[serde(deserialize_with = "nan_for_null")]
+    pub forward_error_unrefined: f64,
+    /// Relative error of the hanging cable's elongation against the exact discrete value after half a second.
+    pub elongation_error: Option<f64>,
+    /// The same against the massless continuum M g L/(YA).
+    pub elongation_error_continuum: Option<f64>,
+    /// Largest distance of the load from the reference motion while the run was stable \[m].
+    pub load_error_m: Option<f64>,
+    /// Change of the total energy after the anchor's motion, over the largest kinetic energy since; for stable runs.
+    pub energy_drift: Option<f64>,
+    /// Largest gap of a joint \[m].
+    pub max_violation_m: Option<f64>,
+    /// Whether the run of `simulated_s` seconds stayed stable, and the step itself, solved directly, for 30 s.
+    pub stable: bool,
+    /// Simulated time asked for \[s].
+    pub simulated_s: f64,
+    /// How an unstable run ended.
+    pub failure: Option<Failure>,
+    /// Frames whose solver claimed a solution: an iteration by its convergence, a direct solver by its status.
+    pub claimed_converged: Option<usize>,
+    /// Those of them where the true residual, in extended precision, met the tolerance; of a direct solver as below.
+    pub verified_converged: Option<usize>,
+    /// Those of them where it did, or where rounding alone leaves that much: a normwise backward error of at most 10⁻¹⁴.
+    #[serde(default)]
+    pub verified_to_rounding: Option<usize>,
+    /// Frames measured.
+    pub frames: usize,
+    /// Error levels at which this row is the fastest of its scene.
+    pub fastest_at: Vec<Fastest>,
+    /// Whether no solve of the three measurements used up its iterations, so that more of them would change nothing.
+    #[serde(skip)]
+    pub settled: bool,
+    /// Why there are no numbers, where the solver failed on the common states: they are null in JSON then. Without it
+    /// null is what was not measured.
+    pub error: Option<String>,
+}
+
+/// A number, or NaN for the null that JSON has for what is none.
+///
+/// # Errors
+/// What is neither.
+pub fn nan_for_null<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::NAN))
+}
+
+/// The fastest of a scene within an error level: the multipliers' forward error and the elongation error.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Fastest {
+    /// The level.
+    pub level: f64,
+    /// Whether it takes the row's refinement to be within it.
+    pub refined: bool,
+    /// Step, median, without the refinement where that is not needed \[ns].
+    pub step_ns: f64,
+}
+
+/// Marks, for each scene and error level, the fastest row whose error is within the level.
+pub(super) fn mark_fastest(records: &mut [Record]) {
+    for level in LEVELS {
+        let mut scenes: Vec<(usize, u64)> = Vec::new();
+        for r in records.iter() {
+            let key = (r.segments, r.mass_ratio.to_bits());
+            if !scenes.contains(&key) {
+                scenes.push(key);
+            }
+        }
+        for (segments, ratio) in scenes {
+            let candidates = records.iter_mut().filter_map(|r| {
+                let same = (r.segments, r.mass_ratio.to_bits()) == (segments, ratio);
+                let fastest = r.within(level).filter(|_| same)?;
+                Some((r, fastest))
+            });
+            let fastest = candidates.min_by(|(_, a), (_, b)| a.step_ns.total_cmp(&b.step_ns));
+            if let Some((row, fastest)) = fastest {
+                row.fastest_at.push(fastest);
+            }
+        }
+    }
+}
+
+impl Record {
+    /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
+    #[must_use]
+    pub fn within(&self, level: f64) -> Option<Fastest> {
+        let held = self.error.is_none() && self.failure.is_none();
+        let sound = held && self.elongation_error? <= level;
+        if !sound || !self.step_ns.is_finite() {
+            return None;
+        }
+        // An error that is no number is within nothing.
+        let refined = self.forward_error_unrefined.is_nan() || self.forward_error_unrefined > level;
+        let step_ns = if refined {
+            self.step_ns
+        } else {
+            self.step_ns - self.refine_ns
+        };
+        (!refined || self.forward_error <= level).then_some(Fastest {
+            level,
+            refined: refined && self.refinements > 0,
+            step_ns,
+        })
+    }
+}

@@ -1,0 +1,180 @@
+//! The main job's rows and its answer as text.
+
+use super::{Answer, Record, Results, SceneNote};
+use crate::study::data;
+use comfy_table::CellAlignment;
+use serde_json::{Value, json};
+use taut_output::sheet::{
+    self, Row, Sheet, Show, column, has_ended, has_no_error, iterations, number_of,
+};
+use taut_output::table::{omissions, text, wrapped};
+
+/// The rows of the main job.
+pub const ROWS: Sheet = Sheet {
+    shared: &[
+        column("segments", "{} segments"),
+        column("mass_ratio", "load/segment mass ratio {}").shown(Show::Ratio),
+        column("note", "{}"),
+    ],
+    columns: &[
+        column("backend", "solver"),
+        column("iterations", "iter").shown(Show::Row(iterations)),
+        sheet::time("step_ns", "step"),
+        column("solve_ns", "ns/joint")
+            .shown(Show::Row(per_joint))
+            .least(),
+        sheet::error("backward_error_componentwise", "backw."),
+        sheet::error("forward_error", "error"),
+        sheet::error("forward_error_unrefined", "error r0"),
+        sheet::error("elongation_error", "elong."),
+        sheet::error("load_error_m", "load").unit("m"),
+        column("simulated_s", "held").shown(Show::Row(held)),
+        column("fastest_at", "fastest 1e").shown(Show::Row(levels)),
+    ],
+    counts: |row| has_no_error(row) && has_ended(row) && number_of(row, "failure_time").is_none(),
+    ..sheet::PLAIN
+};
+
+fn per_joint(row: &Row) -> String {
+    let time = number_of(row, "solve_ns").zip(number_of(row, "segments"));
+    time.map_or("-".to_owned(), |(ns, n)| format!("{:.0}", ns / (n + 1.0)))
+}
+
+fn held(row: &Row) -> String {
+    match (
+        number_of(row, "failure_time"),
+        number_of(row, "simulated_s"),
+    ) {
+        (Some(end), _) => format!("{end:.2} s"),
+        (None, Some(time)) => format!("≥{time} s"),
+        (None, None) => String::new(),
+    }
+}
+
+/// Exponents of the errors within which the row is the fastest: `-3 -6`.
+fn levels(row: &Row) -> String {
+    let levels = row.get("fastest_at").and_then(Value::as_array);
+    let exponents = levels.into_iter().flatten().filter_map(Value::as_f64);
+    let exponents: Vec<String> = exponents
+        .map(|level| format!("{:.0}", level.log10()))
+        .collect();
+    exponents.join(" ")
+}
+
+/// How often the solvers' own claims of a solution were true.
+pub const CLAIMS: Sheet = Sheet {
+    columns: &[
+        column("backend", "solver"),
+        column("solves", "solves"),
+        column("claimed", "claimed"),
+        column("verified", "true"),
+        column("rounded", "rounding"),
+        column("false_ones", "false"),
+    ],
+    ..sheet::PLAIN
+};
+
+/// What the columns of the main job's tables are.
+pub const LEGEND: &str = "\
+step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
+its own); backw.: componentwise backward error without that refinement, the worst row's; error: of the multipliers
+against extended precision (r0: without that refinement); elong.: of the hanging cable after ½ s; load m: distance from
+the reference motion; held: simulated time, or the time of the end; fastest 1e: of this scene, with error and elong.
+within 1e-3 and so on, refined or not";
+
+/// All rows of the main job, a table for each scene, then what the solvers claimed.
+#[must_use]
+pub fn rows(results: &Results) -> String {
+    let mut shown = data_of(&once(&results.records));
+    for row in &mut shown {
+        row["note"] = note(row, &results.scenes).unwrap_or_default().into();
+    }
+    ROWS.of(&shown) + &claims(&results.records)
+}
+
+/// Records as rows; of the levels at which they are the fastest the errors alone.
+#[must_use]
+pub fn data_of(records: &[Record]) -> Vec<Value> {
+    let row = |r: &Record| {
+        let levels: Vec<f64> = r.fastest_at.iter().map(|f| f.level).collect();
+        // A record can always be data.
+        let mut row = data(r).unwrap_or_default();
+        row["fastest_at"] = levels.into();
+        row
+    };
+    records.iter().map(row).collect()
+}
+
+/// What the rows of a scene share.
+fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
+    let same = |n: &&SceneNote| row["segments"] == n.segments && row["mass_ratio"] == n.mass_ratio;
+    let note = scenes.iter().find(same)?;
+    let verdict = note.failure.as_ref().map_or_else(
+        || "stable for 30 s".to_owned(),
+        |f| format!("unstable at {:.2} s", f.time),
+    );
+    let rate = 1.0 / note.reference_dt;
+    Some(format!(
+        "the step itself is {verdict} (reference motion at Δt = 1/{rate:.0} s)"
+    ))
+}
+
+/// What the main job answers, in a table and a sentence; what was left out.
+#[must_use]
+pub fn answer(results: &Results) -> String {
+    let Answer { rows, advice } = Answer::of(&results.records);
+    let mut t = wrapped(&Answer::HEADINGS);
+    for (i, column) in t.column_iter_mut().enumerate() {
+        if Answer::is_text(i) {
+            column.set_cell_alignment(CellAlignment::Left);
+        }
+    }
+    t.add_rows(rows);
+    let mut sentence = wrapped(&[]);
+    sentence.add_row([advice]);
+    format!(
+        "{}\n{}{}",
+        text(&t),
+        text(&sentence),
+        omissions(&results.omissions)
+    )
+}
+
+/// The rows without the repetitions of an iteration that converged before an earlier limit.
+fn once(records: &[Record]) -> Vec<Record> {
+    let mut rows = records.to_vec();
+    let key = |r: &Record| (r.segments, r.mass_ratio.to_bits(), r.step_ns.to_bits());
+    rows.dedup_by(|r, last| {
+        let converged = last.iterations_used < last.iterations as f64;
+        converged && r.backend == last.backend && key(r) == key(last)
+    });
+    rows
+}
+
+/// How often the solvers' own claims of a solution were true, as rows.
+#[must_use]
+pub fn claim_rows(records: &[Record]) -> Vec<Value> {
+    let row = |c: super::Claims| {
+        json!({
+            "backend": c.backend,
+            "solves": c.solves,
+            "claimed": c.claimed,
+            "verified": c.verified,
+            "rounded": c.rounded(),
+            "false_ones": c.false_ones(),
+        })
+    };
+    super::claims(records).into_iter().map(row).collect()
+}
+
+fn claims(records: &[Record]) -> String {
+    let claims = claim_rows(records);
+    if claims.is_empty() {
+        return String::new();
+    }
+    format!(
+        "\nSolutions claimed by the solvers' own tests, and true by the extended-precision residual (frames);\n\
+         rounding: only with a normwise backward error of 1e-14 allowed for\n{}",
+        CLAIMS.of(&claims)
+    )
+}

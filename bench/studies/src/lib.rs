@@ -1,0 +1,51 @@
+//! Experiments on hoisting cables: speed against error of every solver, statics, hard cases, the paper.
+//!
+//! An experiment is a `Config`, a `run` that takes it, and records that serialise. A [`study::Study`] gives it a name,
+//! options, columns and plots; [`mod@studies`] lists them:
+//! ```
+//! use indicatif::ProgressBar;
+//! use taut_studies::linear::{Config, run};
+//!
+//! let config = Config { segments: vec![3], ratios: vec![10.0], ..Config::default() };
+//! let records = run(&config, &ProgressBar::hidden())?;
+//! # assert!(!format!("{records:?}").is_empty());
+//! # Ok::<(), taut_integrator::StepError>(())
+//! ```
+//!
+//! # Map
+//! | module | holds |
+//! |---|---|
+//! | `ladder` | the main job: backends × mass ratios × iterations |
+//! | `kernels` | what one linear solve costs, ours beside others' on the same matrices |
+//! | `linear` | forward errors of the multipliers over mass ratios up to 10¹² |
+//! | `iterative` | time to a given error of the iterative solvers, against the direct one |
+//! | `scenes` | branches and loops: every solver on the networks, cost against size |
+//! | `accuracy` | errors of whole motions against cost: schemes, time steps, solvers, refinements |
+//! | `shocks` | kicks, jerks and drops: what survives them, how well, at what cost |
+//! | `statics` | the hanging cable: elongation, iterations needed |
+//! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
+//! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
+//! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
+//! | `matrix` | every backend on systems from files; a graded set of systems |
+//! | `paper` | the paper's tables, figures and claims, ours beside theirs |
+//! | `hard` | hard cases: reference beside ours, one module for each |
+//! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
+//! | `options` | options that several experiments read |
+
+pub mod accuracy;
+pub mod energy;
+pub mod engines;
+pub mod hard;
+pub mod iterative;
+pub mod kernels;
+pub mod ladder;
+pub mod linear;
+pub mod matrix;
+pub mod options;
+pub mod paper;
+pub mod scenes;
+pub mod shocks;
+pub mod stability;
+pub mod statics;
+pub mod studies;
+pub mod study;

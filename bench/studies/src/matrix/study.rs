@@ -1,0 +1,152 @@
+//! The study of systems from files: its options, settings and plots.
+
+use super::compared;
+use super::table::SHEETS;
+use crate::options::{Iterations, Quick};
+use crate::study::{Found, Study, StudyError, data};
+use clap::{Args, FromArgMatches};
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+use std::time::Duration;
+use taut_ground::Choice;
+use taut_ground::matrix::solve::{Config, Results};
+use taut_ground::matrix::{System, solve};
+use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
+use taut_output::settings::{Setting, counts, list, seconds, set};
+use taut_output::table::MARK;
+use taut_solver::Backend;
+
+/// `taut study matrix`.
+pub(crate) const STUDY: Study = Study {
+    name: "matrix",
+    title: "systems from files",
+    about: "Systems from Matrix Market files: every backend, speed against error",
+    example: "bcsstk14.mtx.gz sherman1.mtx",
+    mark: ("", "about"),
+    options: Options::augment_args,
+    reads: |matches| {
+        let paths = matches.get_many("matrices");
+        paths.into_iter().flatten().cloned().collect()
+    },
+    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    sheets: SHEETS,
+    plots: PLOTS,
+};
+
+/// What it reads.
+#[derive(Debug, Args)]
+struct Options {
+    /// The matrices
+    #[arg(value_name = "A.mtx", required = true, value_delimiter = ',')]
+    matrices: Vec<PathBuf>,
+    /// Backends with options after colons (default: all that accept the matrix)
+    #[arg(long, value_delimiter = ',', value_name = "B")]
+    backends: Vec<String>,
+    #[command(flatten)]
+    iterations: Iterations,
+    #[command(flatten)]
+    quick: Quick,
+}
+
+/// What the columns of the tables are.
+const LEGEND: &str = "\
+factor+solve: what a step pays, and its ratio to the fastest that did not run out of iterations; ns/block: the same for
+each block row; compon.: componentwise backward error; error: relative error of x in the largest norm; times are minima
+of repeats";
+
+/// The backends named; those that are worth a row where none is.
+///
+/// # Errors
+/// Names of no backend, and backends that are not compiled in.
+pub fn backends(names: &[String]) -> Result<Config, StudyError> {
+    let mut config = Config::default();
+    if names.is_empty() {
+        return Ok(config);
+    }
+    config.named = true;
+    config.backends.clear();
+    for name in names {
+        if name.contains('/') {
+            return Err(
+                format!("`{name}`: a matrix has its form, drop what follows the `/`").into(),
+            );
+        }
+        let backend: Backend = name.parse()?;
+        backend.create()?;
+        config.backends.push(backend);
+    }
+    Ok(config)
+}
+
+/// Runs backends on a system.
+///
+/// # Errors
+/// A system that no backend has a row for.
+pub fn measured(system: &System, config: &Config) -> Result<Results, StudyError> {
+    let results = solve::run(system, config);
+    match results.omissions.first() {
+        Some(first) if results.records.is_empty() => Err(format!(
+            "{}: no backend solves it. {}: {}",
+            system.name, first.backend, first.reason
+        )
+        .into()),
+        _ => Ok(results),
+    }
+}
+
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+    let (limits, milliseconds): (&[usize], u64) = if options.quick.quick {
+        (&[10, 100], 20)
+    } else {
+        (&[10, 100, 1000], 300)
+    };
+    let mut config = Config {
+        iterations: limits.to_vec(),
+        budget: Duration::from_millis(milliseconds),
+        ..backends(&options.backends)?
+    };
+    options.iterations.replace(&mut config.iterations)?;
+    // All are read before any is measured.
+    let read = |path: &PathBuf| System::read(path, None, None);
+    let systems = options.matrices.iter().map(read);
+    let systems: Vec<System> = systems.collect::<Result<_, _>>()?;
+    progress.set_length(systems.len() as u64);
+    let mut results = Vec::new();
+    for system in &systems {
+        results.push(measured(system, &config)?);
+        progress.inc(1);
+    }
+    let tables: String = results.iter().map(compared).collect();
+    Ok(Found {
+        settings: settings(&config),
+        text: format!("{LEGEND}\n{MARK}\n{tables}"),
+        rows: data(&results)?,
+        omissions: Vec::new(),
+    })
+}
+
+/// What it was set to.
+fn settings(config: &Config) -> Vec<Setting> {
+    let family = |backend: &Backend| Choice::schur(backend.clone()).family();
+    set([
+        ("solvers", list(&config.backends, family)),
+        ("iterations", counts(&config.iterations)),
+        ("time of each", seconds(config.budget.as_secs_f64())),
+    ])
+}
+
+const PLOTS: &[Plan] = &[Plan {
+    id: PRECISION,
+    title: "Work against precision",
+    text: "Factorisation and solve against the relative error of x. Along a curve: iterations. Lower left is \
+                   better.",
+    list: "records",
+    panels: &["matrix"],
+    x: error(&["forward_error"], "relative error of x (1)"),
+    y: positive(
+        &["factorize_ns", "solve_ns"],
+        "factorise and solve (µs)",
+        1e-3,
+    ),
+    ..PLAIN
+}];

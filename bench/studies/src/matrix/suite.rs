@@ -1,0 +1,457 @@
+//! A graded set of systems: from thirty rows that anything solves to six thousand.
+//!
+//! Each is the system of one step of 1/60 s with the default options from a state that is made, not simulated: a chain
+//! (the hoist), a ring, or a net of point masses. What is graded is the size N (segments, nodes of the net), the mass
+//! ratio load/segment, the state and the compliance ε of the joints: that of the material, or 10⁻¹² m/N, a thousandth
+//! of it and less, with the radius and so the inertia as they were. Rings have that of the material only, since their
+//! radius follows from it.
+//!
+//! | state | chain | ring, net |
+//! |---|---|---|
+//! | `straight` | hanging at rest: a chain of scalar systems | – |
+//! | `bent` | on a space curve under the tension of the hanging cable | – |
+//! | `hanging` | – | static equilibrium |
+//! | `unstrained` | – | as built, where there is no equilibrium to be found |
+//! | `slack` | the same curve without gravity and tension | as built, without gravity |
+//!
+//! Two conditions are told of each. As the matrix stands, rows in metres and in radians and, in nets without tension, the
+//! transverse rows, whose Σ is that of a filter, differ by up to 10²⁰; with rows and columns scaled to the same size
+//! what is left is what mass ratio, size and compliance do.
+//!
+//! Small systems come in both forms, and with every state and compliance; large ones in the hardest state alone, so that
+//! the set stays small. Random velocities are those of fixed seeds: the set is the same in every run.
+
+use crate::scenes::reference_choice;
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use taut_ground::files::{FileError, Output, make_folder};
+use taut_ground::matrix::Matrix;
+use taut_ground::matrix::dump::{self, Dumped, Label};
+use taut_ground::matrix::exact::condition;
+use taut_ground::matrix::prepared::Problem;
+use taut_ground::poses::{self, Pose};
+use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Network, NetworkParams, Scene};
+
+/// Compliance of the stiff systems \[m/N].
+pub const STIFF: f64 = 1e-12;
+
+/// Seed of the random velocities of chains; those of the bent one have another, fixed in [`poses`].
+pub const CHAIN_SEED: u64 = 7;
+
+/// Seed of the random velocities of rings and nets.
+pub const NETWORK_SEED: u64 = 1;
+
+/// What bodies and joints make.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Topology {
+    /// One cable with a load.
+    Chain,
+    /// A closed cable.
+    Ring,
+    /// Point masses with links in two directions.
+    Net,
+}
+
+/// The state of a system.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// Hanging straight at rest.
+    Straight,
+    /// On a space curve, under tension.
+    Bent,
+    /// In static equilibrium.
+    Hanging,
+    /// As built, under gravity.
+    Unstrained,
+    /// Without gravity or tension.
+    Slack,
+}
+
+/// The compliance of the joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Compliance {
+    /// l/EA of the default cable.
+    Material,
+    /// [`STIFF`].
+    Stiff,
+}
+
+/// One case of the set.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Case {
+    /// Topology.
+    pub topology: Topology,
+    /// Size N.
+    pub size: usize,
+    /// State.
+    pub state: State,
+    /// Mass of the load over that of a segment.
+    pub mass_ratio: f64,
+    /// Compliance.
+    pub compliance: Compliance,
+    /// Whether the KKT form is written too.
+    pub kkt: bool,
+}
+
+/// A system that was written.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Entry {
+    /// Name of its matrix, without `.mtx`.
+    pub name: String,
+    /// Topology.
+    pub topology: Topology,
+    /// Segments, or nodes of the net.
+    pub size: usize,
+    /// State.
+    pub state: State,
+    /// Mass of the load over that of a segment.
+    pub mass_ratio: f64,
+    /// Compliance of a joint in stretch \[m/N].
+    pub epsilon: f64,
+    /// Form of the system.
+    pub form: String,
+    /// Dimension.
+    pub dim: usize,
+    /// Block rows.
+    pub blocks: usize,
+    /// Entries of both triangles, those of stored blocks that are zero among them.
+    pub entries: usize,
+    /// Estimate of the condition number in the ∞-norm; beyond 10¹⁶ it says no more than that.
+    pub condition: Option<f64>,
+    /// The same with rows and columns scaled to the same size: bad units apart.
+    pub condition_scaled: Option<f64>,
+    /// Whether the exact solution was found and is in `_x`.
+    pub solution: bool,
+    /// Seed of the random velocities.
+    pub seed: u64,
+    /// Size of all its files.
+    pub bytes: u64,
+}
+
+/// Why the set was not written.
+#[derive(Debug)]
+pub enum SuiteError {
+    /// A system that cannot be made.
+    Step(String, StepError),
+    /// A file that cannot be written.
+    File(FileError),
+}
+
+impl std::fmt::Display for SuiteError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Step(name, e) => write!(f, "{name}: {e}"),
+            Self::File(e) => e.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SuiteError {}
+
+/// Sizes, states, compliances; the largest size has the first state and compliance only.
+type Grades = ([usize; 4], &'static [State], &'static [Compliance]);
+
+/// The cases of the set; the small ones only if `quick`.
+#[must_use]
+pub fn cases(quick: bool) -> Vec<Case> {
+    use Compliance::{Material, Stiff};
+    use State::{Bent, Hanging, Slack, Straight};
+    use Topology::{Chain, Net, Ring};
+    let sets: [(Topology, Grades); 3] = [
+        (
+            Chain,
+            (
+                [6, 24, 100, 1000],
+                &[Bent, Straight, Slack],
+                &[Material, Stiff],
+            ),
+        ),
+        (Ring, ([8, 24, 100, 1000], &[Hanging, Slack], &[Material])),
+        (
+            Net,
+            ([6, 24, 100, 1000], &[Hanging, Slack], &[Material, Stiff]),
+        ),
+    ];
+    let mut cases = Vec::new();
+    for (topology, (sizes, states, compliances)) in sets {
+        for (rank, size) in sizes
+            .into_iter()
+            .enumerate()
+            .take(if quick { 2 } else { 4 })
+        {
+            let largest = rank == 3;
+            let states = if largest { &states[..1] } else { states };
+            let compliances = if largest {
+                &compliances[..1]
+            } else {
+                compliances
+            };
+            for &state in states {
+                for &compliance in compliances {
+                    cases.extend([1.0, 1e3, 1e5, 1e6].map(|mass_ratio| Case {
+                        topology,
+                        size,
+                        state,
+                        mass_ratio,
+                        compliance,
+                        kkt: rank < 2,
+                    }));
+                }
+            }
+        }
+    }
+    cases
+}
+
+impl Case {
+    /// Name of its files.
+    #[must_use]
+    pub fn name(&self) -> String {
+        let word = |value: &dyn std::fmt::Debug| format!("{value:?}").to_lowercase();
+        format!(
+            "{}{}_{}_r{:.0e}_{}",
+            word(&self.topology),
+            self.size,
+            word(&self.state),
+            self.mass_ratio,
+            word(&self.compliance)
+        )
+    }
+
+    /// The scene, and the compliance of a joint in stretch \[m/N].
+    fn scene(&self) -> Result<(Scene, f64), StepError> {
+        match self.topology {
+            Topology::Chain => self.chain(),
+            Topology::Ring | Topology::Net => self.network(),
+        }
+    }
+
+    fn chain(&self) -> Result<(Scene, f64), StepError> {
+        let mut params = HoistParams {
+            segments: self.size,
+            mass_ratio: self.mass_ratio,
+            seed: CHAIN_SEED,
+            ..HoistParams::default()
+        };
+        let cable = params.resolve()?;
+        let mut epsilon = cable.segment_length / cable.stiffness.ea;
+        if self.compliance == Compliance::Stiff {
+            params.radius = Some(cable.radius);
+            params.segment_mass = Some(cable.segment_mass);
+            params.ea = Some(cable.segment_length / STIFF);
+            epsilon = STIFF;
+        }
+        if self.state == State::Slack {
+            params.gravity = 0.0;
+        }
+        let pose = match self.state {
+            State::Straight => Pose::Straight,
+            _ => Pose::Bent,
+        };
+        Ok((poses::hoist(&params, pose)?, epsilon))
+    }
+
+    fn network(&self) -> Result<(Scene, f64), StepError> {
+        let mut params = NetworkParams {
+            mass_ratio: self.mass_ratio,
+            seed: NETWORK_SEED,
+            equilibrium: self.state == State::Hanging,
+            ..NetworkParams::new(match self.topology {
+                Topology::Net => Network::Net,
+                _ => Network::Ring,
+            })
+        };
+        if self.topology == Topology::Net {
+            (params.rows, params.columns) = sides(self.size);
+        } else {
+            params.segments = self.size;
+        }
+        if self.state == State::Slack {
+            params.gravity = 0.0;
+        }
+        let length = params.resolve()?.segment_length;
+        if self.compliance == Compliance::Stiff {
+            params.ea = length / STIFF;
+        }
+        Ok((params.build()?, length / params.ea))
+    }
+
+    /// Its systems, of one form or both; with the state that they have come to be in, and ε.
+    fn systems(&self) -> Result<(Vec<Dumped>, State, f64), StepError> {
+        let options = StepOptions {
+            backend: reference_choice().backend,
+            ..StepOptions::default()
+        };
+        let (mut scene, epsilon) = self.scene()?;
+        let mut state = self.state;
+        let mut stepper = match Stepper::new(scene.clone(), options.clone()) {
+            Err(StepError::NoEquilibrium { .. }) => {
+                state = State::Unstrained;
+                scene.start_in_equilibrium = false;
+                Stepper::new(scene, options)
+            }
+            other => other,
+        }?;
+        let mut systems = Vec::from(dump::systems(&mut stepper)?);
+        systems.truncate(1 + usize::from(self.kkt));
+        Ok((systems, state, epsilon))
+    }
+
+    fn write(&self, folder: &Path, gzip: bool) -> Result<Vec<Entry>, SuiteError> {
+        let (systems, state, epsilon) = self
+            .systems()
+            .map_err(|e| SuiteError::Step(self.name(), e))?;
+        let case = Self { state, ..*self };
+        let seed = match self.topology {
+            Topology::Chain => CHAIN_SEED,
+            _ => NETWORK_SEED,
+        };
+        let label = Label {
+            name: case.name(),
+            comments: vec![
+                format!(
+                    "{:?}, N = {}, {state:?}, mass ratio {:e}",
+                    self.topology, self.size, self.mass_ratio
+                ),
+                format!("compliance {epsilon:e} m/N, time step 1/60 s, seed {seed}"),
+            ],
+        };
+        let mut entries = Vec::new();
+        for system in systems {
+            let files = dump::write(&system, &label, folder, gzip).map_err(SuiteError::File)?;
+            let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
+            let solution = system.x.is_ok();
+            let matrix = Matrix::Symmetric(system.matrix);
+            let condition = condition(&Problem::new(&matrix));
+            entries.push(Entry {
+                name: match system.form {
+                    Form::Kkt => format!("{}_kkt", label.name),
+                    _ => label.name.clone(),
+                },
+                topology: self.topology,
+                size: self.size,
+                state,
+                mass_ratio: self.mass_ratio,
+                epsilon,
+                form: system.form.to_string(),
+                dim: matrix.dim(),
+                blocks: matrix.blocks(),
+                entries: matrix.entries(),
+                condition: condition.map(|c| c.of_matrix),
+                condition_scaled: condition.map(|c| c.scaled),
+                solution,
+                seed,
+                bytes: files.iter().map(size).sum(),
+            });
+        }
+        Ok(entries)
+    }
+}
+
+/// Rows and columns of a net with that many nodes, as square as may be.
+fn sides(nodes: usize) -> (usize, usize) {
+    let rows = (2..=nodes)
+        .take_while(|r| r * r <= nodes)
+        .filter(|r| nodes.is_multiple_of(*r));
+    let rows = rows.last().unwrap_or(2);
+    (rows, nodes / rows)
+}
+
+/// Writes the cases and their `index.csv` to `folder`; `progress` advances once for each case.
+///
+/// # Errors
+/// [`SuiteError`].
+pub fn generate(
+    cases: &[Case],
+    folder: &Path,
+    gzip: bool,
+    progress: &ProgressBar,
+) -> Result<Vec<Entry>, SuiteError> {
+    make_folder(folder).map_err(SuiteError::File)?;
+    progress.set_length(cases.len() as u64);
+    let entries: Vec<Vec<Entry>> = cases
+        .par_iter()
+        .map(|case| {
+            let entries = case.write(folder, gzip);
+            progress.inc(1);
+            entries
+        })
+        .collect::<Result<_, _>>()?;
+    let entries = entries.concat();
+    let index = Output::open(&folder.join("index.csv")).and_then(|to| {
+        to.write(|out| {
+            let mut index = csv::Writer::from_writer(out);
+            entries
+                .iter()
+                .try_for_each(|entry| index.serialize(entry))?;
+            index.flush()
+        })
+    });
+    index.map_err(SuiteError::File)?;
+    Ok(entries)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::BTreeMap;
+    use taut_ground::matrix::System;
+
+    #[test]
+    fn nets_are_as_square_as_may_be() {
+        assert_eq!(
+            [6, 24, 100, 1000].map(sides),
+            [(2, 3), (4, 6), (10, 10), (25, 40)]
+        );
+    }
+
+    /// Every file of two runs is the same, every system reads back, and mass ratios make them harder.
+    #[test]
+    fn the_set_is_the_same_in_every_run() {
+        let folder = std::env::temp_dir().join(format!("taut-suite-{}", std::process::id()));
+        let small: Vec<Case> = cases(true).into_iter().filter(|c| c.size < 24).collect();
+        let run = |name: &str, gzip: bool| {
+            let to = folder.join(name);
+            let entries = generate(&small, &to, gzip, &ProgressBar::hidden()).expect("written");
+            let files = std::fs::read_dir(&to).expect("a folder").map(|file| {
+                let path = file.expect("a file").path();
+                let name = path.file_name().expect("named").to_owned();
+                (name, std::fs::read(path).expect("read"))
+            });
+            (entries, files.collect::<BTreeMap<_, _>>())
+        };
+        let (entries, files) = run("a", false);
+        assert!((entries.clone(), files) == run("b", false));
+        let bytes = |entries: &[Entry]| entries.iter().map(|e| e.bytes).sum::<u64>();
+        assert!(3 * bytes(&run("c", true).0) < 2 * bytes(&entries));
+        assert_eq!(entries.len(), 2 * small.len());
+        for entry in &entries {
+            let path = folder.join(format!("a/{}.mtx", entry.name));
+            let read = System::read(&path, None, None).expect("reads");
+            assert_eq!(
+                (read.matrix.dim(), read.matrix.blocks()),
+                (entry.dim, entry.blocks)
+            );
+            assert_eq!(read.x.is_some(), entry.solution, "{entry:?}");
+            assert!(entry.condition.is_some_and(|c| c > 1.0), "{entry:?}");
+        }
+        let of = |name: &str| {
+            entries
+                .iter()
+                .find(|e| e.name == name)
+                .and_then(|e| e.condition)
+        };
+        let (easy, hard) = (
+            of("chain6_bent_r1e0_material"),
+            of("chain6_bent_r1e6_stiff"),
+        );
+        assert!(hard > easy.map(|c| 100.0 * c), "{easy:?} {hard:?}");
+        std::fs::remove_dir_all(folder).expect("removed");
+    }
+}

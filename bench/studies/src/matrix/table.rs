@@ -1,0 +1,198 @@
+//! Every backend on a matrix, and the index of the graded set.
+
+use super::suite::Entry;
+use comfy_table::CellAlignment;
+use serde_json::{Value, json};
+use std::fmt::Write;
+use taut_ground::choice::Omission;
+use taut_ground::matrix::solve::{About, CONVERGED, DIRECT, Record, Results};
+use taut_output::sheet::{self, Column, Row, Sheet, Show, column, iterations, number_of, text_of};
+use taut_output::table::{nanoseconds, text, wrapped};
+
+const SOLVER: Column = column("backend", "solver");
+const ITERATIONS: Column = column("iterations", "iter").shown(Show::Row(iterations));
+const ANALYSE: Column = sheet::time("analyze_ns", "analyse");
+const FACTORISE: Column = sheet::time("factorize_ns", "factorise");
+const SOLVE: Column = sheet::time("solve_ns", "solve");
+const COMPONENTWISE: Column = sheet::error("backward_error_componentwise", "compon.");
+const ERROR: Column = sheet::error("forward_error", "error");
+const STATUS: Column = column("status", "status");
+
+/// Rows of `taut study matrix`.
+pub(super) const SHEETS: &[Sheet] = &[Sheet {
+    list: "records",
+    columns: &[
+        SOLVER,
+        ITERATIONS,
+        column("solve_ns", "factor+solve")
+            .shown(Show::Row(shown_total))
+            .least_of(total),
+        column("ratio", "ratio").shown(Show::Digits(1.0)),
+        column("ns_per_block_row", "ns/block")
+            .shown(Show::Fixed(0))
+            .least(),
+        ANALYSE,
+        FACTORISE,
+        SOLVE,
+        COMPONENTWISE,
+        ERROR,
+        STATUS,
+    ],
+    counts: ended,
+    ..sheet::PLAIN
+}];
+
+/// Rows of `taut solve`.
+const SOLVED: Sheet = Sheet {
+    columns: &[
+        SOLVER,
+        ANALYSE,
+        FACTORISE,
+        SOLVE,
+        sheet::error("backward_error", "normwise"),
+        COMPONENTWISE,
+        ERROR,
+        ITERATIONS,
+        STATUS,
+    ],
+    counts: ended,
+    ..sheet::PLAIN
+};
+
+/// What a step pays \[ns].
+fn total(row: &Row) -> Option<f64> {
+    Some(number_of(row, "factorize_ns")? + number_of(row, "solve_ns")?)
+}
+
+fn shown_total(row: &Row) -> String {
+    nanoseconds(total(row).unwrap_or(f64::NAN))
+}
+
+/// Whether the row came to an end of its own, as [`Record::ended`] has it.
+fn ended(row: &Row) -> bool {
+    [DIRECT, CONVERGED].contains(&text_of(row, "status"))
+}
+
+/// What has no rows, and why: those with the same reason together.
+fn omissions(omissions: &[Omission]) -> String {
+    let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
+    for Omission { backend, reason } in omissions {
+        match reasons.iter_mut().find(|(known, _)| known == reason) {
+            Some((_, backends)) => backends.push(backend),
+            None => reasons.push((reason, vec![backend])),
+        }
+    }
+    if reasons.is_empty() {
+        return String::new();
+    }
+    let mut t = wrapped(&[]);
+    for (reason, backends) in reasons {
+        t.add_row([backends.join(", "), reason.to_owned()]);
+    }
+    for column in t.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    // Its header is empty.
+    format!("\nLeft out\n{}", text(&t).trim_start_matches('\n'))
+}
+
+/// What a system is, in a few lines.
+fn heading(about: &About) -> String {
+    let kind = if about.symmetric {
+        "symmetric"
+    } else {
+        "not symmetric"
+    };
+    let mut out = format!(
+        "\n{}: {kind}, {} rows in {} blocks, {} entries",
+        about.matrix, about.dim, about.blocks, about.entries
+    );
+    if about.duplicates > 0 {
+        let _ = write!(out, " ({} of the file added to others)", about.duplicates);
+    }
+    if let Some(condition) = about.condition {
+        let _ = write!(out, ", condition about {condition:.0e}");
+    }
+    if let Some(condition) = about.condition_scaled {
+        let _ = write!(out, " ({condition:.0e} with rows scaled)");
+    }
+    if let (Some(order), Some(entries), Some(flops)) =
+        (about.order, about.factor_entries, about.factor_flops)
+    {
+        let _ = write!(
+            out,
+            "\neliminated in {order} order by those that keep it: {:.1e} entries, {:.1e} operations",
+            entries as f64, flops as f64
+        );
+    }
+    let _ = writeln!(out, "\nb: {}; x: {}", about.right_hand_side, about.solution);
+    out
+}
+
+/// All rows of a system, in their order.
+#[must_use]
+pub fn solved(results: &Results) -> String {
+    whole(results, &SOLVED.of(&results.records))
+}
+
+/// All rows of a system from the fastest on.
+#[must_use]
+pub fn compared(results: &Results) -> String {
+    let mut records: Vec<&Record> = results.records.iter().collect();
+    records.sort_by(|a, b| a.total_ns().total_cmp(&b.total_ns()));
+    whole(results, &SHEETS[0].of(&json!({ "records": records })))
+}
+
+/// The table of a system below its heading, with what was left out.
+fn whole(results: &Results, table: &str) -> String {
+    let (heading, left_out) = (heading(&results.about), omissions(&results.omissions));
+    format!("{heading}{table}{left_out}")
+}
+
+const SUITE: Sheet = Sheet {
+    columns: &[
+        column("topology", "topology"),
+        column("size", "N"),
+        column("systems", "systems"),
+        column("solved", "with x"),
+        column("rows", "rows"),
+        column("least", "condition from").shown(Show::Error(1)),
+        column("most", "to").shown(Show::Error(1)),
+        column("least_scaled", "scaled from").shown(Show::Error(1)),
+        column("most_scaled", "to").shown(Show::Error(1)),
+        column("megabytes", "MB").shown(Show::Fixed(2)),
+    ],
+    ..sheet::PLAIN
+};
+
+/// The graded set by topology and size.
+#[must_use]
+pub fn suite(entries: &[Entry]) -> String {
+    let key = |e: &Entry| (e.topology, e.size);
+    let groups = entries.chunk_by(|a, b| key(a) == key(b));
+    SUITE.of(&groups.map(of_size).collect::<Vec<_>>())
+}
+
+/// What the systems of a topology and size have in common.
+fn of_size(group: &[Entry]) -> Value {
+    let conditions = || group.iter().filter_map(|e| e.condition);
+    let scaled = || group.iter().filter_map(|e| e.condition_scaled);
+    let bytes: u64 = group.iter().map(|e| e.bytes).sum();
+    let rows = || group.iter().map(|e| e.dim);
+    let rows = match (rows().min(), rows().max()) {
+        (Some(least), Some(most)) if least < most => format!("{least} … {most}"),
+        (least, _) => least.unwrap_or(0).to_string(),
+    };
+    json!({
+        "topology": group[0].topology,
+        "size": group[0].size,
+        "systems": group.len(),
+        "solved": group.iter().filter(|e| e.solution).count(),
+        "rows": rows,
+        "least": conditions().reduce(f64::min),
+        "most": conditions().reduce(f64::max),
+        "least_scaled": scaled().reduce(f64::min),
+        "most_scaled": scaled().reduce(f64::max),
+        "megabytes": bytes as f64 / 1e6,
+    })
+}

@@ -1,0 +1,255 @@
+//! Options that several experiments read, each with what it stands for and what it refuses.
+
+use clap::Args;
+use std::fmt;
+use taut_ground::choice::Choice;
+use taut_ground::trajectory::steps_in;
+
+/// An option whose value cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Refused(pub String);
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+impl std::error::Error for Refused {}
+
+fn refused<T>(reason: String) -> Result<T, Refused> {
+    Err(Refused(reason))
+}
+
+/// `--segments`.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Segments {
+    /// Numbers of segments
+    #[arg(long, value_delimiter = ',', value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub segments: Vec<usize>,
+}
+
+impl Segments {
+    /// The numbers given, ascending and once each, in place of others.
+    pub fn replace(&self, numbers: &mut Vec<usize>) {
+        *numbers = sorted(&self.segments, std::mem::take(numbers));
+    }
+}
+
+/// `--ratios`.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Ratios {
+    /// Mass ratios load/segment
+    #[arg(long, value_delimiter = ',', value_name = "R", value_parser = number, allow_negative_numbers = true)]
+    pub ratios: Vec<f64>,
+}
+
+impl Ratios {
+    /// The ratios given, ascending and once each, in place of others.
+    ///
+    /// # Errors
+    /// Ratios that are not positive and finite.
+    pub fn replace(&self, ratios: &mut Vec<f64>) -> Result<(), Refused> {
+        if !self.ratios.is_empty() {
+            ratios.clone_from(&self.ratios);
+        }
+        require_positive("a number of `--ratios`", ratios)?;
+        ratios.sort_by(f64::total_cmp);
+        ratios.dedup();
+        Ok(())
+    }
+}
+
+/// `--backends`.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Backends {
+    /// Solvers: a backend with options after colons, `/kkt` for the KKT form, such as cg:jacobi or umfpack/kkt
+    #[arg(long, value_delimiter = ',', value_name = "B")]
+    pub backends: Vec<String>,
+}
+
+impl Backends {
+    /// The solvers named, once each, in place of others.
+    ///
+    /// # Errors
+    /// Names of no solver, and solvers that are not compiled in.
+    pub fn replace(&self, choices: &mut Vec<Choice>) -> Result<(), Refused> {
+        if self.backends.is_empty() {
+            return Ok(());
+        }
+        *choices = self.choices()?;
+        Ok(())
+    }
+
+    /// The solvers named; every solver where none is.
+    ///
+    /// # Errors
+    /// As [`replace`](Self::replace).
+    pub fn choices(&self) -> Result<Vec<Choice>, Refused> {
+        choices(&self.backends)
+    }
+
+    /// The same for a study that runs iterative solvers to each of its own limits.
+    ///
+    /// # Errors
+    /// As [`replace`](Self::replace), and solvers with a limit of their own.
+    pub fn without_limits(&self) -> Result<Vec<Choice>, Refused> {
+        if let Some(name) = self.backends.iter().find(|b| b.contains("iterations=")) {
+            return refused(format!(
+                "`iterations=` in `{name}` has no effect here: use `--iterations`"
+            ));
+        }
+        self.choices()
+    }
+}
+
+/// The solvers named, each once; every solver where none is.
+///
+/// # Errors
+/// Names of no solver, and solvers that are not compiled in.
+pub fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
+    if names.is_empty() {
+        return Ok(Choice::all());
+    }
+    let mut choices = Vec::new();
+    for name in names {
+        let choice: Choice = name.parse().map_err(Refused)?;
+        choice.check().map_err(|e| Refused(e.to_string()))?;
+        if !choices.contains(&choice) {
+            choices.push(choice);
+        }
+    }
+    Ok(choices)
+}
+
+/// `--iterations`.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Iterations {
+    /// Limits of iterations for the iterative solvers
+    #[arg(long, value_delimiter = ',', value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    pub iterations: Vec<usize>,
+}
+
+impl Iterations {
+    /// The limits given, ascending and once each, in place of others.
+    ///
+    /// # Errors
+    /// A limit of 0.
+    pub fn replace(&self, limits: &mut Vec<usize>) -> Result<(), Refused> {
+        *limits = sorted(&self.iterations, std::mem::take(limits));
+        if limits.first() == Some(&0) {
+            return refused("`--iterations` holds 0: each limit must be at least 1".to_owned());
+        }
+        Ok(())
+    }
+}
+
+/// `--time`.
+#[derive(Debug, Clone, Default, Args)]
+pub struct Time {
+    /// Simulated time of what is run to its end (s)
+    #[arg(long, value_name = "S", value_parser = number, allow_negative_numbers = true)]
+    pub time: Option<f64>,
+}
+
+impl Time {
+    /// The time given in place of another, in steps of `dt`, both in seconds.
+    ///
+    /// # Errors
+    /// A time with fewer steps than `least`, which `needs` says of, or with more than a run can hold.
+    pub fn replace(
+        &self,
+        time: &mut f64,
+        dt: f64,
+        least: usize,
+        needs: &str,
+    ) -> Result<(), Refused> {
+        *time = self.time.unwrap_or(*time);
+        if steps(*time, dt)? < least {
+            return refused(format!("`--time` is {time} s: {needs}"));
+        }
+        Ok(())
+    }
+}
+
+/// `--quick`.
+#[derive(Debug, Clone, Copy, Default, Args)]
+pub struct Quick {
+    /// A tenth of the work, under 10 s
+    #[arg(long)]
+    pub quick: bool,
+}
+
+impl Quick {
+    /// The short form of an experiment where it is asked for, else the whole one.
+    pub fn of<C: Default>(self, quick: fn() -> C) -> C {
+        if self.quick { quick() } else { C::default() }
+    }
+}
+
+/// A number, or a fraction of two.
+///
+/// # Errors
+/// What is neither.
+pub fn number(text: &str) -> Result<f64, String> {
+    let parse = |t: &str| {
+        let number = t.trim().parse::<f64>();
+        number.map_err(|_| format!("`{t}` is no number: write it as 60, 1e5 or 1/60"))
+    };
+    match text.split_once('/') {
+        None => parse(text),
+        Some((a, b)) => Ok(parse(a)? / parse(b)?),
+    }
+}
+
+/// A whole number.
+///
+/// # Errors
+/// What is none.
+pub fn count(text: &str) -> Result<usize, String> {
+    let number = text.trim().parse::<usize>();
+    number.map_err(|_| format!("`{text}` is no whole number from 0 on"))
+}
+
+/// The numbers given, ascending and once each; those of `default` where none is given.
+#[must_use]
+pub fn sorted(given: &[usize], default: Vec<usize>) -> Vec<usize> {
+    let mut numbers = if given.is_empty() {
+        default
+    } else {
+        given.to_vec()
+    };
+    numbers.sort_unstable();
+    numbers.dedup();
+    numbers
+}
+
+/// Fails unless every number is positive and finite.
+///
+/// # Errors
+/// The first number that is not, after `what` it is.
+pub fn require_positive(what: &str, numbers: &[f64]) -> Result<(), Refused> {
+    match numbers.iter().find(|x| !(x.is_finite() && **x > 0.0)) {
+        None => Ok(()),
+        Some(x) => refused(format!(
+            "{what} is {x}: it must be a positive finite number"
+        )),
+    }
+}
+
+/// The number of steps of `dt` in `time`, both in seconds.
+///
+/// # Errors
+/// Times that are not positive and finite, and more steps than a run can hold.
+pub fn steps(time: f64, dt: f64) -> Result<usize, Refused> {
+    const MOST: f64 = 1e7;
+    require_positive("`--time`", &[time])?;
+    require_positive("`--dt`", &[dt])?;
+    if time / dt > MOST {
+        return refused(format!(
+            "`--time` {time} s is {:.1e} steps of {dt:.3e} s: at most {MOST:.0e} can be recorded",
+            time / dt
+        ));
+    }
+    Ok(steps_in(time, dt))
+}

@@ -1,0 +1,178 @@
+//! Fig. 12: bend. Curvature M/YI, up to the full circle M = 2π YI/L.
+//!
+//! The discrete answer is a polygon: every inner joint bends by θ = M l/YI, those at the ends by θ/2, and the grip is
+//! where the sides lead. How far that is from the circle of radius R = YI/M depends on where the radius is measured
+//! ([`deviations`]).
+//!
+//! A moment of fixed direction follows no potential. Beyond 0.85 to 0.9 of a circle the plane shape is an unstable
+//! equilibrium against motion out of its plane ([`growth_out_of_plane`]). Where the moment is along an axis of the
+//! section, exact zeros keep the cable in its plane; along a diagonal, rounding does not, and those specimens are bent to
+//! three quarters of a circle.
+
+mod charts;
+mod checks;
+mod measures;
+mod plane;
+mod polygon;
+mod tables;
+
+pub use measures::deviations;
+pub use plane::growth_out_of_plane;
+
+use super::{Joint, MATERIALS, SEGMENTS, params, relax};
+use indicatif::ProgressBar;
+use measures::measure;
+use plane::slowest_mode;
+use polygon::{axis, polygon};
+use rayon::prelude::*;
+use serde::Serialize;
+use std::f64::consts::{FRAC_PI_4, TAU};
+use taut_model::{Specimen, SpecimenParams};
+use taut_output::check::{ExperimentError, Outcome, csv};
+
+/// What [`run`] runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Numbers of segments.
+    pub segments: Vec<usize>,
+    /// Loads from the straight cable to the full circle.
+    pub loads: usize,
+}
+
+impl Default for Config {
+    /// 24 loads.
+    fn default() -> Self {
+        Self {
+            segments: SEGMENTS.to_vec(),
+            loads: 24,
+        }
+    }
+}
+
+impl Config {
+    /// 12 loads.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            loads: 12,
+            ..Self::default()
+        }
+    }
+}
+
+/// A specimen under one moment.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Row {
+    /// Material.
+    pub material: String,
+    /// Segments.
+    pub segments: usize,
+    /// Joint.
+    pub joint: String,
+    /// Direction of the moment across the cable, from +z towards +y \[rad].
+    pub direction_rad: f64,
+    /// M L/YI: the angle of the whole \[rad].
+    pub angle_theory: f64,
+    /// M \[N m].
+    pub moment_nm: f64,
+    /// Largest relative error of a joint's angle against M l_j/YI.
+    pub angle_error: f64,
+    /// Distance of the grip from where the polygon leads it, over L.
+    pub tip_error: f64,
+    /// Distance of the grip from the end of the continuum's arc, over L.
+    pub tip_from_arc: f64,
+    /// Radius through the segments' centres \[m].
+    pub radius_m: f64,
+    /// Its deviation from YI/M, relative.
+    pub radius_deviation: f64,
+    /// Deviation of L over the angle between clamp and last segment.
+    pub half_missing_deviation: f64,
+    /// Deviation of L over the angle between first and last segment.
+    pub ends_missing_deviation: f64,
+}
+
+/// Bends every specimen, in parallel.
+///
+/// # Errors
+/// A scene or a step that fails.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Row>, ExperimentError> {
+    let mut tasks = Vec::new();
+    for material in MATERIALS {
+        for &segments in &config.segments {
+            for (joint, direction) in [
+                (Joint::Cosserat, 0.0),
+                (Joint::Cosserat, FRAC_PI_4),
+                (Joint::Ordinary, 0.0),
+            ] {
+                tasks.push((material, segments, joint, direction));
+            }
+        }
+    }
+    progress.set_length(tasks.len() as u64);
+    let rows: Vec<Vec<Row>> = tasks
+        .par_iter()
+        .map(|&(material, segments, joint, direction)| {
+            let params = SpecimenParams {
+                moment_direction: direction,
+                ..params(Specimen::Bend, material, segments, joint)
+            };
+            let to = if direction == 0.0 { 1.0 } else { STABLE };
+            let rows = bend(material.0, &params, joint, (config.loads, to));
+            progress.inc(1);
+            rows
+        })
+        .collect::<Result<_, _>>()?;
+    Ok(rows.into_iter().flatten().collect())
+}
+
+fn bend(
+    material: &str,
+    params: &SpecimenParams,
+    joint: Joint,
+    (loads, to): (usize, f64),
+) -> Result<Vec<Row>, ExperimentError> {
+    let specimen = params.resolve()?;
+    let n = specimen.segments;
+    let mut scene = params.build()?;
+    let axis = axis(params);
+    if joint != Joint::Cosserat {
+        // Its scalar angle has no direction when straight: it starts from half the first load's shape.
+        let (positions, turns) = polygon(&specimen, &axis, 0.5 * TAU / loads as f64);
+        scene.bodies.position = positions;
+        scene.bodies.orientation = turns;
+    }
+    let unit = specimen.stiffness.ei / params.length;
+    let dt = 10.0 / slowest_mode(&specimen);
+    (1..=loads)
+        .filter(|k| *k as f64 <= to * loads as f64)
+        .map(|k| {
+            let angle = TAU * k as f64 / loads as f64;
+            scene.bodies.torque[n] = axis * (angle * unit);
+            scene = relax(std::mem::take(&mut scene), dt)?;
+            Ok(Row {
+                material: material.to_owned(),
+                joint: joint.name().to_owned(),
+                direction_rad: params.moment_direction,
+                moment_nm: angle * unit,
+                ..measure(&scene, &specimen, &axis, angle)
+            })
+        })
+        .collect()
+}
+
+/// Part of a circle to which specimens without exact zeros are bent.
+const STABLE: f64 = 0.75;
+
+/// Checks, tables, rows and charts.
+///
+/// # Errors
+/// Rows that cannot be written.
+pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
+    Ok(Outcome {
+        checks: checks::checks(rows)?,
+        text: tables::tables(rows),
+        csv: csv(rows)?,
+        charts: charts::charts(rows),
+        ..Outcome::default()
+    })
+}

@@ -1,0 +1,218 @@
+//! Fig. 11: twist. Ω = T L/GJ, to 37 turns with the winding followed, and what ends it.
+//!
+//! **At rest** the torque rises in steps in which no joint turns by more than half a turn; the exactly straight
+//! specimen keeps exact zeros across, and the discrete answer T l_j/GJ a joint is met to rounding by every material and
+//! every N ([`at_rest`]).
+//!
+//! **In motion** a twisted rod does not stay straight. Without tension it buckles at Greenhill's torque
+//! ([`buckling_torque`]): with GJ = Y I_a/(2(1 + ν)), J_t = I_a as the paper writes, that is 3.7 turns of any material
+//! with both ends held in line and 2.6 between pinned ends; with the square's own J_t it is 2.2 and 1.5. A tension
+//! P > T²/(4YI) keeps a long rod straight. The dynamic runs are those of [`Motion`].
+//!
+//! **Leak**: what the twist row reads at a joint that is bent without twist, by definition of the angle ([`leaks`]).
+
+mod buckling;
+mod charts;
+mod checks;
+mod leak;
+mod motion;
+mod rest;
+mod tables;
+
+pub use buckling::{buckling_torque, greenhill};
+pub use leak::{Leak, leaks};
+pub use motion::{Held, Motion, Step};
+pub use rest::{Row, at_rest};
+
+use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use std::f64::consts::TAU;
+use taut_model::{Specimen, SpecimenParams};
+use taut_output::check::{ExperimentError, Outcome, csv};
+
+/// The paper's largest twist \[rad].
+pub const FARTHEST: f64 = 233.0;
+
+/// What [`run`] runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Numbers of segments at rest.
+    pub segments: Vec<usize>,
+    /// Materials at rest, as indices of [`MATERIALS`].
+    pub materials: Vec<usize>,
+    /// The dynamic runs.
+    pub motions: Vec<Motion>,
+}
+
+/// Without tension, 1 turn in 4 s.
+fn loose(joint: Joint, segments: usize, step: Step, dt: f64) -> Motion {
+    Motion {
+        joint,
+        segments,
+        step,
+        dt,
+        tension: 0.0,
+        disturbed: true,
+        turns: 12.0,
+        ramp: 48.0,
+        hold: 0.0,
+    }
+}
+
+/// With tension, to 37 turns and 5 s more.
+fn taut(segments: usize, step: Step, tension: f64) -> Motion {
+    Motion {
+        tension,
+        turns: FARTHEST / TAU,
+        ramp: 10.0,
+        hold: 5.0,
+        ..loose(Joint::Cosserat, segments, step, DT)
+    }
+}
+
+const DT: f64 = 1.0 / 60.0;
+
+impl Default for Config {
+    /// Everything at rest; the paper's N and both steps in motion.
+    fn default() -> Self {
+        let mut motions = Vec::new();
+        for n in SEGMENTS {
+            for joint in Joint::ALL {
+                motions.push(loose(joint, n, Step::Paper, DT));
+                motions.push(loose(joint, n, Step::Default, DT));
+            }
+        }
+        for joint in [Joint::Ordinary, Joint::Alternative] {
+            let straight = Motion {
+                disturbed: false,
+                turns: FARTHEST / TAU,
+                ..loose(joint, 24, Step::Paper, DT)
+            };
+            motions.push(straight);
+        }
+        for joint in [Joint::Ordinary, Joint::Alternative] {
+            let untwisted = Motion {
+                turns: 0.0,
+                ramp: 10.0,
+                ..loose(joint, 24, Step::Paper, DT)
+            };
+            motions.push(untwisted);
+        }
+        for (step, fine) in [(Step::Paper, 4), (Step::Default, 4), (Step::Default, 16)] {
+            let dt = DT / f64::from(fine);
+            motions.push(loose(Joint::Cosserat, 24, step, dt));
+        }
+        for n in [12, 24] {
+            for tension in [0.6, 1.1] {
+                motions.push(taut(n, Step::Paper, tension));
+                motions.push(taut(n, Step::Default, tension));
+                motions.push(taut(n, Step::Stiffened, tension));
+            }
+        }
+        motions.push(taut(24, Step::Default, 2.0));
+        Self {
+            segments: SEGMENTS.to_vec(),
+            materials: vec![0, 1, 2],
+            motions,
+        }
+    }
+}
+
+impl Config {
+    /// Steel at rest; the paper's joint and the taut specimen in motion.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            segments: SEGMENTS.to_vec(),
+            materials: vec![2],
+            motions: vec![
+                loose(Joint::Ordinary, 24, Step::Paper, DT),
+                loose(Joint::Cosserat, 24, Step::Default, DT),
+                taut(24, Step::Paper, 1.1),
+                taut(24, Step::Default, 1.1),
+                taut(24, Step::Stiffened, 1.1),
+            ],
+        }
+    }
+}
+
+/// All of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Results {
+    /// At rest.
+    pub rows: Vec<Row>,
+    /// In motion.
+    pub held: Vec<Held>,
+    /// Of a bent joint.
+    pub leaks: Vec<Leak>,
+}
+
+/// A steel or other specimen with the paper's GJ = Y I_a/(2(1 + ν)).
+fn specimen(
+    material: (&str, f64),
+    segments: usize,
+    joint: Joint,
+) -> Result<SpecimenParams, ExperimentError> {
+    let square = params(Specimen::Twist, material, segments, joint);
+    let ei = square.resolve()?.stiffness.ei;
+    Ok(SpecimenParams {
+        gj: Some(ei / (2.0 * (1.0 + POISSON))),
+        ..square
+    })
+}
+
+/// Twists every specimen at rest and in motion, in parallel.
+///
+/// # Errors
+/// A scene that cannot be built, or an equilibrium that is not found. A motion that breaks is a result.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
+    let mut tasks = Vec::new();
+    for &m in &config.materials {
+        for &n in &config.segments {
+            tasks.extend(Joint::ALL.map(|joint| (MATERIALS[m], n, joint)));
+        }
+    }
+    progress.set_length((tasks.len() + config.motions.len()) as u64);
+    let rows: Vec<Vec<Row>> = tasks
+        .par_iter()
+        .map(|&(material, n, joint)| {
+            let rows = at_rest(material, n, joint, FARTHEST);
+            progress.inc(1);
+            rows
+        })
+        .collect::<Result<_, _>>()?;
+    let held = config.motions.par_iter().map(|motion| {
+        let held = motion::in_motion(motion);
+        progress.inc(1);
+        held
+    });
+    Ok(Results {
+        rows: rows.into_iter().flatten().collect(),
+        held: held.collect::<Result<_, _>>()?,
+        leaks: leaks()?,
+    })
+}
+
+/// Checks, tables, rows and charts.
+///
+/// # Errors
+/// Rows that cannot be written.
+pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
+    let mut checks = checks::at_rest(&results.rows);
+    checks.extend(checks::in_motion(&results.held));
+    checks.extend(checks::of_leaks(&results.leaks));
+    Ok(Outcome {
+        checks,
+        text: tables::tables(results),
+        csv: csv(&results.rows)?,
+        more_csv: vec![
+            ("motion", csv(&results.held)?),
+            ("leak", csv(&results.leaks)?),
+        ],
+        charts: vec![
+            charts::at_rest(&results.rows),
+            charts::of_leaks(&results.leaks),
+        ],
+    })
+}

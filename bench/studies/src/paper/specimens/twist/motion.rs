@@ -1,0 +1,177 @@
+//! The specimen in motion under a torque that rises, and how long it stays straight.
+//!
+//! The step has a limit of its own beside the rod's: the change of the joints' torques with rotation is explicit, and by
+//! the mirror symmetry of the term ±½T it stiffens modes of one handedness as much as it softens those of the other.
+//! The dynamic runs hold the grip in a bearing, which lets it turn about the axis only: a fixed torque on a *free* end
+//! does not buckle but flutters, at any torque if nothing damps it (Nikolai).
+
+use super::specimen;
+use crate::paper::specimens::{Joint, MATERIALS, largest, read};
+use nalgebra::Vector3;
+use serde::Serialize;
+use std::f64::consts::TAU;
+use taut_ground::pace;
+use taut_integrator::{GeometricStiffness, StepOptions, Stepper};
+use taut_model::SpecimenParams;
+use taut_output::check::ExperimentError;
+
+/// Distance from the axis at which a specimen of 1 m counts as no longer straight \[m]: a thousand times the sag
+/// under [`PUSH`].
+const OFF_AXIS: f64 = 1e-4;
+
+/// Distance from the axis at which it counts as lost \[m]. The ends cannot come nearer to each other: a buckled
+/// specimen is a helix of radius 2 (I/A)^½ ≈ 6 mm, and what is wider is no motion of steel.
+const LOST: f64 = 1e-2;
+
+/// Size of the disturbance, a sideways force on a segment that turns by an irregular angle every step \[N]. Seeds at the
+/// start alone would be damped to nothing long before the torque is large.
+const PUSH: f64 = 1e-2;
+
+/// Turn of the disturbance in a step \[rad]: the golden angle.
+const PUSH_TURN: f64 = 2.399_963_229_728_653;
+
+/// A step of the dynamic runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Step {
+    /// The paper's.
+    Paper,
+    /// The default, with geometric stiffness and guard.
+    Default,
+    /// The paper's scheme with geometric stiffness of weight 1.
+    Stiffened,
+}
+
+impl Step {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Paper => "paper",
+            Self::Default => "default",
+            Self::Stiffened => "stiffened",
+        }
+    }
+}
+
+/// A dynamic run of steel: the torque rises to `turns` in `ramp` seconds and stays.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Joint.
+    pub joint: Joint,
+    /// Segments.
+    pub segments: usize,
+    /// Step.
+    pub step: Step,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Tension over T²/(4YI) of the largest torque; 0 is none.
+    pub tension: f64,
+    /// Whether a small sideways force disturbs it; else it stays exactly straight.
+    pub disturbed: bool,
+    /// T L/(2π GJ) at the end of the ramp.
+    pub turns: f64,
+    /// Time of the ramp \[s].
+    pub ramp: f64,
+    /// Time after it \[s].
+    pub hold: f64,
+}
+
+/// How a dynamic run ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Held {
+    /// Joint.
+    pub joint: String,
+    /// Segments.
+    pub segments: usize,
+    /// Step.
+    pub step: String,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Tension over T²/(4YI).
+    pub tension: f64,
+    /// Whether a small sideways force disturbed it.
+    pub disturbed: bool,
+    /// Turns of the load, T L/(2π GJ), up to which it was straight.
+    pub straight_to: f64,
+    /// Turns of the load when it was lost, or at the end.
+    pub turns: f64,
+    /// When that was \[s].
+    pub time_s: f64,
+    /// Whether it stayed straight to the end.
+    pub straight: bool,
+    /// Whether it was lost: wide off its axis, or a step failed.
+    pub lost: bool,
+    /// Turns read from the joints at the end.
+    pub turns_read: f64,
+    /// Largest distance from the axis over the run \[m].
+    pub off_axis_m: f64,
+    /// Steps that the guard redid.
+    pub redone: usize,
+}
+
+pub(super) fn in_motion(motion: &Motion) -> Result<Held, ExperimentError> {
+    let n = motion.segments;
+    let base = specimen(MATERIALS[2], n, motion.joint)?;
+    let stiffness = base.resolve()?.stiffness;
+    let torque = motion.turns * TAU * stiffness.gj / base.length;
+    let params = SpecimenParams {
+        bearing: true,
+        force: Some(motion.tension * torque * torque / (4.0 * stiffness.ei)),
+        equilibrium: motion.tension > 0.0,
+        ..base
+    };
+    let options = StepOptions {
+        dt: motion.dt,
+        ..match motion.step {
+            Step::Paper => StepOptions::paper(),
+            Step::Default => StepOptions::default(),
+            Step::Stiffened => StepOptions {
+                stiffness: GeometricStiffness::inertia(1.0),
+                ..StepOptions::paper()
+            },
+        }
+    };
+    let mut stepper = Stepper::new(params.build()?, options)?;
+    let mut held = Held {
+        joint: motion.joint.name().to_owned(),
+        segments: n,
+        step: motion.step.name().to_owned(),
+        dt: motion.dt,
+        tension: motion.tension,
+        disturbed: motion.disturbed,
+        straight_to: 0.0,
+        turns: 0.0,
+        time_s: 0.0,
+        straight: true,
+        lost: false,
+        turns_read: 0.0,
+        off_axis_m: 0.0,
+        redone: 0,
+    };
+    let steps = ((motion.ramp + motion.hold) / motion.dt).round() as usize;
+    for k in 1..=steps {
+        let share = (k as f64 * motion.dt / motion.ramp).min(1.0);
+        stepper.set_load(n, Vector3::zeros(), Vector3::x() * (share * torque))?;
+        if motion.disturbed {
+            let (sine, cosine) = (PUSH_TURN * k as f64).sin_cos();
+            let push = Vector3::new(0.0, 1.0 + cosine, sine) * PUSH;
+            stepper.set_load(n / 3, push, Vector3::zeros())?;
+        }
+        let step = pace::step(&mut stepper);
+        held.turns = share * motion.turns;
+        held.time_s = k as f64 * motion.dt;
+        let bodies = &stepper.scene().bodies;
+        let off = largest(bodies.position.iter().map(|x| x.y.hypot(x.z)));
+        held.off_axis_m = held.off_axis_m.max(off);
+        held.straight &= off <= OFF_AXIS;
+        if held.straight {
+            held.straight_to = held.turns;
+        }
+        held.lost = step.is_err() || off.is_nan() || off > LOST;
+        if held.lost {
+            break;
+        }
+        held.redone += usize::from(step.is_ok_and(|report| report.redone));
+    }
+    let joints = read(stepper.scene(), n);
+    held.turns_read = joints.iter().map(|r| r.twist).sum::<f64>() / TAU;
+    Ok(held)
+}

@@ -1,0 +1,429 @@
+//! Cables with branches and loops: what every solver costs there, how wrong it is, and how both grow with the size.
+//!
+//! A case is a network of one size and mass ratio: in its static equilibrium, set swinging about the line of its
+//! anchors as a rigid whole, and stepped with the default solver for [`WARM_UP`] steps. From there on, for every solver:
+//! (1) *algebra*: one solve of the common system, with the same tension in the geometric stiffness and the multipliers of
+//! the step before as the guess, against the KKT system in extended precision; (2) *motion*: the place of the load after
+//! [`Config::time`], over the size of the scene, against that of the reference solver; (3) *time*, alone and one after the
+//! other, of the step from the common state.
+//!
+//! Sizes are segments a cable; of the ladder cables, of the net rows and columns.
+
+mod measure;
+mod study;
+mod table;
+
+pub use measure::{reference_choice, swinging};
+pub(crate) use study::STUDY;
+pub use study::{Options, network, run as run_study};
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::time::Duration;
+use taut_ground::choice::{Choice, Omission};
+use taut_integrator::{Elimination, StepError};
+use taut_model::{Network, NetworkParams};
+use taut_solver::{Backend, SolveReport};
+
+/// What a direct solver with refinement is to reach: relative error of the multipliers and of the load's place.
+pub const BAR: f64 = 1e-8;
+
+/// Steps from the start to the common state.
+pub const WARM_UP: usize = 20;
+
+/// Angular velocity about the line of the anchors at the start \[rad/s].
+pub const SWING: f64 = 0.2;
+
+/// Rows beyond which the dense solver, whose cost is cubic, has no rows.
+pub const DENSE_ROWS: usize = 600;
+
+/// Rows beyond which no run is made and iterative solvers have no rows: errors of one solve, times and entries only.
+pub const RUN_ROWS: usize = 2400;
+
+/// The same for the runs of iterative solvers.
+pub const ITERATIVE_RUN_ROWS: usize = 1300;
+
+/// Segments of the ladder's cables.
+const LADDER_SEGMENTS: usize = 12;
+
+/// What [`run`] runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Config {
+    /// Scenes with their sizes.
+    pub sizes: Vec<(Network, Vec<usize>)>,
+    /// Mass ratios load/segment.
+    pub ratios: Vec<f64>,
+    /// Solvers; iterative ones run over the ladder of iterations.
+    pub choices: Vec<Choice>,
+    /// Limits of iterations.
+    pub iterations: Vec<usize>,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Simulated time after which the load's place is compared \[s].
+    pub time: f64,
+    /// Time that the timing of a row aims at.
+    pub timing_budget: Duration,
+}
+
+impl Default for Config {
+    fn default() -> Self {
+        Self {
+            sizes: vec![
+                (Network::Ring, vec![24, 50, 100, 200, 1000]),
+                (Network::Junction, vec![8, 24, 100]),
+                (Network::Cranes, vec![8, 24, 100]),
+                (Network::Ladder, vec![2, 4, 8, 16, 64]),
+                (Network::Net, vec![5, 8, 14, 20]),
+            ],
+            ratios: vec![100.0],
+            choices: Choice::all(),
+            iterations: vec![10, 100, 1000],
+            dt: 1.0 / 60.0,
+            time: 1.0,
+            timing_budget: Duration::from_millis(15),
+        }
+    }
+}
+
+impl Config {
+    /// Two small sizes of each scene.
+    #[must_use]
+    pub fn quick() -> Self {
+        Self {
+            sizes: vec![
+                (Network::Ring, vec![12, 24]),
+                (Network::Junction, vec![4, 8]),
+                (Network::Cranes, vec![6, 12]),
+                (Network::Ladder, vec![2, 3]),
+                (Network::Net, vec![4, 5]),
+            ],
+            iterations: vec![10, 100],
+            timing_budget: Duration::from_millis(2),
+            ..Self::default()
+        }
+    }
+
+    /// The scenes with those names only, in that order, all of them where none is named; with `sizes` in place of
+    /// their own where there are some.
+    #[must_use]
+    pub fn with(mut self, networks: &[Network], sizes: &[usize]) -> Self {
+        if !networks.is_empty() {
+            let of = |n: &Network| self.sizes.iter().find(|(own, _)| own == n).cloned();
+            self.sizes = networks.iter().filter_map(of).collect();
+        }
+        if !sizes.is_empty() {
+            for (_, own) in &mut self.sizes {
+                *own = sizes.to_vec();
+            }
+        }
+        self
+    }
+
+    /// The parameters of a case.
+    #[must_use]
+    pub fn params(&self, network: Network, size: usize, mass_ratio: f64) -> NetworkParams {
+        let mut params = NetworkParams {
+            mass_ratio,
+            seed: 1,
+            ..NetworkParams::new(network)
+        };
+        match network {
+            Network::Ladder => (params.segments, params.cables) = (LADDER_SEGMENTS, size),
+            Network::Net => (params.rows, params.columns) = (size, size),
+            _ => params.segments = size,
+        }
+        params
+    }
+}
+
+/// One row: a solver on a case.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Record {
+    /// Name of the scene.
+    pub scene: String,
+    /// Its size: segments, cables of a ladder, rows and columns of a net.
+    pub size: usize,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Bodies of the scene.
+    pub bodies: usize,
+    /// Rows of its constraints.
+    pub rows: usize,
+    /// Backend and form, without iterations; with the order of elimination where it is not the default's.
+    pub backend: String,
+    /// All options of the backend, as the command line reads them.
+    pub options: String,
+    /// The order of elimination asked for.
+    pub elimination: String,
+    /// Limit of iterations; 0 for direct solvers.
+    pub iterations: usize,
+    /// Iterations of the solve.
+    pub iterations_used: usize,
+    /// Δt \[s].
+    pub dt: f64,
+    /// Refinement sweeps of the step.
+    pub refinements: usize,
+    /// What the solver claims of its solve: `direct`, `converged`, `limit`, `stalled`.
+    pub status: String,
+    /// The same as the solver reports it.
+    #[serde(skip)]
+    pub said: Option<SolveReport>,
+    /// Whole step, median \[ns].
+    pub step_ns: f64,
+    /// Whole step, minimum \[ns].
+    pub step_ns_min: f64,
+    /// Linear solve with its refinement, median \[ns].
+    pub solve_ns: f64,
+    /// Linear solve with its refinement, minimum \[ns].
+    pub solve_ns_min: f64,
+    /// The median over the number of rows \[ns].
+    pub solve_ns_per_row: f64,
+    /// Relative error of the multipliers against extended precision; none where the case has no reference.
+    pub forward_error: Option<f64>,
+    /// The same without refinement.
+    pub forward_error_unrefined: Option<f64>,
+    /// Distance of the load's place from that of the reference solver, over the size of the scene; none where the
+    /// case is not run, or an iteration loses the motion.
+    pub load_difference: Option<f64>,
+    /// Entries of the factor, where the backend knows it beforehand.
+    pub factor_entries: Option<usize>,
+    /// Whether a direct solver keeps [`BAR`]; none for iterations, and where nothing is known.
+    pub within_bar: Option<bool>,
+    /// Why there are no numbers, where the solver failed: they are null in JSON then. Without it null is what was not
+    /// measured.
+    pub error: Option<String>,
+}
+
+/// How the time of a solve grows with the rows of the scene: t ∝ rows^exponent, by least squares of the logarithms of the
+/// minima. Iterative solvers stand there with their lowest limit of iterations only, which they use up: what an
+/// iteration costs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Growth {
+    /// Name of the scene.
+    pub scene: String,
+    /// Load over segment mass.
+    pub mass_ratio: f64,
+    /// Backend and form.
+    pub backend: String,
+    /// Limit of iterations; 0 for direct solvers.
+    pub iterations: usize,
+    /// The exponent.
+    pub exponent: f64,
+    /// Fewest and most rows of the sizes that it comes from.
+    pub rows: [usize; 2],
+}
+
+/// All rows, what they show, what is missing.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Results {
+    /// Rows, case by case, solvers in the order asked for, iterations ascending.
+    pub records: Vec<Record>,
+    /// Cost against size.
+    pub growth: Vec<Growth>,
+    /// What was left out.
+    #[serde(skip)]
+    pub omissions: Vec<Omission>,
+}
+
+/// A row's work.
+#[derive(Debug, Clone, PartialEq)]
+struct Task {
+    case: usize,
+    choice: Choice,
+    elimination: Elimination,
+    rung: usize,
+}
+
+/// Runs it. `progress` advances once for each case and twice for each row.
+///
+/// # Errors
+/// A scene that cannot be built or has no equilibrium, a reference run that fails; a solver's own failure is a row.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+    let mut wanted = Vec::new();
+    for (network, sizes) in &config.sizes {
+        for &ratio in &config.ratios {
+            wanted.extend(sizes.iter().map(|&size| (*network, size, ratio)));
+        }
+    }
+    progress.set_length(wanted.len() as u64);
+    progress.set_message("cases");
+    let cases: Vec<measure::Case> = wanted
+        .into_par_iter()
+        .map(|(network, size, ratio)| {
+            let params = config.params(network, size, ratio);
+            measure::Case::new(config, size, &params).inspect(|_| progress.inc(1))
+        })
+        .collect::<Result<_, _>>()?;
+    let mut results = Results::default();
+    let tasks = tasks(config, &cases, &mut results.omissions);
+    progress.set_length((cases.len() + 2 * tasks.len()) as u64);
+    progress.set_message("errors");
+    results.records = tasks
+        .par_iter()
+        .map(|task| {
+            let row = measure::row(config, &cases[task.case], task);
+            progress.inc(1);
+            row
+        })
+        .collect();
+    progress.set_message("timing");
+    for (task, row) in tasks.iter().zip(&mut results.records) {
+        measure::time(config, &cases[task.case], task, row);
+        progress.inc(1);
+    }
+    results.growth = growth(&results.records);
+    Ok(results)
+}
+
+fn tasks(config: &Config, cases: &[measure::Case], omissions: &mut Vec<Omission>) -> Vec<Task> {
+    let mut tasks = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
+        for choice in &config.choices {
+            if let Some(reason) = omitted(case, choice, config.choices.len() == 1) {
+                let omission = Omission {
+                    backend: choice.family(),
+                    reason,
+                };
+                if !omissions.contains(&omission) {
+                    omissions.push(omission);
+                }
+                continue;
+            }
+            let rungs = if choice.backend.is_iterative() {
+                config.iterations.clone()
+            } else {
+                vec![0]
+            };
+            tasks.extend(rungs.into_iter().map(|rung| Task {
+                case: index,
+                choice: measure::at_rung(choice, rung),
+                elimination: Elimination::Auto,
+                rung,
+            }));
+            // Loops by border rows against the order of minimum degree, where the order is the backend's to take.
+            if choice.backend == Backend::Banded && case.network == Network::Ring {
+                let orders = [
+                    Elimination::Scene,
+                    Elimination::Border,
+                    Elimination::MinimumDegree,
+                ];
+                tasks.extend(orders.map(|elimination| Task {
+                    case: index,
+                    choice: choice.clone(),
+                    elimination,
+                    rung: 0,
+                }));
+            }
+        }
+    }
+    tasks
+}
+
+/// Why a solver has no rows for a case.
+fn omitted(case: &measure::Case, choice: &Choice, alone: bool) -> Option<String> {
+    if let Err(e) = choice.check() {
+        return Some(e.to_string());
+    }
+    let dense = choice.backend.name() == "dense";
+    if dense && case.rows > DENSE_ROWS && !alone {
+        return Some(format!("cubic cost beyond {DENSE_ROWS} rows"));
+    }
+    (choice.backend.is_iterative() && case.rows > RUN_ROWS && !alone)
+        .then(|| format!("no iterations beyond {RUN_ROWS} rows"))
+}
+
+/// Exponents of every scene and solver with three sizes or more, of iterations at their lowest limit.
+fn growth(records: &[Record]) -> Vec<Growth> {
+    let mut found: Vec<Growth> = Vec::new();
+    let limits = records.iter().map(|r| r.iterations).filter(|k| *k > 0);
+    let lowest = limits.min().unwrap_or(0);
+    for r in records.iter().filter(|r| r.iterations <= lowest) {
+        let same = |o: &&Record| {
+            (&o.scene, &o.backend, o.iterations) == (&r.scene, &r.backend, r.iterations)
+                && o.mass_ratio == r.mass_ratio
+        };
+        let known = found.iter().any(|g| {
+            (&g.scene, &g.backend, g.iterations) == (&r.scene, &r.backend, r.iterations)
+                && g.mass_ratio == r.mass_ratio
+        });
+        if known {
+            continue;
+        }
+        let points: Vec<(f64, f64)> = records
+            .iter()
+            .filter(same)
+            .filter(|o| o.solve_ns_min.is_finite() && o.solve_ns_min > 0.0)
+            .map(|o| ((o.rows as f64).ln(), o.solve_ns_min.ln()))
+            .collect();
+        let Some(exponent) = slope(&points) else {
+            continue;
+        };
+        let rows = records.iter().filter(same).map(|o| o.rows);
+        let least = rows.clone().min().unwrap_or(0);
+        found.push(Growth {
+            scene: r.scene.clone(),
+            mass_ratio: r.mass_ratio,
+            backend: r.backend.clone(),
+            iterations: r.iterations,
+            exponent,
+            rows: [least, rows.max().unwrap_or(0)],
+        });
+    }
+    found
+}
+
+/// Slope of the least-squares line through three points or more.
+fn slope(points: &[(f64, f64)]) -> Option<f64> {
+    let n = points.len() as f64;
+    if points.len() < 3 {
+        return None;
+    }
+    let (mx, my) = points
+        .iter()
+        .fold((0.0, 0.0), |(a, b), (x, y)| (a + x / n, b + y / n));
+    let (mut xy, mut xx) = (0.0, 0.0);
+    for (x, y) in points {
+        xy += (x - mx) * (y - my);
+        xx += (x - mx).powi(2);
+    }
+    (xx > 0.0).then(|| xy / xx)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_slope_of_a_power_is_its_exponent() {
+        let points = [10.0_f64, 20.0, 50.0].map(|x| (x.ln(), (3.0 * x.powf(1.5)).ln()));
+        assert!((slope(&points).unwrap() - 1.5).abs() < 1e-12);
+        assert_eq!(slope(&points[..2]), None);
+        assert_eq!(slope(&[(1.0, 1.0), (1.0, 2.0), (1.0, 3.0)]), None);
+    }
+
+    #[test]
+    fn every_direct_solver_keeps_the_bar_on_every_scene() {
+        let config = Config {
+            timing_budget: Duration::ZERO,
+            ..Config::quick()
+        };
+        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        for network in Network::ALL {
+            let own = results.records.iter().filter(|r| r.scene == network.name());
+            assert!(own.count() > 0, "{}", network.name());
+        }
+        for r in &results.records {
+            assert_eq!(r.error, None, "{r:?}");
+            assert!(r.solve_ns > 0.0 && r.step_ns >= r.solve_ns, "{r:?}");
+            assert!(r.within_bar.is_none_or(|kept| kept), "{r:?}");
+            assert_eq!(r.within_bar.is_some(), r.iterations == 0, "{r:?}");
+        }
+        let text = taut_output::table::plain(&crate::study::tables(
+            table::SHEETS,
+            &crate::study::data(&results).unwrap(),
+        ));
+        let width = text.lines().map(|l| l.chars().count()).max();
+        assert!(width <= Some(120), "{width:?}\n{text}");
+    }
+}

@@ -1,0 +1,136 @@
+//! The study of branches and loops: its options, settings and plots.
+
+use super::Config;
+use super::table::{LEGEND, SHEETS, bar};
+use crate::options::{Backends, Iterations, Quick, Ratios, Segments, sorted};
+use crate::study::{Found, Study, StudyError, data, no_files, tables};
+use clap::{Args, FromArgMatches};
+use indicatif::ProgressBar;
+use taut_model::Network;
+use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
+use taut_output::settings::{
+    ONE_REFINEMENT, Setting, counts, list, numbers, seconds, set, solvers, step,
+};
+use taut_output::table::{MARK, omissions};
+
+/// `taut study scenes`.
+pub(crate) const STUDY: Study = Study {
+    name: "scenes",
+    title: "branches and loops",
+    about: "Cables with branches and loops: every solver, cost against size",
+    example: "--scene ring --quick --segments 8,12",
+    mark: ("records", "solve_ns_per_row"),
+    options: Options::augment_args,
+    reads: no_files,
+    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    sheets: SHEETS,
+    plots: PLOTS,
+};
+
+/// What it reads.
+#[derive(Debug, Args)]
+pub struct Options {
+    /// Cables with branches and loops: ring, junction, cranes, ladder, net; `--segments` are the ladder's cables, the
+    /// net's rows and columns
+    #[arg(long = "scene", value_delimiter = ',', value_name = "NAME", value_parser = network)]
+    pub scenes: Vec<Network>,
+    /// Numbers of segments
+    #[command(flatten)]
+    pub segments: Segments,
+    /// Mass ratios
+    #[command(flatten)]
+    pub ratios: Ratios,
+    /// Solvers
+    #[command(flatten)]
+    pub backends: Backends,
+    /// Limits of iterations
+    #[command(flatten)]
+    pub iterations: Iterations,
+    /// Whether it is short
+    #[command(flatten)]
+    pub quick: Quick,
+}
+
+/// The network of that name.
+///
+/// # Errors
+/// A name of none.
+pub fn network(name: &str) -> Result<Network, String> {
+    let names = || Network::ALL.map(Network::name).join(", ");
+    Network::named(name).ok_or_else(|| format!("choose one of {}", names()))
+}
+
+/// Runs it.
+///
+/// # Errors
+/// Bad options, and scenes that cannot be run.
+pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+    let mut networks = Vec::new();
+    for network in &options.scenes {
+        if !networks.contains(network) {
+            networks.push(*network);
+        }
+    }
+    let sizes = sorted(&options.segments.segments, Vec::new());
+    let mut config = options.quick.of(Config::quick).with(&networks, &sizes);
+    options.ratios.replace(&mut config.ratios)?;
+    options.iterations.replace(&mut config.iterations)?;
+    config.choices = options.backends.without_limits()?;
+    let results = super::run(&config, progress)?;
+    let rows = data(&results)?;
+    let text = format!(
+        "cables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; {}\n{LEGEND}\n{MARK}\n{}{}",
+        1.0 / config.dt,
+        bar(),
+        tables(SHEETS, &rows),
+        omissions(&results.omissions)
+    );
+    Ok(Found {
+        settings: settings(&config),
+        text,
+        rows,
+        omissions: results.omissions,
+    })
+}
+
+/// What it was set to.
+fn settings(config: &Config) -> Vec<Setting> {
+    let sizes = |(network, sizes): &(Network, Vec<usize>)| {
+        format!("{} of {}", network.name(), counts(sizes))
+    };
+    set([
+        ("scenes", list(&config.sizes, sizes)),
+        ("load/segment", numbers(&config.ratios)),
+        ("solvers", solvers(&config.choices)),
+        ("iterations", counts(&config.iterations)),
+        ("refinements", ONE_REFINEMENT.to_owned()),
+        ("Δt", step(config.dt)),
+        ("simulated", seconds(config.time)),
+    ])
+}
+
+const PLOTS: &[Plan] = &[
+    Plan {
+        id: PRECISION,
+        title: "Work against precision",
+        text: "A step's time against the error of the multipliers against 32 digits. Along a curve: \
+                       iterations. Lower left is better.",
+        list: "records",
+        panels: &["scene", "size", "mass_ratio"],
+        x: error(&["forward_error"], "relative error of the multipliers (1)"),
+        y: positive(&["step_ns"], "whole step (µs)", 1e-3),
+        ..PLAIN
+    },
+    Plan {
+        id: "sizes",
+        title: "Time against size",
+        text: "Of iterations those that converged, with the limit that costs least.",
+        list: "records",
+        only: &[("status", &["direct", "converged"])],
+        panels: &["scene", "mass_ratio"],
+        x: positive(&["rows"], "rows of S (1)", 1.0),
+        y: positive(&["solve_ns"], "linear solve (µs)", 1e-3),
+        lowest: true,
+        ..PLAIN
+    },
+];
