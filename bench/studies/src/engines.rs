@@ -1,10 +1,11 @@
 //! Whole engines on the hoist: what one frame of 1/60 s costs, and how wrong the motion is.
 //!
-//! Every engine goes through the same two motions ([`taut_ground::engine::motion`]): the cable at rest, whose elongation is known, and a
-//! swing, compared with our own step at 1/7680 s. Ours run at one step a frame and at a few sub-steps. The rivals are
-//! given the cheapest setting that keeps both errors within the bar: each has ladders of settings, cheapest first, and
-//! of each ladder the first that does is taken. Masses, lengths, gravity, stiffness and start are the same; the rivals
-//! have no bending and no torsion, which a cable that swings straight does not ask for, and nothing collides or sleeps.
+//! Every engine goes through the same two motions ([`taut_ground::engine::motion`]): the cable at rest, whose elongation
+//! is known, and a swing, compared with our own step at 1/7680 s. Ours run at one step a frame and at a few sub-steps. The
+//! rivals are given the cheapest setting that keeps both errors within the bar: each has ladders of settings, cheapest
+//! first, and of each ladder the first that does is taken. Masses, lengths, gravity, stiffness and start are the same; the
+//! rivals have no bending and no torsion, which a cable that swings straight does not ask for, and nothing collides or
+//! sleeps.
 //!
 //! As measured (`taut study engines`): a frame of a swing from 0.3 rad for 6.5 s, in one step, is 0.009 to
 //! 0.010 % of the length off at 10³ and 10⁵, 24 and 100 segments, the period's error of the scheme, and exact at rest;
@@ -18,7 +19,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `ours` | our step in its settings |
-//! | `leapfrog` | the explicit rival: point masses and springs |
+//! | `leapfrog` | the explicit rival: point masses and springs; Rapier is in the crate `taut-rivals` |
 //! | `search` | a run of a setting, the cheapest within the bar |
 //! | `table` | text tables |
 
