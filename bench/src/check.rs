@@ -26,6 +26,9 @@ pub struct Check {
     pub reference: String,
     /// What comes out here, as text with its unit.
     pub ours: String,
+    /// Both as numbers, where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compared: Option<Compared>,
     /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
     /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
     #[serde(flatten, serialize_with = "with_reached")]
@@ -40,6 +43,78 @@ pub struct Check {
     pub verdict: Verdict,
     /// The condition of a claim that holds only under one; the cause of a failure.
     pub note: String,
+}
+
+/// A number and its reference.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Compared {
+    /// What the paper or the theory says.
+    pub reference: f64,
+    /// What comes out here.
+    pub ours: f64,
+    /// The unit of both; empty for a ratio.
+    pub unit: &'static str,
+}
+
+/// How the distance of a number from its reference is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Measure {
+    /// Over the reference.
+    Relative,
+    /// In the unit of both.
+    Absolute,
+    /// Over this scale, in the unit of both.
+    Over(f64),
+}
+
+impl Measure {
+    fn error(self, reference: f64, ours: f64) -> f64 {
+        match self {
+            Self::Relative => (ours / reference - 1.0).abs(),
+            _ => (ours - reference).abs() / self.scale(reference),
+        }
+    }
+
+    /// What an error of 1 is in the unit of both.
+    fn scale(self, reference: f64) -> f64 {
+        match self {
+            Self::Relative => reference.abs(),
+            Self::Absolute => 1.0,
+            Self::Over(scale) => scale,
+        }
+    }
+}
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Relative => f.write_str("relative"),
+            Self::Absolute => f.write_str("difference"),
+            Self::Over(scale) => write!(f, "difference over {scale}"),
+        }
+    }
+}
+
+/// Numbers with their unit, to one digit beyond what a difference of `resolution` changes; a vector in brackets.
+fn with_unit(values: &[f64], resolution: f64, unit: &str) -> String {
+    let decimals = 1 - resolution.log10().floor().clamp(-14.0, 6.0) as i32;
+    let one = |value: &f64| {
+        let size = value.abs();
+        if !size.is_normal() || (1e-3..1e6).contains(&size) {
+            format!("{value:.*}", decimals.max(0) as usize)
+        } else {
+            let digits = decimals + size.log10().floor() as i32;
+            format!("{value:.*e}", digits.max(1) as usize)
+        }
+    };
+    let shown: Vec<String> = values.iter().map(one).collect();
+    let list = shown.join(", ");
+    let list = if values.len() > 1 {
+        format!("({list})")
+    } else {
+        list
+    };
+    format!("{list} {unit}").trim_end().to_owned()
 }
 
 /// What there is of an error.
@@ -144,6 +219,16 @@ impl Verdict {
             Self::DoesNotHold
         }
     }
+
+    /// What a statement of the paper comes to that holds under the note's condition at least.
+    #[must_use]
+    pub fn or_only_if(holds: bool) -> Self {
+        if holds {
+            Self::Holds
+        } else {
+            Self::HoldsOnlyIf
+        }
+    }
 }
 
 impl fmt::Display for Verdict {
@@ -165,53 +250,121 @@ impl Check {
     #[must_use]
     pub fn within(
         case: impl Into<String>,
-        reference: String,
-        ours: String,
+        reference: impl Into<String>,
+        ours: impl Into<String>,
         error: f64,
         bar: f64,
     ) -> Self {
-        Self::judged(
-            case,
-            reference,
-            ours,
-            error,
-            bar,
-            [Verdict::Pass, Verdict::Fail],
-        )
+        // An error that is no number is none that is small.
+        Self {
+            error: Some(error),
+            bar: Some(bar),
+            ..Self::stated(case, reference, ours, error <= bar)
+        }
     }
 
-    /// A row on what the paper prints: [`Verdict::Holds`] where the error is within the bar.
+    /// A number beside its reference, both in `unit`.
     #[must_use]
-    pub fn published(
+    pub fn number(
         case: impl Into<String>,
-        reference: String,
-        ours: String,
-        error: f64,
+        [reference, ours]: [f64; 2],
+        unit: &'static str,
+        measure: Measure,
         bar: f64,
     ) -> Self {
-        Self::judged(
-            case,
-            reference,
-            ours,
-            error,
-            bar,
-            [Verdict::Holds, Verdict::DoesNotHold],
-        )
+        let shown = |value: f64| with_unit(&[value], measure.scale(reference) * bar, unit);
+        let error = measure.error(reference, ours);
+        Self {
+            compared: Some(Compared {
+                reference,
+                ours,
+                unit,
+            }),
+            criterion: measure.to_string(),
+            ..Self::within(case, shown(reference), shown(ours), error, bar)
+        }
+    }
+
+    /// A number whose error is relative to its reference.
+    #[must_use]
+    pub fn relative(
+        case: impl Into<String>,
+        [reference, ours]: [f64; 2],
+        unit: &'static str,
+        bar: f64,
+    ) -> Self {
+        Self::number(case, [reference, ours], unit, Measure::Relative, bar)
+    }
+
+    /// An order of convergence that has to be 2.
+    #[must_use]
+    pub fn second_order(case: impl Into<String>, order: f64, bar: f64) -> Self {
+        Self::number(case, [2.0, order], "", Measure::Absolute, bar)
+            .by("difference of the order from 2")
+    }
+
+    /// A vector beside its reference, both in `unit`; the error is what the caller measures.
+    #[must_use]
+    pub fn vector(
+        case: impl Into<String>,
+        [reference, ours]: [&[f64]; 2],
+        unit: &str,
+        [error, bar]: [f64; 2],
+    ) -> Self {
+        let size = reference.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let shown = |values| with_unit(values, size * bar, unit);
+        Self::within(case, shown(reference), shown(ours), error, bar)
+    }
+
+    /// What is known only by its distance from the reference, in `unit`.
+    #[must_use]
+    pub fn off(
+        case: impl Into<String>,
+        reference: impl Into<String>,
+        error: f64,
+        unit: &str,
+        bar: f64,
+    ) -> Self {
+        let ours = format!("{error:.1e} {unit}");
+        Self::within(case, reference, ours.trim_end(), error, bar)
+    }
+
+    /// A statement in words of ours that is so, or is not.
+    #[must_use]
+    pub fn stated(
+        case: impl Into<String>,
+        reference: impl Into<String>,
+        ours: impl Into<String>,
+        good: bool,
+    ) -> Self {
+        let verdict = if good { Verdict::Pass } else { Verdict::Fail };
+        Self::claim(case, reference, ours, verdict, "")
+    }
+
+    /// What ended in an error where a result was wanted.
+    #[must_use]
+    pub fn failed(
+        case: impl Into<String>,
+        reference: impl Into<String>,
+        error: &impl fmt::Display,
+    ) -> Self {
+        Self::stated(case, reference, "failed", false).noting(error.to_string())
     }
 
     /// A claim in words, with its verdict and the condition or the cause.
     #[must_use]
     pub fn claim(
         case: impl Into<String>,
-        reference: &str,
-        ours: String,
+        reference: impl Into<String>,
+        ours: impl Into<String>,
         verdict: Verdict,
         note: impl Into<String>,
     ) -> Self {
         Self {
             case: case.into(),
-            reference: reference.to_owned(),
-            ours,
+            reference: reference.into(),
+            ours: ours.into(),
+            compared: None,
             error: None,
             bar: None,
             criterion: String::new(),
@@ -221,26 +374,21 @@ impl Check {
         }
     }
 
-    fn judged(
-        case: impl Into<String>,
-        reference: String,
-        ours: String,
-        error: f64,
-        bar: f64,
-        [good, bad]: [Verdict; 2],
-    ) -> Self {
-        Self {
-            case: case.into(),
-            reference,
-            ours,
-            error: Some(error),
-            bar: Some(bar),
-            criterion: String::new(),
-            parts: Parts::default(),
-            // An error that is no number is none that is small.
-            verdict: if error <= bar { good } else { bad },
-            note: String::new(),
+    /// The same row on what the paper prints: [`Verdict::Holds`] where ours would pass.
+    #[must_use]
+    pub fn published(mut self) -> Self {
+        self.verdict = Verdict::of(self.verdict == Verdict::Pass);
+        self
+    }
+
+    /// The same row with its verdict turned to [`Verdict::Limit`] where it failed and `known` holds, and with the cause.
+    #[must_use]
+    pub fn limited(mut self, known: bool, cause: impl Into<String>) -> Self {
+        if known && self.verdict == Verdict::Fail {
+            self.verdict = Verdict::Limit;
+            self.note = cause.into();
         }
+        self
     }
 
     /// The same row with its criterion.
@@ -250,10 +398,31 @@ impl Check {
         self
     }
 
-    /// The same row with the parts of its error.
+    /// The same row, its error all algebraic.
     #[must_use]
-    pub fn split(mut self, parts: Parts) -> Self {
-        self.parts = parts;
+    pub fn algebraic(self) -> Self {
+        let error = self.error.unwrap_or(f64::NAN);
+        self.algebraic_part(error)
+    }
+
+    /// The same row with [`Parts::algebraic`].
+    #[must_use]
+    pub fn algebraic_part(mut self, part: f64) -> Self {
+        self.parts.algebraic = Some(part);
+        self
+    }
+
+    /// The same row with [`Parts::time`].
+    #[must_use]
+    pub fn time_part(mut self, part: f64) -> Self {
+        self.parts.time = Some(part);
+        self
+    }
+
+    /// The same row with [`Parts::space`].
+    #[must_use]
+    pub fn space_part(mut self, part: f64) -> Self {
+        self.parts.space = Some(part);
         self
     }
 
@@ -320,6 +489,15 @@ pub struct Outcome {
     pub more_csv: Vec<(&'static str, String)>,
     /// Charts.
     pub charts: Vec<Chart>,
+}
+
+impl From<Vec<Check>> for Outcome {
+    fn from(checks: Vec<Check>) -> Self {
+        Self {
+            checks,
+            ..Self::default()
+        }
+    }
 }
 
 /// An experiment that could not be done.
@@ -399,8 +577,8 @@ mod tests {
 
     #[test]
     fn an_error_that_is_no_number_is_told_from_one_that_is_absent() {
-        let row = |error| Check::within("case", String::new(), String::new(), error, 1.0);
-        let claim = Check::claim("case", "", String::new(), Verdict::NotYet, "");
+        let row = |error| Check::within("case", "", "", error, 1.0);
+        let claim = Check::claim("case", "", "", Verdict::NotYet, "");
         for (check, error, reached, verdict) in [
             (row(0.5), json!(0.5), "number", "pass"),
             (row(f64::NAN), Value::Null, "not-finite", "fail"),

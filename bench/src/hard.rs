@@ -7,7 +7,7 @@
 
 pub mod dynamics;
 pub mod numerics;
-pub mod special;
+mod special;
 pub mod statics;
 
 pub(crate) use crate::check::worse;
@@ -15,6 +15,7 @@ use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
 use indicatif::ProgressBar;
 use std::fmt;
+use taut_integrator::StepOptions;
 use taut_model::Scene;
 
 /// A hard case.
@@ -157,6 +158,37 @@ pub fn solvers() -> Vec<Choice> {
     patient.collect()
 }
 
+/// One check by every solver, those that pass alike in one row ([`together`]).
+pub(crate) fn each_solver(
+    case: &str,
+    mut check: impl FnMut(&Choice) -> Result<Check, ExperimentError>,
+) -> Result<Vec<Check>, ExperimentError> {
+    let found = solvers().into_iter().map(|choice| {
+        let check = check(&choice)?;
+        Ok((choice.family(), check))
+    });
+    let found: Result<_, ExperimentError> = found.collect();
+    Ok(together(case, found?))
+}
+
+/// The items one by one, each of which is a step of `progress`.
+pub(crate) fn counted<T: ExactSizeIterator>(
+    progress: &ProgressBar,
+    items: impl IntoIterator<IntoIter = T>,
+) -> impl Iterator<Item = T::Item> {
+    let items = items.into_iter();
+    progress.set_length(items.len() as u64);
+    items.inspect(|_| progress.inc(1))
+}
+
+/// The default step in time steps of `dt` (s).
+pub(crate) fn at(dt: f64) -> StepOptions {
+    StepOptions {
+        dt,
+        ..StepOptions::default()
+    }
+}
+
 /// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
 /// with the largest of their errors, the others have one each.
 #[must_use]
@@ -227,7 +259,7 @@ mod tests {
 
     #[test]
     fn solvers_that_pass_alike_share_a_row() {
-        let within = |error| Check::within("", "1".into(), "2".into(), error, 1.0);
+        let within = |error| Check::within("", "1", "2", error, 1.0);
         let said = |words: &str| Check::claim("", "", words.to_owned(), Verdict::Pass, "");
         let rows = [
             ("a", within(0.1)),

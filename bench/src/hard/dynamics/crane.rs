@@ -11,7 +11,8 @@
 
 use super::frequency::{self, of_motion, record, stride};
 use super::law;
-use crate::check::{Check, ExperimentError, Outcome, Parts, Verdict};
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
+use crate::hard::at;
 use crate::modes::natural;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -30,11 +31,7 @@ const BAR: f64 = 1e-4;
 /// Angle of the oscillations \[rad].
 const ANGLE: f64 = 1e-3;
 
-/// The checks of H29.
-///
-/// # Errors
-/// Where a scene or a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = vec![trolley()?];
     checks.extend(double_pendulum()?);
     checks.push(bifilar()?);
@@ -42,33 +39,17 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
     for &ratio in ratios {
         checks.extend(gantry(ratio)?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 fn options() -> StepOptions {
-    StepOptions {
-        dt: DT,
-        ..StepOptions::default()
-    }
+    at(DT)
 }
 
 fn check(case: impl Into<String>, formula: f64, measured: f64) -> Check {
-    Check::within(
-        case,
-        format!("{formula:.6} rad/s"),
-        format!("{measured:.6} rad/s"),
-        (measured / formula - 1.0).abs(),
-        BAR,
-    )
-    .by("relative; time: what the step makes of the formula's frequency, by its law")
-    .split(Parts {
-        algebraic: None,
-        time: Some((law::geometric_frequency(formula, DT) / formula - 1.0).abs()),
-        space: None,
-    })
+    Check::relative(case, [formula, measured], "rad/s", BAR)
+        .by("relative; time: what the step makes of the formula's frequency, by its law")
+        .time_part((law::geometric_frequency(formula, DT) / formula - 1.0).abs())
 }
 
 /// A massless link of `length` (m) between the centres of two bodies.
@@ -82,14 +63,6 @@ fn link(scene: &mut Scene, name: &str, frames: [Frame; 2], length: f64) {
     scene.add_constraint(name, Constraint::Distance(link), 0);
 }
 
-/// The cranes at their beginnings.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![on_a_trolley().0, hook_and_load(), on_two_cables().0])
-}
-
 fn crane(name: &str) -> Scene {
     let mut scene = Scene::new(name);
     scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
@@ -99,7 +72,7 @@ fn crane(name: &str) -> Scene {
 /// Masses of trolley and load \[kg], and the cable's length \[m].
 const TROLLEY: [f64; 3] = [50.0, 100.0, 4.0];
 
-fn on_a_trolley() -> (Scene, [usize; 2]) {
+pub(super) fn on_a_trolley() -> (Scene, [usize; 2]) {
     let [trolley_mass, load_mass, length] = TROLLEY;
     let mut scene = crane("trolley");
     let trolley = Body::cuboid(Vector3::repeat(0.5), trolley_mass);
@@ -139,7 +112,7 @@ fn double(ratio: f64, [upper, lower]: [f64; 2]) -> [f64; 2] {
 const LENGTHS: [f64; 2] = [4.0, 1.5];
 const RATIO: f64 = 4.0;
 
-fn hook_and_load() -> Scene {
+pub(super) fn hook_and_load() -> Scene {
     let (lengths, ratio) = (LENGTHS, RATIO);
     let mut scene = crane("double pendulum");
     let hook = Body::particle(100.0).at(Vector3::new(0.0, 0.0, -lengths[0]));
@@ -171,7 +144,7 @@ fn double_pendulum() -> Result<Vec<Check>, ExperimentError> {
 }
 
 /// A block on two cables, and the frequency of its turning \[rad/s].
-fn on_two_cables() -> (Scene, f64) {
+pub(super) fn on_two_cables() -> (Scene, f64) {
     let (above, below, length, mass) = (1.0_f64, 0.6_f64, 3.0_f64, 200.0_f64);
     // The cables lean inwards: the block hangs this far down.
     let fall = (length * length - (above - below) * (above - below)).sqrt();
@@ -265,11 +238,7 @@ fn gantry(ratio: f64) -> Result<Vec<Check>, ExperimentError> {
                 "against the scene's own modes at rest; space: what its cable's mass and stretch and the hook's size make \
                  of the formula's frequency, for the lengths of the equilibrium",
             )
-            .split(Parts {
-                algebraic: None,
-                time: Some((law::geometric_frequency(exact, DT) / exact - 1.0).abs()),
-                space: Some((exact / formula - 1.0).abs()),
-            }),
+            .time_part((law::geometric_frequency(exact, DT) / exact - 1.0).abs()).space_part((exact / formula - 1.0).abs()),
         );
     }
     Ok(checks)

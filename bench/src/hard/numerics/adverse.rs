@@ -21,11 +21,7 @@ struct Row {
     backward_error: f64,
 }
 
-/// The checks of H57.
-///
-/// # Errors
-/// A backend that cannot be made, or what writing the rows reports.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let systems = if quick { 1_000 } else { 10_000 };
     let all: Vec<Backend> = backends()
         .into_iter()

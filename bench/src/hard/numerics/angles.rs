@@ -14,6 +14,7 @@ mod extended;
 pub mod joints;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
+use crate::hard::at;
 use crate::table::{table, text};
 use indicatif::ProgressBar;
 use joints::{Kind, Pose, jacobian_error, pair, sensitivity};
@@ -68,10 +69,7 @@ fn poses(quick: bool) -> Vec<Pose> {
 }
 
 /// A cable joint at the edge of each regime, in motion.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let at = |theta: f64| {
         let mut scene = pair(Kind::Cosserat, theta, &poses(true)[0]);
         scene.name = format!("bend {theta:.3}");
@@ -87,11 +85,7 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![at(1e-9), at(1.0), at(PI - 1e-3), whirl()])
 }
 
-/// The checks of H43.
-///
-/// # Errors
-/// A step that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let (bends, poses) = (bends(), poses(quick));
     progress.set_length(Kind::ALL.len() as u64);
     let errors: Vec<Vec<f64>> = Kind::ALL
@@ -158,7 +152,7 @@ fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64], poses: &[Pose]) -> 
     let ours = format!("{error:.1e} at {}", shown(at));
     let mut check = Check::within(
         format!("Jacobian, {}", kind.name()),
-        "differences in 32 digits".to_owned(),
+        "differences in 32 digits",
         ours,
         error,
         BAR,
@@ -267,15 +261,10 @@ fn pendulum(kind: Kind) -> Result<Vec<Check>, StepError> {
     }
     let span = crossings.first().zip(crossings.last());
     let period = span.map_or(f64::NAN, |(a, b)| (b - a) / (crossings.len() - 1) as f64);
-    let row = |what: &str, exact: f64, found: f64, unit: &str| {
-        Check::within(
-            format!("{what} of ±{TURNS} turns, {}", kind.name()),
-            format!("{exact:.4} {unit}"),
-            format!("{found:.4} {unit}"),
-            (found / exact - 1.0).abs(),
-            PENDULUM_BAR,
-        )
-        .by("torsion pendulum at Δt = 1/60 s, relative")
+    let row = |what: &str, exact: f64, found: f64, unit| {
+        let case = format!("{what} of ±{TURNS} turns, {}", kind.name());
+        Check::relative(case, [exact, found], unit, PENDULUM_BAR)
+            .by("torsion pendulum at Δt = 1/60 s, relative")
     };
     Ok(vec![
         row("amplitude", amplitude, largest, "rad"),
@@ -300,10 +289,7 @@ fn whirl() -> Scene {
 
 /// Change of the energy of the whirl at a time step, over what it has, and how often it folded.
 fn whirl_at(dt: f64) -> Result<(f64, usize), StepError> {
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = at(dt);
     let mut stepper = Stepper::new(whirl(), options)?;
     stepper.step()?;
     let first = stepper.energy().total();
@@ -335,7 +321,7 @@ fn whirled(quick: bool) -> Vec<Check> {
             Ok((change, folds)) => {
                 let ours = format!("energy {change:+.1e} in {folds} folds");
                 let [bar, most] = WHIRL_BARS;
-                let mut check = Check::within(case, "none".to_owned(), ours, change.abs(), bar)
+                let mut check = Check::within(case, "none", ours, change.abs(), bar)
                     .by("relative change of the energy");
                 if *folds == 0 {
                     check.verdict = Verdict::Fail;
@@ -351,13 +337,7 @@ fn whirled(quick: bool) -> Vec<Check> {
                 }
                 check
             }
-            Err(e) => Check::claim(
-                case,
-                "goes on",
-                "failed".into(),
-                Verdict::Fail,
-                e.to_string(),
-            ),
+            Err(e) => Check::failed(case, "goes on", &e),
         }
     };
     found.iter().map(judged).collect()

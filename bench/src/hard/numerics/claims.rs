@@ -435,10 +435,7 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
 }
 
 /// The case `claims`.
-///
-/// # Errors
-/// As [`run`].
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let audit = run(quick, progress)?;
     Ok(Outcome {
         checks: report::checks(&audit),

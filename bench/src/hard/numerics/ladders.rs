@@ -58,10 +58,7 @@ fn params() -> HoistParams {
 }
 
 /// The cable of the time steps and that of the iterations.
-///
-/// # Errors
-/// Parameters out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let mut moved = scene(&params())?;
     "anchor moves".clone_into(&mut moved.name);
     let mut bent = poses::hoist(&params(), Pose::Bent)?;
@@ -178,7 +175,7 @@ fn monotone(case: String, rungs: &[&Rung], bar: Bar) -> Check {
     } else {
         format!("× {ratio:.2} {at}")
     };
-    let mut check = Check::within(case, "every step better".to_owned(), ours, ratio, MONOTONE)
+    let mut check = Check::within(case, "every step better", ours, ratio, MONOTONE)
         .by("largest ratio of an error to the one before it on the ladder, above the reference's own or rounding");
     if lost > 0 {
         check.note = format!("{lost} of {} runs are lost", rungs.len());
@@ -341,11 +338,7 @@ fn rung_table(title: &str, rungs: &[Rung]) -> String {
     text(&t) + "\n"
 }
 
-/// The checks of H54.
-///
-/// # Errors
-/// A reference that cannot be made.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     progress.set_length(3);
     let frames = if quick { FRAMES / 3 } else { FRAMES };
     let exact = converged(&params(), FRAME, frames)?;

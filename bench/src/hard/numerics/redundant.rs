@@ -159,13 +159,7 @@ fn shared(copies: usize, found: &Found) -> Check {
         Found::Shares { shares, said, .. } => {
             Check::within("", reference, forces(shares), found.uneven(), BAR).unless_claimed(said)
         }
-        Found::Refused { message, .. } => Check::claim(
-            "",
-            &reference,
-            "no answer".to_owned(),
-            Verdict::Fail,
-            message.as_str(),
-        ),
+        Found::Refused { message, .. } => Check::failed("", reference, message),
     }
 }
 
@@ -198,13 +192,8 @@ fn rigid(found: &Found) -> Check {
         }
         Found::Refused { culprit, message } => {
             let named = culprit.as_deref().unwrap_or("no joint");
-            let verdict = if culprit.is_some() {
-                Verdict::Pass
-            } else {
-                Verdict::Fail
-            };
             let ours = format!("refused, names {named}");
-            Check::claim("", reference, ours, verdict, message.as_str())
+            Check::stated("", reference, ours, culprit.is_some()).noting(message.as_str())
         }
     }
 }

@@ -10,7 +10,7 @@
 //! rigid hoist with its joints shut: multipliers of one step over ten decades of ε with every solver, against its own
 //! at ε = 0; the rigid ones against 32 digits; and the place of the load after a second of swing.
 
-use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::check::{Check, ExperimentError, Measure, Outcome, csv};
 use crate::choice::Choice;
 use crate::hard::{solvers, together, worse};
 use crate::pace;
@@ -64,10 +64,7 @@ pub fn scene(compliance: f64) -> Result<Scene, SceneError> {
 }
 
 /// Hoists that are stiff, stiffer, rigid.
-///
-/// # Errors
-/// As [`scene`].
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let all = [1e-8, 1e-12, 1e-16, 0.0].into_iter().map(scene);
     Ok(all.collect::<Result<_, _>>()?)
 }
@@ -170,11 +167,7 @@ struct Record<'a> {
     difference: f64,
 }
 
-/// The checks of H51.
-///
-/// # Errors
-/// A scene that cannot be built, a step of the default solver that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let choices = solvers();
     progress.set_length(choices.len() as u64);
     let found: Vec<(String, Result<Limit, StepError>)> = choices
@@ -195,7 +188,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         let own = found.iter().map(|(backend, limit)| {
             let check = match limit {
                 Ok(limit) => judge(limit),
-                Err(e) => Check::claim("", "", "failed".into(), Verdict::Fail, e.to_string()),
+                Err(e) => Check::failed("", "", &e),
             };
             (backend.clone(), check)
         });
@@ -205,11 +198,11 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     let (compliances, ways): (Vec<f64>, Vec<f64>) = moved.iter().copied().unzip();
     let slope = order(&compliances, &ways, 1e-11);
     checks.push(
-        Check::within(
+        Check::number(
             "load after 1 s: order in ε",
-            "1".to_owned(),
-            format!("{slope:.4}"),
-            (slope - 1.0).abs(),
+            [1.0, slope],
+            "",
+            Measure::Absolute,
             ORDER_BAR,
         )
         .by("slope of the distance from the rigid run between decades of ε, the farthest from 1"),
@@ -252,20 +245,18 @@ fn tables(limits: &[&Limit], moved: &[(f64, f64)]) -> String {
 
 fn slope(l: &Limit) -> Check {
     let slope = order(&COMPLIANCES, &l.differences, RESOLVED);
-    let (ours, error) = (format!("{slope:.4}"), (slope - 1.0).abs());
-    Check::within("", "1".to_owned(), ours, error, ORDER_BAR)
+    Check::number("", [1.0, slope], "", Measure::Absolute, ORDER_BAR)
         .by("slope of ‖μ(ε) − μ(0)‖ between decades of ε above rounding, the farthest from 1")
 }
 
 fn bounded(l: &Limit) -> Check {
     let beyond = worse(0.0, l.largest - 1.0);
     let ours = format!("‖μ(ε)‖ ≤ {:.6} ‖μ(0)‖", l.largest);
-    Check::within("", "bounded".to_owned(), ours, beyond, 1e-2).by("largest ‖μ(ε)‖/‖μ(0)‖ less 1")
+    Check::within("", "bounded", ours, beyond, 1e-2).by("largest ‖μ(ε)‖/‖μ(0)‖ less 1")
 }
 
 fn rigid(l: &Limit) -> Check {
-    let ours = format!("{:.1e}", l.error);
-    Check::within("", "32 digits".to_owned(), ours, l.error, BAR)
+    Check::off("", "32 digits", l.error, "", BAR)
         .by("error of the rigid multipliers")
         .unless_claimed(&l.said)
 }

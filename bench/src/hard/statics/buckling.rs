@@ -7,13 +7,13 @@
 //! stiffness fade or grow without much swinging. Below the critical load the disturbance fades, above it grows;
 //! where it counts, the load is bisected.
 
-use crate::check::{Check, ExperimentError, Parts, Verdict};
+use crate::check::{Check, ExperimentError};
 use crate::paper::specimens::largest;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::Scene;
 
 /// Size of the velocities that disturb \[m/s].
-pub const DISTURBANCE: f64 = 1e-7;
+pub(super) const DISTURBANCE: f64 = 1e-7;
 
 /// Distance at which an equilibrium of the size of 1 m is left \[m].
 const LEFT: f64 = 1e-3;
@@ -23,11 +23,11 @@ const GROWN: f64 = 10.0;
 
 /// Time step and duration of a run \[s].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Run {
+pub(super) struct Run {
     /// Δt.
-    pub dt: f64,
+    pub(super) dt: f64,
     /// Duration.
-    pub time: f64,
+    pub(super) time: f64,
 }
 
 /// Distances from the equilibrium that are rounding of positions of about a metre \[m]: a disturbance that has faded to it
@@ -36,10 +36,11 @@ const ROUNDING: f64 = 1e-14;
 
 /// Largest distance of a body from the equilibrium, `off` (m), in the last quarter of the run over that in the second:
 /// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
-///
-/// # Errors
-/// A scene that cannot be stepped.
-pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, ExperimentError> {
+pub(super) fn growth(
+    scene: Scene,
+    run: Run,
+    off: fn(&Scene) -> f64,
+) -> Result<f64, ExperimentError> {
     let options = StepOptions {
         dt: run.dt,
         ..StepOptions::paper()
@@ -69,23 +70,20 @@ pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, Exp
 
 /// Where an equilibrium buckles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Threshold {
+pub(super) struct Threshold {
     /// The continuum's critical load.
-    pub curve: f64,
+    pub(super) curve: f64,
     /// The exact discrete one.
-    pub exact: f64,
+    pub(super) exact: f64,
     /// Half width of the bracket about the exact discrete one, relative; the bar against the continuum.
-    pub bar: f64,
+    pub(super) bar: f64,
 }
 
 /// The scene under a load.
-pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
+pub(super) type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
 
 /// The bracket and, in `halvings` more runs if any, the load at which the disturbance neither fades nor grows.
-///
-/// # Errors
-/// A scene that cannot be built or stepped.
-pub fn check(
+pub(super) fn check(
     case: &str,
     threshold: Threshold,
     halvings: usize,
@@ -98,16 +96,16 @@ pub fn check(
     let [below, above] = [grows(low)?, grows(high)?];
     let sound = below < 1.0 && above > GROWN;
     let ours = format!("× {below:.0e}; {}", factor(above));
-    let bracket = Check::claim(
+    let bracket = Check::stated(
         format!("{case}: {:.0} % below and above", 100.0 * bar),
         "a disturbance fades; it grows",
         ours,
-        if sound { Verdict::Pass } else { Verdict::Fail },
-        format!(
-            "about the exact chain's {exact:.6}; its growth over {} s",
-            run.time
-        ),
-    );
+        sound,
+    )
+    .noting(format!(
+        "about the exact chain's {exact:.6}; its growth over {} s",
+        run.time
+    ));
     if !sound || halvings == 0 {
         return Ok(vec![bracket]);
     }
@@ -121,10 +119,6 @@ pub fn check(
     }
     let found = low.midpoint(high);
     let error = (found / curve - 1.0).abs();
-    let parts = Parts {
-        space: Some((exact / curve - 1.0).abs()),
-        ..Parts::default()
-    };
     let ours = format!("{found:.5} ± {:.0e}", 0.5 * (high - low));
     let check = Check::within(
         format!("{case}: critical"),
@@ -134,7 +128,7 @@ pub fn check(
         bar,
     )
     .by("relative to the continuum's, by halving the bracket about the chain's: what is left of that stands with it")
-    .split(parts);
+    .space_part((exact / curve - 1.0).abs());
     Ok(vec![bracket, check])
 }
 
@@ -147,7 +141,6 @@ fn factor(growth: f64) -> String {
 }
 
 /// Largest distance of a body from the x axis \[m].
-#[must_use]
-pub fn off_axis(scene: &Scene) -> f64 {
+pub(in crate::hard) fn off_axis(scene: &Scene) -> f64 {
     largest(scene.bodies.position.iter().map(|p| p.y.hypot(p.z)))
 }

@@ -27,13 +27,13 @@ use taut_model::{
 };
 
 /// Bar of thrust and weight.
-pub const BAR: f64 = 0.01;
+pub(super) const BAR: f64 = 0.01;
 /// Bar of the torques.
-pub const TORQUE_BAR: f64 = 0.02;
+pub(super) const TORQUE_BAR: f64 = 0.02;
 
 /// How the ends are held; the far one slides along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Ends {
+pub(super) enum Ends {
     /// Ball joints; torques ∓T (N m) of fixed direction on the outer segments.
     Pinned {
         /// T.
@@ -52,10 +52,7 @@ pub enum Ends {
 }
 
 /// The straight chain, disturbed; `tension` (N) draws the far end.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scene(n: usize, ends: Ends, tension: f64) -> Result<Scene, SceneError> {
+pub(super) fn scene(n: usize, ends: Ends, tension: f64) -> Result<Scene, SceneError> {
     let l = 1.0 / n as f64;
     let mut scene = Scene::new("column");
     // The rod's z along x, its x along −z.
@@ -128,14 +125,12 @@ pub fn scene(n: usize, ends: Ends, tension: f64) -> Result<Scene, SceneError> {
 }
 
 /// Critical thrust of the pinned chain.
-#[must_use]
-pub fn euler(n: usize) -> f64 {
+pub(super) fn euler(n: usize) -> f64 {
     4.0 * (n as f64).powi(2) * (FRAC_PI_2 / n as f64).sin().powi(2)
 }
 
 /// Critical weight a metre of the clamped chain: half a joint's length at the clamp, weights in the segments' middles.
-#[must_use]
-pub fn own_weight(n: usize) -> f64 {
+pub(super) fn own_weight(n: usize) -> f64 {
     let c = n as f64;
     // ½ l² q (n − i − ½) ψ_i² is what a tilt lowers the weights by.
     let lowers = |i: usize| ((c - i as f64 - 0.5) / (c * c)).sqrt();
@@ -152,22 +147,19 @@ pub fn own_weight(n: usize) -> f64 {
 }
 
 /// The same of the beam: (9/4) j²_{−1/3,1}.
-#[must_use]
-pub fn own_weight_of_beam() -> f64 {
+pub(super) fn own_weight_of_beam() -> f64 {
     2.25 * bessel_zero(-1.0 / 3.0, 1).powi(2)
 }
 
 /// Critical torque between pinned ends under the tension `tension`: of the chain.
-#[must_use]
-pub fn pinned_torque(n: usize, tension: f64) -> f64 {
+pub(super) fn pinned_torque(n: usize, tension: f64) -> f64 {
     let (c, l) = (n as f64, 1.0 / n as f64);
     let ratio = (1.0 + 0.5 * l * tension / c) / (PI / c).cos();
     2.0 * c * (ratio * ratio - 1.0).sqrt()
 }
 
 /// Of the rod.
-#[must_use]
-pub fn pinned_torque_of_rod(tension: f64) -> f64 {
+pub(super) fn pinned_torque_of_rod(tension: f64) -> f64 {
     2.0 * (tension + PI * PI).sqrt()
 }
 
@@ -177,10 +169,10 @@ fn halvings(quick: bool) -> usize {
 }
 
 /// H09.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn thrust_and_weight(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn thrust_and_weight(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[12] } else { &[12, 24, 48] };
     progress.set_length(2 * counts.len() as u64);
     let mut checks = Vec::new();
@@ -224,17 +216,11 @@ pub fn thrust_and_weight(quick: bool, progress: &ProgressBar) -> Result<Outcome,
         )?);
         progress.inc(1);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// H10.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[24] } else { &[24, 48] };
     // Long rods under tension buckle in many waves: they need the finer chain.
     let fine = |n: usize, tension: f64| tension < 50.0 || n >= 48;
@@ -284,28 +270,17 @@ pub fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experiment
             progress.inc(1);
         }
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
-/// Scenes of H09.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_thrust() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes_of_thrust() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![
         scene(8, Ends::Pinned { torque: 0.0 }, -8.0)?,
         scene(8, Ends::Free { gravity: 6.0 }, 0.0)?,
     ])
 }
 
-/// Scenes of H10.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_torque() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes_of_torque() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![
         scene(8, Ends::Clamped { twist: 7.0 }, 0.0)?,
         scene(8, Ends::Pinned { torque: 5.0 }, 0.0)?,

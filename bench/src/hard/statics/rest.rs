@@ -7,7 +7,7 @@
 //! solver is at work, and how its rounding turns the load, must not decide whether rest is found. All solvers find the
 //! same, with the load turned as it was.
 
-use crate::check::{Check, ExperimentError, Outcome, Parts};
+use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::{solvers, together, worse};
 use crate::paper::specimens::{Joint, MATERIALS, largest, params, read};
 use indicatif::ProgressBar;
@@ -59,11 +59,10 @@ pub fn off_its_load(
     Ok((measured.sum::<f64>() / exact - 1.0).abs())
 }
 
-/// H15.
-///
-/// # Errors
-/// As [`off_its_load`].
-pub fn loaded_at_once(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn loaded_at_once(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
     let sizes: &[usize] = if quick { &[5, 24] } else { &[5, 12, 24, 60] };
     let loads = [
         (Specimen::Pull, 0.0),
@@ -85,25 +84,18 @@ pub fn loaded_at_once(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             } else {
                 specimen.name().to_owned()
             };
-            let check = Check::within(
+            let check = Check::off(
                 format!("{}, {what}, N = {sizes:?}", material.0),
-                "the load over the stiffness".to_owned(),
-                format!("{error:.1e} off"),
+                "the load over the stiffness",
                 error,
+                "off",
                 BAR,
             );
-            let parts = Parts {
-                algebraic: check.error,
-                ..Parts::default()
-            };
-            checks.push(check.by("relative error of the whole").split(parts));
+            checks.push(check.by("relative error of the whole").algebraic());
             progress.inc(1);
         }
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// A hook of 100 kg on 10 m of cable of `n` segments, and a load of 5 t on two slings from one point of it to points a
@@ -148,11 +140,10 @@ pub fn apart(scene: &Scene, other: &Scene) -> [f64; 2] {
     ]
 }
 
-/// H16.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn from_one_point(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn from_one_point(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
     let sizes: &[usize] = if quick {
         &[8, 40]
     } else {
@@ -180,16 +171,12 @@ pub fn from_one_point(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
                 let [moved, _] = apart(&rest, &first[k]);
                 off = worse(off, moved.max(turned));
             }
-            let ours = format!("{off:.1e} off");
-            let check = Check::within("", "the first solver's".to_owned(), ours, off, BAR)
+            let check = Check::off("", "the first solver's", off, "off", BAR)
                 .by("positions over L, and the load's turning");
             found.push((choice.family(), check));
             progress.inc(1);
         }
         checks.extend(together(&format!("N = {n}, {angles} directions"), found));
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }

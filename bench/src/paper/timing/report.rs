@@ -82,13 +82,14 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
         let note =
             "a smaller exponent is the constant part of short cables, a larger one the caches' end";
         checks.push(
-            Check::published(
+            Check::within(
                 format!("exponent, {name}"),
-                "1".into(),
+                "1",
                 format!("{p:.3}"),
                 (p - 1.0).abs(),
                 0.1,
             )
+            .published()
             .by(format!(
                 "difference of the log–log exponent over {span} elements, mass ratio {}",
                 config.ratio
@@ -181,13 +182,14 @@ fn load(records: &[Record], config: &Config, sweeps: usize, name: &str) -> Check
         config.loaded,
         ratios.join(", ")
     );
-    Check::published(
+    Check::within(
         format!("load, {name}"),
-        "independent".into(),
+        "independent",
         ours,
         high / low - 1.0,
         0.25,
     )
+    .published()
     .by(by)
 }
 

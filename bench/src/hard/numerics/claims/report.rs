@@ -95,7 +95,7 @@ fn as_reported(solves: &[Solve]) -> Vec<Check> {
         let said = worst.claimed_residual.unwrap_or(f64::NAN);
         let check = Check::within(
             "",
-            "the true residual".to_owned(),
+            "the true residual",
             format!("{said:.1e} where it is {:.1e}", worst.residual),
             size(worst),
             1.0,
@@ -123,15 +123,9 @@ fn everyone(audit: &Audit) -> Check {
     } else {
         none.len() as f64
     };
-    Check::within(
-        "solvers that claim solutions",
-        "all".to_owned(),
-        ours,
-        missing,
-        0.0,
-    )
-    .by("those without a claim in any scene")
-    .noting(none.join(", "))
+    Check::within("solvers that claim solutions", "all", ours, missing, 0.0)
+        .by("those without a claim in any scene")
+        .noting(none.join(", "))
 }
 
 /// Every scene and every matrix has solutions that were looked at; scenes whose rows depend on each other, without
@@ -160,7 +154,7 @@ fn everywhere(audit: &Audit) -> Check {
     let refused = DEPENDENT.join(", ");
     Check::within(
         "scenes and matrices that were solved",
-        "all".to_owned(),
+        "all",
         ours,
         missing,
         0.0,

@@ -99,7 +99,7 @@ pub(super) fn in_single_precision(singles: &[Single]) -> Vec<Check> {
         let unrefined = own().map(|s| s.errors[0]).fold(0.0, worse);
         let mut check = Check::within(
             format!("KKT in single precision, 1 refinement, {pose}"),
-            "32 digits".to_owned(),
+            "32 digits",
             format!("{:.1e} at R = {:.0e}", worst.errors[1], worst.ratio),
             worst.errors[1],
             SINGLE_BAR,
