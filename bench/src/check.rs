@@ -63,15 +63,20 @@ pub enum Measure {
     Relative,
     /// In the unit of both.
     Absolute,
-    /// Over this scale, in the unit of both.
-    Over(f64),
 }
 
 impl Measure {
     fn error(self, reference: f64, ours: f64) -> f64 {
         match self {
             Self::Relative => (ours / reference - 1.0).abs(),
-            _ => (ours - reference).abs() / self.scale(reference),
+            Self::Absolute => (ours - reference).abs(),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Relative => "relative",
+            Self::Absolute => "difference",
         }
     }
 
@@ -80,17 +85,6 @@ impl Measure {
         match self {
             Self::Relative => reference.abs(),
             Self::Absolute => 1.0,
-            Self::Over(scale) => scale,
-        }
-    }
-}
-
-impl fmt::Display for Measure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Relative => f.write_str("relative"),
-            Self::Absolute => f.write_str("difference"),
-            Self::Over(scale) => write!(f, "difference over {scale}"),
         }
     }
 }
@@ -280,7 +274,7 @@ impl Check {
                 ours,
                 unit,
             }),
-            criterion: measure.to_string(),
+            criterion: measure.name().to_owned(),
             ..Self::within(case, shown(reference), shown(ours), error, bar)
         }
     }

@@ -13,6 +13,7 @@ pub mod statics;
 pub(crate) use crate::check::worse;
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
+use crate::table;
 use indicatif::ProgressBar;
 use std::fmt;
 use taut_integrator::StepOptions;
@@ -169,6 +170,26 @@ pub(crate) fn each_solver(
     });
     let found: Result<_, ExperimentError> = found.collect();
     Ok(together(case, found?))
+}
+
+/// A table of rows by name, with `corner` over the names.
+pub(crate) fn grid(
+    corner: &str,
+    heads: &[String],
+    rows: impl IntoIterator<Item = (String, Vec<String>)>,
+) -> String {
+    let mut header = vec![corner];
+    header.extend(heads.iter().map(String::as_str));
+    let mut t = table::table(&header);
+    for (name, cells) in rows {
+        t.add_row([vec![name], cells].concat());
+    }
+    table::text(&t)
+}
+
+/// What a quick run takes, or a whole one.
+pub(crate) fn either<T>(quick: bool, short: T, whole: T) -> T {
+    if quick { short } else { whole }
 }
 
 /// The items one by one, each of which is a step of `progress`.

@@ -25,7 +25,9 @@ mod waves;
 mod whirl;
 
 use super::{Case, worse};
-use taut_model::{Control, Drive};
+use crate::pace;
+use taut_integrator::{Energy, StepError, StepOptions, Stepper};
+use taut_model::{Control, Drive, Scene};
 
 /// The cases.
 pub const CASES: &[Case] = &[
@@ -171,5 +173,41 @@ fn hauling(name: &str) -> Control {
             constraint: 0,
             gain: -1.0,
         }],
+    }
+}
+
+/// The energy of a run beside that of its start.
+struct Gained {
+    start: Energy,
+    /// Largest energy less that of the start \[J].
+    largest: f64,
+    /// Steps that the guard took implicitly.
+    redone: usize,
+    /// Why it ended early.
+    lost: Option<StepError>,
+}
+
+impl Gained {
+    fn over(scene: Scene, options: StepOptions, time: f64) -> Result<Self, StepError> {
+        let steps = (time / options.dt).round() as usize;
+        let mut stepper = Stepper::new(scene, options)?;
+        let mut run = Self {
+            start: stepper.energy(),
+            largest: 0.0,
+            redone: 0,
+            lost: None,
+        };
+        for _ in 0..steps {
+            match pace::step(&mut stepper) {
+                Ok(report) => run.redone += usize::from(report.redone),
+                Err(e) => {
+                    run.lost = Some(e);
+                    break;
+                }
+            }
+            let gained = stepper.energy().total() - run.start.total();
+            run.largest = worse(run.largest, gained);
+        }
+        Ok(run)
     }
 }

@@ -8,7 +8,7 @@ use super::chains::{BENDING, LINKS};
 use super::table1::{self, BAR, ROWS, Row, chain, drop_chain, options};
 use super::table2::{self, largest};
 use super::timing;
-use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::check::{Check, ExperimentError, Measure, Outcome, Verdict, csv};
 use crate::plot::{Axis, Chart, Mark, Series};
 use crate::table;
 use crate::trajectory::Failure;
@@ -353,11 +353,11 @@ fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
     let most = times.iter().copied().fold(0.0, f64::max);
     let elements = |i: Option<&usize>| i.copied().unwrap_or_default();
     vec![
-        Check::within(
+        Check::number(
             "cost over the number of elements",
-            "linear",
-            format!("t ∝ N^{exponent:.3}"),
-            (exponent - 1.0).abs(),
+            [1.0, exponent],
+            "",
+            Measure::Absolute,
             0.1,
         )
         .published()

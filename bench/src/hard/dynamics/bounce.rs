@@ -7,7 +7,7 @@
 //!
 //! H39: a load that moves with its rope from the start, hauled in by a winch, has the tension of its weight and swing.
 
-use super::{law, worse};
+use super::{Gained, law, worse};
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::{at, each_solver};
 use crate::pace;
@@ -177,20 +177,6 @@ fn thrown(compliance: f64) -> [Scene; 3] {
     [plate, row, pair]
 }
 
-/// The largest gain of one scene in 10 s, over the size of its energy of position.
-fn gain(scene: Scene, dt: f64) -> Result<f64, StepError> {
-    let options = at(dt);
-    let mut stepper = Stepper::new(scene, options)?;
-    let start = stepper.energy();
-    let mut largest = 0.0;
-    for _ in 0..(10.0 / dt).round() as usize {
-        pace::step(&mut stepper)?;
-        let gained = stepper.energy().total() - start.total();
-        largest = worse(largest, gained / start.gravity.abs());
-    }
-    Ok(largest)
-}
-
 fn gains() -> Result<Vec<Check>, ExperimentError> {
     let compliances = [1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 0.0];
     let mut checks = Vec::new();
@@ -198,7 +184,11 @@ fn gains() -> Result<Vec<Check>, ExperimentError> {
         let mut worst = [0.0; 3];
         for compliance in compliances {
             for (worst, scene) in worst.iter_mut().zip(thrown(compliance)) {
-                *worst = worse(*worst, gain(scene, dt)?);
+                let run = Gained::over(scene, at(dt), 10.0)?;
+                if let Some(e) = run.lost {
+                    return Err(e.into());
+                }
+                *worst = worse(*worst, run.largest / run.start.gravity.abs());
             }
         }
         for (worst, scene) in worst.into_iter().zip(thrown(0.0)) {

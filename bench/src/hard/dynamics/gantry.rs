@@ -5,7 +5,7 @@
 
 use super::worse;
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
-use crate::hard::{at, solvers, together};
+use crate::hard::{at, either, solvers, together};
 use crate::inputs::Inputs;
 use crate::pace;
 use crate::trajectory::steps_in;
@@ -61,11 +61,7 @@ struct Row {
 
 /// The checks of the driven gantry.
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (ratios, time): (&[f64], f64) = if quick {
-        (&[1e5], 15.0)
-    } else {
-        (&[1e3, 1e4, 1e5], TIME)
-    };
+    let (ratios, time): (&[f64], f64) = either(quick, (&[1e5], 15.0), (&[1e3, 1e4, 1e5], TIME));
     progress.set_length(3 * ratios.len() as u64);
     let mut outcome = Outcome::default();
     let mut rows = Vec::new();

@@ -8,7 +8,7 @@
 
 use super::worse;
 use crate::check::{Check, ExperimentError, Outcome};
-use crate::hard::at;
+use crate::hard::{at, either};
 use crate::pace;
 use crate::random::Random;
 use crate::trajectory::{load_position, steps_in};
@@ -181,11 +181,7 @@ fn swing(params: &HoistParams) -> Result<Check, ExperimentError> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (segments, time): (&[usize], f64) = if quick {
-        (&[6], 5.0)
-    } else {
-        (&[6, 9, 15, 24], 60.0)
-    };
+    let (segments, time): (&[usize], f64) = either(quick, (&[6], 5.0), (&[6, 9, 15, 24], 60.0));
     progress.set_length(3);
     let ratios = [1e3, 1e4, 1e5, 1e6];
     let mut grid = Vec::new();

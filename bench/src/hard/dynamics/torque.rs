@@ -5,6 +5,7 @@
 //! buckling torque ([`buckling_torque`]) it stays straight, above it leaves.
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
+use crate::hard::either;
 use crate::paper::specimens::twist::buckling_torque;
 use indicatif::ProgressBar;
 use std::f64::consts::PI;
@@ -57,11 +58,11 @@ fn off_axis(scene: Scene, time: f64) -> Result<f64, ExperimentError> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, tensions): (&[usize], &[f64]) = if quick {
-        (&[20], &[0.0, 10.0])
-    } else {
-        (&[8, 12, 20, 40, 60], &[0.0, 1.0, 3.0, 10.0])
-    };
+    let (counts, tensions): (&[usize], &[f64]) = either(
+        quick,
+        (&[20], &[0.0, 10.0]),
+        (&[8, 12, 20, 40, 60], &[0.0, 1.0, 3.0, 10.0]),
+    );
     progress.set_length((counts.len() * tensions.len()) as u64);
     let mut checks = Vec::new();
     for (&n, &tension) in counts

@@ -4,11 +4,12 @@
 //! or a chain, are whirled about their upper end. E ≤ E₀, within a hundredth of the kinetic energy at the start; what cannot
 //! be followed may lose energy, or end in an error.
 
+use super::Gained;
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::counted;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use taut_integrator::{StepOptions, Stepper};
+use taut_integrator::StepOptions;
 use taut_model::{Body, Constraint, Frame, RowLaw, Scene, SceneError, Spherical};
 
 /// Largest gain over the kinetic energy at the start.
@@ -63,22 +64,6 @@ impl Whirled {
         scene.validate()?;
         Ok(scene)
     }
-
-    /// Largest energy above that of the start in ten seconds, over the kinetic one of the start, and how it ended.
-    fn gain(self, rate: f64) -> Result<(f64, String), ExperimentError> {
-        let mut stepper = Stepper::new(self.scene(rate)?, StepOptions::default())?;
-        let start = stepper.energy();
-        let (mut gain, mut redone) = (0.0_f64, 0);
-        for _ in 0..600 {
-            match stepper.step() {
-                Ok(report) => redone += usize::from(report.redone),
-                Err(e) => return Ok((gain, e.to_string())),
-            }
-            let now = (stepper.energy().total() - start.total()) / start.kinetic;
-            gain = super::worse(gain, now);
-        }
-        Ok((gain, format!("{redone} of 600 steps redone")))
-    }
 }
 
 pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
@@ -111,7 +96,10 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         };
         let (mut largest, mut notes) = (0.0_f64, Vec::new());
         for rate in RATES {
-            let (gain, end) = whirled.gain(rate)?;
+            let run = Gained::over(whirled.scene(rate)?, StepOptions::default(), 10.0)?;
+            let gain = run.largest / run.start.kinetic;
+            let redone = format!("{} of 600 steps redone", run.redone);
+            let end = run.lost.map_or(redone, |e| e.to_string());
             largest = super::worse(largest, gain);
             notes.push(format!("{rate} rad/s: {gain:.0e}, {end}"));
         }

@@ -14,8 +14,7 @@ mod extended;
 pub mod joints;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
-use crate::hard::at;
-use crate::table::{table, text};
+use crate::hard::{at, either, grid};
 use indicatif::ProgressBar;
 use joints::{Kind, Pose, jacobian_error, pair, sensitivity};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -128,18 +127,14 @@ fn shown(theta: f64) -> String {
 
 fn tables(bends: &[f64], errors: &[Vec<f64>]) -> String {
     let heads: Vec<String> = bends.iter().map(|&t| shown(t)).collect();
-    let mut header = vec!["Jacobian, bend"];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
-    for (kind, errors) in Kind::ALL.iter().zip(errors) {
-        let mut row = vec![kind.name().to_owned()];
+    let rows = Kind::ALL.iter().zip(errors).map(|(kind, errors)| {
         // One digit: eleven columns have to find room.
-        row.extend(errors.iter().map(|e| format!("{e:.0e}")));
-        t.add_row(row);
-    }
+        let cells = errors.iter().map(|e| format!("{e:.0e}")).collect();
+        (kind.name().to_owned(), cells)
+    });
+    let grid = grid("Jacobian, bend", &heads, rows);
     format!(
-        "Errors of Jacobians against differences in 32 digits, relative to the largest entry of the row\n{}\n",
-        text(&t)
+        "Errors of Jacobians against differences in 32 digits, relative to the largest entry of the row\n{grid}\n"
     )
 }
 
@@ -307,11 +302,7 @@ fn whirl_at(dt: f64) -> Result<(f64, usize), StepError> {
 const WHIRL_BARS: [f64; 2] = [1e-3, 0.2];
 
 fn whirled(quick: bool) -> Vec<Check> {
-    let rates: &[f64] = if quick {
-        &[60.0, 240.0]
-    } else {
-        &[60.0, 240.0, 960.0, 3840.0]
-    };
+    let rates: &[f64] = either(quick, &[60.0, 240.0], &[60.0, 240.0, 960.0, 3840.0]);
     let found: Vec<_> = rates.iter().map(|r| (r, whirl_at(1.0 / r))).collect();
     let finer = found.iter().skip(1).filter_map(|(_, f)| f.as_ref().ok());
     let finer: Vec<String> = finer.map(|(change, _)| format!("{change:+.1e}")).collect();

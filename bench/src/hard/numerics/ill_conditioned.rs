@@ -30,7 +30,7 @@ pub const BAR: f64 = 1e-14;
 const NO_DIGIT: f64 = 0.1;
 
 /// Relative bar of the condition numbers.
-pub const CONDITION_BAR: f64 = 1e-9;
+pub(super) const CONDITION_BAR: f64 = 1e-9;
 
 /// A backend on a matrix.
 #[derive(Debug, Clone, PartialEq, Serialize)]

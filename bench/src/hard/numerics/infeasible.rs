@@ -21,10 +21,10 @@ use taut_model::{
 pub const BAR: f64 = 1e-8;
 
 /// Strain s of the cable.
-pub const STRAIN: f64 = 0.01;
+pub(super) const STRAIN: f64 = 0.01;
 
 /// Speed beyond which a body of the rigid cable jitters \[m/s].
-pub const STILL: f64 = 1e-3;
+pub(super) const STILL: f64 = 1e-3;
 
 const DT: f64 = 1.0 / 60.0;
 const SEGMENTS: usize = 5;

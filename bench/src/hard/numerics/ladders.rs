@@ -14,11 +14,11 @@
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;
-use crate::hard::{together, worse};
+use crate::hard::{grid, together, worse};
 use crate::poses::{self, Pose};
 use crate::reference::{Converged, converged, scene};
 use crate::scenes::reference_choice;
-use crate::table::{error, table, text};
+use crate::table::error;
 use crate::trajectory::{load_position, steps_in};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -327,15 +327,11 @@ fn rung_table(title: &str, rungs: &[Rung]) -> String {
     let groups = grouped(rungs);
     let first = groups.first().map(|g| g.1.clone()).unwrap_or_default();
     let heads: Vec<String> = first.iter().map(|r| shown(r.at)).collect();
-    let mut header = vec![title];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
-    for (what, own) in groups {
-        let mut row = vec![what.to_owned()];
-        row.extend(own.iter().map(|r| error(r.error)));
-        t.add_row(row);
-    }
-    text(&t) + "\n"
+    let rows = groups.into_iter().map(|(what, own)| {
+        let cells = own.iter().map(|r| error(r.error)).collect();
+        (what.to_owned(), cells)
+    });
+    grid(title, &heads, rows) + "\n"
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {

@@ -12,7 +12,7 @@ mod swing;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::hard::numerics::extended_solution;
-use crate::hard::{together, worse};
+use crate::hard::{grid, together, worse};
 use crate::linear::{self, Record};
 use crate::poses::Pose;
 use crate::table::{error, table, text};
@@ -462,9 +462,6 @@ fn error_table(
     ratios: &[f64],
 ) -> String {
     let heads: Vec<String> = ratios.iter().map(|r| format!("{r:.0e}")).collect();
-    let mut header = vec!["solver"];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
     let own = || records.iter().filter(|r| r.refinements == refinements);
     let mut backends: Vec<&str> = Vec::new();
     for r in own().filter(|r| r.direct || refinements == 0) {
@@ -472,20 +469,20 @@ fn error_table(
             backends.push(&r.backend);
         }
     }
-    let mut row = vec!["κ∞ of S, scaled".to_owned()];
-    for &ratio in ratios {
-        let here = conditions.iter().filter(|c| c.ratio == ratio);
-        row.push(error(Some(here.map(|c| c.condition).fold(0.0, worse))));
-    }
-    t.add_row(row);
+    let of_s = |ratio: &f64| {
+        let here = conditions.iter().filter(|c| c.ratio == *ratio);
+        error(Some(here.map(|c| c.condition).fold(0.0, worse)))
+    };
+    let mut rows = vec![(
+        "κ∞ of S, scaled".to_owned(),
+        ratios.iter().map(of_s).collect(),
+    )];
     for backend in backends {
-        let mut row = vec![backend.to_owned()];
-        for &ratio in ratios {
-            let here = own().filter(|r| r.backend == backend && r.mass_ratio == ratio);
-            let worst = here.map(|r| r.forward_error.abs()).max_by(f64::total_cmp);
-            row.push(error(worst));
-        }
-        t.add_row(row);
+        let of_backend = |ratio: &f64| {
+            let here = own().filter(|r| r.backend == backend && r.mass_ratio == *ratio);
+            error(here.map(|r| r.forward_error.abs()).max_by(f64::total_cmp))
+        };
+        rows.push((backend.to_owned(), ratios.iter().map(of_backend).collect()));
     }
-    text(&t)
+    grid("solver", &heads, rows)
 }

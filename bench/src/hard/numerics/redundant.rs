@@ -123,10 +123,7 @@ pub fn solve(copies: usize, compliance: f64, choice: &Choice) -> Result<Found, S
 }
 
 /// The checks of the doubled joints.
-///
-/// # Errors
-/// As [`solve`].
-pub fn checks() -> Result<Vec<Check>, StepError> {
+pub(super) fn checks() -> Result<Vec<Check>, StepError> {
     let mut checks = Vec::new();
     for copies in [2, 3] {
         for compliance in [1e-6, 1e-10, 0.0] {

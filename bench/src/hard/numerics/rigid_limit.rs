@@ -12,9 +12,9 @@
 
 use crate::check::{Check, ExperimentError, Measure, Outcome, csv};
 use crate::choice::Choice;
-use crate::hard::{solvers, together, worse};
+use crate::hard::{grid, solvers, together, worse};
 use crate::pace;
-use crate::table::{error, table, text};
+use crate::table::error;
 use crate::trajectory::load_position;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
@@ -226,21 +226,15 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
 }
 
 fn tables(limits: &[&Limit], moved: &[(f64, f64)]) -> String {
-    let heads: Vec<String> = COMPLIANCES.iter().map(|c| format!("{c:.0e}")).collect();
-    let mut header = vec!["‖μ(ε) − μ(0)‖/‖μ(0)‖"];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
+    let heads = COMPLIANCES.map(|c| format!("{c:.0e}"));
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for l in limits {
-        let mut row = vec![l.backend.clone()];
-        row.extend(l.differences.iter().map(|d| error(Some(*d))));
-        t.add_row(row);
+        let cells = l.differences.iter().map(|d| error(Some(*d)));
+        rows.push((l.backend.clone(), cells.collect()));
     }
-    let mut row = vec!["load after 1 s [m]".to_owned()];
-    for c in COMPLIANCES {
-        row.push(error(moved.iter().find(|m| m.0 == c).map(|m| m.1)));
-    }
-    t.add_row(row);
-    text(&t) + "\n"
+    let moved = COMPLIANCES.map(|c| error(moved.iter().find(|m| m.0 == c).map(|m| m.1)));
+    rows.push(("load after 1 s [m]".to_owned(), moved.to_vec()));
+    grid("‖μ(ε) − μ(0)‖/‖μ(0)‖", &heads, rows) + "\n"
 }
 
 fn slope(l: &Limit) -> Check {

@@ -14,6 +14,7 @@
 
 use super::rod::{Compliance, Rod, Shape, shoot};
 use crate::check::{Check, ExperimentError, Outcome};
+use crate::hard::either;
 use indicatif::ProgressBar;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
@@ -147,11 +148,8 @@ const LOAD_STEPS: usize = 10;
 const PASS: f64 = 19.2;
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, loads): (&[usize], &[f64]) = if quick {
-        (&[16, 64], &LOADS[2..])
-    } else {
-        (&[8, 16, 32, 64], &LOADS)
-    };
+    let (counts, loads): (&[usize], &[f64]) =
+        either(quick, (&[16, 64], &LOADS[2..]), (&[8, 16, 32, 64], &LOADS));
     progress.set_length((counts.len() * loads.len()) as u64);
     let mut checks = Vec::new();
     for &load in loads {

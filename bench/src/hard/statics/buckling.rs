@@ -21,15 +21,6 @@ const LEFT: f64 = 1e-3;
 /// Growth beyond which a disturbance has clearly left.
 const GROWN: f64 = 10.0;
 
-/// Time step and duration of a run \[s].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Run {
-    /// Δt.
-    pub(super) dt: f64,
-    /// Duration.
-    pub(super) time: f64,
-}
-
 /// Distances from the equilibrium that are rounding of positions of about a metre \[m]: a disturbance that has faded to it
 /// stays there, and what grows from less has to leave it.
 const ROUNDING: f64 = 1e-14;
@@ -38,15 +29,15 @@ const ROUNDING: f64 = 1e-14;
 /// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
 pub(super) fn growth(
     scene: Scene,
-    run: Run,
+    [dt, time]: [f64; 2],
     off: fn(&Scene) -> f64,
 ) -> Result<f64, ExperimentError> {
     let options = StepOptions {
-        dt: run.dt,
+        dt,
         ..StepOptions::paper()
     };
     let mut stepper = Stepper::new(scene, options)?;
-    let steps = crate::trajectory::steps_in(run.time, run.dt);
+    let steps = crate::trajectory::steps_in(time, dt);
     let (mut first, mut last) = (0.0_f64, 0.0_f64);
     for k in 0..steps {
         match stepper.step() {
@@ -68,29 +59,36 @@ pub(super) fn growth(
     Ok(last / first.max(ROUNDING))
 }
 
-/// Where an equilibrium buckles.
+/// How the load is found at which an equilibrium buckles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Threshold {
-    /// The continuum's critical load.
+pub(super) struct Search {
+    /// The continuum's critical load, and the exact discrete one.
     pub(super) curve: f64,
-    /// The exact discrete one.
     pub(super) exact: f64,
     /// Half width of the bracket about the exact discrete one, relative; the bar against the continuum.
     pub(super) bar: f64,
+    /// Halvings of the bracket.
+    pub(super) halvings: usize,
+    /// Time step and duration of a run \[s].
+    pub(super) run: [f64; 2],
 }
 
 /// The scene under a load.
 pub(super) type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
 
-/// The bracket and, in `halvings` more runs if any, the load at which the disturbance neither fades nor grows.
+/// The bracket and, in as many more runs as there are halvings, the load at which the disturbance neither fades nor grows.
 pub(super) fn check(
     case: &str,
-    threshold: Threshold,
-    halvings: usize,
-    run: Run,
+    search: Search,
     (scene, off): (&SceneAt<'_>, fn(&Scene) -> f64),
 ) -> Result<Vec<Check>, ExperimentError> {
-    let Threshold { curve, exact, bar } = threshold;
+    let Search {
+        curve,
+        exact,
+        bar,
+        halvings,
+        run,
+    } = search;
     let grows = |load: f64| growth(scene(load)?, run, off);
     let (mut low, mut high) = (exact * (1.0 - bar), exact * (1.0 + bar));
     let [below, above] = [grows(low)?, grows(high)?];
@@ -104,7 +102,7 @@ pub(super) fn check(
     )
     .noting(format!(
         "about the exact chain's {exact:.6}; its growth over {} s",
-        run.time
+        run[1]
     ));
     if !sound || halvings == 0 {
         return Ok(vec![bracket]);

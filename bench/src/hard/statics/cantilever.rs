@@ -15,7 +15,7 @@
 use super::rod::{Compliance, Rod};
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::choice::Choice;
-use crate::hard::{counted, each_solver, together};
+use crate::hard::{counted, each_solver, either, together};
 use crate::paper::specimens::{passes_from_rest, settle};
 use crate::random::Random;
 use indicatif::ProgressBar;
@@ -188,11 +188,7 @@ fn beam(force: f64) -> f64 {
 
 /// H14.
 pub(super) fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, seeds): (&[usize], u64) = if quick {
-        (&[8, 32], 2)
-    } else {
-        (&[8, 16, 32, 64, 128], 5)
-    };
+    let (counts, seeds): (&[usize], u64) = either(quick, (&[8, 32], 2), (&[8, 16, 32, 64, 128], 5));
     let mut checks = Vec::new();
     let mut errors = Vec::new();
     for &n in counted(progress, counts) {

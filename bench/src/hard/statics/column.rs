@@ -15,8 +15,9 @@
 //! (c² + T²/4)^½ (χ_{j+1} + χ_{j−1}) = (2c + l P) χ_j, and the ends ask for χ ∝ cos(πj/n + …). Pinned ends carry
 //! torques of fixed direction on the outer segments; between clamped ends the twist T L/GJ is given.
 
-use super::buckling::{DISTURBANCE, Run, Threshold, check, off_axis};
+use super::buckling::{DISTURBANCE, Search, check, off_axis};
 use crate::check::{ExperimentError, Outcome};
+use crate::hard::either;
 use crate::hard::special::bessel_zero;
 use crate::paper::specimens::twist::{buckling_torque, greenhill};
 use indicatif::ProgressBar;
@@ -178,42 +179,26 @@ pub(super) fn thrust_and_weight(
     let mut checks = Vec::new();
     for &n in counts {
         let thrust = |p: f64| Ok(scene(n, Ends::Pinned { torque: 0.0 }, -p)?);
-        let threshold = Threshold {
+        let search = Search {
             curve: PI * PI,
             exact: euler(n),
             bar: BAR,
-        };
-        let run = Run {
-            dt: 0.02,
-            time: 20.0,
+            halvings: halvings(quick),
+            run: [0.02, 20.0],
         };
         let case = format!("thrust, pinned, N = {n}");
-        checks.extend(check(
-            &case,
-            threshold,
-            halvings(quick),
-            run,
-            (&thrust, off_axis),
-        )?);
+        checks.extend(check(&case, search, (&thrust, off_axis))?);
         progress.inc(1);
         let weight = |q: f64| Ok(scene(n, Ends::Free { gravity: q }, 0.0)?);
-        let threshold = Threshold {
+        let search = Search {
             curve: own_weight_of_beam(),
             exact: own_weight(n),
             bar: BAR,
-        };
-        let run = Run {
-            dt: 0.04,
-            time: 80.0,
+            halvings: halvings(quick),
+            run: [0.04, 80.0],
         };
         let case = format!("own weight, clamped, N = {n}");
-        checks.extend(check(
-            &case,
-            threshold,
-            halvings(quick),
-            run,
-            (&weight, off_axis),
-        )?);
+        checks.extend(check(&case, search, (&weight, off_axis))?);
         progress.inc(1);
     }
     Ok(checks.into())
@@ -224,49 +209,34 @@ pub(super) fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
     let counts: &[usize] = if quick { &[24] } else { &[24, 48] };
     // Long rods under tension buckle in many waves: they need the finer chain.
     let fine = |n: usize, tension: f64| tension < 50.0 || n >= 48;
-    let tensions: &[f64] = if quick {
-        &[0.0]
-    } else {
-        &[-5.0, 0.0, 10.0, 100.0]
-    };
+    let tensions: &[f64] = either(quick, &[0.0], &[-5.0, 0.0, 10.0, 100.0]);
     progress.set_length((counts.len() * (1 + tensions.len())) as u64);
     let mut checks = Vec::new();
     for &n in counts {
-        let run = |tension: f64| Run {
-            // The tension's transverse stiffness is explicit.
-            dt: 0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(),
-            time: 10.0,
-        };
+        // The tension's transverse stiffness is explicit.
+        let run = |tension: f64| [0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(), 10.0];
         let clamped = |t: f64| Ok(scene(n, Ends::Clamped { twist: t }, 0.0)?);
-        let threshold = Threshold {
+        let search = Search {
             curve: greenhill(),
             exact: buckling_torque(n, 1e12, 0.0),
             bar: TORQUE_BAR,
+            halvings: halvings(quick),
+            run: run(0.0),
         };
         let case = format!("torque, clamped, N = {n}");
-        checks.extend(check(
-            &case,
-            threshold,
-            halvings(quick),
-            run(0.0),
-            (&clamped, off_axis),
-        )?);
+        checks.extend(check(&case, search, (&clamped, off_axis))?);
         progress.inc(1);
         for &tension in tensions.iter().filter(|t| fine(n, **t)) {
             let pinned = |torque: f64| Ok(scene(n, Ends::Pinned { torque }, tension)?);
-            let threshold = Threshold {
+            let search = Search {
                 curve: pinned_torque_of_rod(tension),
                 exact: pinned_torque(n, tension),
                 bar: TORQUE_BAR,
+                halvings: halvings(quick),
+                run: run(tension),
             };
             let case = format!("torque, pinned, P = {tension}, N = {n}");
-            checks.extend(check(
-                &case,
-                threshold,
-                halvings(quick),
-                run(tension),
-                (&pinned, off_axis),
-            )?);
+            checks.extend(check(&case, search, (&pinned, off_axis))?);
             progress.inc(1);
         }
     }

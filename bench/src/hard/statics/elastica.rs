@@ -11,6 +11,7 @@
 
 use super::rod::Rod;
 use crate::check::{Check, ExperimentError, Outcome};
+use crate::hard::either;
 use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f, root};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -49,11 +50,8 @@ pub(super) fn rod(n: usize, alpha: f64) -> Rod {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, loads): (&[usize], &[f64]) = if quick {
-        (&[16, 64], &[1.0, 10.0])
-    } else {
-        (&[8, 16, 32, 64], &LOADS)
-    };
+    let (counts, loads): (&[usize], &[f64]) =
+        either(quick, (&[16, 64], &[1.0, 10.0]), (&[8, 16, 32, 64], &LOADS));
     progress.set_length((counts.len() * loads.len()) as u64);
     let mut checks = Vec::new();
     for &alpha in loads {

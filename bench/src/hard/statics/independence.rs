@@ -7,7 +7,7 @@
 use super::rod::Rod;
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::choice::Choice;
-use crate::hard::{solvers, together};
+use crate::hard::{either, solvers, together};
 use crate::paper::specimens::largest;
 use crate::random::Random;
 use crate::trajectory::steps_in;
@@ -123,19 +123,11 @@ fn ways(quick: bool) -> Vec<(&'static str, Vec<Way>)> {
     };
     let direct = &all[0];
     let plain = |name: String| way(name, direct, DT);
-    let fractions: &[f64] = if quick {
-        &[30.0, 240.0]
-    } else {
-        &[30.0, 60.0, 120.0, 240.0, 960.0]
-    };
+    let fractions: &[f64] = either(quick, &[30.0, 240.0], &[30.0, 60.0, 120.0, 240.0, 960.0]);
     let steps = fractions
         .iter()
         .map(|f| way(format!("1/{f} s"), direct, 1.0 / f));
-    let dampings: &[f64] = if quick {
-        &[0.15, 0.6]
-    } else {
-        &[0.1, 0.15, 0.3, 0.6, 1.2]
-    };
+    let dampings: &[f64] = either(quick, &[0.15, 0.6], &[0.1, 0.15, 0.3, 0.6, 1.2]);
     let dampings = dampings.iter().map(|&damping| Way {
         damping,
         // Where it is more than critical the slowest motion takes the damping time.

@@ -8,7 +8,7 @@
 //! same, with the load turned as it was.
 
 use crate::check::{Check, ExperimentError, Outcome};
-use crate::hard::{solvers, together, worse};
+use crate::hard::{either, solvers, together, worse};
 use crate::paper::specimens::{Joint, MATERIALS, largest, params, read};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -24,10 +24,7 @@ pub const BAR: f64 = 1e-9;
 
 /// Relative error of the elongation, the bend or the twist of a specimen at rest: 10 % longer, a quarter of a circle, or
 /// `turns` turns.
-///
-/// # Errors
-/// A scene that is not sound, an equilibrium that is not found.
-pub fn off_its_load(
+pub(super) fn off_its_load(
     specimen: Specimen,
     material: (&str, f64),
     n: usize,
@@ -129,8 +126,7 @@ pub fn slings(n: usize, angle: f64) -> Result<Scene, SceneError> {
 }
 
 /// Largest distance of a body of `scene` from where it is in the other, over 10 m, and largest angle \[rad].
-#[must_use]
-pub fn apart(scene: &Scene, other: &Scene) -> [f64; 2] {
+pub(super) fn apart(scene: &Scene, other: &Scene) -> [f64; 2] {
     let (a, b) = (&scene.bodies, &other.bodies);
     let ways = a.position.iter().zip(&b.position);
     let turns = a.orientation.iter().zip(&b.orientation);
@@ -144,11 +140,7 @@ pub(super) fn from_one_point(
     quick: bool,
     progress: &ProgressBar,
 ) -> Result<Outcome, ExperimentError> {
-    let sizes: &[usize] = if quick {
-        &[8, 40]
-    } else {
-        &[8, 12, 24, 40, 80]
-    };
+    let sizes: &[usize] = either(quick, &[8, 40], &[8, 12, 24, 40, 80]);
     let angles = if quick { 3 } else { 20 };
     let all = solvers();
     progress.set_length((sizes.len() * all.len()) as u64);

@@ -7,7 +7,7 @@
 //! and the ring buckles where the 3 × 3 matrix of n = 2 gets singular. Its entries are differences of E, which is
 //! written here from the swing and the twist of the relative rotation.
 
-use super::buckling::{DISTURBANCE, Run, Threshold, check};
+use super::buckling::{DISTURBANCE, Search, check};
 use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::hard::counted;
 use crate::hard::special::root;
@@ -191,19 +191,16 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let counts: &[usize] = if quick { &[24] } else { &[24, 48, 96] };
     let mut checks = Vec::new();
     for &n in counted(progress, counts) {
-        let threshold = Threshold {
+        let search = Search {
             curve: michell(2),
             exact: chain(n, 2),
             bar: BAR,
-        };
-        let run = Run {
-            dt: 0.05,
-            time: 60.0,
+            halvings: if quick { 0 } else { 11 },
+            run: [0.05, 60.0],
         };
         let ring = |turns: f64| Ok(scene(n, turns)?);
-        let halvings = if quick { 0 } else { 11 };
         let case = format!("GJ/EI = {RATIO}, N = {n}, turns");
-        checks.extend(check(&case, threshold, halvings, run, (&ring, off_plane))?);
+        checks.extend(check(&case, search, (&ring, off_plane))?);
         // A wave of fewer segments is that of the chain, not of the continuum.
         for waves in [3, 4].into_iter().filter(|w| 16 * w <= n) {
             checks.push(higher(n, waves)?);
@@ -227,10 +224,7 @@ mod tests {
 
     #[test]
     fn the_model_s_ring_leaves_its_plane_at_the_exact_twist() {
-        let run = Run {
-            dt: 0.05,
-            time: 60.0,
-        };
+        let run = [0.05, 60.0];
         let critical = chain(24, 2);
         let at = |part: f64| {
             let ring = scene(24, part * critical).expect("a scene");

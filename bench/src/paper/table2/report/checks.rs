@@ -185,11 +185,11 @@ fn iterations(records: &[Record], step: f64) -> Vec<Check> {
         let by = "largest distance in decades, geometric stiffness; the bar is a step of the grid";
         let note = "the load's joint opens by (M/m) g Δt²/k with k sweeps, whatever the material; the swing's tension and \
                     the explicit tension of the paper's step take another quarter of a decade or two";
-        let reference = "k l/(g Δt²)".to_owned();
+
         checks.push(
             Check::within(
                 format!("light top, limit of {n} iterations"),
-                reference,
+                "k l/(g Δt²)",
                 ours,
                 worst,
                 step,

@@ -37,11 +37,7 @@ pub(super) fn claims(records: &[Record]) -> Vec<Check> {
             light_limit(records, Solver::Sweeps(20)).unwrap_or(f64::NAN)
         );
         let better = c[1] > swept[1] + 1.0 && d[1] > swept[1] + 1.0;
-        let verdict = if better {
-            Verdict::Holds
-        } else {
-            Verdict::HoldsOnlyIf
-        };
+        let verdict = Verdict::or_only_if(better);
         checks.push(Check::claim(
             "direct solver, CG",
             "considerably more",
