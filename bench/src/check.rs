@@ -1,11 +1,10 @@
 //! Checks: a reference, what comes out here, the error between them, its bar and the verdict. What the reproduction of
 //! the paper and the hard cases end in.
 
-use crate::plot::{self, Chart, PlotError};
+use crate::plot::{self, Chart};
 use serde::{Serialize, Serializer};
+use std::error::Error;
 use std::fmt;
-use taut_integrator::StepError;
-use taut_model::SceneError;
 use taut_solver::{SolveReport, Status};
 
 /// The larger of two errors; one that is no number is the largest.
@@ -89,9 +88,9 @@ impl Measure {
     }
 }
 
-/// Numbers with their unit, to one digit beyond what a difference of `resolution` changes; a vector in brackets.
+/// Numbers with their unit, to two digits beyond what a difference of `resolution` changes; a vector in brackets.
 fn with_unit(values: &[f64], resolution: f64, unit: &str) -> String {
-    let decimals = 1 - resolution.log10().floor().clamp(-14.0, 6.0) as i32;
+    let decimals = 2 - resolution.log10().floor().clamp(-14.0, 6.0) as i32;
     let one = |value: &f64| {
         let size = value.abs();
         if !size.is_normal() || (1e-3..1e6).contains(&size) {
@@ -494,69 +493,28 @@ impl From<Vec<Check>> for Outcome {
     }
 }
 
-/// An experiment that could not be done.
-#[derive(Debug)]
-pub enum ExperimentError {
-    /// A step or its set-up.
-    Step(StepError),
-    /// A scene.
-    Scene(SceneError),
-    /// Rows that could not be written as CSV.
-    Csv(csv::Error),
-    /// A chart.
-    Plot(PlotError),
-}
-
-impl fmt::Display for ExperimentError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Step(e) => e.fmt(f),
-            Self::Scene(e) => e.fmt(f),
-            Self::Csv(e) => write!(f, "cannot write the rows: {e}"),
-            Self::Plot(e) => e.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ExperimentError {}
-
-impl From<StepError> for ExperimentError {
-    fn from(e: StepError) -> Self {
-        Self::Step(e)
-    }
-}
-
-impl From<SceneError> for ExperimentError {
-    fn from(e: SceneError) -> Self {
-        Self::Scene(e)
-    }
-}
-
-impl From<PlotError> for ExperimentError {
-    fn from(e: PlotError) -> Self {
-        Self::Plot(e)
-    }
-}
+/// Why an experiment could not be done: a scene, a step or its set-up, rows or charts that could not be written.
+pub type ExperimentError = Box<dyn Error + Send + Sync>;
 
 /// Records as CSV with a header.
 ///
 /// # Errors
-/// [`ExperimentError::Csv`] for records that are no flat rows.
+/// Records that are no flat rows.
 pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.serialize(row).map_err(ExperimentError::Csv)?;
+        writer.serialize(row)?;
     }
     let bytes = writer
         .into_inner()
-        .map_err(|e| ExperimentError::Csv(e.into_error().into()))?;
+        .map_err(csv::IntoInnerError::into_error)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// The charts of an outcome as one picture; nothing where there are none.
 ///
 /// # Errors
-/// [`ExperimentError::Plot`].
+/// A chart that cannot be drawn.
 pub fn picture(outcome: &Outcome) -> Result<Option<String>, ExperimentError> {
     if outcome.charts.is_empty() {
         return Ok(None);
@@ -584,5 +542,22 @@ mod tests {
             assert_eq!(written["reached"], reached);
             assert_eq!(written["verdict"], verdict);
         }
+    }
+
+    #[test]
+    fn numbers_are_written_as_far_as_the_bar_resolves() {
+        let row = Check::relative("period", [2.0, 2.0 + 1e-5], "s", 1e-4);
+        assert_eq!([row.reference, row.ours], ["2.00000 s", "2.00001 s"]);
+        assert_eq!(row.verdict, Verdict::Pass);
+        let row = Check::number("order", [2.0, f64::NAN], "", Measure::Absolute, 0.1);
+        assert_eq!([row.reference, row.ours], ["2.000", "NaN"]);
+        assert_eq!(row.verdict, Verdict::Fail);
+        assert_eq!(with_unit(&[3.5e9, 0.0], 1e6, "N"), "(3.50e9, 0) N");
+        let written = serde_json::to_value(Check::relative("", [2.0, 3.0], "m", 1.0));
+        let compared = &written.expect("JSON")["compared"];
+        assert_eq!(
+            *compared,
+            json!({"reference": 2.0, "ours": 3.0, "unit": "m"})
+        );
     }
 }

@@ -138,7 +138,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
             let found = peak(scene.clone(), choice.options(fine), time)?;
             small.push((
                 choice.family(),
-                Check::relative("", [exact, found.tension], "N", BAR),
+                Check::relative("", [exact, found.tension], "N", BAR).by("relative, peak"),
             ));
             let coarse = peak(scene.clone(), choice.options(LARGE), 6.0);
             large.push((choice.family(), bounded(exact, coarse)));
@@ -227,7 +227,7 @@ fn sudden_speed() -> Result<Check, ExperimentError> {
         "N",
         BAR,
     )
-    .by("relative, mean from 0.2 to 1.8 transits"))
+    .by("relative to v √(EA μ), mean from 0.2 to 1.8 transits"))
 }
 
 #[cfg(test)]

@@ -159,7 +159,7 @@ fn tackle(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         let ours = -stepper.multipliers()[0] / DT;
         tension.push((
             choice.family(),
-            Check::relative("", [share, ours], "N", BAR),
+            Check::relative("", [share, ours], "N", BAR).by("tension of a part, relative to W/n"),
         ));
 
         let (speed, time) = (0.6, 1.0);

@@ -11,7 +11,7 @@ pub mod matrices;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::choice::Choice;
-use crate::hard::{together, worse};
+use crate::hard::{distinct, together, worse};
 use crate::matrix::Matrix;
 use crate::matrix::prepared::Problem;
 use crate::matrix::solve::backends;
@@ -224,12 +224,7 @@ fn exact(row: &Row, bound: f64) -> Option<Check> {
 /// η and the error of x, a row for each backend, a column for each matrix.
 fn tables(specimens: &[Specimen], rows: &[Row]) -> String {
     let mut out = String::new();
-    let mut backends: Vec<&str> = Vec::new();
-    for r in rows {
-        if !backends.contains(&r.backend.as_str()) {
-            backends.push(&r.backend);
-        }
-    }
+    let backends = distinct(rows.iter().map(|r| r.backend.as_str()));
     // As many columns as a line has room for.
     for part in specimens.chunks(4) {
         let head = |s: &Specimen| {

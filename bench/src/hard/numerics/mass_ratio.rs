@@ -12,7 +12,7 @@ mod swing;
 
 use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
 use crate::hard::numerics::extended_solution;
-use crate::hard::{grid, together, worse};
+use crate::hard::{distinct, grid, together, worse};
 use crate::linear::{self, Record};
 use crate::poses::Pose;
 use crate::table::{error, table, text};
@@ -255,12 +255,7 @@ const CAP_BAR: f64 = 0.1;
 /// 10⁻¹³.
 fn accurate(records: &[Record], conditions: &[Condition]) -> Vec<Check> {
     let direct = || records.iter().filter(|r| r.direct);
-    let mut backends: Vec<&str> = Vec::new();
-    for r in direct() {
-        if !backends.contains(&r.backend.as_str()) {
-            backends.push(&r.backend);
-        }
-    }
+    let backends = distinct(direct().map(|r| r.backend.as_str()));
     let over = |backend: &str, refinements: usize, bar: fn(f64) -> f64| {
         let own = direct().filter(move |r| r.backend == backend && r.refinements == refinements);
         own.max_by(|a, b| {
@@ -463,12 +458,8 @@ fn error_table(
 ) -> String {
     let heads: Vec<String> = ratios.iter().map(|r| format!("{r:.0e}")).collect();
     let own = || records.iter().filter(|r| r.refinements == refinements);
-    let mut backends: Vec<&str> = Vec::new();
-    for r in own().filter(|r| r.direct || refinements == 0) {
-        if !backends.contains(&r.backend.as_str()) {
-            backends.push(&r.backend);
-        }
-    }
+    let shown = own().filter(|r| r.direct || refinements == 0);
+    let backends = distinct(shown.map(|r| r.backend.as_str()));
     let of_s = |ratio: &f64| {
         let here = conditions.iter().filter(|c| c.ratio == *ratio);
         error(Some(here.map(|c| c.condition).fold(0.0, worse)))

@@ -203,6 +203,7 @@ fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, Exp
         let own = found.iter().map(|(solver, (_, hanging))| {
             let check = Check::relative("", [discrete, measure(hanging)], unit, kind.bar)
                 .by("relative to the exact chain")
+                .noting(format!("curve {limit:.9} {unit}"))
                 .algebraic()
                 .space_part((discrete / limit - 1.0).abs());
             (solver.clone(), check)

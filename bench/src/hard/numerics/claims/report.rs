@@ -2,20 +2,9 @@
 
 use super::{Audit, Finding, Solve};
 use crate::check::{Check, Verdict};
-use crate::hard::{together, worse};
+use crate::hard::{distinct, together, worse};
 use crate::table::{error, text, wrapped};
 use std::fmt::Write;
-
-/// The names of a key in the order in which they come.
-fn distinct<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
-    let mut found = Vec::new();
-    for key in keys {
-        if !found.contains(&key) {
-            found.push(key);
-        }
-    }
-    found
-}
 
 /// How many claims of each solver are false, of how many: those of all that have none false are counted together.
 fn counted(solves: &[Solve], wrong: impl Fn(&Solve) -> bool) -> Vec<(&str, usize, String)> {
