@@ -7,13 +7,13 @@
 //! 0 every scheme closes it as e^(−t/τ), at a rate that has a power series in Δt/τ, so that four time steps
 //! extrapolate it.
 
+use super::frequency::samples;
 use super::{law, worse};
 use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::{at, each_solver};
-use crate::pace;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_integrator::{GeometricStiffness, Scheme, StepOptions, Stepper};
+use taut_integrator::{GeometricStiffness, Scheme, StepOptions};
 use taut_model::{
     Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, Spherical, hanging_axes,
 };
@@ -124,21 +124,6 @@ fn with_scheme(scheme: Scheme, options: StepOptions) -> StepOptions {
     }
 }
 
-fn record(
-    scene: Scene,
-    options: StepOptions,
-    steps: usize,
-    coordinate: impl Fn(&Scene) -> f64,
-) -> Result<Vec<f64>, ExperimentError> {
-    let mut stepper = Stepper::new(scene, options)?;
-    let mut x = vec![coordinate(stepper.scene())];
-    for _ in 0..steps {
-        pace::step(&mut stepper)?;
-        x.push(coordinate(stepper.scene()));
-    }
-    Ok(x)
-}
-
 pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for mode in &MODES {
@@ -174,7 +159,7 @@ fn law_error(
     let (scheme, dt) = (options.scheme, options.dt);
     let compliance = dt * dt / (mode.inertia * omega * omega);
     let scene = (mode.scene)(RowLaw::new(compliance, theta * dt));
-    let x = record(scene, options, 16, mode.coordinate)?;
+    let x = samples(scene, options, 16, mode.coordinate)?;
     let expected = law::recurrence(scheme, [omega * omega, 0.0], theta);
     // The first steps have no past to look back on, and what has decayed is rounding.
     let first = if expected.len() == 3 { 3 } else { 1 };
@@ -250,7 +235,7 @@ pub(super) fn gaps(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Exp
 fn closing(options: StepOptions, theta: f64) -> Result<f64, ExperimentError> {
     let [p, q, s] = law::weights(options.scheme);
     let scene = ball(RowLaw::new(0.0, theta * options.dt));
-    let x = record(scene, options, 40, |s| s.bodies.position[0].x)?;
+    let x = samples(scene, options, 40, |s| s.bodies.position[0].x)?;
     let d = p + theta;
     let mut worst = 0.0_f64;
     for n in 3..x.len() - 1 {
@@ -268,7 +253,7 @@ fn relaxation(scheme: Scheme) -> Result<Check, ExperimentError> {
     for dt in steps {
         let count = (2.0 * tau / dt).round() as usize;
         let scene = ball(RowLaw::new(0.0, tau));
-        let x = record(scene, with_scheme(scheme, at(dt)), count, |s| {
+        let x = samples(scene, with_scheme(scheme, at(dt)), count, |s| {
             s.bodies.position[0].x
         })?;
         let half = count / 2;

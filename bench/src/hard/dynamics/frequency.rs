@@ -19,10 +19,20 @@ pub(in crate::hard) fn record(
     time: f64,
     measure: impl Fn(&Scene) -> f64,
 ) -> Result<Vec<f64>, ExperimentError> {
-    let dt = options.dt;
+    let steps = (time / options.dt) as usize;
+    samples(scene, options, steps, measure)
+}
+
+/// The same after as many steps.
+pub(super) fn samples(
+    scene: Scene,
+    options: StepOptions,
+    steps: usize,
+    measure: impl Fn(&Scene) -> f64,
+) -> Result<Vec<f64>, ExperimentError> {
     let mut stepper = Stepper::new(scene, options)?;
     let mut samples = vec![measure(stepper.scene())];
-    for _ in 0..(time / dt) as usize {
+    for _ in 0..steps {
         pace::step(&mut stepper)?;
         samples.push(measure(stepper.scene()));
     }

@@ -11,7 +11,6 @@ use crate::pace;
 use crate::trajectory::steps_in;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
 use taut_integrator::{StepError, Stepper};
@@ -44,7 +43,7 @@ struct Run {
 }
 
 /// What a drive at one ratio came to.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 struct Row {
     ratio: f64,
     stable: bool,
@@ -82,7 +81,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         rows.push(row);
     }
     outcome.text = table(&rows);
-    outcome.csv = crate::check::csv(&rows)?;
     for parts in if quick { vec![2] } else { vec![2, 4, 12] } {
         outcome.checks.extend(agreement(parts)?);
     }

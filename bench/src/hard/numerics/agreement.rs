@@ -1,7 +1,7 @@
 //! H47: ring, junction, cranes, ladder and net with every solver: the multipliers of a common state against the KKT
 //! system in 32 digits, and the place of the load after a second against that of the reference solver.
 
-use crate::check::{Check, ExperimentError, Outcome, csv};
+use crate::check::{Check, ExperimentError, Outcome};
 use crate::scenes::{self, BAR, Config, Record};
 use indicatif::ProgressBar;
 use std::time::Duration;
@@ -62,11 +62,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     for r in results.records.iter().filter(|r| r.iterations > 0) {
         checks.push(iterative(r));
     }
-    Ok(Outcome {
-        checks,
-        csv: csv(&results.records)?,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// The direct solver with the largest error, and the one with the load farthest away.

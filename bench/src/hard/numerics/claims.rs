@@ -21,7 +21,7 @@ mod matrices;
 mod report;
 pub mod verify;
 
-use crate::check::{ExperimentError, Outcome, csv};
+use crate::check::{ExperimentError, Outcome};
 use crate::choice::Choice;
 use crate::claim::{ROUNDING, over, over_letter, tolerance};
 use crate::hard;
@@ -30,7 +30,6 @@ use crate::reference::Snapshot;
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
 use taut_solver::{Backend, forward_error};
@@ -45,8 +44,7 @@ const SMALL_ROWS: usize = 400;
 const DT: f64 = 1.0 / 60.0;
 
 /// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
     /// Claimed, and so.
     True,
@@ -61,7 +59,7 @@ pub enum Finding {
 }
 
 /// One solve.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Solve {
     /// Hard case and scene.
     pub scene: String,
@@ -440,7 +438,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     Ok(Outcome {
         checks: report::checks(&audit),
         text: report::tables(&audit),
-        csv: csv(&audit.solves)?,
         ..Outcome::default()
     })
 }

@@ -9,7 +9,7 @@
 
 pub mod matrices;
 
-use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
 use crate::hard::{distinct, together, worse};
 use crate::matrix::Matrix;
@@ -19,7 +19,6 @@ use crate::table::{error, text, wrapped};
 use indicatif::ProgressBar;
 use matrices::{Specimen, specimens};
 use rayon::prelude::*;
-use serde::Serialize;
 use std::fmt::Write;
 use taut_solver::{Backend, SolveError, SolveReport, forward_error};
 
@@ -33,7 +32,7 @@ const NO_DIGIT: f64 = 0.1;
 pub(super) const CONDITION_BAR: f64 = 1e-9;
 
 /// A backend on a matrix.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// The matrix.
     pub matrix: String,
@@ -155,7 +154,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     Ok(Outcome {
         checks,
         text: tables(&specimens, &rows),
-        csv: csv(&rows)?,
         ..Outcome::default()
     })
 }

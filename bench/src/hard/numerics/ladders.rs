@@ -12,7 +12,7 @@
 //! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
 //! bottom, by half. What is farther away than the cable is long is lost.
 
-use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::choice::Choice;
 use crate::hard::{grid, together, worse};
 use crate::poses::{self, Pose};
@@ -23,8 +23,7 @@ use crate::trajectory::{load_position, steps_in};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::Serialize;
-use taut_integrator::{Form, Scheme, StepError, StepOptions, Stepper};
+use taut_integrator::{Form, Scheme, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene};
 use taut_solver::{Backend, SymBlockMatrix, reference_solution};
 
@@ -67,7 +66,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
 }
 
 /// The errors of a step over its ladder.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 struct Rung {
     what: String,
     /// Δt in s, or iterations.
@@ -246,7 +245,7 @@ fn limits(quick: bool) -> impl Iterator<Item = usize> {
 }
 
 /// Error in the energy norm after that many iterations from zero, over the solution's.
-fn unfinished(choice: &Choice, limit: usize) -> Result<f64, StepError> {
+fn unfinished(choice: &Choice, limit: usize) -> Result<f64, ExperimentError> {
     let options = StepOptions {
         backend: choice.backend.with_iterations(limit).with_tolerance(1e-15),
         ..choice.plain_options(DT)
@@ -261,17 +260,13 @@ fn unfinished(choice: &Choice, limit: usize) -> Result<f64, StepError> {
     stepper.solve()?;
     let x = stepper.system().2.to_vec();
     let (s, b) = stepper.assembled(Form::Schur)?;
-    let exact = reference_solution(&s, &b).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
+    let exact = reference_solution(&s, &b)?;
     let e: Vec<f64> = x.iter().zip(&exact).map(|(x, e)| x - e).collect();
     Ok((energy(&s, &e) / energy(&s, &exact)).sqrt())
 }
 
 /// The load after each step of a second.
-fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, StepError> {
+fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, ExperimentError> {
     let mut stepper = Stepper::new(scene(&params())?, options)?;
     let mut way = Vec::new();
     for _ in 0..steps_in(1.0, DT) {
@@ -288,7 +283,7 @@ fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 }
 
 /// The two ladders of iterations.
-fn iteration_ladders(quick: bool) -> Result<[Vec<Rung>; 2], StepError> {
+fn iteration_ladders(quick: bool) -> Result<[Vec<Rung>; 2], ExperimentError> {
     let direct = second(reference_choice().plain_options(DT))?;
     let (mut solves, mut loads) = (Vec::new(), Vec::new());
     for choice in iterative() {
@@ -388,7 +383,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     Ok(Outcome {
         checks,
         text,
-        csv: csv(&[times, solves, loads].concat())?,
         ..Outcome::default()
     })
 }

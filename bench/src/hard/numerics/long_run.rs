@@ -2,21 +2,20 @@
 //!
 //! A few segments under a heavy load, the anchor moved aside at the beginning, nothing that damps but the step itself:
 //! the rows carry the load at φ̄, so that its swing of the phase Ω = ω Δt a step is damped as an elastic mode of that
-//! frequency is ([`law`]), by 1 − |z|² ≈ |γ| Ω⁴ of its energy. At the end of every decade of steps a window of some swings is looked at: the energy's band and its mean, and the
+//! frequency is (`hard::dynamics::law`), by 1 − |z|² ≈ |γ| Ω⁴ of its energy. At the end of every decade of steps a window of some swings is looked at: the energy's band and its mean, and the
 //! cable's length, the sum of all joints' gaps; means are weighed by (1 − cos)³, so that it does not matter at which phase
 //! of the swing a window begins: of an oscillation with n periods in the window n⁻⁷ is left. A step that lets constraints drift shows it as a length that grows with the number of
 //! steps. A swing lengthens the cable in proportion to its energy E, by the mean of its tension, E/(2 L EA) of the length,
 //! and by what a step of finite length leaves of a rotation, about ½ E Δt²/(m L²); how much, a second cable that swings a
 //! little less tells. What a change of the length has beyond that of the energy is drift.
 
-use crate::check::{Check, ExperimentError, Outcome, csv};
+use crate::check::{Check, ExperimentError, Outcome};
 use crate::hard::dynamics::{frequency, law};
 use crate::hard::worse;
 use crate::pace;
 use crate::table::{error, table, text};
 use crate::trajectory::{gaps, load_position};
 use indicatif::ProgressBar;
-use serde::Serialize;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 
@@ -51,7 +50,7 @@ pub(super) fn scene() -> Result<Scene, SceneError> {
 }
 
 /// A window at the end of a decade. Energies are over the largest kinetic energy of the first.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Window {
     /// Steps made at its end.
     pub steps: usize,
@@ -253,7 +252,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
              them, Δt = 1/60 s; energies over the swing's\n{}\n",
             text(&t)
         ),
-        csv: csv(&windows)?,
         ..Outcome::default()
     })
 }

@@ -10,7 +10,7 @@ pub(super) mod chain;
 mod single;
 mod swing;
 
-use crate::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use crate::check::{Check, ExperimentError, Outcome, Verdict};
 use crate::hard::numerics::extended_solution;
 use crate::hard::{distinct, grid, together, worse};
 use crate::linear::{self, Record};
@@ -19,11 +19,10 @@ use crate::table::{error, table, text};
 use chain::{Chain, Row};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
 use single::{Single, in_single_precision, single};
 use std::fmt::Write;
 use swing::{Swing, swing};
-use taut_integrator::{Form, StepError, Stepper};
+use taut_integrator::{Form, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 
 /// Elements of the chain and of the hoists.
@@ -69,11 +68,11 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let chains: Vec<Row> = ratios
         .par_iter()
         .map(|&ratio| chain::measure(&Chain::new(ELEMENTS, ratio, 0.0), most_sweeps))
-        .collect::<Result<_, StepError>>()?;
+        .collect::<Result<_, ExperimentError>>()?;
     let capped: Vec<Row> = CAPS
         .par_iter()
         .map(|&cap| chain::measure(&Chain::new(ELEMENTS, CAPPED_RATIO, cap), most_sweeps))
-        .collect::<Result<_, StepError>>()?;
+        .collect::<Result<_, ExperimentError>>()?;
     let config = linear::Config {
         segments: vec![ELEMENTS],
         poses: vec![Pose::Straight, Pose::Bent],
@@ -86,7 +85,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         .par_iter()
         .flat_map(|&ratio| [Pose::Straight, Pose::Bent].map(|pose| (ratio, pose)))
         .map(|(ratio, pose)| condition(ratio, pose))
-        .collect::<Result<_, StepError>>()?;
+        .collect::<Result<_, ExperimentError>>()?;
     // All of the ladder, for where it ends is what is judged.
     let singles: Vec<Single> = self::ratios(false)
         .into_par_iter()
@@ -113,8 +112,6 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     Ok(Outcome {
         checks,
         text: out,
-        csv: csv(&chains)?,
-        more_csv: vec![("errors.csv", csv(&records)?), ("swing.csv", csv(&swings)?)],
         ..Outcome::default()
     })
 }
@@ -360,7 +357,7 @@ fn explain(check: &mut Check, records: &[Record], conditions: &[Condition]) {
 const HEAVY: f64 = 1e3;
 
 /// The condition of a hoist's S.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 struct Condition {
     ratio: f64,
     pose: Pose,
@@ -369,7 +366,7 @@ struct Condition {
 }
 
 /// The condition of S of a hoist, its inverse column by column in 32 digits.
-fn condition(ratio: f64, pose: Pose) -> Result<Condition, StepError> {
+fn condition(ratio: f64, pose: Pose) -> Result<Condition, ExperimentError> {
     let scene = crate::poses::hoist(&params(ratio)?, pose)?;
     let mut stepper = Stepper::new(scene, linear::Config::default().step)?;
     // Which linearises.
@@ -390,11 +387,7 @@ fn condition(ratio: f64, pose: Pose) -> Result<Condition, StepError> {
     for column in 0..n {
         let mut unit = vec![0.0; n];
         unit[column] = 1.0;
-        let inverse = extended_solution(&s, &unit).map_err(|source| StepError::Solve {
-            source,
-            culprit: None,
-            time: 0.0,
-        })?;
+        let inverse = extended_solution(&s, &unit)?;
         for ((sum, x), d) in sums.iter_mut().zip(inverse).zip(&scale) {
             *sum += (x / (d * scale[column])).abs();
         }

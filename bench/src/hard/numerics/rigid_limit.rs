@@ -10,7 +10,7 @@
 //! rigid hoist with its joints shut: multipliers of one step over ten decades of ε with every solver, against its own
 //! at ε = 0; the rigid ones against 32 digits; and the place of the load after a second of swing.
 
-use crate::check::{Check, ExperimentError, Measure, Outcome, csv};
+use crate::check::{Check, ExperimentError, Measure, Outcome};
 use crate::choice::Choice;
 use crate::hard::{grid, solvers, together, worse};
 use crate::pace;
@@ -18,7 +18,6 @@ use crate::table::error;
 use crate::trajectory::load_position;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Constraint, HoistParams, JointKind, RowLaw, Scene, SceneError};
 use taut_solver::{SolveReport, forward_error, norm_inf};
@@ -160,13 +159,6 @@ fn motion(quick: bool) -> Result<Vec<(f64, f64)>, StepError> {
     all.collect()
 }
 
-#[derive(Serialize)]
-struct Record<'a> {
-    backend: &'a str,
-    compliance: f64,
-    difference: f64,
-}
-
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let choices = solvers();
     progress.set_length(choices.len() as u64);
@@ -208,19 +200,10 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         .by("slope of the distance from the rigid run between decades of ε, the farthest from 1"),
     );
     let limits: Vec<&Limit> = found.iter().filter_map(|(_, l)| l.as_ref().ok()).collect();
-    let records = limits.iter().flat_map(|l| {
-        let pairs = COMPLIANCES.into_iter().zip(&l.differences);
-        pairs.map(|(compliance, &difference)| Record {
-            backend: &l.backend,
-            compliance,
-            difference,
-        })
-    });
-    let records: Vec<Record<'_>> = records.collect();
+
     Ok(Outcome {
         checks,
         text: tables(&limits, &moved),
-        csv: csv(&records)?,
         ..Outcome::default()
     })
 }

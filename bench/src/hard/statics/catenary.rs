@@ -295,7 +295,6 @@ pub(super) fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     Ok(checks.into())
 }
 
-/// As [`scenes_of_rods`].
 pub(super) fn scenes_of_elastic() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![scene(4, EA, false)?])
 }

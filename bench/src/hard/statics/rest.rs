@@ -1,7 +1,7 @@
 //! H15, H16: where a scene that asks for its static equilibrium starts.
 //!
 //! H15: pulled, bent and twisted specimens of all materials under their whole load at once, the twisted ones by up to 37
-//! turns: gaps F L/YA, angles M L/YI and T L/GJ of the whole, as in [`super::ends`], where the load rises in steps.
+//! turns: gaps F L/YA, angles M L/YI and T L/GJ of the whole, as in H01 to H03, where the load rises in steps.
 //!
 //! H16: a load on two massless slings from one point of a hook turns about the vertical without resistance: which
 //! solver is at work, and how its rounding turns the load, must not decide whether rest is found. All solvers find the

@@ -34,10 +34,10 @@
 //! d₀ m v₀ = v₁, dₖ m vₖ = vₖ₋₁ + vₖ₊₁, dₙ m vₙ = vₙ₋₁. A sweep of Gauss–Seidel takes the vector m^k vₖ down by m²; an error
 //! e has the share zᵀ(D − L)e / zᵀ(D − L)x of it, with zₖ = m^(−k) vₖ.
 
+use crate::check::ExperimentError;
 use crate::choice::Choice;
 use crate::hard::numerics::extended_solution;
-use serde::Serialize;
-use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_integrator::{Form, StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_solver::{
     Backend, CgOptions, DenseOptions, GaussSeidelOptions, Partition, Preconditioner, SolveError,
@@ -164,7 +164,7 @@ impl Chain {
     }
 
     /// S and the right-hand side of a step from rest, and its impulses in 32 digits from the pieces of S.
-    pub(super) fn system(&self) -> Result<(SymBlockMatrix, Vec<f64>, Vec<f64>), StepError> {
+    pub(super) fn system(&self) -> Result<(SymBlockMatrix, Vec<f64>, Vec<f64>), ExperimentError> {
         let params = ParticleChainParams {
             model: ChainModel::Links,
             particles: self.particles,
@@ -191,7 +191,7 @@ impl Chain {
 }
 
 /// What was predicted and measured of a chain.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Row {
     /// R.
     pub(super) ratio: f64,
@@ -224,20 +224,15 @@ pub(super) struct Row {
 }
 
 /// Measures a chain with at most that many sweeps.
-pub(super) fn measure(chain: &Chain, most_sweeps: usize) -> Result<Row, StepError> {
+pub(super) fn measure(chain: &Chain, most_sweeps: usize) -> Result<Row, ExperimentError> {
     let (a, b, multipliers) = chain.system()?;
-    let failed = |source: SolveError| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    };
     // S⁻¹ has no negative entries, so that its largest row sum is that of S⁻¹ 1.
-    let sums = extended_solution(&a, &vec![1.0; a.dim()]).map_err(failed)?;
-    let exact = extended_solution(&a, &b).map_err(failed)?;
-    let over = |partition| sweeps((&a, &b), &exact, partition, most_sweeps).map_err(failed);
+    let sums = extended_solution(&a, &vec![1.0; a.dim()])?;
+    let exact = extended_solution(&a, &b)?;
+    let over = |partition| sweeps((&a, &b), &exact, partition, most_sweeps);
     let (sweeps, extrapolated) = over(Partition::Joints)?;
     let (group_sweeps, groups_extrapolated) = over(Partition::Groups)?;
-    let cg = |p| iterations((&a, &b), &exact, p).map_err(failed);
+    let cg = |p| iterations((&a, &b), &exact, p);
     let multipliers_error = if chain.cap == 0.0 {
         // A rope pulls: the multiplier of a link under tension is negative.
         let size: Vec<f64> = multipliers.iter().map(|x| x.abs()).collect();

@@ -1,13 +1,13 @@
 //! H40: the KKT matrix in single precision, with residuals in double.
 
 use super::params;
-use crate::check::{Check, Verdict};
+use crate::check::{Check, ExperimentError, Verdict};
 use crate::hard::numerics::extended_solution;
 use crate::hard::worse;
 use crate::poses::Pose;
 use nalgebra::{DMatrix, DVector};
 use std::fmt::Write;
-use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_integrator::{Form, StepOptions, Stepper};
 use taut_solver::{SymBlockMatrix, forward_error};
 
 /// The KKT matrix in single precision, by LU with partial pivoting: errors of the solution against 32 digits, without
@@ -23,17 +23,13 @@ pub(super) struct Single {
 ///
 /// # Errors
 /// A scene that cannot be built, or one without a reference.
-pub(super) fn single(ratio: f64, pose: Pose) -> Result<Single, StepError> {
+pub(super) fn single(ratio: f64, pose: Pose) -> Result<Single, ExperimentError> {
     let scene = crate::poses::hoist(&params(ratio)?, pose)?;
     let mut stepper = Stepper::new(scene, StepOptions::default())?;
     // Which linearises.
     stepper.reference_multipliers()?;
     let (a, b) = stepper.assembled(Form::Kkt)?;
-    let exact = extended_solution(&a, &b).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
+    let exact = extended_solution(&a, &b)?;
     let n = a.dim();
     let scale = equilibration(&a);
     let factors = DMatrix::from_fn(n, n, |r, c| (scale[r] * a.get(r, c) * scale[c]) as f32).lu();

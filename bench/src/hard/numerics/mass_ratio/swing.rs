@@ -6,7 +6,6 @@ use crate::energy::pendulum;
 use crate::hard::dynamics::law;
 use crate::hard::worse;
 use crate::trajectory::{Sample, simulate};
-use serde::Serialize;
 use std::fmt::Write;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::HoistParams;
@@ -26,7 +25,7 @@ const EARLY: f64 = 5.0;
 const MOVE: f64 = 0.5;
 
 /// A minute of the default step.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Swing {
     ratio: f64,
     /// Amplitude after [`EARLY`] and at the end \[m]; none of a run that was lost.
