@@ -2,6 +2,8 @@
 
 /// Systems that no backend can or should solve.
 mod backends;
+/// Input that means nothing, is strange, or has numbers at the ends of their range.
+mod degenerate;
 /// Motors, winches, controls, gantries, networks, static and driven bodies.
 mod drives;
 /// Inputs that are mutated at random, and those that once did harm.

@@ -13,7 +13,7 @@ use taut_solver::{GeneralMatrix, SolveError};
 /// the memory or the numbers that a header announces takes hours.
 const LONGEST: Duration = Duration::from_secs(60);
 
-/// 10⁵ segments in motion: some steps of the default backend, within seconds; `taut hard H52` has all of them.
+/// 10⁵ segments in motion: some steps of the default backend, within seconds.
 #[test]
 fn a_cable_of_a_hundred_thousand_segments_steps() {
     let params = HoistParams {

@@ -46,7 +46,7 @@ pub struct Readme;
 
 use std::fmt;
 use taut_ground::Choice;
-use taut_integrator::StepOptions;
+use taut_integrator::{StepOptions, Stepper};
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// All solvers that are compiled in, in both forms where they take them.
@@ -102,6 +102,17 @@ pub fn unguarded(choice: &Choice, dt: f64) -> StepOptions {
         guard: None,
         ..choice.options(dt)
     }
+}
+
+/// Everything that a run leaves, as bits.
+#[must_use]
+pub fn bits(stepper: &Stepper) -> Vec<u64> {
+    let bodies = &stepper.scene().bodies;
+    let vectors = bodies.position.iter().chain(&bodies.velocity);
+    let vectors = vectors.chain(&bodies.angular_velocity).flatten();
+    let turns = bodies.orientation.iter().flat_map(|q| q.coords.iter());
+    let all = vectors.chain(turns).chain(stepper.multipliers());
+    all.map(|x| x.to_bits()).collect()
 }
 
 /// The dense oracle.

@@ -1,11 +1,10 @@
 //! Checks: a reference, what comes out here, the error between them, its bar and the verdict. What the reproduction of
 //! the paper and the hard cases end in.
 
-use crate::plot::{self, Chart, PlotError};
+use crate::plot::{self, Chart};
 use serde::{Serialize, Serializer};
+use std::error::Error;
 use std::fmt;
-use taut_integrator::StepError;
-use taut_model::SceneError;
 use taut_solver::{SolveReport, Status};
 
 /// A reference beside ours.
@@ -17,6 +16,9 @@ pub struct Check {
     pub reference: String,
     /// What comes out here, as text with its unit.
     pub ours: String,
+    /// Both as numbers, where they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compared: Option<Compared>,
     /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
     /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
     #[serde(flatten, serialize_with = "with_reached")]
@@ -31,6 +33,72 @@ pub struct Check {
     pub verdict: Verdict,
     /// The condition of a claim that holds only under one; the cause of a failure.
     pub note: String,
+}
+
+/// A number and its reference.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Compared {
+    /// What the paper or the theory says.
+    pub reference: f64,
+    /// What comes out here.
+    pub ours: f64,
+    /// The unit of both; empty for a ratio.
+    pub unit: &'static str,
+}
+
+/// How the distance of a number from its reference is measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Measure {
+    /// Over the reference.
+    Relative,
+    /// In the unit of both.
+    Absolute,
+}
+
+impl Measure {
+    fn error(self, reference: f64, ours: f64) -> f64 {
+        match self {
+            Self::Relative => (ours / reference - 1.0).abs(),
+            Self::Absolute => (ours - reference).abs(),
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Relative => "relative",
+            Self::Absolute => "difference",
+        }
+    }
+
+    /// What an error of 1 is in the unit of both.
+    fn scale(self, reference: f64) -> f64 {
+        match self {
+            Self::Relative => reference.abs(),
+            Self::Absolute => 1.0,
+        }
+    }
+}
+
+/// Numbers with their unit, to two digits beyond what a difference of `resolution` changes; a vector in brackets.
+fn with_unit(values: &[f64], resolution: f64, unit: &str) -> String {
+    let decimals = 2 - resolution.log10().floor().clamp(-14.0, 6.0) as i32;
+    let one = |value: &f64| {
+        let size = value.abs();
+        if !size.is_normal() || (1e-3..1e6).contains(&size) {
+            format!("{value:.*}", decimals.max(0) as usize)
+        } else {
+            let digits = decimals + size.log10().floor() as i32;
+            format!("{value:.*e}", digits.max(1) as usize)
+        }
+    };
+    let shown: Vec<String> = values.iter().map(one).collect();
+    let list = shown.join(", ");
+    let list = if values.len() > 1 {
+        format!("({list})")
+    } else {
+        list
+    };
+    format!("{list} {unit}").trim_end().to_owned()
 }
 
 /// What there is of an error.
@@ -135,6 +203,16 @@ impl Verdict {
             Self::DoesNotHold
         }
     }
+
+    /// What a statement of the paper comes to that holds under the note's condition at least.
+    #[must_use]
+    pub fn or_only_if(holds: bool) -> Self {
+        if holds {
+            Self::Holds
+        } else {
+            Self::HoldsOnlyIf
+        }
+    }
 }
 
 impl fmt::Display for Verdict {
@@ -156,53 +234,121 @@ impl Check {
     #[must_use]
     pub fn within(
         case: impl Into<String>,
-        reference: String,
-        ours: String,
+        reference: impl Into<String>,
+        ours: impl Into<String>,
         error: f64,
         bar: f64,
     ) -> Self {
-        Self::judged(
-            case,
-            reference,
-            ours,
-            error,
-            bar,
-            [Verdict::Pass, Verdict::Fail],
-        )
+        // An error that is no number is none that is small.
+        Self {
+            error: Some(error),
+            bar: Some(bar),
+            ..Self::stated(case, reference, ours, error <= bar)
+        }
     }
 
-    /// A row on what the paper prints: [`Verdict::Holds`] where the error is within the bar.
+    /// A number beside its reference, both in `unit`.
     #[must_use]
-    pub fn published(
+    pub fn number(
         case: impl Into<String>,
-        reference: String,
-        ours: String,
-        error: f64,
+        [reference, ours]: [f64; 2],
+        unit: &'static str,
+        measure: Measure,
         bar: f64,
     ) -> Self {
-        Self::judged(
-            case,
-            reference,
-            ours,
-            error,
-            bar,
-            [Verdict::Holds, Verdict::DoesNotHold],
-        )
+        let shown = |value: f64| with_unit(&[value], measure.scale(reference) * bar, unit);
+        let error = measure.error(reference, ours);
+        Self {
+            compared: Some(Compared {
+                reference,
+                ours,
+                unit,
+            }),
+            criterion: measure.name().to_owned(),
+            ..Self::within(case, shown(reference), shown(ours), error, bar)
+        }
+    }
+
+    /// A number whose error is relative to its reference.
+    #[must_use]
+    pub fn relative(
+        case: impl Into<String>,
+        [reference, ours]: [f64; 2],
+        unit: &'static str,
+        bar: f64,
+    ) -> Self {
+        Self::number(case, [reference, ours], unit, Measure::Relative, bar)
+    }
+
+    /// An order of convergence that has to be 2.
+    #[must_use]
+    pub fn second_order(case: impl Into<String>, order: f64, bar: f64) -> Self {
+        Self::number(case, [2.0, order], "", Measure::Absolute, bar)
+            .by("difference of the order from 2")
+    }
+
+    /// A vector beside its reference, both in `unit`; the error is what the caller measures.
+    #[must_use]
+    pub fn vector(
+        case: impl Into<String>,
+        [reference, ours]: [&[f64]; 2],
+        unit: &str,
+        [error, bar]: [f64; 2],
+    ) -> Self {
+        let size = reference.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        let shown = |values| with_unit(values, size * bar, unit);
+        Self::within(case, shown(reference), shown(ours), error, bar)
+    }
+
+    /// What is known only by its distance from the reference, in `unit`.
+    #[must_use]
+    pub fn off(
+        case: impl Into<String>,
+        reference: impl Into<String>,
+        error: f64,
+        unit: &str,
+        bar: f64,
+    ) -> Self {
+        let ours = format!("{error:.1e} {unit}");
+        Self::within(case, reference, ours.trim_end(), error, bar)
+    }
+
+    /// A statement in words of ours that is so, or is not.
+    #[must_use]
+    pub fn stated(
+        case: impl Into<String>,
+        reference: impl Into<String>,
+        ours: impl Into<String>,
+        good: bool,
+    ) -> Self {
+        let verdict = if good { Verdict::Pass } else { Verdict::Fail };
+        Self::claim(case, reference, ours, verdict, "")
+    }
+
+    /// What ended in an error where a result was wanted.
+    #[must_use]
+    pub fn failed(
+        case: impl Into<String>,
+        reference: impl Into<String>,
+        error: &impl fmt::Display,
+    ) -> Self {
+        Self::stated(case, reference, "failed", false).noting(error.to_string())
     }
 
     /// A claim in words, with its verdict and the condition or the cause.
     #[must_use]
     pub fn claim(
         case: impl Into<String>,
-        reference: &str,
-        ours: String,
+        reference: impl Into<String>,
+        ours: impl Into<String>,
         verdict: Verdict,
         note: impl Into<String>,
     ) -> Self {
         Self {
             case: case.into(),
-            reference: reference.to_owned(),
-            ours,
+            reference: reference.into(),
+            ours: ours.into(),
+            compared: None,
             error: None,
             bar: None,
             criterion: String::new(),
@@ -212,26 +358,21 @@ impl Check {
         }
     }
 
-    fn judged(
-        case: impl Into<String>,
-        reference: String,
-        ours: String,
-        error: f64,
-        bar: f64,
-        [good, bad]: [Verdict; 2],
-    ) -> Self {
-        Self {
-            case: case.into(),
-            reference,
-            ours,
-            error: Some(error),
-            bar: Some(bar),
-            criterion: String::new(),
-            parts: Parts::default(),
-            // An error that is no number is none that is small.
-            verdict: if error <= bar { good } else { bad },
-            note: String::new(),
+    /// The same row on what the paper prints: [`Verdict::Holds`] where ours would pass.
+    #[must_use]
+    pub fn published(mut self) -> Self {
+        self.verdict = Verdict::of(self.verdict == Verdict::Pass);
+        self
+    }
+
+    /// The same row with its verdict turned to [`Verdict::Limit`] where it failed and `known` holds, and with the cause.
+    #[must_use]
+    pub fn limited(mut self, known: bool, cause: impl Into<String>) -> Self {
+        if known && self.verdict == Verdict::Fail {
+            self.verdict = Verdict::Limit;
+            self.note = cause.into();
         }
+        self
     }
 
     /// The same row with its criterion.
@@ -241,10 +382,31 @@ impl Check {
         self
     }
 
-    /// The same row with the parts of its error.
+    /// The same row, its error all algebraic.
     #[must_use]
-    pub fn split(mut self, parts: Parts) -> Self {
-        self.parts = parts;
+    pub fn algebraic(self) -> Self {
+        let error = self.error.unwrap_or(f64::NAN);
+        self.algebraic_part(error)
+    }
+
+    /// The same row with [`Parts::algebraic`].
+    #[must_use]
+    pub fn algebraic_part(mut self, part: f64) -> Self {
+        self.parts.algebraic = Some(part);
+        self
+    }
+
+    /// The same row with [`Parts::time`].
+    #[must_use]
+    pub fn time_part(mut self, part: f64) -> Self {
+        self.parts.time = Some(part);
+        self
+    }
+
+    /// The same row with [`Parts::space`].
+    #[must_use]
+    pub fn space_part(mut self, part: f64) -> Self {
+        self.parts.space = Some(part);
         self
     }
 
@@ -313,69 +475,37 @@ pub struct Outcome {
     pub charts: Vec<Chart>,
 }
 
-/// An experiment that could not be done.
-#[derive(Debug)]
-pub enum ExperimentError {
-    /// A step or its set-up.
-    Step(StepError),
-    /// A scene.
-    Scene(SceneError),
-    /// Rows that could not be written as CSV.
-    Csv(csv::Error),
-    /// A chart.
-    Plot(PlotError),
-}
-
-impl fmt::Display for ExperimentError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Step(e) => e.fmt(f),
-            Self::Scene(e) => e.fmt(f),
-            Self::Csv(e) => write!(f, "cannot write the rows: {e}"),
-            Self::Plot(e) => e.fmt(f),
+impl From<Vec<Check>> for Outcome {
+    fn from(checks: Vec<Check>) -> Self {
+        Self {
+            checks,
+            ..Self::default()
         }
     }
 }
 
-impl std::error::Error for ExperimentError {}
-
-impl From<StepError> for ExperimentError {
-    fn from(e: StepError) -> Self {
-        Self::Step(e)
-    }
-}
-
-impl From<SceneError> for ExperimentError {
-    fn from(e: SceneError) -> Self {
-        Self::Scene(e)
-    }
-}
-
-impl From<PlotError> for ExperimentError {
-    fn from(e: PlotError) -> Self {
-        Self::Plot(e)
-    }
-}
+/// Why an experiment could not be done: a scene, a step or its set-up, rows or charts that could not be written.
+pub type ExperimentError = Box<dyn Error + Send + Sync>;
 
 /// Records as CSV with a header.
 ///
 /// # Errors
-/// [`ExperimentError::Csv`] for records that are no flat rows.
+/// Records that are no flat rows.
 pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     for row in rows {
-        writer.serialize(row).map_err(ExperimentError::Csv)?;
+        writer.serialize(row)?;
     }
     let bytes = writer
         .into_inner()
-        .map_err(|e| ExperimentError::Csv(e.into_error().into()))?;
+        .map_err(csv::IntoInnerError::into_error)?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 /// The charts of an outcome as one picture; nothing where there are none.
 ///
 /// # Errors
-/// [`ExperimentError::Plot`].
+/// A chart that cannot be drawn.
 pub fn picture(outcome: &Outcome) -> Result<Option<String>, ExperimentError> {
     if outcome.charts.is_empty() {
         return Ok(None);
@@ -390,8 +520,8 @@ mod tests {
 
     #[test]
     fn an_error_that_is_no_number_is_told_from_one_that_is_absent() {
-        let row = |error| Check::within("case", String::new(), String::new(), error, 1.0);
-        let claim = Check::claim("case", "", String::new(), Verdict::NotYet, "");
+        let row = |error| Check::within("case", "", "", error, 1.0);
+        let claim = Check::claim("case", "", "", Verdict::NotYet, "");
         for (check, error, reached, verdict) in [
             (row(0.5), json!(0.5), "number", "pass"),
             (row(f64::NAN), Value::Null, "not-finite", "fail"),
@@ -403,5 +533,22 @@ mod tests {
             assert_eq!(written["reached"], reached);
             assert_eq!(written["verdict"], verdict);
         }
+    }
+
+    #[test]
+    fn numbers_are_written_as_far_as_the_bar_resolves() {
+        let row = Check::relative("period", [2.0, 2.0 + 1e-5], "s", 1e-4);
+        assert_eq!([row.reference, row.ours], ["2.00000 s", "2.00001 s"]);
+        assert_eq!(row.verdict, Verdict::Pass);
+        let row = Check::number("order", [2.0, f64::NAN], "", Measure::Absolute, 0.1);
+        assert_eq!([row.reference, row.ours], ["2.000", "NaN"]);
+        assert_eq!(row.verdict, Verdict::Fail);
+        assert_eq!(with_unit(&[3.5e9, 0.0], 1e6, "N"), "(3.50e9, 0) N");
+        let written = serde_json::to_value(Check::relative("", [2.0, 3.0], "m", 1.0));
+        let compared = &written.expect("JSON")["compared"];
+        assert_eq!(
+            *compared,
+            json!({"reference": 2.0, "ours": 3.0, "unit": "m"})
+        );
     }
 }

@@ -7,15 +7,17 @@
 
 pub mod dynamics;
 pub mod numerics;
-pub mod special;
+mod special;
 pub mod statics;
 
 use indicatif::ProgressBar;
 use std::fmt;
 use taut_ground::choice::Choice;
 pub(crate) use taut_ground::errors::worse;
+use taut_integrator::StepOptions;
 use taut_model::Scene;
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::table;
 
 /// A hard case.
 #[derive(Debug, Clone, Copy)]
@@ -157,6 +159,68 @@ pub fn solvers() -> Vec<Choice> {
     patient.collect()
 }
 
+/// One check by every solver, those that pass alike in one row ([`together`]).
+pub(crate) fn each_solver(
+    case: &str,
+    mut check: impl FnMut(&Choice) -> Result<Check, ExperimentError>,
+) -> Result<Vec<Check>, ExperimentError> {
+    let found = solvers().into_iter().map(|choice| {
+        let check = check(&choice)?;
+        Ok((choice.family(), check))
+    });
+    let found: Result<_, ExperimentError> = found.collect();
+    Ok(together(case, found?))
+}
+
+/// A table of rows by name, with `corner` over the names.
+pub(crate) fn grid(
+    corner: &str,
+    heads: &[String],
+    rows: impl IntoIterator<Item = (String, Vec<String>)>,
+) -> String {
+    let mut header = vec![corner];
+    header.extend(heads.iter().map(String::as_str));
+    let mut t = table::table(&header);
+    for (name, cells) in rows {
+        t.add_row([vec![name], cells].concat());
+    }
+    table::text(&t)
+}
+
+/// What a quick run takes, or a whole one.
+pub(crate) fn either<T>(quick: bool, short: T, whole: T) -> T {
+    if quick { short } else { whole }
+}
+
+/// The names of a key in the order in which they come.
+pub(crate) fn distinct<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
+    let mut found = Vec::new();
+    for key in keys {
+        if !found.contains(&key) {
+            found.push(key);
+        }
+    }
+    found
+}
+
+/// The items one by one, each of which is a step of `progress`.
+pub(crate) fn counted<T: ExactSizeIterator>(
+    progress: &ProgressBar,
+    items: impl IntoIterator<IntoIter = T>,
+) -> impl Iterator<Item = T::Item> {
+    let items = items.into_iter();
+    progress.set_length(items.len() as u64);
+    items.inspect(|_| progress.inc(1))
+}
+
+/// The default step in time steps of `dt` (s).
+pub(crate) fn at(dt: f64) -> StepOptions {
+    StepOptions {
+        dt,
+        ..StepOptions::default()
+    }
+}
+
 /// The checks of several solvers on one thing, `case`: those that pass the same bar, or in the same words, share a row
 /// with the largest of their errors, the others have one each.
 #[must_use]
@@ -227,7 +291,7 @@ mod tests {
 
     #[test]
     fn solvers_that_pass_alike_share_a_row() {
-        let within = |error| Check::within("", "1".into(), "2".into(), error, 1.0);
+        let within = |error| Check::within("", "1", "2", error, 1.0);
         let said = |words: &str| Check::claim("", "", words.to_owned(), Verdict::Pass, "");
         let rows = [
             ("a", within(0.1)),

@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn notes_stand_once_and_are_wrapped() {
         let row = |case: &str| {
-            Check::within(case, "1".into(), "2".into(), 1.0, 2.0)
+            Check::within(case, "1", "2", 1.0, 2.0)
                 .by("the same measure")
                 .noting("word ".repeat(60))
         };
@@ -108,7 +108,7 @@ mod tests {
 
     #[test]
     fn parts_of_errors_have_columns_where_known() {
-        let row = Check::within("a", "1".into(), "2".into(), 1.0, 2.0);
+        let row = Check::within("a", "1", "2", 1.0, 2.0);
         let shown = |row: &Check| {
             let outcome = Outcome {
                 checks: vec![row.clone()],
@@ -117,11 +117,7 @@ mod tests {
             checks(&outcome, "theory")
         };
         assert!(!shown(&row).contains("space"));
-        let parts = Parts {
-            space: Some(0.25),
-            ..Parts::default()
-        };
-        let shown = shown(&row.split(parts));
+        let shown = shown(&row.space_part(0.25));
         assert!(
             shown.contains("space") && shown.contains("2.5e-1"),
             "{shown}"

@@ -10,8 +10,7 @@ use nalgebra::DMatrix;
 use std::f64::consts::FRAC_PI_2;
 
 /// Carlson's R_F(x, y, z) for non-negative arguments, at most one of them 0. NaN beyond.
-#[must_use]
-pub fn carlson_rf(x: f64, y: f64, z: f64) -> f64 {
+pub(super) fn carlson_rf(x: f64, y: f64, z: f64) -> f64 {
     let (mut x, mut y, mut z) = (x, y, z);
     if !(x >= 0.0 && y >= 0.0 && z >= 0.0 && (x + y + z).is_finite()) {
         return f64::NAN;
@@ -38,8 +37,7 @@ fn nearer(xyz: [f64; 3]) -> ([f64; 3], f64) {
 }
 
 /// Carlson's R_D(x, y, z) for non-negative x and y, at most one of them 0, and z > 0. NaN beyond.
-#[must_use]
-pub fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
+pub(super) fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
     let (mut x, mut y, mut z) = (x, y, z);
     if !(x >= 0.0 && y >= 0.0 && z > 0.0 && (x + y + z).is_finite()) {
         return f64::NAN;
@@ -69,8 +67,7 @@ pub fn carlson_rd(x: f64, y: f64, z: f64) -> f64 {
 }
 
 /// Legendre's F(φ, k) of the first kind for |φ| ≤ ½π and k² sin²φ < 1. NaN beyond.
-#[must_use]
-pub fn elliptic_f(phi: f64, k: f64) -> f64 {
+pub(super) fn elliptic_f(phi: f64, k: f64) -> f64 {
     if phi.is_nan() || phi.abs() > FRAC_PI_2 {
         return f64::NAN;
     }
@@ -79,8 +76,7 @@ pub fn elliptic_f(phi: f64, k: f64) -> f64 {
 }
 
 /// Legendre's E(φ, k) of the second kind for |φ| ≤ ½π and k² sin²φ < 1. NaN beyond.
-#[must_use]
-pub fn elliptic_e(phi: f64, k: f64) -> f64 {
+pub(super) fn elliptic_e(phi: f64, k: f64) -> f64 {
     if phi.is_nan() || phi.abs() > FRAC_PI_2 {
         return f64::NAN;
     }
@@ -90,22 +86,19 @@ pub fn elliptic_e(phi: f64, k: f64) -> f64 {
 }
 
 /// The complete integral of the first kind, K(k), |k| < 1. NaN beyond.
-#[must_use]
-pub fn complete_k(k: f64) -> f64 {
+pub(super) fn complete_k(k: f64) -> f64 {
     carlson_rf(0.0, (1.0 - k) * (1.0 + k), 1.0)
 }
 
 /// The complete integral of the second kind, E(k), |k| < 1. NaN beyond.
-#[must_use]
-pub fn complete_e(k: f64) -> f64 {
+pub(super) fn complete_e(k: f64) -> f64 {
     let y = (1.0 - k) * (1.0 + k);
     carlson_rf(0.0, y, 1.0) - k * k / 3.0 * carlson_rd(0.0, y, 1.0)
 }
 
 /// The Bessel function of the first kind without its leading factor, Γ(ν + 1) (2/x)^ν J_ν(x): 1 at x = 0, with the
 /// zeros of J_ν. Orders ν > −1, 0 ≤ x ≤ 10⁴; NaN beyond.
-#[must_use]
-pub fn bessel_reduced(order: f64, x: f64) -> f64 {
+pub(super) fn bessel_reduced(order: f64, x: f64) -> f64 {
     if !(order > -1.0 && (0.0..=1e4).contains(&x)) {
         return f64::NAN;
     }
@@ -136,8 +129,7 @@ pub fn bessel_reduced(order: f64, x: f64) -> f64 {
 }
 
 /// The zero j_{ν,k}, k = 1, 2, …, of J_ν for ν ≥ −½. NaN for k = 0 and for zeros beyond 10⁴.
-#[must_use]
-pub fn bessel_zero(order: f64, k: usize) -> f64 {
+pub(super) fn bessel_zero(order: f64, k: usize) -> f64 {
     if k == 0 || order.is_nan() || order < -0.5 {
         return f64::NAN;
     }
@@ -158,8 +150,7 @@ pub fn bessel_zero(order: f64, k: usize) -> f64 {
 }
 
 /// The zeros of Laguerre's polynomial L_n, ascending.
-#[must_use]
-pub fn laguerre_zeros(n: usize) -> Vec<f64> {
+pub(super) fn laguerre_zeros(n: usize) -> Vec<f64> {
     if n == 0 {
         return Vec::new();
     }
@@ -176,7 +167,7 @@ pub fn laguerre_zeros(n: usize) -> Vec<f64> {
 
 /// The root of a function that changes sign between `low` and `high`, by bisection to the last bit. NaN where the
 /// signs are alike.
-pub fn root(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
+pub(super) fn root(f: impl Fn(f64) -> f64, low: f64, high: f64) -> f64 {
     let (mut low, mut high) = (low, high);
     let (below, above) = (f(low), f(high));
     if below == 0.0 {

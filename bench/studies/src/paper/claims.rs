@@ -15,7 +15,7 @@ use serde::Serialize;
 use taut_ground::trajectory::Failure;
 use taut_integrator::{StepError, Stepper};
 use taut_model::{ChainModel, Constraint, Linearized, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict, csv};
+use taut_output::check::{Check, ExperimentError, Measure, Outcome, Verdict, csv};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table;
 
@@ -285,13 +285,13 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
         "weak dependence",
         format!("{:.2} decades without bending, {:.2} with", spread[0], spread[1]),
         match weak {
-            [true, true] => Verdict::Holds,
-            [false, false] => Verdict::DoesNotHold,
-            _ => Verdict::HoldsOnlyIf,
+        [true, true] => Verdict::Holds,
+        [false, false] => Verdict::DoesNotHold,
+        _ => Verdict::HoldsOnlyIf,
         },
         format!(
-            "N = {}; the more links, the more of them whip near the limit of the chain without bending",
-            numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
+        "N = {}; the more links, the more of them whip near the limit of the chain without bending",
+        numbers.iter().map(usize::to_string).collect::<Vec<_>>().join(", ")
         ),
     ));
     checks
@@ -353,26 +353,28 @@ fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
     let most = times.iter().copied().fold(0.0, f64::max);
     let elements = |i: Option<&usize>| i.copied().unwrap_or_default();
     vec![
-        Check::published(
+        Check::number(
             "cost over the number of elements",
-            "linear".to_owned(),
-            format!("t ∝ N^{exponent:.3}"),
-            (exponent - 1.0).abs(),
+            [1.0, exponent],
+            "",
+            Measure::Absolute,
             0.1,
         )
+        .published()
         .by("difference of the log–log exponent of the least times from 1")
         .noting(format!(
             "{} to {} elements, {sweeps} iterations",
             elements(config.elements.first()),
             elements(config.elements.last())
         )),
-        Check::published(
+        Check::within(
             "cost over the load",
-            "independent".to_owned(),
+            "independent",
             format!("{:.1} % between mass ratios", 100.0 * (most / least - 1.0)),
             most / least - 1.0,
             0.25,
         )
+        .published()
         .by("largest of the least times over the smallest, less 1")
         .noting(format!(
             "{} elements, {sweeps} iterations, mass ratios 10 to 10⁵",

@@ -363,13 +363,14 @@ pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
         let error = (record.limit_log10 - paper).abs();
         let case = format!("table1 {}", name(record));
         checks.push(
-            Check::published(
+            Check::within(
                 case,
                 printed(row),
                 power(record.limit_log10),
                 error,
                 SAME_DECADE,
             )
+            .published()
             .by("distance in decades from the nearest reading, in exactly planar motion"),
         );
     }
@@ -398,7 +399,7 @@ pub fn checks(config: &Config, records: &[Record]) -> Vec<Check> {
         let check = match (row, paper) {
             (Some(row), Some(paper)) => {
                 let error = (record.limit_log10 - paper).abs();
-                Check::published(case, printed(row), ours, error, SAME_DECADE)
+                Check::within(case, printed(row), ours, error, SAME_DECADE).published()
                     .by("distance in decades from the paper's, with the particles 10⁻⁶ m out of the plane")
                     .noting("one scalar angle resists one of two transverse directions")
             }

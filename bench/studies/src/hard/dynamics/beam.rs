@@ -8,12 +8,11 @@
 use super::line::{Hold, Line};
 use super::shape::Shape;
 use crate::hard::special::root;
-use crate::hard::{solvers, together};
+use crate::hard::{at, each_solver};
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, SymmetricEigen};
 use std::f64::consts::PI;
 use taut_ground::modes::natural;
-use taut_integrator::StepOptions;
 use taut_model::{Body, Scene, Stiffness};
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -81,11 +80,7 @@ fn scene(kind: Kind, segments: usize) -> Scene {
     line.scene("beam")
 }
 
-/// The beams in their first shapes.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let bent = [Kind::Cantilever, Kind::Clamped].map(|kind| {
         let mut scene = scene(kind, SEGMENTS);
         if let Some(modes) = natural(&scene, &[0, 4]) {
@@ -149,19 +144,12 @@ fn continuum(kind: Kind, k: usize) -> f64 {
     kind.square(k) * (STIFFNESS.ei * LENGTH / MASS).sqrt() / (LENGTH * LENGTH)
 }
 
-/// The checks of H25.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for (kind, last) in [(Kind::Cantilever, 3), (Kind::Clamped, 1)] {
         checks.extend(beam(kind, last, quick)?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// Modes beside the beam, the order of the rods, and the first mode's motion.
@@ -190,14 +178,8 @@ fn beam(kind: Kind, last: usize, quick: bool) -> Result<Vec<Check>, ExperimentEr
         let error = |m| (found(m) / shape.continuum - 1.0).abs();
         let order = (error(&before) / error(&modes)).log2();
         checks.push(
-            Check::within(
-                name("order"),
-                "2".to_owned(),
-                format!("{order:.3}"),
-                (order - 2.0).abs(),
-                ORDER_BAR,
-            )
-            .by("difference of the order from 2, 16 to 32 rods"),
+            Check::second_order(name("order"), order, ORDER_BAR)
+                .by("difference of the order from 2, 16 to 32 rods"),
         );
         if k > 1 {
             continue;
@@ -206,18 +188,13 @@ fn beam(kind: Kind, last: usize, quick: bool) -> Result<Vec<Check>, ExperimentEr
         let dt = 2e-2 / shape.discrete;
         let stepped =
             super::law::elastic_frequency(taut_integrator::Scheme::default(), shape.discrete, dt);
-        let options = StepOptions {
-            dt,
-            ..StepOptions::default()
-        };
+        let options = at(dt);
         checks.push(shape.motion(name("motion"), options, (Some(stepped), 1.5))?);
         if kind == Kind::Cantilever && !quick {
-            let mut found = Vec::new();
-            for choice in solvers() {
+            checks.extend(each_solver(&name("motion"), |choice| {
                 let check = shape.motion("", choice.plain_options(dt), (Some(stepped), 0.6))?;
-                found.push((choice.family(), check));
-            }
-            checks.extend(together(&name("motion"), found));
+                Ok(check)
+            })?);
         }
     }
     Ok(checks)

@@ -7,12 +7,11 @@
 //!
 //! H39: a load that moves with its rope from the start, hauled in by a winch, has the tension of its weight and swing.
 
-use super::{law, worse};
-use crate::hard::{solvers, together};
+use super::{Gained, law, worse};
+use crate::hard::{at, each_solver};
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;
-use taut_ground::choice::Choice;
 use taut_ground::pace;
 use taut_integrator::{Scheme, StepError, StepOptions, Stepper};
 use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
@@ -128,11 +127,10 @@ fn falls(heights: usize, dt: f64, substeps: usize) -> Result<Vec<Check>, Experim
         let own = omega * dt / DT / substeps as f64;
         if omega <= 1.0 {
             let exact = left_by_damping(own);
-            let check = Check::within(
+            let check = Check::relative(
                 format!("{case}, Ω {omega}: mean rebound"),
-                format!("{exact:.4}"),
-                format!("{mean:.4}"),
-                (mean / exact - 1.0).abs(),
+                [exact, mean],
+                "",
                 LOSS,
             );
             checks.push(check.by("relative to what the scheme's damping leaves"));
@@ -140,7 +138,7 @@ fn falls(heights: usize, dt: f64, substeps: usize) -> Result<Vec<Check>, Experim
     }
     let check = Check::within(
         format!("{case}: largest rebound"),
-        "1 at most".to_owned(),
+        "1 at most",
         told.join(", "),
         largest,
         1.0,
@@ -179,23 +177,6 @@ fn thrown(compliance: f64) -> [Scene; 3] {
     [plate, row, pair]
 }
 
-/// The largest gain of one scene in 10 s, over the size of its energy of position.
-fn gain(scene: Scene, dt: f64) -> Result<f64, StepError> {
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
-    let mut stepper = Stepper::new(scene, options)?;
-    let start = stepper.energy();
-    let mut largest = 0.0;
-    for _ in 0..(10.0 / dt).round() as usize {
-        pace::step(&mut stepper)?;
-        let gained = stepper.energy().total() - start.total();
-        largest = worse(largest, gained / start.gravity.abs());
-    }
-    Ok(largest)
-}
-
 fn gains() -> Result<Vec<Check>, ExperimentError> {
     let compliances = [1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 0.0];
     let mut checks = Vec::new();
@@ -203,15 +184,19 @@ fn gains() -> Result<Vec<Check>, ExperimentError> {
         let mut worst = [0.0; 3];
         for compliance in compliances {
             for (worst, scene) in worst.iter_mut().zip(thrown(compliance)) {
-                *worst = worse(*worst, gain(scene, dt)?);
+                let run = Gained::over(scene, at(dt), 10.0)?;
+                if let Some(e) = run.lost {
+                    return Err(e.into());
+                }
+                *worst = worse(*worst, run.largest / run.start.gravity.abs());
             }
         }
         for (worst, scene) in worst.into_iter().zip(thrown(0.0)) {
-            let check = Check::within(
+            let check = Check::off(
                 format!("{}, 1/{:.0} s", scene.name, 1.0 / dt),
-                "no gain".to_owned(),
-                format!("{worst:.1e}"),
+                "no gain",
                 worst,
+                "",
                 GAIN,
             );
             checks.push(check.by("largest in 10 s, over the energy of position, six compliances"));
@@ -220,21 +205,13 @@ fn gains() -> Result<Vec<Check>, ExperimentError> {
     Ok(checks)
 }
 
-/// The scenes of H35 at their beginnings.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let mut scenes = vec![falling(0.6, 100.0)];
     scenes.extend(thrown(1e-6));
     Ok(scenes)
 }
 
-/// The checks of H35.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let heights = if quick { 10 } else { HEIGHTS };
     let mut checks = Vec::new();
     for substeps in [1, 2, 4, 8] {
@@ -242,25 +219,18 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
     }
     checks.extend(falls(heights, 0.25 * DT, 1)?);
     checks.extend(gains()?);
-    let by_solver = |choice: Choice| -> Result<_, StepError> {
+    checks.extend(each_solver("a fall at Ω 100, every solver", |choice| {
         let found = rebound(0.6, 100.0, choice.options(DT))?;
-        let ours = format!("{found:.1e}");
-        let check = Check::within("", "1 at most".to_owned(), ours, found, 1.0);
-        Ok((choice.family(), check.by("over the height of the fall")))
-    };
-    let found: Result<Vec<_>, StepError> = solvers().into_iter().map(by_solver).collect();
-    checks.extend(together("a fall at Ω 100, every solver", found?));
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+        Ok(Check::off("", "1 at most", found, "", 1.0).by("over the height of the fall"))
+    })?);
+    Ok(checks.into())
 }
 
 /// The winch: the load's mass \[kg] and place, the speed \[m/s].
 const HAULED: f64 = 33.0;
 const SPEED: f64 = -0.45;
 
-fn hauled() -> Scene {
+pub(super) fn hauled() -> Scene {
     let at = Vector3::new(1.8173, 0.0, -4.9787);
     let mut scene = scene("hauled from the start");
     let load = ball(&mut scene, "load", HAULED, at);
@@ -276,35 +246,17 @@ fn hauled() -> Scene {
     scene
 }
 
-/// The scene of H39 at its beginning.
-///
-/// # Errors
-/// None.
-pub fn hauled_at_the_start() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![hauled()])
-}
-
-/// The checks of H39.
-///
-/// # Errors
-/// Where a step fails.
-pub fn winch(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn winch(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     for dt in [DT, 0.25 * DT] {
-        let mut found = Vec::new();
-        for choice in solvers() {
-            let worst = tension_error(choice.options(dt))?;
-            let ours = format!("within {worst:.1e}");
-            let check = Check::within("", "m (g cos θ + v²/l)".to_owned(), ours, worst, TENSION);
-            found.push((choice.family(), check.by("largest in 1 s, relative")));
-        }
         let case = format!("load hauled from the start, 1/{:.0} s", 1.0 / dt);
-        checks.extend(together(&case, found));
+        checks.extend(each_solver(&case, |choice| {
+            let worst = tension_error(choice.options(dt))?;
+            let check = Check::off("", "m (g cos θ + v²/l)", worst, "off", TENSION);
+            Ok(check.by("largest in 1 s, relative"))
+        })?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// Largest error of the tension in the first second, relative to what the load's place and speed ask for.

@@ -12,11 +12,10 @@
 use super::law;
 use super::shape::Shape;
 use crate::hard::special::{bessel_zero, laguerre_zeros, root};
-use crate::hard::{solvers, together};
+use crate::hard::{at, each_solver};
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, DVector};
 use taut_ground::modes::natural;
-use taut_integrator::StepOptions;
 use taut_model::{ParticleChainParams, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -54,11 +53,7 @@ fn loaded(ratio: f64) -> Result<Scene, ExperimentError> {
     chain(CABLE_MASSES, CABLE_MASSES as f64 / ratio + 0.5)
 }
 
-/// The chains at their beginnings.
-///
-/// # Errors
-/// Where a scene cannot be built.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     [chain(MASSES, 1.0), loaded(0.01)]
         .into_iter()
         .map(|scene| bent(scene?))
@@ -98,8 +93,7 @@ fn discrete(scene: &Scene) -> Vec<f64> {
 /// ω₁ √(L/g) of a cable of mass `ratio` times its payload's.
 ///
 /// Around the upper end, x = 1 − s, the solution has a power series whose radius is 1 + R > 1.
-#[must_use]
-pub fn loaded_frequency(ratio: f64) -> f64 {
+pub(super) fn loaded_frequency(ratio: f64) -> f64 {
     let top = 1.0 + ratio.recip();
     let mismatch = |omega: f64| {
         let square = omega * omega;
@@ -121,27 +115,13 @@ pub fn loaded_frequency(ratio: f64) -> f64 {
     root(mismatch, 0.9, 1.2 * 0.5 * bessel_zero(0.0, 1))
 }
 
-/// The checks of H21.
-///
-/// # Errors
-/// Where a scene or a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = uniform(quick)?;
     let ratios: &[f64] = if quick { &[1.0] } else { &RATIOS };
     for &ratio in ratios {
         checks.extend(payload(ratio, quick)?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
-}
-
-fn options(dt: f64) -> StepOptions {
-    StepOptions {
-        dt,
-        ..StepOptions::default()
-    }
+    Ok(checks.into())
 }
 
 fn uniform(quick: bool) -> Result<Vec<Check>, ExperimentError> {
@@ -162,7 +142,7 @@ fn uniform(quick: bool) -> Result<Vec<Check>, ExperimentError> {
         if k == 0 || !quick {
             let periods = if quick { 1.0 } else { 3.0 };
             let stepped = Some(law::geometric_frequency(shape.discrete, DT));
-            checks.push(shape.motion(name("motion"), options(DT), (stepped, periods))?);
+            checks.push(shape.motion(name("motion"), at(DT), (stepped, periods))?);
         }
         if k == 0 {
             checks.extend(every_solver(&shape)?);
@@ -190,7 +170,7 @@ fn payload(ratio: f64, quick: bool) -> Result<Vec<Check>, ExperimentError> {
         // (ω₁Δt)²/24 is 2·10⁻⁷.
         let dt = 1.0 / 1600.0;
         let stepped = Some(law::geometric_frequency(shape.discrete, dt));
-        checks.push(shape.motion(name("motion"), options(dt), (stepped, 1.5))?);
+        checks.push(shape.motion(name("motion"), at(dt), (stepped, 1.5))?);
     }
     Ok(checks)
 }
@@ -199,12 +179,10 @@ fn payload(ratio: f64, quick: bool) -> Result<Vec<Check>, ExperimentError> {
 fn every_solver(shape: &Shape<'_>) -> Result<Vec<Check>, ExperimentError> {
     let dt = 1.0 / 960.0;
     let stepped = Some(law::geometric_frequency(shape.discrete, dt));
-    let mut found = Vec::new();
-    for choice in solvers() {
+    each_solver("5 masses, mode 1: motion at 1/960 s", |choice| {
         let check = shape.motion("", choice.plain_options(dt), (stepped, 1.2))?;
-        found.push((choice.family(), check));
-    }
-    Ok(together("5 masses, mode 1: motion at 1/960 s", found))
+        Ok(check)
+    })
 }
 
 #[cfg(test)]

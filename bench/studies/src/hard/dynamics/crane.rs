@@ -11,15 +11,16 @@
 
 use super::frequency::{self, of_motion, record, stride};
 use super::law;
+use crate::hard::at;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_ground::modes::natural;
-use taut_integrator::{StepOptions, static_equilibrium};
+use taut_integrator::static_equilibrium;
 use taut_model::{
     Body, Constraint, Distance, End, Frame, GantryParams, JointKind, MasslessCable, RowLaw, Scene,
     Slider, axes_along,
 };
-use taut_output::check::{Check, ExperimentError, Outcome, Parts, Verdict};
+use taut_output::check::{Check, ExperimentError, Outcome};
 use taut_solver::Backend;
 
 const GRAVITY: f64 = 9.81;
@@ -30,11 +31,7 @@ const BAR: f64 = 1e-4;
 /// Angle of the oscillations \[rad].
 const ANGLE: f64 = 1e-3;
 
-/// The checks of H29.
-///
-/// # Errors
-/// Where a scene or a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = vec![trolley()?];
     checks.extend(double_pendulum()?);
     checks.push(bifilar()?);
@@ -42,33 +39,13 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
     for &ratio in ratios {
         checks.extend(gantry(ratio)?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
-}
-
-fn options() -> StepOptions {
-    StepOptions {
-        dt: DT,
-        ..StepOptions::default()
-    }
+    Ok(checks.into())
 }
 
 fn check(case: impl Into<String>, formula: f64, measured: f64) -> Check {
-    Check::within(
-        case,
-        format!("{formula:.6} rad/s"),
-        format!("{measured:.6} rad/s"),
-        (measured / formula - 1.0).abs(),
-        BAR,
-    )
-    .by("relative; time: what the step makes of the formula's frequency, by its law")
-    .split(Parts {
-        algebraic: None,
-        time: Some((law::geometric_frequency(formula, DT) / formula - 1.0).abs()),
-        space: None,
-    })
+    Check::relative(case, [formula, measured], "rad/s", BAR)
+        .by("relative; time: what the step makes of the formula's frequency, by its law")
+        .time_part((law::geometric_frequency(formula, DT) / formula - 1.0).abs())
 }
 
 /// A massless link of `length` (m) between the centres of two bodies.
@@ -82,14 +59,6 @@ fn link(scene: &mut Scene, name: &str, frames: [Frame; 2], length: f64) {
     scene.add_constraint(name, Constraint::Distance(link), 0);
 }
 
-/// The cranes at their beginnings.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![on_a_trolley().0, hook_and_load(), on_two_cables().0])
-}
-
 fn crane(name: &str) -> Scene {
     let mut scene = Scene::new(name);
     scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
@@ -99,7 +68,7 @@ fn crane(name: &str) -> Scene {
 /// Masses of trolley and load \[kg], and the cable's length \[m].
 const TROLLEY: [f64; 3] = [50.0, 100.0, 4.0];
 
-fn on_a_trolley() -> (Scene, [usize; 2]) {
+pub(super) fn on_a_trolley() -> (Scene, [usize; 2]) {
     let [trolley_mass, load_mass, length] = TROLLEY;
     let mut scene = crane("trolley");
     let trolley = Body::cuboid(Vector3::repeat(0.5), trolley_mass);
@@ -123,7 +92,7 @@ fn trolley() -> Result<Check, ExperimentError> {
     let [trolley_mass, load_mass, length] = TROLLEY;
     let formula = (GRAVITY / length * (1.0 + load_mass / trolley_mass)).sqrt();
     let x = |scene: &Scene| scene.bodies.position[load].x - scene.bodies.position[trolley].x;
-    let samples = record(scene, options(), 12.0, x)?;
+    let samples = record(scene, at(DT), 12.0, x)?;
     let measured = frequency::single(&samples, DT, stride(formula, DT));
     Ok(check("trolley on a free rail", formula, measured))
 }
@@ -139,7 +108,7 @@ fn double(ratio: f64, [upper, lower]: [f64; 2]) -> [f64; 2] {
 const LENGTHS: [f64; 2] = [4.0, 1.5];
 const RATIO: f64 = 4.0;
 
-fn hook_and_load() -> Scene {
+pub(super) fn hook_and_load() -> Scene {
     let (lengths, ratio) = (LENGTHS, RATIO);
     let mut scene = crane("double pendulum");
     let hook = Body::particle(100.0).at(Vector3::new(0.0, 0.0, -lengths[0]));
@@ -161,7 +130,7 @@ fn hook_and_load() -> Scene {
 
 fn double_pendulum() -> Result<Vec<Check>, ExperimentError> {
     let formula = double(RATIO, LENGTHS);
-    let samples = record(hook_and_load(), options(), 16.0, |scene| {
+    let samples = record(hook_and_load(), at(DT), 16.0, |scene| {
         scene.bodies.position[0].x
     })?;
     let measured = frequency::pair(&samples, DT, stride(formula[1], DT));
@@ -171,7 +140,7 @@ fn double_pendulum() -> Result<Vec<Check>, ExperimentError> {
 }
 
 /// A block on two cables, and the frequency of its turning \[rad/s].
-fn on_two_cables() -> (Scene, f64) {
+pub(super) fn on_two_cables() -> (Scene, f64) {
     let (above, below, length, mass) = (1.0_f64, 0.6_f64, 3.0_f64, 200.0_f64);
     // The cables lean inwards: the block hangs this far down.
     let fall = (length * length - (above - below) * (above - below)).sqrt();
@@ -196,7 +165,7 @@ fn on_two_cables() -> (Scene, f64) {
 fn bifilar() -> Result<Check, ExperimentError> {
     let (scene, formula) = on_two_cables();
     let yaw = |scene: &Scene| scene.bodies.orientation[0].scaled_axis().z;
-    let samples = record(scene, options(), 12.0, yaw)?;
+    let samples = record(scene, at(DT), 12.0, yaw)?;
     let measured = frequency::single(&samples, DT, stride(formula, DT));
     Ok(check("block on two cables, turning", formula, measured)
         .noting("L is the depth of the block: the cables lean"))
@@ -230,13 +199,11 @@ fn gantry(ratio: f64) -> Result<Vec<Check>, ExperimentError> {
     // In the plane of the trolley's path: along x and z, and about y.
     let Some(modes) = natural(&scene, &[0, 2, 4]) else {
         let case = format!("gantry, load/element {ratio:.0e}");
-        let lost = "degenerate".to_owned();
-        return Ok(vec![Check::claim(
+        return Ok(vec![Check::stated(
             case,
             "modes at rest",
-            lost,
-            Verdict::Fail,
-            "",
+            "degenerate",
+            false,
         )]);
     };
     let mut checks = Vec::new();
@@ -248,7 +215,7 @@ fn gantry(ratio: f64) -> Result<Vec<Check>, ExperimentError> {
         // One mode alone: the hook, which tilts on its falls, has one beside the slow one.
         let mut swung = scene.clone();
         modes.displace(&mut swung, k, ANGLE * lengths[0]);
-        let measured = of_motion(swung, options(), (exact, 6.0), |scene| {
+        let measured = of_motion(swung, at(DT), (exact, 6.0), |scene| {
             scene.bodies.position[hook].x
         })?;
         let whole = check(
@@ -265,11 +232,7 @@ fn gantry(ratio: f64) -> Result<Vec<Check>, ExperimentError> {
                 "against the scene's own modes at rest; space: what its cable's mass and stretch and the hook's size make \
                  of the formula's frequency, for the lengths of the equilibrium",
             )
-            .split(Parts {
-                algebraic: None,
-                time: Some((law::geometric_frequency(exact, DT) / exact - 1.0).abs()),
-                space: Some((exact / formula - 1.0).abs()),
-            }),
+            .time_part((law::geometric_frequency(exact, DT) / exact - 1.0).abs()).space_part((exact / formula - 1.0).abs()),
         );
     }
     Ok(checks)

@@ -13,14 +13,14 @@
 
 use super::worse;
 use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f};
-use crate::hard::{solvers, together};
+use crate::hard::{at, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use taut_ground::pace;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 const GRAVITY: f64 = 9.81;
 const LENGTH: f64 = 10.0;
@@ -35,21 +35,19 @@ const BAR: f64 = 1e-2;
 const GAIN_BAR: f64 = 1e-4;
 
 /// t(x) √(g/L) of the tip's fall x L.
-#[must_use]
-pub fn time_of_fall(x: f64) -> f64 {
+pub(super) fn time_of_fall(x: f64) -> f64 {
     let k = FRAC_1_SQRT_2;
     let phi = x.sqrt().asin();
     SQRT_2 * (2.0 * elliptic_e(phi, k) - elliptic_f(phi, k))
 }
 
 /// The time of the whole fall beside that of a free one.
-#[must_use]
-pub fn ratio_to_free_fall() -> f64 {
+pub(super) fn ratio_to_free_fall() -> f64 {
     2.0 * complete_e(FRAC_1_SQRT_2) - complete_k(FRAC_1_SQRT_2)
 }
 
 /// A chain of `links`, an odd number: down from the origin, one link aside, up again.
-fn chain(links: usize) -> Scene {
+pub(super) fn chain(links: usize) -> Scene {
     let link = LENGTH / links as f64;
     let arm = links / 2;
     let mut scene = Scene::new("folded chain");
@@ -80,14 +78,6 @@ fn chain(links: usize) -> Scene {
         scene.add_constraint(format!("link-{}", i + 1), Constraint::Distance(distance), 0);
     }
     scene
-}
-
-/// The chain at its beginning.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![chain(25)])
 }
 
 /// What a fall came to.
@@ -136,18 +126,11 @@ fn passage(tip: &[f64], x: f64) -> f64 {
     n as f64 - (tip[n] - x) / (tip[n] - tip[n - 1])
 }
 
-/// The checks of H26.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let whole = time_of_fall(1.0) * (LENGTH / GRAVITY).sqrt();
     let (links, steps) = (LINKS, STEPS);
     let run = |links: usize, steps: f64| {
-        let options = StepOptions {
-            dt: whole / steps,
-            ..StepOptions::default()
-        };
+        let options = at(whole / steps);
         fall(chain(links), options, 1.05 * whole)
     };
     let fine = run(links, steps)?;
@@ -168,7 +151,7 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         let (late, last) = (at(most as usize), at(found.energy.len().saturating_sub(1)));
         Check::within(
             name,
-            "no gain".to_owned(),
+            "no gain",
             format!("{late:+.1e} at 0.9 L, {last:+.1e} at the end"),
             found.gain,
             GAIN_BAR,
@@ -185,14 +168,9 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         let dt = 1.0 / 60.0;
         let check = match fall(chain(25), choice.options(dt), 3.0) {
             Ok(result) => gain(String::new(), &result),
-            Err(e) => Check::within(
-                "",
-                "no gain".to_owned(),
-                "lost".to_owned(),
-                f64::NAN,
-                GAIN_BAR,
-            )
-            .noting(e.to_string()),
+            Err(e) => {
+                Check::within("", "no gain", "lost", f64::NAN, GAIN_BAR).noting(e.to_string())
+            }
         };
         found.push((choice.family(), check));
         if quick {
@@ -200,10 +178,7 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         }
     }
     checks.extend(together("25 links at 1/60 s for 3 s: energy", found));
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// When the tip has fallen by `x` L, beside t(x); where the error comes from by a run of half the steps and one of
@@ -212,15 +187,14 @@ fn fallen(x: f64, fine: &Fall, coarser: Option<&[Fall; 2]>, dt: f64) -> Check {
     let exact = time_of_fall(x) * (LENGTH / GRAVITY).sqrt();
     let ours = passage(&fine.tip, x) * dt;
     let error = ours / exact - 1.0;
-    let check = Check::within(
+    let check = Check::relative(
         format!("{LINKS} links: tip falls by {x} L"),
-        format!("{exact:.6} s"),
-        format!("{ours:.6} s"),
-        error.abs(),
+        [exact, ours],
+        "s",
         BAR,
     );
     let Some([half, few]) = coarser else {
-        return check.by("relative");
+        return check;
     };
     let time = (ours - passage(&half.tip, x) * 2.0 * dt) / 3.0 / exact;
     let [length, longer] = [LINKS, FEW_LINKS].map(|n| (n as f64).recip());
@@ -234,11 +208,7 @@ fn fallen(x: f64, fine: &Fall, coarser: Option<&[Fall; 2]>, dt: f64) -> Check {
             "both leave {:+.0e} of {error:+.0e}",
             error - time - space
         ))
-        .split(Parts {
-            algebraic: None,
-            time: Some(time.abs()),
-            space: Some(space.abs()),
-        })
+        .time_part(time.abs()).space_part(space.abs())
 }
 
 /// When the tip is lowest, beside t(1).
@@ -252,15 +222,17 @@ fn lowest(fall: &Fall, links: usize, dt: f64) -> Check {
     let exact = time_of_fall(1.0) * (LENGTH / GRAVITY).sqrt();
     let ours = n as f64 * dt;
     let free = (2.0 * LENGTH / GRAVITY).sqrt();
-    Check::within(
+    Check::relative(
         format!("{links} links: tip is lowest"),
-        format!("{exact:.6} s, {:.6} of free fall", ratio_to_free_fall()),
-        format!("{ours:.6} s, {:.6} of free fall", ours / free),
-        (ours / exact - 1.0).abs(),
+        [exact, ours],
+        "s",
         BAR,
     )
-    .by("relative")
-    .noting(format!("at a fall of {depth:.4} L"))
+    .noting(format!(
+        "at a fall of {depth:.4} L, after {:.6} of a free fall; exact {:.6}",
+        ours / free,
+        ratio_to_free_fall()
+    ))
 }
 
 /// Tension at the fixed end around x = ½, its mean over the links that turn meanwhile.
@@ -280,14 +252,12 @@ fn tension(fall: &Fall, links: usize, dt: f64) -> Check {
     }
     let (ours, exact) = (ours / count, exact / count);
     let spread = (time_of_fall(0.6) - time_of_fall(0.4)) * scale / dt;
-    Check::within(
+    Check::relative(
         format!("{links} links: mean tension at the fixed end, x = 0.4 to 0.6"),
-        format!("{exact:.6} M g"),
-        format!("{ours:.6} M g"),
-        worse(0.0, (ours / exact - 1.0).abs()),
+        [exact, ours],
+        "M g",
         BAR,
     )
-    .by("relative")
     .noting(format!("{count} steps, {spread:.0} by the formula"))
 }
 

@@ -13,19 +13,26 @@ use taut_model::Scene;
 use taut_output::check::ExperimentError;
 
 /// What `measure` (m or rad) is at the start and after each step over `time` (s).
-///
-/// # Errors
-/// Where the scene cannot be stepped.
-pub fn record(
+pub(in crate::hard) fn record(
     scene: Scene,
     options: StepOptions,
     time: f64,
     measure: impl Fn(&Scene) -> f64,
 ) -> Result<Vec<f64>, ExperimentError> {
-    let dt = options.dt;
+    let steps = (time / options.dt) as usize;
+    samples(scene, options, steps, measure)
+}
+
+/// The same after as many steps.
+pub(super) fn samples(
+    scene: Scene,
+    options: StepOptions,
+    steps: usize,
+    measure: impl Fn(&Scene) -> f64,
+) -> Result<Vec<f64>, ExperimentError> {
     let mut stepper = Stepper::new(scene, options)?;
     let mut samples = vec![measure(stepper.scene())];
-    for _ in 0..(time / dt) as usize {
+    for _ in 0..steps {
         pace::step(&mut stepper)?;
         samples.push(measure(stepper.scene()));
     }
@@ -33,16 +40,12 @@ pub fn record(
 }
 
 /// Steps of `interval` (s) over which an oscillation of `frequency` (rad/s) advances by about 1 rad.
-#[must_use]
-pub fn stride(frequency: f64, interval: f64) -> usize {
+pub(in crate::hard) fn stride(frequency: f64, interval: f64) -> usize {
     ((1.0 / (frequency * interval)) as usize).max(1)
 }
 
 /// Angular frequency \[rad/s] of the one oscillation that `measure` shows within `periods` of the `expected` frequency.
-///
-/// # Errors
-/// Where the scene cannot be stepped.
-pub fn of_motion(
+pub(in crate::hard) fn of_motion(
     scene: Scene,
     options: StepOptions,
     (expected, periods): (f64, f64),
@@ -54,15 +57,13 @@ pub fn of_motion(
 }
 
 /// Angular frequency \[rad/s] of one oscillation in `samples`, which are `interval` (s) apart. NaN where there is none.
-#[must_use]
-pub fn single(samples: &[f64], interval: f64, stride: usize) -> f64 {
+pub(in crate::hard) fn single(samples: &[f64], interval: f64, stride: usize) -> f64 {
     let fit = fit(samples, stride, 1);
     fit.map_or(f64::NAN, |c| angle(c[0]) / (interval * stride as f64))
 }
 
 /// The two angular frequencies \[rad/s] of two oscillations in `samples`, ascending. NaN where there are none.
-#[must_use]
-pub fn pair(samples: &[f64], interval: f64, stride: usize) -> [f64; 2] {
+pub(in crate::hard) fn pair(samples: &[f64], interval: f64, stride: usize) -> [f64; 2] {
     let Some(c) = fit(samples, stride, 2) else {
         return [f64::NAN; 2];
     };
@@ -73,8 +74,7 @@ pub fn pair(samples: &[f64], interval: f64, stride: usize) -> [f64; 2] {
 
 /// Places at which samples change sign, in intervals from the first one: by the cubic through four neighbours.
 /// `upwards` alone where that is wanted; jumps, larger than `jump`, are none.
-#[must_use]
-pub fn passages(samples: &[f64], upwards: bool, jump: f64) -> Vec<f64> {
+pub(in crate::hard) fn passages(samples: &[f64], upwards: bool, jump: f64) -> Vec<f64> {
     let mut found = Vec::new();
     for n in 1..samples.len().saturating_sub(2) {
         let [a, b, c, d] = [n - 1, n, n + 1, n + 2].map(|i| samples[i]);

@@ -4,21 +4,20 @@
 //! The reference is the same drive in finer steps, whose own error is the difference to steps twice as long.
 
 use super::worse;
-use crate::hard::{solvers, together};
+use crate::hard::{at, either, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
-use serde::Serialize;
 use std::fmt::Write;
 use std::time::Instant;
 use taut_ground::inputs::Inputs;
 use taut_ground::pace;
 use taut_ground::trajectory::steps_in;
-use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_integrator::{StepError, Stepper};
 use taut_model::{GantryParams, Scene};
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 
 /// The drive: a minute.
-pub const DRIVE: &str = include_str!("gantry.csv");
+pub(super) const DRIVE: &str = include_str!("gantry.csv");
 const TIME: f64 = 60.0;
 const DT: f64 = 1.0 / 60.0;
 /// Largest error of the positions of hook and load that passes \[m]: half a per cent of the cables' 4 m, half of what
@@ -44,7 +43,7 @@ struct Run {
 }
 
 /// What a drive at one ratio came to.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 struct Row {
     ratio: f64,
     stable: bool,
@@ -60,15 +59,8 @@ struct Row {
 }
 
 /// The checks of the driven gantry.
-///
-/// # Errors
-/// Where a scene or a step fails at the start.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (ratios, time): (&[f64], f64) = if quick {
-        (&[1e5], 15.0)
-    } else {
-        (&[1e3, 1e4, 1e5], TIME)
-    };
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (ratios, time): (&[f64], f64) = either(quick, (&[1e5], 15.0), (&[1e3, 1e4, 1e5], TIME));
     progress.set_length(3 * ratios.len() as u64);
     let mut outcome = Outcome::default();
     let mut rows = Vec::new();
@@ -89,27 +81,19 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         rows.push(row);
     }
     outcome.text = table(&rows);
-    outcome.csv = taut_output::check::csv(&rows)?;
     for parts in if quick { vec![2] } else { vec![2, 4, 12] } {
         outcome.checks.extend(agreement(parts)?);
     }
     Ok(outcome)
 }
 
-/// The gantry at its beginning.
-///
-/// # Errors
-/// Where the scene cannot be built.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![GantryParams::default().build()?])
 }
 
 /// Drives `scene` for `time` (s), in steps `finer` times shorter than a sixtieth of a second.
 fn drive(scene: Scene, time: f64, finer: usize) -> Result<Run, StepError> {
-    let options = StepOptions {
-        dt: DT / finer as f64,
-        ..StepOptions::default()
-    };
+    let options = at(DT / finer as f64);
     let inputs = inputs(&scene)?;
     let mut stepper = Stepper::new(scene, options)?;
     let (hook, load) = (2, stepper.scene().bodies.len() - 1);
@@ -175,76 +159,45 @@ fn compare(ratio: f64, time: f64, ours: &Run, [coarse, fine]: [&Run; 2]) -> Row 
 
 fn checks(row: &Row, ours: &Run, finer: usize) -> Vec<Check> {
     let case = |what: &str| format!("load/element {:.0e}: {what}", row.ratio);
-    let stable = Check::claim(
+    let stable = Check::stated(
         case("driven to the end"),
         "stable, true inertia",
         ours.failure
             .clone()
             .unwrap_or_else(|| format!("stable, {} steps redone", row.redone)),
-        if row.stable {
-            Verdict::Pass
-        } else {
-            Verdict::Fail
-        },
-        "",
+        row.stable,
     );
-    let position = |what: &str, error: f64| {
-        Check::within(
-            case(what),
-            format!("steps {finer} times finer"),
-            format!("{:.1} mm", 1e3 * error),
-            error,
-            BAR,
-        )
-        .by("largest distance over the whole drive, m")
+    let position = |what: &str, reference: String, error: f64, bar: f64| {
+        Check::off(case(what), reference, error, "m", bar)
+            .by("largest distance over the whole drive, m")
     };
-    let late = Check::within(
-        case("all but the slowest 1 % of the steps"),
-        "16.7 ms a frame".to_owned(),
-        format!("{:.3} ms", 1e3 * row.late_step_s),
-        row.late_step_s,
-        DT,
-    )
-    .by("seconds, wall clock");
-    let mut worst = Check::within(
-        case("slowest step"),
-        "16.7 ms a frame".to_owned(),
-        format!("{:.3} ms", 1e3 * row.worst_step_s),
-        row.worst_step_s,
-        DT,
-    )
-    .by("seconds, wall clock");
+    let frame = |what: &str, time: f64| {
+        let ours = format!("{:.3} ms", 1e3 * time);
+        Check::within(case(what), "16.7 ms a frame", ours, time, DT).by("seconds, wall clock")
+    };
+    let late = frame("all but the slowest 1 % of the steps", row.late_step_s);
     // What else the machine does comes in here, which is no fault of the step's.
-    if worst.verdict == Verdict::Fail && row.worst_step_s <= WORST_BAR {
-        worst.verdict = Verdict::Limit;
-        worst = worst.noting(
-            "the system took the processor away: all but 1 % of the steps are judged above",
-        );
-    }
-    let reference = Check::within(
-        case("the reference"),
-        "steps twice as long".to_owned(),
-        format!("{:.2} mm", 1e3 * row.reference_error_m),
-        row.reference_error_m,
-        REFERENCE_BAR,
-    )
-    .by("largest distance over the whole drive, m");
-    let fast = Check::claim(
+    let worst = frame("slowest step", row.worst_step_s).limited(
+        row.worst_step_s <= WORST_BAR,
+        "the system took the processor away: all but 1 % of the steps are judged above",
+    );
+    let finer = || format!("steps {finer} times finer");
+    let fast = Check::stated(
         case("real-time factor"),
         "above 1",
         format!("{:.0}", row.realtime_factor),
-        if row.realtime_factor > 1.0 {
-            Verdict::Pass
-        } else {
-            Verdict::Fail
-        },
-        "",
+        row.realtime_factor > 1.0,
     );
     vec![
         stable,
-        position("hook", row.hook_error_m),
-        position("load", row.load_error_m),
-        reference,
+        position("hook", finer(), row.hook_error_m, BAR),
+        position("load", finer(), row.load_error_m, BAR),
+        position(
+            "the reference",
+            "steps twice as long".to_owned(),
+            row.reference_error_m,
+            REFERENCE_BAR,
+        ),
         fast,
         late,
         worst,
@@ -280,10 +233,7 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
     };
     let scene = params.build()?;
     let inputs = inputs(&scene)?;
-    let options = StepOptions {
-        dt: DT,
-        ..StepOptions::default()
-    };
+    let options = at(DT);
     let mut leader = Stepper::new(scene.clone(), options)?;
     for _ in 0..steps_in(4.0, DT) {
         inputs.apply(&mut leader)?;
@@ -316,15 +266,9 @@ fn agreement(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         let largest = exact.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         let pairs = stepper.multipliers().iter().zip(&exact);
         let error = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, worse) / largest;
-        let check = Check::within(
-            "",
-            "32 digits".to_owned(),
-            format!("{error:.1e}"),
-            error,
-            SOLVER_BAR,
-        )
-        .by("multipliers, relative to the largest")
-        .unless_claimed(&report.solve);
+        let check = Check::off("", "32 digits", error, "", SOLVER_BAR)
+            .by("multipliers, relative to the largest")
+            .unless_claimed(&report.solve);
         found.push((choice.family(), check));
     }
     Ok(together(

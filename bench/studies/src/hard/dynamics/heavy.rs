@@ -7,6 +7,7 @@
 //! little from one fine step to another, the load's path is compared with that of fine steps.
 
 use super::worse;
+use crate::hard::{at, either};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -14,8 +15,8 @@ use taut_ground::pace;
 use taut_ground::random::Random;
 use taut_ground::trajectory::{load_position, steps_in};
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{HoistParams, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_model::HoistParams;
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 const DT: f64 = 1.0 / 60.0;
 const GRAVITY: f64 = 9.81;
@@ -30,7 +31,12 @@ const SWING: [f64; 2] = [0.01, 0.5];
 const SWING_TIME: f64 = 4.0;
 const FINE: [f64; 2] = [DT / 16.0, DT / 32.0];
 
-fn hoist(segments: usize, mass_ratio: f64, initial_angle: f64, seed: u64) -> HoistParams {
+pub(super) fn hoist(
+    segments: usize,
+    mass_ratio: f64,
+    initial_angle: f64,
+    seed: u64,
+) -> HoistParams {
     HoistParams {
         segments,
         mass_ratio,
@@ -106,12 +112,11 @@ fn drops(name: &str, all: &[HoistParams], time: f64) -> Result<[Check; 3], Exper
     let most = found.iter().map(|d| d.most).max().unwrap_or(0);
     let [redone, unconverged] = [|d: &Drop| d.redone, |d: &Drop| d.unconverged]
         .map(|of| found.iter().map(of).sum::<usize>());
-    let ours = format!("{gain:.1e} at most");
-    let gained = Check::within(
+    let gained = Check::off(
         format!("{name}: energy gained"),
-        "none".into(),
-        ours,
+        "none",
         gain,
+        "at most",
         GAIN,
     )
     .by(format!(
@@ -135,7 +140,7 @@ fn drops(name: &str, all: &[HoistParams], time: f64) -> Result<[Check; 3], Exper
         .collect();
     let ended = Check::within(
         format!("{name}: lost"),
-        "none".into(),
+        "none",
         format!("{} of {}", lost.len(), all.len()),
         lost.len() as f64,
         0.0,
@@ -145,10 +150,7 @@ fn drops(name: &str, all: &[HoistParams], time: f64) -> Result<[Check; 3], Exper
 
 /// The load's place every 1/60 s.
 fn path(params: &HoistParams, dt: f64) -> Result<Vec<Vector3<f64>>, ExperimentError> {
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = at(dt);
     let mut stepper = Stepper::new(params.build()?, options)?;
     let each = (DT / dt).round() as usize;
     let place = |_| -> Result<_, StepError> {
@@ -169,36 +171,17 @@ fn swing(params: &HoistParams) -> Result<Check, ExperimentError> {
     let fine = [path(params, FINE[0])?, path(params, FINE[1])?];
     let (error, known) = (off(&path(params, DT)?, &fine[1]), off(&fine[0], &fine[1]));
     let case = format!("swing after the snap, ratio {:.0e}", params.mass_ratio);
-    let ours = format!("{error:.1e} L away");
     let [bar, most] = SWING;
-    let mut check = Check::within(case, "that of 1/1920 s".into(), ours, error, bar)
+    let check = Check::off(case, "that of 1/1920 s", error, "L away", bar)
         .by(format!("largest in {SWING_TIME} s"))
         .noting(format!("1/960 s is {known:.0e} L away"));
-    if check.verdict == Verdict::Fail && error <= most {
-        check.verdict = Verdict::Limit;
-        check.note += ": implicit sub-steps are of first order in the time that a snap takes";
-    }
-    Ok(check)
+    let cause = "implicit sub-steps are of first order in the time that a snap takes";
+    let cause = format!("{}: {cause}", check.note);
+    Ok(check.limited(error <= most, cause))
 }
 
-/// A drop at its beginning.
-///
-/// # Errors
-/// Parameters out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![hoist(6, 1e4, 2.6, 7).build()?])
-}
-
-/// The checks of H36.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (segments, time): (&[usize], f64) = if quick {
-        (&[6], 5.0)
-    } else {
-        (&[6, 9, 15, 24], 60.0)
-    };
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (segments, time): (&[usize], f64) = either(quick, (&[6], 5.0), (&[6, 9, 15, 24], 60.0));
     progress.set_length(3);
     let ratios = [1e3, 1e4, 1e5, 1e6];
     let mut grid = Vec::new();
@@ -220,8 +203,5 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         .collect::<Result<_, _>>()?;
     checks.extend(swings);
     progress.inc(1);
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }

@@ -15,8 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use taut_integrator::Scheme;
 
 /// The weights (p, q, s), from the schemes' definitions; NaN of a scheme without.
-#[must_use]
-pub fn weights(scheme: Scheme) -> [f64; 3] {
+pub(in crate::hard) fn weights(scheme: Scheme) -> [f64; 3] {
     match scheme {
         Scheme::LinearlyImplicit => [1.0, 0.0, 0.0],
         Scheme::Spook => [0.25, 0.25, 0.0],
@@ -28,8 +27,11 @@ pub fn weights(scheme: Scheme) -> [f64; 3] {
 
 /// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
 /// difference.
-#[must_use]
-pub fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {
+pub(in crate::hard) fn recurrence(
+    scheme: Scheme,
+    [elastic, geometric]: [f64; 2],
+    theta: f64,
+) -> Vec<f64> {
     let [p, q, s] = weights(scheme);
     let lead = 1.0 + elastic * (p + theta);
     let now = -2.0 + geometric + elastic * (1.0 - p - q - theta);
@@ -40,8 +42,7 @@ pub fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) ->
 }
 
 /// Coefficients of the recurrence of order `k` that fits samples best.
-#[must_use]
-pub fn fitted(x: &[f64], k: usize) -> Vec<f64> {
+pub(in crate::hard) fn fitted(x: &[f64], k: usize) -> Vec<f64> {
     let rows = x.len().saturating_sub(k);
     // Decaying samples weigh alike.
     let scale = |i: usize| x[i..=i + k].iter().map(|x| x.abs()).fold(0.0, f64::max);
@@ -52,8 +53,7 @@ pub fn fitted(x: &[f64], k: usize) -> Vec<f64> {
 }
 
 /// Roots of z^k = Σ c_j z^j as \[modulus, |phase|], the largest first; none where a coefficient is not finite.
-#[must_use]
-pub fn roots(c: &[f64]) -> Vec<[f64; 2]> {
+pub(in crate::hard) fn roots(c: &[f64]) -> Vec<[f64; 2]> {
     let k = c.len();
     if !c.iter().all(|c| c.is_finite()) {
         return Vec::new();
@@ -72,15 +72,13 @@ pub fn roots(c: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// What an elastic mode with ω Δt = `phase` keeps of its amplitude in a step.
-#[must_use]
-pub fn modulus(scheme: Scheme, phase: f64) -> f64 {
+pub(in crate::hard) fn modulus(scheme: Scheme, phase: f64) -> f64 {
     let roots = roots(&recurrence(scheme, [phase * phase, 0.0], 0.0));
     roots.first().map_or(f64::NAN, |[modulus, _]| *modulus)
 }
 
 /// The frequency \[rad/s] at which a scheme runs a mode of frequency `omega` (rad/s) that is elastic alone.
-#[must_use]
-pub fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {
+pub(in crate::hard) fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {
     let square = (omega * dt).powi(2);
     let roots = roots(&recurrence(scheme, [square, 0.0], 0.0));
     roots.first().map_or(f64::NAN, |[_, phase]| phase / dt)
@@ -88,8 +86,7 @@ pub fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {
 
 /// The frequency \[rad/s] at which every scheme runs a mode of frequency `omega` (rad/s) that tension or gravity holds:
 /// the leapfrog's.
-#[must_use]
-pub fn geometric_frequency(omega: f64, dt: f64) -> f64 {
+pub(in crate::hard) fn geometric_frequency(omega: f64, dt: f64) -> f64 {
     2.0 / dt * (0.5 * omega * dt).asin()
 }
 

@@ -16,7 +16,7 @@ use taut_model::{Body, Constraint, Cosserat, Frame, RowLaw, Scene, Spherical, St
 
 /// How an end of the line is held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Hold {
+pub(super) enum Hold {
     /// Not at all.
     Free,
     /// A ball joint to the world.
@@ -29,35 +29,33 @@ pub enum Hold {
 
 /// A straight line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub(super) struct Line {
     /// Number N of rods.
-    pub segments: usize,
+    pub(super) segments: usize,
     /// Length without the gaps that tension opens \[m].
-    pub length: f64,
+    pub(super) length: f64,
     /// Mass and inertia of a rod.
-    pub rod: Body,
+    pub(super) rod: Body,
     /// Stiffness of the cable.
-    pub stiffness: Stiffness,
+    pub(super) stiffness: Stiffness,
     /// Whether its joints bend and twist elastically; ball joints else.
-    pub bends: bool,
+    pub(super) bends: bool,
     /// Tension \[N].
-    pub tension: f64,
+    pub(super) tension: f64,
     /// Upper and lower end.
-    pub ends: [Hold; 2],
+    pub(super) ends: [Hold; 2],
     /// The load, where the lower end holds one.
-    pub load: Option<Body>,
+    pub(super) load: Option<Body>,
 }
 
 impl Line {
     /// Length of a rod \[m].
-    #[must_use]
-    pub fn segment(&self) -> f64 {
+    pub(super) fn segment(&self) -> f64 {
         self.length / self.segments as f64
     }
 
     /// The scene, without gravity, at rest. Bodies: rods from above, a load last. Constraints: from above.
-    #[must_use]
-    pub fn scene(&self, name: &str) -> Scene {
+    pub(super) fn scene(&self, name: &str) -> Scene {
         let mut scene = Scene::new(name);
         let l = self.segment();
         let half = Vector3::new(0.0, 0.0, 0.5 * l);
@@ -109,22 +107,19 @@ impl Line {
 }
 
 /// θ of mode `number`, from 1, of N = `segments` masses with a free end.
-#[must_use]
-pub fn free_end(segments: usize, number: usize) -> f64 {
+pub(super) fn free_end(segments: usize, number: usize) -> f64 {
     (2 * number - 1) as f64 * PI / (2 * segments) as f64
 }
 
 /// θ of the first mode of N = `segments` masses with an end mass, the masses together `ratio` times it.
-#[must_use]
-pub fn end_mass(segments: usize, ratio: f64) -> f64 {
+pub(super) fn end_mass(segments: usize, ratio: f64) -> f64 {
     let n = segments as f64;
     let mismatch = |theta: f64| n / ratio * theta.sin() * (n * theta).sin() - (n * theta).cos();
     root(mismatch, 0.0, FRAC_PI_2 / n)
 }
 
 /// β of β tan β = `ratio`, 0 < β < ½π.
-#[must_use]
-pub fn end_mass_continuum(ratio: f64) -> f64 {
+pub(super) fn end_mass_continuum(ratio: f64) -> f64 {
     root(|b| b * b.sin() - ratio * b.cos(), 0.0, FRAC_PI_2)
 }
 

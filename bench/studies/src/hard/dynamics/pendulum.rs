@@ -4,15 +4,15 @@
 //! point in the same direction. The step's error is its dispersion, of second order in Δt; for small amplitudes it is
 //! that of the leapfrog, sin(½ω_hΔt) = ½ωΔt.
 
-use super::{frequency, law, worse};
+use super::{frequency, law};
+use crate::hard::each_solver;
 use crate::hard::special::complete_k;
-use crate::hard::{solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use taut_integrator::{GeometricStiffness, Scheme, StepOptions};
 use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 const GRAVITY: f64 = 9.81;
 const LENGTH: f64 = 1.0;
@@ -28,8 +28,7 @@ const ORDER_BAR: f64 = 0.1;
 const LAW_BAR: f64 = 1e-8;
 
 /// T/T₀ at the amplitude `angle` (rad).
-#[must_use]
-pub fn period_ratio(angle: f64) -> f64 {
+pub(super) fn period_ratio(angle: f64) -> f64 {
     complete_k((0.5 * angle).sin()) / FRAC_PI_2
 }
 
@@ -56,11 +55,7 @@ fn scene(angle: f64, damping: f64) -> Scene {
     scene
 }
 
-/// The pendulums at their beginnings.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok([30.0_f64, 179.0].map(|a| scene(a.to_radians(), 0.0)).into())
 }
 
@@ -96,11 +91,7 @@ fn period(scheme: Scheme, angle_at_start: f64, dt: f64) -> Result<f64, Experimen
     })
 }
 
-/// The checks of H20.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let angles: &[f64] = if quick { &[30.0, 120.0] } else { &ANGLES };
     let mut checks = Vec::new();
     for &degrees in angles {
@@ -110,10 +101,7 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         checks.extend(swing(scheme, 120.0)?);
     }
     checks.extend(small()?);
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// Period at Δt → 0, and order.
@@ -146,19 +134,10 @@ fn swing(scheme: Scheme, degrees: f64) -> Result<[Check; 2], ExperimentError> {
         )
         .by("relative, extrapolated from two steps; time: what the shorter adds")
         .noting(steps.clone())
-        .split(Parts {
-            time: Some((fine - extrapolated).abs()),
-            ..Parts::default()
-        }),
-        Check::within(
-            name("order"),
-            "2".to_owned(),
-            format!("{order:.3}"),
-            (order - 2.0).abs(),
-            ORDER_BAR,
-        )
-        .by("difference of the order from 2, of three steps without their term in Δt³")
-        .noting(format!("{steps}, T₀/{}", finer * STEPS[2])),
+        .time_part((fine - extrapolated).abs()),
+        Check::second_order(name("order"), order, ORDER_BAR)
+            .by("difference of the order from 2, of three steps without their term in Δt³")
+            .noting(format!("{steps}, T₀/{}", finer * STEPS[2])),
     ])
 }
 
@@ -167,32 +146,18 @@ fn small() -> Result<Vec<Check>, ExperimentError> {
     let (dt, start) = (1.0 / 60.0, 1e-4);
     let omega = TAU / small_period();
     let exact = law::geometric_frequency(omega, dt);
-    let mut found = Vec::new();
-    for choice in solvers() {
+    each_solver("10⁻⁴ rad at 1/60 s", |choice| {
         let measured = frequency::of_motion(
             scene(start, 0.0),
             choice.plain_options(dt),
             (omega, 4.0),
             |scene| scene.bodies.position[0].x,
         )?;
-        let error = worse(0.0, (measured / exact - 1.0).abs());
-        let check = Check::within(
-            "",
-            format!("{exact:.9} rad/s: 2 sin(½ω_hΔt) = ωΔt"),
-            format!("{measured:.9} rad/s"),
-            error,
-            LAW_BAR,
-        );
-        let check = check
-            .by("relative; time: ω_h of the law beside √(g/L)")
-            .split(Parts {
-                algebraic: Some(error),
-                time: Some((exact / omega - 1.0).abs()),
-                space: None,
-            });
-        found.push((choice.family(), check));
-    }
-    Ok(together("10⁻⁴ rad at 1/60 s", found))
+        let check = Check::relative("", [exact, measured], "rad/s", LAW_BAR)
+            .by("relative to 2 sin(½ω_hΔt) = ωΔt; time: ω_h of the law beside √(g/L)")
+            .algebraic();
+        Ok(check.time_part((exact / omega - 1.0).abs()))
+    })
 }
 
 #[cfg(test)]

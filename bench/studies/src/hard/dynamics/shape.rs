@@ -5,81 +5,55 @@ use super::frequency;
 use taut_ground::modes::Natural;
 use taut_integrator::StepOptions;
 use taut_model::Scene;
-use taut_output::check::{Check, ExperimentError, Parts};
+use taut_output::check::{Check, ExperimentError};
 
 /// Largest displacement (m) or rotation (rad) of a motion.
 const AMPLITUDE: f64 = 1e-5;
 
 /// A mode, and what is known of it.
 #[derive(Debug, Clone, Copy)]
-pub struct Shape<'a> {
+pub(super) struct Shape<'a> {
     /// The scene at rest.
-    pub scene: &'a Scene,
+    pub(super) scene: &'a Scene,
     /// Its natural oscillations.
-    pub modes: Option<&'a Natural>,
+    pub(super) modes: Option<&'a Natural>,
     /// Which of them.
-    pub number: usize,
+    pub(super) number: usize,
     /// Exact frequency of the discrete scene \[rad/s].
-    pub discrete: f64,
+    pub(super) discrete: f64,
     /// That of the continuum \[rad/s].
-    pub continuum: f64,
+    pub(super) continuum: f64,
     /// Largest relative error beside the discrete scene that passes.
-    pub bar: f64,
+    pub(super) bar: f64,
 }
 
 impl Shape<'_> {
-    fn check(&self, case: String, found: f64, parts: [Option<f64>; 2]) -> Check {
-        let Self {
-            discrete,
-            continuum,
-            ..
-        } = *self;
-        let check = Check::within(
-            case,
-            format!("{discrete:.9} rad/s"),
-            format!("{found:.9} rad/s"),
-            (found / discrete - 1.0).abs(),
-            self.bar,
-        );
-        let [algebraic, time] = parts;
-        check.split(Parts {
-            algebraic,
-            time,
-            space: Some((discrete / continuum - 1.0).abs()),
-        })
+    fn beside(&self, case: impl Into<String>, found: f64) -> Check {
+        Check::relative(case, [self.discrete, found], "rad/s", self.bar)
+            .space_part((self.discrete / self.continuum - 1.0).abs())
     }
 
     /// The eigenvalue.
-    #[must_use]
-    pub fn eigenvalue(&self, case: impl Into<String>) -> Check {
+    pub(super) fn eigenvalue(&self, case: impl Into<String>) -> Check {
         let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
-        let error = (found / self.discrete - 1.0).abs();
-        let check = self.check(case.into(), found, [Some(error), None]);
-        check.by("relative, beside the discrete model; space: that beside the continuum")
+        self.beside(case, found)
+            .algebraic()
+            .by("relative, beside the discrete model; space: that beside the continuum")
     }
 
     /// The eigenvalue beside the continuum's.
-    #[must_use]
-    pub fn beside_continuum(&self, case: impl Into<String>) -> Check {
+    pub(super) fn beside_continuum(&self, case: impl Into<String>) -> Check {
         let found = self.modes.map_or(f64::NAN, |m| m.frequency(self.number));
-        let check = Check::within(
-            case,
-            format!("{:.9} rad/s", self.continuum),
-            format!("{found:.9} rad/s"),
-            (found / self.continuum - 1.0).abs(),
-            self.bar,
-        );
+        let check = Check::relative(case, [self.continuum, found], "rad/s", self.bar);
         let by = "relative, beside the continuum; algebraic: beside the discrete model, which space compares with it";
-        check.by(by).split(Parts {
-            algebraic: Some((found / self.discrete - 1.0).abs()),
-            time: None,
-            space: Some((self.discrete / self.continuum - 1.0).abs()),
-        })
+        check
+            .by(by)
+            .algebraic_part((found / self.discrete - 1.0).abs())
+            .space_part((self.discrete / self.continuum - 1.0).abs())
     }
 
     /// The scene moved into the shape.
-    #[must_use]
-    pub fn displaced(&self) -> Scene {
+    pub(super) fn displaced(&self) -> Scene {
         let mut scene = self.scene.clone();
         if let Some(modes) = self.modes {
             modes.displace(&mut scene, self.number, AMPLITUDE);
@@ -89,10 +63,7 @@ impl Shape<'_> {
 
     /// The motion over `periods`, whose frequency is `stepped` (rad/s) by the law of the step; where that is not known, by
     /// the motion in half as long steps, which has a quarter of the time step's error.
-    ///
-    /// # Errors
-    /// Where a step fails.
-    pub fn motion(
+    pub(super) fn motion(
         &self,
         case: impl Into<String>,
         options: StepOptions,
@@ -127,14 +98,15 @@ impl Shape<'_> {
                 )
             }
         };
-        let parts = [
-            Some((found / stepped - 1.0).abs()),
-            Some((stepped / self.discrete - 1.0).abs()),
-        ];
         let by = format!(
             "relative, beside the discrete model; time: what the scheme makes of its frequency, {by}; algebraic: what \
              remains; space: the discrete model beside the continuum"
         );
-        Ok(self.check(case.into(), found, parts).by(by))
+        let check = self
+            .beside(case, found)
+            .algebraic_part((found / stepped - 1.0).abs());
+        Ok(check
+            .time_part((stepped / self.discrete - 1.0).abs())
+            .by(by))
     }
 }

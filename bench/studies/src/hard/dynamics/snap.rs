@@ -10,7 +10,7 @@
 
 use super::line::{Hold, Line};
 use super::worse;
-use crate::hard::{solvers, together};
+use crate::hard::{at, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_ground::pace;
@@ -35,8 +35,7 @@ const LENGTH: f64 = 10.0;
 const EA: f64 = 1e5;
 
 /// Peak tension of the fall \[N].
-#[must_use]
-pub fn fall_tension() -> f64 {
+pub(super) fn fall_tension() -> f64 {
     WEIGHT * (1.0 + (1.0 + 2.0 * HEIGHT * EA / (WEIGHT * LENGTH)).sqrt())
 }
 
@@ -62,8 +61,7 @@ const HOIST_EA: f64 = 1e7;
 const SLACK: f64 = 0.01;
 
 /// Peak force of the pick-up \[N].
-#[must_use]
-pub fn pick_up_force() -> f64 {
+pub(super) fn pick_up_force() -> f64 {
     LOAD * GRAVITY * (1.0 + HOIST / GRAVITY * (HOIST_EA / LENGTH / LOAD).sqrt())
 }
 
@@ -121,20 +119,13 @@ fn drawn() -> Scene {
 }
 
 /// The scenes at their beginnings: falling, standing, drawn.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let mut hoisting = standing();
     hoisting.set_control(0, HOIST, 0.0);
     Ok(vec![falling(), hoisting, drawn()])
 }
 
-/// The checks of H27.
-///
-/// # Errors
-/// Where a step fails at small steps.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     let cases = [
         ("fall into a rope", falling(), fall_tension(), 1.0),
@@ -145,7 +136,10 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         for choice in solvers() {
             let fine = if quick { 4.0 * SMALL } else { SMALL };
             let found = peak(scene.clone(), choice.options(fine), time)?;
-            small.push((choice.family(), beside(exact, found.tension)));
+            small.push((
+                choice.family(),
+                Check::relative("", [exact, found.tension], "N", BAR).by("relative, peak"),
+            ));
             let coarse = peak(scene.clone(), choice.options(LARGE), 6.0);
             large.push((choice.family(), bounded(exact, coarse)));
         }
@@ -153,10 +147,7 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         checks.extend(together(&format!("{name}, 1/60 s for 6 s"), large));
     }
     checks.push(sudden_speed()?);
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// What is largest of a motion.
@@ -192,17 +183,6 @@ fn peak(scene: Scene, options: StepOptions, time: f64) -> Result<Peak, StepError
     Ok(found)
 }
 
-fn beside(exact: f64, found: f64) -> Check {
-    Check::within(
-        "",
-        format!("peak {exact:.3} N"),
-        format!("{found:.3} N"),
-        (found / exact - 1.0).abs(),
-        BAR,
-    )
-    .by("relative")
-}
-
 /// At 60 steps a second: no more than the formula's peak, and the load not thrown above where it came from.
 fn bounded(exact: f64, found: Result<Peak, StepError>) -> Check {
     let reference = format!("peak {exact:.3} N at most, not thrown higher");
@@ -219,10 +199,7 @@ fn bounded(exact: f64, found: Result<Peak, StepError>) -> Check {
             let ours = format!("{tension:.3} N, {rise:+.4} m");
             Check::within("", reference, ours, error, BOUND).by(by)
         }
-        Err(e) => {
-            let lost = "lost".to_owned();
-            Check::within("", reference, lost, f64::NAN, BOUND).noting(e.to_string())
-        }
+        Err(e) => Check::within("", reference, "lost", f64::NAN, BOUND).noting(e.to_string()),
     }
 }
 
@@ -231,10 +208,7 @@ fn sudden_speed() -> Result<Check, ExperimentError> {
     let speed = (BAR_EA / BAR_DENSITY).sqrt();
     let exact = END_SPEED * (BAR_EA * BAR_DENSITY).sqrt();
     let dt = 0.05 * LENGTH / SEGMENTS as f64 / speed;
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = at(dt);
     let mut stepper = Stepper::new(drawn(), options)?;
     let (mut sum, mut count) = (0.0, 0.0);
     let transit = LENGTH / speed;
@@ -247,14 +221,13 @@ fn sudden_speed() -> Result<Check, ExperimentError> {
         }
     }
     let found: f64 = sum / count;
-    Ok(Check::within(
+    Ok(Check::relative(
         format!("end drawn at {END_SPEED} m/s: tension before the wave is back"),
-        format!("v √(EA μ) = {exact:.3} N"),
-        format!("{found:.3} N"),
-        (found / exact - 1.0).abs(),
+        [exact, found],
+        "N",
         BAR,
     )
-    .by("relative, mean from 0.2 to 1.8 transits"))
+    .by("relative to v √(EA μ), mean from 0.2 to 1.8 transits"))
 }
 
 #[cfg(test)]

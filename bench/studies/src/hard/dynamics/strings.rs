@@ -12,15 +12,15 @@
 use super::law;
 use super::line::{Hold, Line};
 use super::shape::Shape;
-use crate::hard::{solvers, together};
+use crate::hard::{at, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use taut_ground::modes::natural;
 use taut_ground::pace;
-use taut_integrator::{StepOptions, Stepper};
+use taut_integrator::Stepper;
 use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene, Stiffness};
-use taut_output::check::{Check, ExperimentError, Outcome};
+use taut_output::check::{Check, ExperimentError, Measure, Outcome};
 
 /// Length \[m], tension \[N], mass per length \[kg/m], and an axial stiffness \[N] that leaves 10⁻⁶ of the frequency.
 const LENGTH: f64 = 10.0;
@@ -112,11 +112,7 @@ fn of_string(k: usize, ei: f64) -> f64 {
     wave * (TENSION / DENSITY).sqrt() * (1.0 + wave * wave * ei / TENSION).sqrt()
 }
 
-/// The strings in their first shapes.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let all = [
         (particles(), [1, 2]),
         (rods(false), [0, 4]),
@@ -131,11 +127,7 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(moved.collect())
 }
 
-/// The checks of H22.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let last = if quick { 1 } else { 4 };
     let mut checks = string(
         "15 masses",
@@ -159,10 +151,7 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
         last,
     )?);
     checks.extend(every_solver(quick)?);
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// The first mode of the masses over some steps with every solver: from rest the leapfrog has x_n = x_0 cos nθ,
@@ -186,14 +175,7 @@ fn every_solver(quick: bool) -> Result<Vec<Check>, ExperimentError> {
             pace::step(&mut stepper)?;
         }
         let ours = stepper.scene().bodies.position[middle].z / start;
-        let error = (ours - exact).abs();
-        let check = Check::within(
-            "",
-            format!("x/x₀ = {exact:.9}"),
-            format!("{ours:.9}"),
-            error,
-            BAR,
-        );
+        let check = Check::number("", [exact, ours], "", Measure::Absolute, BAR);
         found.push((choice.family(), check.by("difference of x/x₀")));
     }
     Ok(together("15 masses, mode 1: 24 steps of 1/240 s", found))
@@ -232,10 +214,7 @@ fn string(
         let leapfrog = law::geometric_frequency(shape.discrete, DT);
         let stepped = (coordinates.len() == 1).then_some(leapfrog);
         if k == 1 || k == last {
-            let options = StepOptions {
-                dt: DT,
-                ..StepOptions::default()
-            };
+            let options = at(DT);
             let check = shape.motion(case("motion"), options, (stepped, 1.5))?;
             checks.push(check.noting(stretch));
         }

@@ -5,7 +5,7 @@
 //! are tangent to it, that is in the first step. Tackle of n parts: each carries T = W/n; what is hauled in lifts the
 //! block by 1/n; the sum of the spans is the cable's length at all times.
 
-use crate::hard::{solvers, together, worse};
+use crate::hard::{each_solver, solvers, together, worse};
 use indicatif::ProgressBar;
 use nalgebra::{Matrix3, Vector3};
 use taut_integrator::{Stepper, static_equilibrium};
@@ -18,20 +18,13 @@ const DT: f64 = 1.0 / 60.0;
 /// Largest relative error that passes.
 const BAR: f64 = 1e-8;
 
-/// The checks of H30.
-///
-/// # Errors
-/// Where a scene or a step fails.
-pub fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = atwood()?;
     checks.extend(sheave()?);
     for parts in 2..=12 {
         checks.extend(tackle(parts)?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// The masses \[kg] of Atwood's machine, and the inertia \[kg m²] and radius \[m] of its sheave.
@@ -81,11 +74,7 @@ fn over_a_sheave() -> Scene {
     scene
 }
 
-/// The scenes at their beginnings.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let mut hauled = block(4, RowLaw::RIGID);
     hauled.set_control(0, 0.6, 0.0);
     Ok(vec![over_a_point(), over_a_sheave(), hauled])
@@ -101,13 +90,7 @@ fn sheave() -> Result<Vec<Check>, ExperimentError> {
         // The first step itself starts half a step back, and ends half a step on.
         stepper.step()?;
         let ours = -2.0 * stepper.scene().bodies.velocity[1].z / DT;
-        let check = Check::within(
-            "",
-            format!("a = {exact:.6} m/s²"),
-            format!("{ours:.6} m/s²"),
-            (ours / exact - 1.0).abs(),
-            BAR,
-        );
+        let check = Check::relative("", [exact, ours], "m/s²", BAR);
         found.push((choice.family(), check));
     }
     let rows = together("Atwood's machine, sheave with inertia, first step", found);
@@ -122,8 +105,7 @@ fn sheave() -> Result<Vec<Check>, ExperimentError> {
 fn atwood() -> Result<Vec<Check>, ExperimentError> {
     let scene = over_a_point();
     let exact = GRAVITY * (HEAVY - LIGHT) / (HEAVY + LIGHT);
-    let mut found = Vec::new();
-    for choice in solvers() {
+    each_solver("Atwood's machine", |choice| {
         let mut stepper = Stepper::new(scene.clone(), choice.options(DT))?;
         let steps = 30_u32;
         for _ in 0..steps {
@@ -132,17 +114,8 @@ fn atwood() -> Result<Vec<Check>, ExperimentError> {
         let time = f64::from(steps) * DT;
         let fallen = -2.0 - stepper.scene().bodies.position[0].z;
         let ours = 2.0 * fallen / (time * time);
-        let error = (ours / exact - 1.0).abs();
-        let check = Check::within(
-            "",
-            format!("a = {exact:.6} m/s²"),
-            format!("{ours:.6} m/s²"),
-            error,
-            BAR,
-        );
-        found.push((choice.family(), check));
-    }
-    Ok(together("Atwood's machine", found))
+        Ok(Check::relative("", [exact, ours], "m/s²", BAR))
+    })
 }
 
 /// A block that hangs in `parts` vertical falls of one cable, 0.1 m apart, and a control that hauls it in.
@@ -178,22 +151,16 @@ fn tackle(parts: usize) -> Result<Vec<Check>, ExperimentError> {
     let compliance = 1e-6;
     let (mut tension, mut lifted) = (Vec::new(), Vec::new());
     for choice in solvers() {
-        let case = |text: &str| format!("{} {text}", choice.family());
         let scene = block(parts, RowLaw::new(compliance, 0.0));
         let scene = static_equilibrium(scene, &Backend::Banded)?;
         // The solver's own step from there.
         let mut stepper = Stepper::new(scene, choice.options(DT))?;
         stepper.step()?;
         let ours = -stepper.multipliers()[0] / DT;
-        let error = (ours / share - 1.0).abs();
-        let check = Check::within(
-            "",
-            format!("T = W/n = {share:.3} N"),
-            format!("{ours:.3} N"),
-            error,
-            BAR,
-        );
-        tension.push((case("").trim().to_owned(), check));
+        tension.push((
+            choice.family(),
+            Check::relative("", [share, ours], "N", BAR).by("tension of a part, relative to W/n"),
+        ));
 
         let (speed, time) = (0.6, 1.0);
         let mut stepper = Stepper::new(block(parts, RowLaw::RIGID), choice.options(DT))?;
@@ -206,16 +173,9 @@ fn tackle(parts: usize) -> Result<Vec<Check>, ExperimentError> {
         let rise = stepper.scene().bodies.position[0].z + 4.0;
         let exact = speed * time / parts as f64;
         let error = worse((rise / exact - 1.0).abs(), slack);
-        let check = Check::within(
-            "",
-            format!("rises by {exact:.6} m"),
-            format!("{rise:.6} m"),
-            error,
-            BAR,
-        );
-        let check =
-            check.by("relative, or metres that the sum of the spans differs from the length");
-        lifted.push((choice.family(), check));
+        let check = Check::vector("", [&[exact], &[rise]], "m", [error, BAR]);
+        let by = "relative, or metres that the sum of the spans differs from the length";
+        lifted.push((choice.family(), check.by(by)));
     }
     let mut checks = together(&format!("{parts} parts at rest"), tension);
     checks.extend(together(&format!("{parts} parts, 0.6 m hauled in"), lifted));

@@ -4,10 +4,10 @@
 use super::law;
 use super::line::{Hold, Line, end_mass, end_mass_continuum};
 use super::shape::Shape;
-use crate::hard::{solvers, together};
+use crate::hard::{at, each_solver};
 use indicatif::ProgressBar;
 use taut_ground::modes::natural;
-use taut_integrator::{Scheme, StepOptions};
+use taut_integrator::Scheme;
 use taut_model::{Body, Scene, Stiffness};
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -48,11 +48,7 @@ fn scene(ratio: f64) -> Scene {
     line.scene("torsional pendulum")
 }
 
-/// The pendulums in their first shapes.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let twisted = |ratio: f64| {
         let mut scene = scene(ratio);
         if let Some(modes) = natural(&scene, &[5]) {
@@ -63,20 +59,13 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![twisted(1.0), twisted(1e-3)])
 }
 
-/// The checks of H24.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let ratios: &[f64] = if quick { &[0.1] } else { &RATIOS };
     let mut checks = Vec::new();
     for &ratio in ratios {
         checks.extend(pendulum(ratio, quick)?);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 fn pendulum(ratio: f64, quick: bool) -> Result<Vec<Check>, ExperimentError> {
@@ -108,21 +97,16 @@ fn pendulum(ratio: f64, quick: bool) -> Result<Vec<Check>, ExperimentError> {
     };
     // 10⁻²rad a step: 2·10⁻⁵ of the frequency.
     let dt = 1e-2 / shape.discrete;
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = at(dt);
     let mut checks = vec![
         shape.eigenvalue(name("eigenvalue")).noting(note),
         shape.motion(name("motion"), options, (stepped(dt), 1.5))?,
     ];
     if ratio == 0.1 && !quick {
-        let mut found = Vec::new();
-        for choice in solvers() {
+        checks.extend(each_solver(&name("motion"), |choice| {
             let check = shape.motion("", choice.plain_options(dt), (stepped(dt), 1.0))?;
-            found.push((choice.family(), check));
-        }
-        checks.extend(together(&name("motion"), found));
+            Ok(check)
+        })?);
     }
     Ok(checks)
 }

@@ -15,7 +15,7 @@
 use super::line::{Hold, Line, end_mass, end_mass_continuum, free_end};
 use super::shape::Shape;
 use super::{law, worse};
-use crate::hard::{solvers, together};
+use crate::hard::{at, solvers, together};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::PI;
@@ -23,7 +23,7 @@ use taut_ground::modes::natural;
 use taut_ground::pace;
 use taut_integrator::{GeometricStiffness, Scheme, StepOptions, Stepper};
 use taut_model::{Body, CrossSection, Material, Scene, Stiffness};
-use taut_output::check::{Check, ExperimentError, Outcome, Parts, Verdict};
+use taut_output::check::{Check, ExperimentError, Measure, Outcome, Verdict};
 
 const LENGTH: f64 = 10.0;
 const RADIUS: f64 = 0.01;
@@ -68,25 +68,13 @@ fn bar(segments: usize, ratio: Option<f64>) -> Scene {
 }
 
 /// The bar with the force on its last rod.
-fn pulled() -> Scene {
+pub(super) fn pulled() -> Scene {
     let mut scene = bar(SEGMENTS, None);
     scene.bodies.force[SEGMENTS - 1] = Vector3::new(0.0, 0.0, -FORCE);
     scene
 }
 
-/// The bars at their beginnings.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![pulled()])
-}
-
-/// The checks of H23.
-///
-/// # Errors
-/// Where a step fails.
-pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = Vec::new();
     let modes: &[usize] = if quick { &[1] } else { &[1, 2, 3] };
     for &number in modes {
@@ -103,10 +91,7 @@ pub fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, Experime
     }
     checks.extend(arrivals()?);
     checks.extend(at_sixty(quick)?);
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// A mode of wave number θ of the chain and β/L of the continuum: eigenvalue and motion.
@@ -131,15 +116,8 @@ fn frequencies(
     let stepped = law::elastic_frequency(Scheme::default(), shape.discrete, dt);
     Ok([
         shape.eigenvalue(format!("{name}: eigenvalue")),
-        shape.motion(format!("{name}: motion"), small(dt), (Some(stepped), 1.5))?,
+        shape.motion(format!("{name}: motion"), at(dt), (Some(stepped), 1.5))?,
     ])
-}
-
-fn small(dt: f64) -> StepOptions {
-    StepOptions {
-        dt,
-        ..StepOptions::default()
-    }
 }
 
 /// Velocity of mass `j` (from 1) of the chain at time `t` (s), upwards positive \[m/s].
@@ -174,7 +152,7 @@ fn arrivals() -> Result<Vec<Check>, ExperimentError> {
     let l = LENGTH / SEGMENTS as f64;
     let dt = 0.05 * l / speed();
     let steps = (1.4 * LENGTH / speed() / dt) as usize;
-    let mut stepper = Stepper::new(pulled(), small(dt))?;
+    let mut stepper = Stepper::new(pulled(), at(dt))?;
     let watched = [3 * SEGMENTS / 4, SEGMENTS / 2, SEGMENTS / 4];
     let mut seen = [const { Vec::new() }; 3];
     for _ in 0..steps {
@@ -190,19 +168,15 @@ fn arrivals() -> Result<Vec<Check>, ExperimentError> {
         let ours = (arrival(samples.into_iter()) + 0.5) * dt * speed() / l;
         let exact = arrival((0..steps).map(|n| response(j, (n as f64 + 0.5) * dt)));
         let exact = (exact + 0.5) * dt * speed() / l;
-        Check::within(
+        Check::number(
             format!("front after {way} segments"),
-            format!("{:.4} ms", way * l / speed() * 1e3),
-            format!("{:.4} ms", ours * l / speed() * 1e3),
-            worse(0.0, (ours - way).abs()),
+            [way, ours],
+            "segments",
+            Measure::Absolute,
             ARRIVAL_BAR,
         )
         .by("in segments; time: beside the chain's exact response; space: this beside the continuum")
-        .split(Parts {
-            algebraic: None,
-            time: Some((ours - exact).abs()),
-            space: Some((exact - way).abs()),
-        })
+        .time_part((ours - exact).abs()).space_part((exact - way).abs())
     });
     Ok(rows.collect())
 }
@@ -243,8 +217,7 @@ const UNDAMPED: f64 = 1.0 + 1e-6;
 fn at_sixty(quick: bool) -> Result<Vec<Check>, ExperimentError> {
     let dt = 1.0 / 60.0;
     let check = |worst: f64| {
-        let ours = format!("{worst:.1e} from rest");
-        Check::within("", "static elongation".to_owned(), ours, worst, RINGING_BAR)
+        Check::off("", "static elongation", worst, "from rest", RINGING_BAR)
             .by("largest over the last quarter of a second, over the static elongation")
     };
     let mut found = Vec::new();
@@ -261,7 +234,7 @@ fn at_sixty(quick: bool) -> Result<Vec<Check>, ExperimentError> {
     let with = |scheme| StepOptions {
         scheme,
         stiffness: GeometricStiffness::Off,
-        ..small(dt)
+        ..at(dt)
     };
     let rows = [
         (Scheme::LinearlyImplicit, 0.0),

@@ -5,7 +5,7 @@ use crate::scenes::{self, BAR, Config, Record};
 use indicatif::ProgressBar;
 use std::time::Duration;
 use taut_model::{Network, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, csv};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// Iterations that the iterative solvers have in each solve.
 const ITERATIONS: usize = 1000;
@@ -14,8 +14,7 @@ const ITERATIONS: usize = 1000;
 const MASS_RATIO: f64 = 100.0;
 
 /// The scenes that are compared: in their smallest size, or the two smallest and the largest.
-#[must_use]
-pub fn config(quick: bool) -> Config {
+pub(super) fn config(quick: bool) -> Config {
     let own = quick.then(Config::quick).unwrap_or_default();
     let chosen = |sizes: Vec<usize>| -> Vec<usize> {
         let last = sizes.len().saturating_sub(1);
@@ -35,10 +34,7 @@ pub fn config(quick: bool) -> Config {
 }
 
 /// The networks in their smallest size, swinging.
-///
-/// # Errors
-/// Parameters out of range, a network without equilibrium.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let config = Config::quick();
     let swinging = Network::ALL.into_iter().filter_map(|network| {
         let (_, sizes) = config.sizes.iter().find(|(n, _)| *n == network)?;
@@ -48,11 +44,7 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(swinging.collect::<Result<_, _>>()?)
 }
 
-/// The checks of H47.
-///
-/// # Errors
-/// As [`scenes::run`].
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let results = scenes::run(&config(quick), progress)?;
     let mut checks = Vec::new();
     for network in Network::ALL {
@@ -70,11 +62,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     for r in results.records.iter().filter(|r| r.iterations > 0) {
         checks.push(iterative(r));
     }
-    Ok(Outcome {
-        checks,
-        csv: csv(&results.records)?,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// The direct solver with the largest error, and the one with the load farthest away.
@@ -94,7 +82,7 @@ fn worst(network: Network, size: usize, rows: &[&Record]) -> Vec<Check> {
             rows.len()
         );
         let note = worst.error.clone().unwrap_or_default();
-        Some(Check::within(case, reference.to_owned(), ours, value(worst), BAR).noting(note))
+        Some(Check::within(case, reference, ours, value(worst), BAR).noting(note))
     };
     let checks = [
         of("multipliers", "32 digits", |r| r.forward_error),
@@ -112,7 +100,7 @@ fn iterative(r: &Record) -> Check {
         "{error:.1e}, claims {} after {}",
         r.status, r.iterations_used
     );
-    let check = Check::within(case, "32 digits".to_owned(), ours, error, BAR)
+    let check = Check::within(case, "32 digits", ours, error, BAR)
         .by("one solve from the multipliers of the step before, to its own tolerance");
     match (&r.error, &r.said) {
         (None, Some(said)) => check.unless_claimed(said),

@@ -13,6 +13,7 @@
 mod extended;
 pub mod joints;
 
+use crate::hard::{at, either, grid};
 use indicatif::ProgressBar;
 use joints::{Kind, Pose, jacobian_error, pair, sensitivity};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -23,7 +24,6 @@ use taut_model::{
     Body, Constraint, Cosserat, Frame, Hinge, JointLaw, Motor, Paper, RowLaw, Scene, Target,
 };
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
-use taut_output::table::{table, text};
 
 /// Error of a Jacobian, relative to the largest entry of its row.
 pub const BAR: f64 = 1e-6;
@@ -68,10 +68,7 @@ fn poses(quick: bool) -> Vec<Pose> {
 }
 
 /// A cable joint at the edge of each regime, in motion.
-///
-/// # Errors
-/// None.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let at = |theta: f64| {
         let mut scene = pair(Kind::Cosserat, theta, &poses(true)[0]);
         scene.name = format!("bend {theta:.3}");
@@ -87,11 +84,7 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![at(1e-9), at(1.0), at(PI - 1e-3), whirl()])
 }
 
-/// The checks of H43.
-///
-/// # Errors
-/// A step that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let (bends, poses) = (bends(), poses(quick));
     progress.set_length(Kind::ALL.len() as u64);
     let errors: Vec<Vec<f64>> = Kind::ALL
@@ -134,18 +127,14 @@ fn shown(theta: f64) -> String {
 
 fn tables(bends: &[f64], errors: &[Vec<f64>]) -> String {
     let heads: Vec<String> = bends.iter().map(|&t| shown(t)).collect();
-    let mut header = vec!["Jacobian, bend"];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
-    for (kind, errors) in Kind::ALL.iter().zip(errors) {
-        let mut row = vec![kind.name().to_owned()];
+    let rows = Kind::ALL.iter().zip(errors).map(|(kind, errors)| {
         // One digit: eleven columns have to find room.
-        row.extend(errors.iter().map(|e| format!("{e:.0e}")));
-        t.add_row(row);
-    }
+        let cells = errors.iter().map(|e| format!("{e:.0e}")).collect();
+        (kind.name().to_owned(), cells)
+    });
+    let grid = grid("Jacobian, bend", &heads, rows);
     format!(
-        "Errors of Jacobians against differences in 32 digits, relative to the largest entry of the row\n{}\n",
-        text(&t)
+        "Errors of Jacobians against differences in 32 digits, relative to the largest entry of the row\n{grid}\n"
     )
 }
 
@@ -158,7 +147,7 @@ fn jacobian_check(kind: Kind, bends: &[f64], errors: &[f64], poses: &[Pose]) -> 
     let ours = format!("{error:.1e} at {}", shown(at));
     let mut check = Check::within(
         format!("Jacobian, {}", kind.name()),
-        "differences in 32 digits".to_owned(),
+        "differences in 32 digits",
         ours,
         error,
         BAR,
@@ -267,15 +256,10 @@ fn pendulum(kind: Kind) -> Result<Vec<Check>, StepError> {
     }
     let span = crossings.first().zip(crossings.last());
     let period = span.map_or(f64::NAN, |(a, b)| (b - a) / (crossings.len() - 1) as f64);
-    let row = |what: &str, exact: f64, found: f64, unit: &str| {
-        Check::within(
-            format!("{what} of ±{TURNS} turns, {}", kind.name()),
-            format!("{exact:.4} {unit}"),
-            format!("{found:.4} {unit}"),
-            (found / exact - 1.0).abs(),
-            PENDULUM_BAR,
-        )
-        .by("torsion pendulum at Δt = 1/60 s, relative")
+    let row = |what: &str, exact: f64, found: f64, unit| {
+        let case = format!("{what} of ±{TURNS} turns, {}", kind.name());
+        Check::relative(case, [exact, found], unit, PENDULUM_BAR)
+            .by("torsion pendulum at Δt = 1/60 s, relative")
     };
     Ok(vec![
         row("amplitude", amplitude, largest, "rad"),
@@ -300,10 +284,7 @@ fn whirl() -> Scene {
 
 /// Change of the energy of the whirl at a time step, over what it has, and how often it folded.
 fn whirl_at(dt: f64) -> Result<(f64, usize), StepError> {
-    let options = StepOptions {
-        dt,
-        ..StepOptions::default()
-    };
+    let options = at(dt);
     let mut stepper = Stepper::new(whirl(), options)?;
     stepper.step()?;
     let first = stepper.energy().total();
@@ -321,11 +302,7 @@ fn whirl_at(dt: f64) -> Result<(f64, usize), StepError> {
 const WHIRL_BARS: [f64; 2] = [1e-3, 0.2];
 
 fn whirled(quick: bool) -> Vec<Check> {
-    let rates: &[f64] = if quick {
-        &[60.0, 240.0]
-    } else {
-        &[60.0, 240.0, 960.0, 3840.0]
-    };
+    let rates: &[f64] = either(quick, &[60.0, 240.0], &[60.0, 240.0, 960.0, 3840.0]);
     let found: Vec<_> = rates.iter().map(|r| (r, whirl_at(1.0 / r))).collect();
     let finer = found.iter().skip(1).filter_map(|(_, f)| f.as_ref().ok());
     let finer: Vec<String> = finer.map(|(change, _)| format!("{change:+.1e}")).collect();
@@ -335,7 +312,7 @@ fn whirled(quick: bool) -> Vec<Check> {
             Ok((change, folds)) => {
                 let ours = format!("energy {change:+.1e} in {folds} folds");
                 let [bar, most] = WHIRL_BARS;
-                let mut check = Check::within(case, "none".to_owned(), ours, change.abs(), bar)
+                let mut check = Check::within(case, "none", ours, change.abs(), bar)
                     .by("relative change of the energy");
                 if *folds == 0 {
                     check.verdict = Verdict::Fail;
@@ -351,13 +328,7 @@ fn whirled(quick: bool) -> Vec<Check> {
                 }
                 check
             }
-            Err(e) => Check::claim(
-                case,
-                "goes on",
-                "failed".into(),
-                Verdict::Fail,
-                e.to_string(),
-            ),
+            Err(e) => Check::failed(case, "goes on", &e),
         }
     };
     found.iter().map(judged).collect()

@@ -26,13 +26,12 @@ use crate::hard::numerics::ill_conditioned::matrices::specimens;
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
 use taut_ground::choice::Choice;
 use taut_ground::claim::{ROUNDING, over, over_letter, tolerance};
 use taut_ground::reference::Snapshot;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
-use taut_output::check::{ExperimentError, Outcome, csv};
+use taut_output::check::{ExperimentError, Outcome};
 use taut_solver::{Backend, forward_error};
 use verify::{Verified, verify};
 
@@ -45,8 +44,7 @@ const SMALL_ROWS: usize = 400;
 const DT: f64 = 1.0 / 60.0;
 
 /// What came of a claim.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Finding {
     /// Claimed, and so.
     True,
@@ -61,7 +59,7 @@ pub enum Finding {
 }
 
 /// One solve.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Solve {
     /// Hard case and scene.
     pub scene: String,
@@ -435,15 +433,11 @@ pub fn run(quick: bool, progress: &ProgressBar) -> Result<Audit, ExperimentError
 }
 
 /// The case `claims`.
-///
-/// # Errors
-/// As [`run`].
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let audit = run(quick, progress)?;
     Ok(Outcome {
         checks: report::checks(&audit),
         text: report::tables(&audit),
-        csv: csv(&audit.solves)?,
         ..Outcome::default()
     })
 }

@@ -9,17 +9,16 @@
 
 pub mod matrices;
 
-use crate::hard::{together, worse};
+use crate::hard::{distinct, together, worse};
 use indicatif::ProgressBar;
 use matrices::{Specimen, specimens};
 use rayon::prelude::*;
-use serde::Serialize;
 use std::fmt::Write;
 use taut_ground::choice::Choice;
 use taut_ground::matrix::Matrix;
 use taut_ground::matrix::prepared::Problem;
 use taut_ground::matrix::solve::backends;
-use taut_output::check::{Check, ExperimentError, Outcome, Parts, Verdict, csv};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::table::{error, text, wrapped};
 use taut_solver::{Backend, SolveError, SolveReport, forward_error};
 
@@ -30,10 +29,10 @@ pub const BAR: f64 = 1e-14;
 const NO_DIGIT: f64 = 0.1;
 
 /// Relative bar of the condition numbers.
-pub const CONDITION_BAR: f64 = 1e-9;
+pub(super) const CONDITION_BAR: f64 = 1e-9;
 
 /// A backend on a matrix.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// The matrix.
     pub matrix: String,
@@ -130,11 +129,7 @@ fn largest_error(x: &[f64], exact: &[f64]) -> f64 {
     each.fold(0.0, worse)
 }
 
-/// The checks of H46.
-///
-/// # Errors
-/// A table that cannot be written.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let specimens = specimens(quick);
     progress.set_length(specimens.len() as u64);
     let found: Vec<Vec<Row>> = specimens
@@ -159,7 +154,6 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     Ok(Outcome {
         checks,
         text: tables(&specimens, &rows),
-        csv: csv(&rows)?,
         ..Outcome::default()
     })
 }
@@ -167,15 +161,10 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
 /// The condition number against its formula.
 fn condition(specimen: &Specimen) -> Option<Check> {
     let known = specimen.known?;
-    let error = (specimen.condition / known - 1.0).abs();
     let case = format!("{}: κ", specimen.name);
-    let [reference, found] = [known, specimen.condition].map(|k| format!("{k:.5e}"));
-    let check = Check::within(case, reference, found, error, CONDITION_BAR);
-    Some(
-        check.by(
-            "condition in the 2-norm, by inverse iteration in 32 digits, relative to its formula",
-        ),
-    )
+    let check = Check::relative(case, [known, specimen.condition], "", CONDITION_BAR);
+    let by = "condition in the 2-norm, by inverse iteration in 32 digits, relative to its formula";
+    Some(check.by(by))
 }
 
 /// A backward error within the bar, a typed error, or, where the growth of the entries in elimination has taken the
@@ -188,23 +177,15 @@ fn judged(row: &Row, specimen: &Specimen) -> Check {
     };
     let reference = format!("{symbol} ≤ 1e-14, or a typed error");
     let (Some(backward), Some(forward)) = (row.backward_error, row.forward_error) else {
-        let verdict = if row.has_to_refuse {
-            Verdict::Pass
-        } else {
-            Verdict::Fail
-        };
-        let status = row.status.as_str();
-        return Check::claim("", &reference, "refused".to_owned(), verdict, status);
+        return Check::stated("", reference, "refused", row.has_to_refuse)
+            .noting(row.status.as_str());
     };
     let ours = format!("error of x {forward:.0e}");
     let mut check = Check::within("", reference, ours, backward, BAR)
         .by(format!(
             "{kind} backward error with the residual in 32 digits"
         ))
-        .split(Parts {
-            algebraic: Some(forward),
-            ..Parts::default()
-        });
+        .algebraic_part(forward);
     if check.verdict == Verdict::Fail {
         check.note = format!("says `{}`", row.status);
         let rounding = specimen.growth * f64::EPSILON;
@@ -233,7 +214,7 @@ fn judged(row: &Row, specimen: &Specimen) -> Check {
 fn exact(row: &Row, bound: f64) -> Option<Check> {
     let error = row.forward_error?;
     let ours = format!("each within {error:.0e}");
-    let check = Check::within("", "x = D⁻¹ T⁻¹ D⁻¹ b".to_owned(), ours, error, bound * BAR);
+    let check = Check::within("", "x = D⁻¹ T⁻¹ D⁻¹ b", ours, error, bound * BAR);
     let by = "largest error of an entry, relative; the bar is what ω ≤ 1e-14 leaves, |T⁻¹| (|T| |y| + |c|) / |y| of it";
     Some(check.by(by))
 }
@@ -241,12 +222,7 @@ fn exact(row: &Row, bound: f64) -> Option<Check> {
 /// η and the error of x, a row for each backend, a column for each matrix.
 fn tables(specimens: &[Specimen], rows: &[Row]) -> String {
     let mut out = String::new();
-    let mut backends: Vec<&str> = Vec::new();
-    for r in rows {
-        if !backends.contains(&r.backend.as_str()) {
-            backends.push(&r.backend);
-        }
-    }
+    let backends = distinct(rows.iter().map(|r| r.backend.as_str()));
     // As many columns as a line has room for.
     for part in specimens.chunks(4) {
         let head = |s: &Specimen| {

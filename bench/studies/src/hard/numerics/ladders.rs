@@ -12,20 +12,19 @@
 //! leaves being carried into the next steps, a relapse is a limit, as long as the top of the ladder is better than its
 //! bottom, by half. What is farther away than the cable is long is lost.
 
-use crate::hard::{together, worse};
+use crate::hard::{grid, together, worse};
 use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use rayon::prelude::*;
-use serde::Serialize;
 use taut_ground::choice::Choice;
 use taut_ground::poses::{self, Pose};
 use taut_ground::reference::{Converged, converged, scene};
 use taut_ground::trajectory::{load_position, steps_in};
-use taut_integrator::{Form, Scheme, StepError, StepOptions, Stepper};
+use taut_integrator::{Form, Scheme, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene};
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict, csv};
-use taut_output::table::{error, table, text};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::table::error;
 use taut_solver::{Backend, SymBlockMatrix, reference_solution};
 
 /// The frames that all time steps have \[s], and how many.
@@ -58,10 +57,7 @@ fn params() -> HoistParams {
 }
 
 /// The cable of the time steps and that of the iterations.
-///
-/// # Errors
-/// Parameters out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let mut moved = scene(&params())?;
     "anchor moves".clone_into(&mut moved.name);
     let mut bent = poses::hoist(&params(), Pose::Bent)?;
@@ -70,7 +66,7 @@ pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
 }
 
 /// The errors of a step over its ladder.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 struct Rung {
     what: String,
     /// Δt in s, or iterations.
@@ -178,7 +174,7 @@ fn monotone(case: String, rungs: &[&Rung], bar: Bar) -> Check {
     } else {
         format!("× {ratio:.2} {at}")
     };
-    let mut check = Check::within(case, "every step better".to_owned(), ours, ratio, MONOTONE)
+    let mut check = Check::within(case, "every step better", ours, ratio, MONOTONE)
         .by("largest ratio of an error to the one before it on the ladder, above the reference's own or rounding");
     if lost > 0 {
         check.note = format!("{lost} of {} runs are lost", rungs.len());
@@ -249,7 +245,7 @@ fn limits(quick: bool) -> impl Iterator<Item = usize> {
 }
 
 /// Error in the energy norm after that many iterations from zero, over the solution's.
-fn unfinished(choice: &Choice, limit: usize) -> Result<f64, StepError> {
+fn unfinished(choice: &Choice, limit: usize) -> Result<f64, ExperimentError> {
     let options = StepOptions {
         backend: choice.backend.with_iterations(limit).with_tolerance(1e-15),
         ..choice.plain_options(DT)
@@ -264,17 +260,13 @@ fn unfinished(choice: &Choice, limit: usize) -> Result<f64, StepError> {
     stepper.solve()?;
     let x = stepper.system().2.to_vec();
     let (s, b) = stepper.assembled(Form::Schur)?;
-    let exact = reference_solution(&s, &b).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
+    let exact = reference_solution(&s, &b)?;
     let e: Vec<f64> = x.iter().zip(&exact).map(|(x, e)| x - e).collect();
     Ok((energy(&s, &e) / energy(&s, &exact)).sqrt())
 }
 
 /// The load after each step of a second.
-fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, StepError> {
+fn second(options: StepOptions) -> Result<Vec<Vector3<f64>>, ExperimentError> {
     let mut stepper = Stepper::new(scene(&params())?, options)?;
     let mut way = Vec::new();
     for _ in 0..steps_in(1.0, DT) {
@@ -291,7 +283,7 @@ fn apart(a: &[Vector3<f64>], b: &[Vector3<f64>]) -> f64 {
 }
 
 /// The two ladders of iterations.
-fn iteration_ladders(quick: bool) -> Result<[Vec<Rung>; 2], StepError> {
+fn iteration_ladders(quick: bool) -> Result<[Vec<Rung>; 2], ExperimentError> {
     let direct = second(reference_choice().plain_options(DT))?;
     let (mut solves, mut loads) = (Vec::new(), Vec::new());
     for choice in iterative() {
@@ -330,22 +322,14 @@ fn rung_table(title: &str, rungs: &[Rung]) -> String {
     let groups = grouped(rungs);
     let first = groups.first().map(|g| g.1.clone()).unwrap_or_default();
     let heads: Vec<String> = first.iter().map(|r| shown(r.at)).collect();
-    let mut header = vec![title];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
-    for (what, own) in groups {
-        let mut row = vec![what.to_owned()];
-        row.extend(own.iter().map(|r| error(r.error)));
-        t.add_row(row);
-    }
-    text(&t) + "\n"
+    let rows = groups.into_iter().map(|(what, own)| {
+        let cells = own.iter().map(|r| error(r.error)).collect();
+        (what.to_owned(), cells)
+    });
+    grid(title, &heads, rows) + "\n"
 }
 
-/// The checks of H54.
-///
-/// # Errors
-/// A reference that cannot be made.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     progress.set_length(3);
     let frames = if quick { FRAMES / 3 } else { FRAMES };
     let exact = converged(&params(), FRAME, frames)?;
@@ -399,7 +383,6 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     Ok(Outcome {
         checks,
         text,
-        csv: csv(&[times, solves, loads].concat())?,
         ..Outcome::default()
     })
 }

@@ -27,7 +27,7 @@ struct Run {
 }
 
 /// A load of 33 kg beside a stiff rope that a winch hauls in: at rest it would hang 5.3 m down.
-fn winched() -> Scene {
+pub(super) fn winched() -> Scene {
     let mut scene = Scene::new("a winch hauls a load in");
     scene.gravity = Vector3::new(0.0, 0.0, -9.81);
     let body = Body::new(33.0, Matrix3::identity() * 1e-4);
@@ -49,7 +49,7 @@ fn winched() -> Scene {
 }
 
 /// A chain that the paper's step loses.
-fn chain() -> Result<Scene, ExperimentError> {
+pub(super) fn chain() -> Result<Scene, ExperimentError> {
     let params = ParticleChainParams {
         load_mass: 500.0,
         ..ParticleChainParams::default()
@@ -121,14 +121,6 @@ fn runs() -> Result<Vec<Run>, ExperimentError> {
     Ok(runs)
 }
 
-/// The scenes of H58.
-///
-/// # Errors
-/// Parameters out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![chain()?, winched()])
-}
-
 /// Whether and why a run was found lost, and its largest excess of energy.
 fn found(run: &Run) -> Result<(Option<String>, f64), StepError> {
     let options = StepOptions {
@@ -146,11 +138,7 @@ fn found(run: &Run) -> Result<(Option<String>, f64), StepError> {
     Ok((simulation.failure.map(|f| f.reason), excess))
 }
 
-/// The checks of H58.
-///
-/// # Errors
-/// A scene that cannot be built.
-pub fn outcome(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let runs = runs()?;
     progress.set_length(runs.len() as u64);
     let check = |run: &Run| -> Result<Check, ExperimentError> {

@@ -20,10 +20,10 @@ use taut_output::check::{Check, ExperimentError, Verdict};
 use taut_solver::SolveError;
 
 /// Compliance of the hinges where they have one \[m/N, rad/(N m)].
-pub const COMPLIANCE: f64 = 1e-8;
+pub(super) const COMPLIANCE: f64 = 1e-8;
 
 /// Time that a mechanism runs \[s].
-pub const TIME: f64 = 10.0;
+pub(super) const TIME: f64 = 10.0;
 
 /// Gap of a hinge at which a run is given up \[m].
 const MOST_GAP: f64 = 0.1;
@@ -72,10 +72,7 @@ fn hinge(scene: &mut Scene, parts: [Part; 2], at: Vector3<f64>, axis: Vector3<f6
 }
 
 /// Bricard's six-bar: five rods of 1 m and 1 kg along six edges of a cube that close a ring, the sixth the world.
-///
-/// # Errors
-/// A compliance out of range.
-pub fn bricard(compliance: f64) -> Result<Scene, SceneError> {
+pub(super) fn bricard(compliance: f64) -> Result<Scene, SceneError> {
     let mut scene = Scene::new("bricard");
     scene.gravity = Vector3::new(0.0, -GRAVITY, 0.0);
     // A Petrie hexagon of the cube: neighbouring edges are at right angles, and so are neighbouring hinges.
@@ -109,10 +106,7 @@ pub fn bricard(compliance: f64) -> Result<Scene, SceneError> {
 
 /// `loops` four-bars in a row: upright rods of 1 m and 1 kg at x = 0, 1, …, with rods of 1 m from top to top, the tops
 /// moving at 1 m/s along x.
-///
-/// # Errors
-/// A compliance out of range.
-pub fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneError> {
+pub(super) fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneError> {
     let mut scene = Scene::new("four-bars");
     scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
     let law = RowLaw::new(compliance, 0.0);
@@ -146,30 +140,27 @@ pub fn four_bars(loops: usize, compliance: f64) -> Result<Scene, SceneError> {
 
 /// What a run of a mechanism comes to.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Run {
+pub(super) struct Run {
     /// Time reached \[s].
-    pub time: f64,
+    pub(super) time: f64,
     /// Largest deviation of the total energy from its start, over the largest kinetic energy.
-    pub drift: f64,
+    pub(super) drift: f64,
     /// Most that the total energy ever gained over its start, over the largest kinetic energy.
-    pub gain: f64,
+    pub(super) gain: f64,
     /// Change of the total energy from start to end, over the largest kinetic energy.
-    pub change: f64,
+    pub(super) change: f64,
     /// Largest gap of a hinge \[m].
-    pub gap: f64,
+    pub(super) gap: f64,
     /// Largest multiplier of the last solve \[N, N m]; NaN where one is not finite.
-    pub force: f64,
+    pub(super) force: f64,
     /// Why it ended early, in words.
-    pub failure: Option<String>,
+    pub(super) failure: Option<String>,
     /// Whether it ended because the solver found the matrix singular, and named the hinge.
-    pub singular: bool,
+    pub(super) singular: bool,
 }
 
 /// Runs a mechanism for [`TIME`].
-///
-/// # Errors
-/// A scene or an option that is not sound.
-pub fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
+pub(super) fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
     let start = scene.kinetic_energy() + scene.potential_energy();
     let dt = options.dt;
     let mut stepper = Stepper::new(scene, options)?;
@@ -204,8 +195,7 @@ pub fn run(scene: Scene, options: StepOptions) -> Result<Run, StepError> {
 }
 
 /// The steps that are tried, with their names.
-#[must_use]
-pub fn steps() -> Vec<(&'static str, StepOptions)> {
+pub(super) fn steps() -> Vec<(&'static str, StepOptions)> {
     let choice = scenes::reference_choice();
     let standard = choice.options(DT);
     let with = |scheme: Scheme, stiffness, guard| StepOptions {
@@ -251,10 +241,7 @@ const LOSS_BAR: f64 = 0.5;
 const SPOOK_BARS: [f64; 2] = [1.5, 0.1];
 
 /// The checks of the mechanisms.
-///
-/// # Errors
-/// A scene that cannot be built.
-pub fn checks(quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
+pub(super) fn checks(quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
     let loops: &[usize] = if quick { &[1, 3] } else { &[1, 2, 4, 7, 10] };
     let mut runs = Vec::new();
     for compliance in [COMPLIANCE, 0.0] {

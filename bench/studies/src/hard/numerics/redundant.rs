@@ -123,10 +123,7 @@ pub fn solve(copies: usize, compliance: f64, choice: &Choice) -> Result<Found, S
 }
 
 /// The checks of the doubled joints.
-///
-/// # Errors
-/// As [`solve`].
-pub fn checks() -> Result<Vec<Check>, StepError> {
+pub(super) fn checks() -> Result<Vec<Check>, StepError> {
     let mut checks = Vec::new();
     for copies in [2, 3] {
         for compliance in [1e-6, 1e-10, 0.0] {
@@ -159,13 +156,7 @@ fn shared(copies: usize, found: &Found) -> Check {
         Found::Shares { shares, said, .. } => {
             Check::within("", reference, forces(shares), found.uneven(), BAR).unless_claimed(said)
         }
-        Found::Refused { message, .. } => Check::claim(
-            "",
-            &reference,
-            "no answer".to_owned(),
-            Verdict::Fail,
-            message.as_str(),
-        ),
+        Found::Refused { message, .. } => Check::failed("", reference, message),
     }
 }
 
@@ -198,13 +189,8 @@ fn rigid(found: &Found) -> Check {
         }
         Found::Refused { culprit, message } => {
             let named = culprit.as_deref().unwrap_or("no joint");
-            let verdict = if culprit.is_some() {
-                Verdict::Pass
-            } else {
-                Verdict::Fail
-            };
             let ours = format!("refused, names {named}");
-            Check::claim("", reference, ours, verdict, message.as_str())
+            Check::stated("", reference, ours, culprit.is_some()).noting(message.as_str())
         }
     }
 }

@@ -10,17 +10,16 @@
 //! rigid hoist with its joints shut: multipliers of one step over ten decades of ε with every solver, against its own
 //! at ε = 0; the rigid ones against 32 digits; and the place of the load after a second of swing.
 
-use crate::hard::{solvers, together, worse};
+use crate::hard::{grid, solvers, together, worse};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
-use serde::Serialize;
 use taut_ground::choice::Choice;
 use taut_ground::pace;
 use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Constraint, HoistParams, JointKind, RowLaw, Scene, SceneError};
-use taut_output::check::{Check, ExperimentError, Outcome, Verdict, csv};
-use taut_output::table::{error, table, text};
+use taut_output::check::{Check, ExperimentError, Measure, Outcome};
+use taut_output::table::error;
 use taut_solver::{SolveReport, forward_error, norm_inf};
 
 /// Error of the rigid multipliers against 32 digits.
@@ -64,10 +63,7 @@ pub fn scene(compliance: f64) -> Result<Scene, SceneError> {
 }
 
 /// Hoists that are stiff, stiffer, rigid.
-///
-/// # Errors
-/// As [`scene`].
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let all = [1e-8, 1e-12, 1e-16, 0.0].into_iter().map(scene);
     Ok(all.collect::<Result<_, _>>()?)
 }
@@ -163,18 +159,7 @@ fn motion(quick: bool) -> Result<Vec<(f64, f64)>, StepError> {
     all.collect()
 }
 
-#[derive(Serialize)]
-struct Record<'a> {
-    backend: &'a str,
-    compliance: f64,
-    difference: f64,
-}
-
-/// The checks of H51.
-///
-/// # Errors
-/// A scene that cannot be built, a step of the default solver that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let choices = solvers();
     progress.set_length(choices.len() as u64);
     let found: Vec<(String, Result<Limit, StepError>)> = choices
@@ -195,7 +180,7 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         let own = found.iter().map(|(backend, limit)| {
             let check = match limit {
                 Ok(limit) => judge(limit),
-                Err(e) => Check::claim("", "", "failed".into(), Verdict::Fail, e.to_string()),
+                Err(e) => Check::failed("", "", &e),
             };
             (backend.clone(), check)
         });
@@ -205,67 +190,50 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
     let (compliances, ways): (Vec<f64>, Vec<f64>) = moved.iter().copied().unzip();
     let slope = order(&compliances, &ways, 1e-11);
     checks.push(
-        Check::within(
+        Check::number(
             "load after 1 s: order in ε",
-            "1".to_owned(),
-            format!("{slope:.4}"),
-            (slope - 1.0).abs(),
+            [1.0, slope],
+            "",
+            Measure::Absolute,
             ORDER_BAR,
         )
         .by("slope of the distance from the rigid run between decades of ε, the farthest from 1"),
     );
     let limits: Vec<&Limit> = found.iter().filter_map(|(_, l)| l.as_ref().ok()).collect();
-    let records = limits.iter().flat_map(|l| {
-        let pairs = COMPLIANCES.into_iter().zip(&l.differences);
-        pairs.map(|(compliance, &difference)| Record {
-            backend: &l.backend,
-            compliance,
-            difference,
-        })
-    });
-    let records: Vec<Record<'_>> = records.collect();
+
     Ok(Outcome {
         checks,
         text: tables(&limits, &moved),
-        csv: csv(&records)?,
         ..Outcome::default()
     })
 }
 
 fn tables(limits: &[&Limit], moved: &[(f64, f64)]) -> String {
-    let heads: Vec<String> = COMPLIANCES.iter().map(|c| format!("{c:.0e}")).collect();
-    let mut header = vec!["‖μ(ε) − μ(0)‖/‖μ(0)‖"];
-    header.extend(heads.iter().map(String::as_str));
-    let mut t = table(&header);
+    let heads = COMPLIANCES.map(|c| format!("{c:.0e}"));
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
     for l in limits {
-        let mut row = vec![l.backend.clone()];
-        row.extend(l.differences.iter().map(|d| error(Some(*d))));
-        t.add_row(row);
+        let cells = l.differences.iter().map(|d| error(Some(*d)));
+        rows.push((l.backend.clone(), cells.collect()));
     }
-    let mut row = vec!["load after 1 s [m]".to_owned()];
-    for c in COMPLIANCES {
-        row.push(error(moved.iter().find(|m| m.0 == c).map(|m| m.1)));
-    }
-    t.add_row(row);
-    text(&t) + "\n"
+    let moved = COMPLIANCES.map(|c| error(moved.iter().find(|m| m.0 == c).map(|m| m.1)));
+    rows.push(("load after 1 s [m]".to_owned(), moved.to_vec()));
+    grid("‖μ(ε) − μ(0)‖/‖μ(0)‖", &heads, rows) + "\n"
 }
 
 fn slope(l: &Limit) -> Check {
     let slope = order(&COMPLIANCES, &l.differences, RESOLVED);
-    let (ours, error) = (format!("{slope:.4}"), (slope - 1.0).abs());
-    Check::within("", "1".to_owned(), ours, error, ORDER_BAR)
+    Check::number("", [1.0, slope], "", Measure::Absolute, ORDER_BAR)
         .by("slope of ‖μ(ε) − μ(0)‖ between decades of ε above rounding, the farthest from 1")
 }
 
 fn bounded(l: &Limit) -> Check {
     let beyond = worse(0.0, l.largest - 1.0);
     let ours = format!("‖μ(ε)‖ ≤ {:.6} ‖μ(0)‖", l.largest);
-    Check::within("", "bounded".to_owned(), ours, beyond, 1e-2).by("largest ‖μ(ε)‖/‖μ(0)‖ less 1")
+    Check::within("", "bounded", ours, beyond, 1e-2).by("largest ‖μ(ε)‖/‖μ(0)‖ less 1")
 }
 
 fn rigid(l: &Limit) -> Check {
-    let ours = format!("{:.1e}", l.error);
-    Check::within("", "32 digits".to_owned(), ours, l.error, BAR)
+    Check::off("", "32 digits", l.error, "", BAR)
         .by("error of the rigid multipliers")
         .unless_claimed(&l.said)
 }

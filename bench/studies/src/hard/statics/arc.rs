@@ -13,27 +13,27 @@
 //! EA of its joints in all directions: C = EA.
 
 use super::rod::{Compliance, Rod, Shape, shoot};
+use crate::hard::either;
 use indicatif::ProgressBar;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use std::f64::consts::FRAC_PI_4;
-use taut_model::Scene;
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// Relative bar of each coordinate of the tip at N = 64.
-pub const BAR: f64 = 1e-3;
+pub(super) const BAR: f64 = 1e-3;
 /// Bar against the exact chain, over the radius.
-pub const CHAIN_BAR: f64 = 1e-8;
+pub(super) const CHAIN_BAR: f64 = 1e-8;
 /// The loads P.
-pub const LOADS: [f64; 3] = [300.0, 450.0, 600.0];
+pub(super) const LOADS: [f64; 3] = [300.0, 450.0, 600.0];
 
 const RADIUS: f64 = 100.0;
 const YOUNG: f64 = 1e7;
 const EI: f64 = YOUNG / 12.0;
 /// Torsion constant of the literature.
-pub const TORSION: f64 = 1.0 / 6.0;
+pub(super) const TORSION: f64 = 1.0 / 6.0;
 
 /// Axial and shear compliance, 1/EA and 1/GA; both 0 for a rod that neither stretches nor shears.
-pub const FLEXIBLE: [f64; 2] = [1.0 / YOUNG, 2.0 / YOUNG];
+pub(super) const FLEXIBLE: [f64; 2] = [1.0 / YOUNG, 2.0 / YOUNG];
 
 #[derive(Clone, Copy)]
 struct State {
@@ -67,8 +67,12 @@ fn rate(s: &State, force: &Vector3<f64>, gj: f64, [axial, shear]: [f64; 2]) -> S
 
 /// Tip of the continuum under the load, with the torsion constant `torsion` and the compliances \[1/EA, 1/GA], by
 /// `steps` steps of integration. NaN where the shooting does not converge.
-#[must_use]
-pub fn continuum(load: f64, torsion: f64, compliance: [f64; 2], steps: usize) -> Vector3<f64> {
+pub(super) fn continuum(
+    load: f64,
+    torsion: f64,
+    compliance: [f64; 2],
+    steps: usize,
+) -> Vector3<f64> {
     let gj = 0.5 * YOUNG * torsion;
     let h = RADIUS * FRAC_PI_4 / steps as f64;
     let follow = |moment: Vector3<f64>, part: f64| {
@@ -104,8 +108,7 @@ pub fn continuum(load: f64, torsion: f64, compliance: [f64; 2], steps: usize) ->
 }
 
 /// The chain of `n` segments.
-#[must_use]
-pub fn rod(n: usize, load: f64) -> Rod {
+pub(super) fn rod(n: usize, load: f64) -> Rod {
     let h = RADIUS * FRAC_PI_4 / n as f64;
     let node = |i: usize| {
         let angle = FRAC_PI_4 * i as f64 / n as f64;
@@ -129,10 +132,6 @@ pub fn rod(n: usize, load: f64) -> Rod {
     }
 }
 
-fn show(p: &Vector3<f64>) -> String {
-    format!("({:.4}, {:.4}, {:.4})", p.x, p.y, p.z)
-}
-
 /// Largest relative difference of a coordinate.
 fn relative(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     let each = a.iter().zip(b.iter()).map(|(a, b)| (a / b - 1.0).abs());
@@ -148,16 +147,9 @@ const LOAD_STEPS: usize = 10;
 /// Time step of the passes \[s]: ten times 1/ω of the straightened bow's slowest mode, 3.516 (EI/ρA)^½/L².
 const PASS: f64 = 19.2;
 
-/// H06.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, loads): (&[usize], &[f64]) = if quick {
-        (&[16, 64], &LOADS[2..])
-    } else {
-        (&[8, 16, 32, 64], &LOADS)
-    };
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (counts, loads): (&[usize], &[f64]) =
+        either(quick, (&[16, 64], &LOADS[2..]), (&[8, 16, 32, 64], &LOADS));
     progress.set_length((counts.len() * loads.len()) as u64);
     let mut checks = Vec::new();
     for &load in loads {
@@ -176,42 +168,32 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             errors.push((n, (exact - own_limit).norm() / RADIUS));
             let case = format!("P = {load}, N = {n}");
             let check = if n == 64 {
-                let parts = Parts {
-                    algebraic: Some(relative(&ours, &exact)),
-                    space: Some(relative(&exact, &curve)),
-                    ..Parts::default()
-                };
-                Check::within(case, show(&curve), show(&ours), relative(&ours, &curve), BAR)
+                Check::vector(
+                    case,
+                    [curve.as_slice(), ours.as_slice()],
+                    "",
+                    [relative(&ours, &curve), BAR],
+                )
                     .by("largest relative error of a coordinate of the tip, against the continuum")
-                    .split(parts)
+                    .algebraic_part(relative(&ours, &exact)).space_part(relative(&exact, &curve))
                     .noting("the continuum shears by 1/GA, the chain by 1/EA: 10⁻⁴ of the tip's way at most")
             } else {
-                let parts = Parts {
-                    algebraic: Some(off),
-                    space: Some((exact - own_limit).norm() / RADIUS),
-                    ..Parts::default()
-                };
-                Check::within(case, show(&exact), show(&ours), off, CHAIN_BAR)
-                    .by("distance of the tip from the exact chain's, over the radius")
-                    .split(parts)
+                Check::vector(
+                    case,
+                    [exact.as_slice(), ours.as_slice()],
+                    "",
+                    [off, CHAIN_BAR],
+                )
+                .by("distance of the tip from the exact chain's, over the radius")
+                .algebraic()
+                .space_part((exact - own_limit).norm() / RADIUS)
             };
             checks.push(check);
             progress.inc(1);
         }
         checks.extend(super::order(&format!("P = {load}"), &errors));
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
-}
-
-/// The bow as it starts.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![rod(8, 600.0).scene()?])
+    Ok(checks.into())
 }
 
 #[cfg(test)]

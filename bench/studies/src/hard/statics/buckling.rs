@@ -10,10 +10,10 @@
 use crate::paper::specimens::largest;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::Scene;
-use taut_output::check::{Check, ExperimentError, Parts, Verdict};
+use taut_output::check::{Check, ExperimentError};
 
 /// Size of the velocities that disturb \[m/s].
-pub const DISTURBANCE: f64 = 1e-7;
+pub(super) const DISTURBANCE: f64 = 1e-7;
 
 /// Distance at which an equilibrium of the size of 1 m is left \[m].
 const LEFT: f64 = 1e-3;
@@ -21,31 +21,23 @@ const LEFT: f64 = 1e-3;
 /// Growth beyond which a disturbance has clearly left.
 const GROWN: f64 = 10.0;
 
-/// Time step and duration of a run \[s].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Run {
-    /// Δt.
-    pub dt: f64,
-    /// Duration.
-    pub time: f64,
-}
-
 /// Distances from the equilibrium that are rounding of positions of about a metre \[m]: a disturbance that has faded to it
 /// stays there, and what grows from less has to leave it.
 const ROUNDING: f64 = 1e-14;
 
 /// Largest distance of a body from the equilibrium, `off` (m), in the last quarter of the run over that in the second:
 /// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
-///
-/// # Errors
-/// A scene that cannot be stepped.
-pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, ExperimentError> {
+pub(super) fn growth(
+    scene: Scene,
+    [dt, time]: [f64; 2],
+    off: fn(&Scene) -> f64,
+) -> Result<f64, ExperimentError> {
     let options = StepOptions {
-        dt: run.dt,
+        dt,
         ..StepOptions::paper()
     };
     let mut stepper = Stepper::new(scene, options)?;
-    let steps = taut_ground::trajectory::steps_in(run.time, run.dt);
+    let steps = taut_ground::trajectory::steps_in(time, dt);
     let (mut first, mut last) = (0.0_f64, 0.0_f64);
     for k in 0..steps {
         match stepper.step() {
@@ -67,47 +59,51 @@ pub fn growth(scene: Scene, run: Run, off: fn(&Scene) -> f64) -> Result<f64, Exp
     Ok(last / first.max(ROUNDING))
 }
 
-/// Where an equilibrium buckles.
+/// How the load is found at which an equilibrium buckles.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Threshold {
-    /// The continuum's critical load.
-    pub curve: f64,
-    /// The exact discrete one.
-    pub exact: f64,
+pub(super) struct Search {
+    /// The continuum's critical load, and the exact discrete one.
+    pub(super) curve: f64,
+    pub(super) exact: f64,
     /// Half width of the bracket about the exact discrete one, relative; the bar against the continuum.
-    pub bar: f64,
+    pub(super) bar: f64,
+    /// Halvings of the bracket.
+    pub(super) halvings: usize,
+    /// Time step and duration of a run \[s].
+    pub(super) run: [f64; 2],
 }
 
 /// The scene under a load.
-pub type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
+pub(super) type SceneAt<'a> = dyn Fn(f64) -> Result<Scene, ExperimentError> + 'a;
 
-/// The bracket and, in `halvings` more runs if any, the load at which the disturbance neither fades nor grows.
-///
-/// # Errors
-/// A scene that cannot be built or stepped.
-pub fn check(
+/// The bracket and, in as many more runs as there are halvings, the load at which the disturbance neither fades nor grows.
+pub(super) fn check(
     case: &str,
-    threshold: Threshold,
-    halvings: usize,
-    run: Run,
+    search: Search,
     (scene, off): (&SceneAt<'_>, fn(&Scene) -> f64),
 ) -> Result<Vec<Check>, ExperimentError> {
-    let Threshold { curve, exact, bar } = threshold;
+    let Search {
+        curve,
+        exact,
+        bar,
+        halvings,
+        run,
+    } = search;
     let grows = |load: f64| growth(scene(load)?, run, off);
     let (mut low, mut high) = (exact * (1.0 - bar), exact * (1.0 + bar));
     let [below, above] = [grows(low)?, grows(high)?];
     let sound = below < 1.0 && above > GROWN;
     let ours = format!("× {below:.0e}; {}", factor(above));
-    let bracket = Check::claim(
+    let bracket = Check::stated(
         format!("{case}: {:.0} % below and above", 100.0 * bar),
         "a disturbance fades; it grows",
         ours,
-        if sound { Verdict::Pass } else { Verdict::Fail },
-        format!(
-            "about the exact chain's {exact:.6}; its growth over {} s",
-            run.time
-        ),
-    );
+        sound,
+    )
+    .noting(format!(
+        "about the exact chain's {exact:.6}; its growth over {} s",
+        run[1]
+    ));
     if !sound || halvings == 0 {
         return Ok(vec![bracket]);
     }
@@ -121,10 +117,6 @@ pub fn check(
     }
     let found = low.midpoint(high);
     let error = (found / curve - 1.0).abs();
-    let parts = Parts {
-        space: Some((exact / curve - 1.0).abs()),
-        ..Parts::default()
-    };
     let ours = format!("{found:.5} ± {:.0e}", 0.5 * (high - low));
     let check = Check::within(
         format!("{case}: critical"),
@@ -134,7 +126,7 @@ pub fn check(
         bar,
     )
     .by("relative to the continuum's, by halving the bracket about the chain's: what is left of that stands with it")
-    .split(parts);
+    .space_part((exact / curve - 1.0).abs());
     Ok(vec![bracket, check])
 }
 
@@ -147,7 +139,6 @@ fn factor(growth: f64) -> String {
 }
 
 /// Largest distance of a body from the x axis \[m].
-#[must_use]
-pub fn off_axis(scene: &Scene) -> f64 {
+pub(in crate::hard) fn off_axis(scene: &Scene) -> f64 {
     largest(scene.bodies.position.iter().map(|p| p.y.hypot(p.z)))
 }

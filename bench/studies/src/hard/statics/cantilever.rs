@@ -13,7 +13,7 @@
 //! ½ h_i/EI_i + ½ h_{i+1}/EI_{i+1}; the clamp that of half the first segment.
 
 use super::rod::{Compliance, Rod};
-use crate::hard::{solvers, together};
+use crate::hard::{counted, each_solver, either, together};
 use crate::paper::specimens::{passes_from_rest, settle};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -21,19 +21,18 @@ use taut_ground::choice::Choice;
 use taut_ground::random::Random;
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions};
 use taut_model::Scene;
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// Bar of H04 against the exact chain.
-pub const BAR: f64 = 1e-8;
+pub(super) const BAR: f64 = 1e-8;
 /// Bar of H14 against the exact chain.
-pub const UNEVEN_BAR: f64 = 1e-6;
+pub(super) const UNEVEN_BAR: f64 = 1e-6;
 
 /// Deflection over length: its square is what the linear answer leaves out.
 const SMALL: f64 = 1e-5;
 
 /// F Σ s_j² ε_j: how far the tip goes \[m].
-#[must_use]
-pub fn deflection(rod: &Rod) -> f64 {
+pub(super) fn deflection(rod: &Rod) -> f64 {
     let tip = rod.nodes[rod.segments()].x;
     let levers = rod.nodes.iter().zip(&rod.joints);
     rod.force.y
@@ -44,7 +43,7 @@ pub fn deflection(rod: &Rod) -> f64 {
 
 /// The ways to put joints on a cable of N equal lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Layout {
+pub(super) enum Layout {
     /// A joint of a whole length at the clamp.
     Whole,
     /// A joint of half a length at the clamp.
@@ -55,7 +54,7 @@ pub enum Layout {
 
 impl Layout {
     /// All three.
-    pub const ALL: [Self; 3] = [Self::Whole, Self::Half, Self::Middle];
+    pub(super) const ALL: [Self; 3] = [Self::Whole, Self::Half, Self::Middle];
 
     fn name(self) -> &'static str {
         match self {
@@ -65,20 +64,8 @@ impl Layout {
         }
     }
 
-    /// The ratio of the tip's way to F L³/3EI.
-    #[must_use]
-    pub fn ratio(self, n: usize) -> f64 {
-        let n = n as f64;
-        match self {
-            Self::Whole => (n + 1.0) * (2.0 * n + 1.0) / (2.0 * n * n),
-            Self::Half => 1.0 + 1.0 / (2.0 * n * n),
-            Self::Middle => 1.0 - 1.0 / (4.0 * n * n),
-        }
-    }
-
     /// The chain on 1 m of EI = 1 N m² under the small load.
-    #[must_use]
-    pub fn rod(self, n: usize) -> Rod {
+    pub(super) fn rod(self, n: usize) -> Rod {
         let h = 1.0 / n as f64;
         let mut rod = if self == Self::Middle {
             Rod::midpoints(n)
@@ -97,10 +84,7 @@ impl Layout {
 /// The scene brought to rest by `choice` alone: implicit steps of `dt` (s) from rest, each a Newton pass that leaves
 /// 1/(1 + ω²Δt²) of a mode ω, from the unstrained pose. Ten times the slowest mode's 1/ω is enough; longer ones turn
 /// the rounding of the forces into motion.
-///
-/// # Errors
-/// A step that fails.
-pub fn crept(scene: Scene, choice: &Choice, dt: f64) -> Result<Scene, StepError> {
+pub(super) fn crept(scene: Scene, choice: &Choice, dt: f64) -> Result<Scene, StepError> {
     // Passes, and what they divide the time step by.
     const PASSES: [(usize, f64); 2] = [(10, 1.0), (20, 10.0)];
     let mut scene = scene;
@@ -123,26 +107,22 @@ fn tip(scene: &Scene) -> f64 {
 fn check(rod: &Rod, ours: f64, limit: f64, bar: f64) -> Check {
     let exact = deflection(rod);
     let error = (ours / exact - 1.0).abs();
-    let parts = Parts {
-        algebraic: Some(error),
-        space: Some((exact / limit - 1.0).abs()),
-        ..Parts::default()
-    };
-    let reference = format!("{:.9} of the beam's", exact / limit);
-    Check::within("", reference, format!("{:.9}", ours / limit), error, bar)
-        .by("way of the tip, relative to the exact chain's")
-        .split(parts)
+    Check::vector(
+        "",
+        [&[exact / limit], &[ours / limit]],
+        "of the beam's",
+        [error, bar],
+    )
+    .by("way of the tip, relative to the exact chain's")
+    .algebraic()
+    .space_part((exact / limit - 1.0).abs())
 }
 
 /// H04.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[6, 24] } else { &[6, 12, 24, 48] };
-    progress.set_length(counts.len() as u64);
     let mut checks = Vec::new();
-    for (k, &n) in counts.iter().enumerate() {
+    for (k, &n) in counted(progress, counts.iter().enumerate()) {
         for layout in Layout::ALL {
             let rod = layout.rod(n);
             let ours = tip(&settle(rod.scene()?)?);
@@ -152,14 +132,14 @@ pub fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentEr
         }
         if k == 0 {
             let rod = Layout::Half.rod(n);
-            let mut own = Vec::new();
-            for choice in solvers() {
-                let ours = tip(&crept(rod.scene()?, &choice, 10.0)?);
-                own.push((choice.family(), check(&rod, ours, SMALL, BAR)));
-            }
-            checks.extend(together(&format!("N = {n}, steps from rest"), own));
+            checks.extend(each_solver(
+                &format!("N = {n}, steps from rest"),
+                |choice| {
+                    let ours = tip(&crept(rod.scene()?, choice, 10.0)?);
+                    Ok(check(&rod, ours, SMALL, BAR))
+                },
+            )?);
         }
-        progress.inc(1);
     }
     for layout in [Layout::Half, Layout::Middle] {
         let errors: Vec<(usize, f64)> = counts
@@ -168,10 +148,7 @@ pub fn even(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentEr
             .collect();
         checks.extend(super::order(layout.name(), &errors));
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// EI of the two materials \[N m²]: the first from the clamp to a share of the length.
@@ -183,8 +160,7 @@ const SHARE: f64 = 0.4;
 
 /// 1 m of cable, stiff from the clamp and soft beyond, in `n` segments of random lengths that differ by up to ten
 /// times; both parts have as many.
-#[must_use]
-pub fn uneven(n: usize, seed: u64) -> Rod {
+pub(super) fn uneven(n: usize, seed: u64) -> Rod {
     let mut random = Random::new(seed);
     let half = n / 2;
     let mut lengths: Vec<f64> = (0..n).map(|_| random.log_uniform(0.1, 1.0)).collect();
@@ -217,19 +193,11 @@ fn beam(force: f64) -> f64 {
 }
 
 /// H14.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, seeds): (&[usize], u64) = if quick {
-        (&[8, 32], 2)
-    } else {
-        (&[8, 16, 32, 64, 128], 5)
-    };
-    progress.set_length(counts.len() as u64);
+pub(super) fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (counts, seeds): (&[usize], u64) = either(quick, (&[8, 32], 2), (&[8, 16, 32, 64, 128], 5));
     let mut checks = Vec::new();
     let mut errors = Vec::new();
-    for &n in counts {
+    for &n in counted(progress, counts) {
         let (mut small, mut large) = (Vec::new(), Vec::new());
         let mut mean = 0.0;
         for seed in 1..=seeds {
@@ -245,13 +213,9 @@ pub fn random(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experiment
         checks.extend(renamed(together(&format!("N = {n}, small load"), small)));
         checks.extend(renamed(together(&format!("N = {n}, large load"), large)));
         errors.push((n, mean));
-        progress.inc(1);
     }
     checks.extend(super::order("random lengths, mean of the seeds", &errors));
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// Rows that several seeds share say so.
@@ -266,38 +230,34 @@ fn renamed(checks: Vec<Check>) -> impl Iterator<Item = Check> {
 fn bent_through(rod: &Rod) -> Result<Check, ExperimentError> {
     let ours = rod.settled()?.tip();
     let exact = rod.exact(20).map_or(Vector3::repeat(f64::NAN), |s| s.tip());
-    let error = (ours - exact).norm();
-    let show = |p: Vector3<f64>| format!("({:.7}, {:.7}, {:.7})", p.x, p.y, p.z);
-    let parts = Parts {
-        algebraic: Some(error),
-        ..Parts::default()
-    };
-    Ok(
-        Check::within("", show(exact), show(ours), error, UNEVEN_BAR)
-            .by("distance of the tip from the exact chain's, over L")
-            .split(parts),
-    )
+    let check = Check::vector(
+        "",
+        [exact.as_slice(), ours.as_slice()],
+        "m",
+        [(ours - exact).norm(), UNEVEN_BAR],
+    );
+    Ok(check
+        .by("distance of the tip from the exact chain's, over L")
+        .algebraic())
 }
 
-/// Scenes of H04.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_even() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes_of_even() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![Layout::Half.rod(6).scene()?])
-}
-
-/// Scenes of H14.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_random() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![uneven(8, 1).scene()?])
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The ratio of the tip's way to F L³/3EI.
+    fn ratio(layout: Layout, n: usize) -> f64 {
+        let n = n as f64;
+        match layout {
+            Layout::Whole => (n + 1.0) * (2.0 * n + 1.0) / (2.0 * n * n),
+            Layout::Half => 1.0 + 1.0 / (2.0 * n * n),
+            Layout::Middle => 1.0 - 1.0 / (4.0 * n * n),
+        }
+    }
 
     #[test]
     fn the_layouts_have_their_ratios() {
@@ -305,13 +265,13 @@ mod tests {
             for n in [3, 24] {
                 let found = deflection(&layout.rod(n)) / SMALL;
                 assert!(
-                    (found - layout.ratio(n)).abs() < 1e-13,
+                    (found - ratio(layout, n)).abs() < 1e-13,
                     "{layout:?} {n}: {found}"
                 );
             }
         }
-        assert!((Layout::Whole.ratio(24) - 1.06337).abs() < 1e-5);
-        assert!((Layout::Middle.ratio(24) - 0.999566).abs() < 1e-6);
+        assert!((ratio(Layout::Whole, 24) - 1.06337).abs() < 1e-5);
+        assert!((ratio(Layout::Middle, 24) - 0.999566).abs() < 1e-6);
     }
 
     #[test]

@@ -1,24 +1,30 @@
 //! H07, H07d, H08: a cable between two points of one height, without bending stiffness; references in [`exact`].
 
-pub mod exact;
+pub(super) mod exact;
 
 use self::exact::{EA, Hanging, LENGTH, SPAN, WEIGHT, chain, continuum};
-use crate::hard::{solvers, together};
+use crate::hard::{counted, solvers, together};
 use crate::paper::specimens::{largest, settle};
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_ground::choice::Choice;
 use taut_integrator::Stepper;
 use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene, SceneError, Spherical};
-use taut_output::check::{Check, ExperimentError, Outcome, Parts, Verdict};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// A number of a hanging chain, with its name and unit.
-type Measure = (&'static str, fn(&Hanging) -> f64);
+type Measured = (&'static str, &'static str, fn(&Hanging) -> f64);
+
+const MEASURES: [Measured; 3] = [
+    ("H", "N", |h| h.horizontal),
+    ("tension at the ends", "N", |h| h.end_tension),
+    ("sag", "m", |h| h.sag),
+];
 
 /// Bar of rods and elastic rods against the exact discrete answer.
-pub const BAR: f64 = 1e-8;
+pub(super) const BAR: f64 = 1e-8;
 /// Bar of the chain of particles against it.
-pub const CHAIN_BAR: f64 = 1e-10;
+pub(super) const CHAIN_BAR: f64 = 1e-10;
 
 /// Ends of the links of a V: as long as the cable, over its span.
 fn bent(n: usize) -> impl Fn(usize) -> Vector3<f64> {
@@ -32,10 +38,7 @@ fn bent(n: usize) -> impl Fn(usize) -> Vector3<f64> {
 }
 
 /// `n` rods with ball joints, in the shape of a V (n even), or the scene of particles where `particles` is set.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scene(n: usize, ea: f64, particles: bool) -> Result<Scene, SceneError> {
+pub(super) fn scene(n: usize, ea: f64, particles: bool) -> Result<Scene, SceneError> {
     const GRAVITY: f64 = 10.0;
     let node = bent(n);
     let h = LENGTH / n as f64;
@@ -149,7 +152,7 @@ fn measured(
 
 /// The chains.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Kind {
+pub(super) struct Kind {
     name: &'static str,
     ea: f64,
     particles: bool,
@@ -187,46 +190,25 @@ fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, Exp
     }
     let mut checks = Vec::new();
     let shapes = found.iter().map(|(solver, (off, _))| {
-        let check = Check::within(
-            "",
-            "the exact chain".to_owned(),
-            format!("{off:.1e} L from it"),
-            *off,
-            kind.bar,
-        );
-        let parts = Parts {
-            algebraic: Some(*off),
-            ..Parts::default()
-        };
+        let check = Check::off("", "the exact chain", *off, "L from it", kind.bar);
         let check = check.by("largest distance of a body from its place, over L");
-        (solver.clone(), check.split(parts))
+        (solver.clone(), check.algebraic())
     });
     checks.extend(together(
         &format!("{}, N = {n}: shape", kind.name),
         shapes.collect(),
     ));
-    let measures: [Measure; 3] = [
-        ("H [N]", |h| h.horizontal),
-        ("tension at the ends [N]", |h| h.end_tension),
-        ("sag [m]", |h| h.sag),
-    ];
-    for (what, measure) in measures {
+    for (what, unit, measure) in MEASURES {
         let (discrete, limit) = (measure(&exact), measure(&curve));
         let own = found.iter().map(|(solver, (_, hanging))| {
-            let ours = measure(hanging);
-            let error = (ours / discrete - 1.0).abs();
-            let parts = Parts {
-                algebraic: Some(error),
-                space: Some((discrete / limit - 1.0).abs()),
-                ..Parts::default()
-            };
-            let reference = format!("{discrete:.9}; curve {limit:.9}");
-            let check = Check::within("", reference, format!("{ours:.9}"), error, kind.bar)
+            let check = Check::relative("", [discrete, measure(hanging)], unit, kind.bar)
                 .by("relative to the exact chain")
-                .split(parts);
+                .noting(format!("curve {limit:.9} {unit}"))
+                .algebraic()
+                .space_part((discrete / limit - 1.0).abs());
             (solver.clone(), check)
         });
-        let case = format!("{}, N = {n}: {what}", kind.name);
+        let case = format!("{}, N = {n}: {what} [{unit}]", kind.name);
         checks.extend(together(&case, own.collect()));
     }
     Ok(checks)
@@ -234,9 +216,8 @@ fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, Exp
 
 fn family(kind: Kind, quick: bool, progress: &ProgressBar) -> Result<Vec<Check>, ExperimentError> {
     let counts: &[usize] = if quick { &[4, 16] } else { &[4, 8, 16, 32, 64] };
-    progress.set_length(counts.len() as u64);
     let mut checks = Vec::new();
-    for (k, &n) in counts.iter().enumerate() {
+    for (k, &n) in counted(progress, counts.iter().enumerate()) {
         // All solvers where there are few links.
         let choices = if k == 0 {
             solvers()
@@ -244,7 +225,6 @@ fn family(kind: Kind, quick: bool, progress: &ProgressBar) -> Result<Vec<Check>,
             solvers()[..1].to_vec()
         };
         checks.extend(checks_of(kind, n, &choices)?);
-        progress.inc(1);
     }
     let errors: Vec<(usize, f64)> = counts
         .iter()
@@ -258,10 +238,7 @@ fn family(kind: Kind, quick: bool, progress: &ProgressBar) -> Result<Vec<Check>,
 }
 
 /// H07.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn rods(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn rods(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     Ok(Outcome {
         checks: family(RODS, quick, progress)?,
         ..Outcome::default()
@@ -269,10 +246,7 @@ pub fn rods(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentEr
 }
 
 /// H07d.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn particles(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn particles(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     Ok(Outcome {
         checks: family(PARTICLES, quick, progress)?,
         ..Outcome::default()
@@ -280,13 +254,10 @@ pub fn particles(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experim
 }
 
 /// Bar of the elastic cable of 64 rods against the continuum.
-pub const CURVE_BAR: f64 = 1e-5;
+pub(super) const CURVE_BAR: f64 = 1e-5;
 
 /// H08.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let mut checks = family(ELASTIC, quick, progress)?;
     let curve = continuum(EA);
     let direct = &solvers()[0];
@@ -296,76 +267,34 @@ pub fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
         let nodes = chain(n, EA, false).0;
         found.push(measured(&rest, direct, (n, false), &nodes)?.1);
     }
-    let measures: [Measure; 3] = [
-        ("H", |h| h.horizontal),
-        ("tension at the ends", |h| h.end_tension),
-        ("sag", |h| h.sag),
-    ];
-    for (what, measure) in measures {
+    for (what, unit, measure) in MEASURES {
         let [coarse, fine] = [measure(&found[0]), measure(&found[1])];
         let limit = measure(&curve);
         let exact = measure(&chain(64, EA, false).1);
-        let error = (fine / limit - 1.0).abs();
-        let parts = Parts {
-            algebraic: Some((fine / exact - 1.0).abs()),
-            space: Some((exact / limit - 1.0).abs()),
-            ..Parts::default()
-        };
-        let mut check = Check::within(
+        let check = Check::relative(
             format!("N = 64 against the curve: {what}"),
-            format!("{limit:.9}"),
-            format!("{fine:.9}"),
-            error,
+            [limit, fine],
+            unit,
             CURVE_BAR,
         )
         .by("relative to the elastic catenary")
-        .split(parts);
-        let all_of_space = parts.algebraic.is_some_and(|a| a <= BAR);
-        if check.verdict == Verdict::Fail && all_of_space {
-            check.verdict = Verdict::Limit;
-            let needed = 64.0 * (error / CURVE_BAR).sqrt();
-            check.note = format!(
-                "the exact chain of 64 straight rods is that far from the curve; at second order it takes {needed:.0}"
-            );
-        }
-        checks.push(check);
+        .algebraic_part((fine / exact - 1.0).abs())
+        .space_part((exact / limit - 1.0).abs());
+        let of_chain = (fine / exact - 1.0).abs() <= BAR;
+        let needed = 64.0 * ((fine / limit - 1.0).abs() / CURVE_BAR).sqrt();
+        checks.push(check.limited(of_chain, format!("the exact chain of 64 straight rods is that far from the curve; at second order it takes {needed:.0}")));
         let limit_of = (4.0 * fine - coarse) / 3.0;
-        let error = (limit_of / limit - 1.0).abs();
-        let check = Check::within(
+        let check = Check::relative(
             format!("N = 32 and 64, extrapolated: {what}"),
-            format!("{limit:.9}"),
-            format!("{limit_of:.9}"),
-            error,
+            [limit, limit_of],
+            unit,
             CURVE_BAR,
         );
         checks.push(check.by("relative; (4 x₆₄ − x₃₂)/3, exact for second order"));
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
-/// A scene of each kind.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_rods() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![scene(4, f64::INFINITY, false)?])
-}
-
-/// As [`scenes_of_rods`].
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_particles() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![scene(4, f64::INFINITY, true)?])
-}
-
-/// As [`scenes_of_rods`].
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_elastic() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes_of_elastic() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![scene(4, EA, false)?])
 }

@@ -15,7 +15,8 @@
 //! (c² + T²/4)^½ (χ_{j+1} + χ_{j−1}) = (2c + l P) χ_j, and the ends ask for χ ∝ cos(πj/n + …). Pinned ends carry
 //! torques of fixed direction on the outer segments; between clamped ends the twist T L/GJ is given.
 
-use super::buckling::{DISTURBANCE, Run, Threshold, check, off_axis};
+use super::buckling::{DISTURBANCE, Search, check, off_axis};
+use crate::hard::either;
 use crate::hard::special::bessel_zero;
 use crate::paper::specimens::twist::{buckling_torque, greenhill};
 use indicatif::ProgressBar;
@@ -27,13 +28,13 @@ use taut_model::{
 use taut_output::check::{ExperimentError, Outcome};
 
 /// Bar of thrust and weight.
-pub const BAR: f64 = 0.01;
+pub(super) const BAR: f64 = 0.01;
 /// Bar of the torques.
-pub const TORQUE_BAR: f64 = 0.02;
+pub(super) const TORQUE_BAR: f64 = 0.02;
 
 /// How the ends are held; the far one slides along x.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Ends {
+pub(super) enum Ends {
     /// Ball joints; torques ∓T (N m) of fixed direction on the outer segments.
     Pinned {
         /// T.
@@ -52,10 +53,7 @@ pub enum Ends {
 }
 
 /// The straight chain, disturbed; `tension` (N) draws the far end.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scene(n: usize, ends: Ends, tension: f64) -> Result<Scene, SceneError> {
+pub(super) fn scene(n: usize, ends: Ends, tension: f64) -> Result<Scene, SceneError> {
     let l = 1.0 / n as f64;
     let mut scene = Scene::new("column");
     // The rod's z along x, its x along −z.
@@ -128,14 +126,12 @@ pub fn scene(n: usize, ends: Ends, tension: f64) -> Result<Scene, SceneError> {
 }
 
 /// Critical thrust of the pinned chain.
-#[must_use]
-pub fn euler(n: usize) -> f64 {
+pub(super) fn euler(n: usize) -> f64 {
     4.0 * (n as f64).powi(2) * (FRAC_PI_2 / n as f64).sin().powi(2)
 }
 
 /// Critical weight a metre of the clamped chain: half a joint's length at the clamp, weights in the segments' middles.
-#[must_use]
-pub fn own_weight(n: usize) -> f64 {
+pub(super) fn own_weight(n: usize) -> f64 {
     let c = n as f64;
     // ½ l² q (n − i − ½) ψ_i² is what a tilt lowers the weights by.
     let lowers = |i: usize| ((c - i as f64 - 0.5) / (c * c)).sqrt();
@@ -152,22 +148,19 @@ pub fn own_weight(n: usize) -> f64 {
 }
 
 /// The same of the beam: (9/4) j²_{−1/3,1}.
-#[must_use]
-pub fn own_weight_of_beam() -> f64 {
+pub(super) fn own_weight_of_beam() -> f64 {
     2.25 * bessel_zero(-1.0 / 3.0, 1).powi(2)
 }
 
 /// Critical torque between pinned ends under the tension `tension`: of the chain.
-#[must_use]
-pub fn pinned_torque(n: usize, tension: f64) -> f64 {
+pub(super) fn pinned_torque(n: usize, tension: f64) -> f64 {
     let (c, l) = (n as f64, 1.0 / n as f64);
     let ratio = (1.0 + 0.5 * l * tension / c) / (PI / c).cos();
     2.0 * c * (ratio * ratio - 1.0).sqrt()
 }
 
 /// Of the rod.
-#[must_use]
-pub fn pinned_torque_of_rod(tension: f64) -> f64 {
+pub(super) fn pinned_torque_of_rod(tension: f64) -> f64 {
     2.0 * (tension + PI * PI).sqrt()
 }
 
@@ -177,135 +170,87 @@ fn halvings(quick: bool) -> usize {
 }
 
 /// H09.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn thrust_and_weight(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn thrust_and_weight(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[12] } else { &[12, 24, 48] };
     progress.set_length(2 * counts.len() as u64);
     let mut checks = Vec::new();
     for &n in counts {
         let thrust = |p: f64| Ok(scene(n, Ends::Pinned { torque: 0.0 }, -p)?);
-        let threshold = Threshold {
+        let search = Search {
             curve: PI * PI,
             exact: euler(n),
             bar: BAR,
-        };
-        let run = Run {
-            dt: 0.02,
-            time: 20.0,
+            halvings: halvings(quick),
+            run: [0.02, 20.0],
         };
         let case = format!("thrust, pinned, N = {n}");
-        checks.extend(check(
-            &case,
-            threshold,
-            halvings(quick),
-            run,
-            (&thrust, off_axis),
-        )?);
+        checks.extend(check(&case, search, (&thrust, off_axis))?);
         progress.inc(1);
         let weight = |q: f64| Ok(scene(n, Ends::Free { gravity: q }, 0.0)?);
-        let threshold = Threshold {
+        let search = Search {
             curve: own_weight_of_beam(),
             exact: own_weight(n),
             bar: BAR,
-        };
-        let run = Run {
-            dt: 0.04,
-            time: 80.0,
+            halvings: halvings(quick),
+            run: [0.04, 80.0],
         };
         let case = format!("own weight, clamped, N = {n}");
-        checks.extend(check(
-            &case,
-            threshold,
-            halvings(quick),
-            run,
-            (&weight, off_axis),
-        )?);
+        checks.extend(check(&case, search, (&weight, off_axis))?);
         progress.inc(1);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// H10.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[24] } else { &[24, 48] };
     // Long rods under tension buckle in many waves: they need the finer chain.
     let fine = |n: usize, tension: f64| tension < 50.0 || n >= 48;
-    let tensions: &[f64] = if quick {
-        &[0.0]
-    } else {
-        &[-5.0, 0.0, 10.0, 100.0]
-    };
+    let tensions: &[f64] = either(quick, &[0.0], &[-5.0, 0.0, 10.0, 100.0]);
     progress.set_length((counts.len() * (1 + tensions.len())) as u64);
     let mut checks = Vec::new();
     for &n in counts {
-        let run = |tension: f64| Run {
-            // The tension's transverse stiffness is explicit.
-            dt: 0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(),
-            time: 10.0,
-        };
+        // The tension's transverse stiffness is explicit.
+        let run = |tension: f64| [0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(), 10.0];
         let clamped = |t: f64| Ok(scene(n, Ends::Clamped { twist: t }, 0.0)?);
-        let threshold = Threshold {
+        let search = Search {
             curve: greenhill(),
             exact: buckling_torque(n, 1e12, 0.0),
             bar: TORQUE_BAR,
+            halvings: halvings(quick),
+            run: run(0.0),
         };
         let case = format!("torque, clamped, N = {n}");
-        checks.extend(check(
-            &case,
-            threshold,
-            halvings(quick),
-            run(0.0),
-            (&clamped, off_axis),
-        )?);
+        checks.extend(check(&case, search, (&clamped, off_axis))?);
         progress.inc(1);
         for &tension in tensions.iter().filter(|t| fine(n, **t)) {
             let pinned = |torque: f64| Ok(scene(n, Ends::Pinned { torque }, tension)?);
-            let threshold = Threshold {
+            let search = Search {
                 curve: pinned_torque_of_rod(tension),
                 exact: pinned_torque(n, tension),
                 bar: TORQUE_BAR,
+                halvings: halvings(quick),
+                run: run(tension),
             };
             let case = format!("torque, pinned, P = {tension}, N = {n}");
-            checks.extend(check(
-                &case,
-                threshold,
-                halvings(quick),
-                run(tension),
-                (&pinned, off_axis),
-            )?);
+            checks.extend(check(&case, search, (&pinned, off_axis))?);
             progress.inc(1);
         }
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
-/// Scenes of H09.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_thrust() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes_of_thrust() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![
         scene(8, Ends::Pinned { torque: 0.0 }, -8.0)?,
         scene(8, Ends::Free { gravity: 6.0 }, 0.0)?,
     ])
 }
 
-/// Scenes of H10.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes_of_torque() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes_of_torque() -> Result<Vec<Scene>, ExperimentError> {
     Ok(vec![
         scene(8, Ends::Clamped { twist: 7.0 }, 0.0)?,
         scene(8, Ends::Pinned { torque: 5.0 }, 0.0)?,

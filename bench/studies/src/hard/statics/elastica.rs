@@ -10,24 +10,23 @@
 //! [`super::rod`].
 
 use super::rod::Rod;
+use crate::hard::either;
 use crate::hard::special::{complete_e, complete_k, elliptic_e, elliptic_f, root};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::FRAC_PI_2;
-use taut_model::Scene;
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// Bar of the tip and its slope at N = 64.
-pub const BAR: f64 = 1e-4;
+pub(super) const BAR: f64 = 1e-4;
 /// Bar against the exact chain.
-pub const CHAIN_BAR: f64 = 1e-8;
+pub(super) const CHAIN_BAR: f64 = 1e-8;
 
 /// The loads α.
-pub const LOADS: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 7.5, 10.0];
+pub(super) const LOADS: [f64; 9] = [0.25, 0.5, 1.0, 2.0, 3.0, 4.0, 5.0, 7.5, 10.0];
 
 /// The tip of the elastica of length 1: x, y and slope (rad).
-#[must_use]
-pub fn elastica(alpha: f64) -> [f64; 3] {
+pub(super) fn elastica(alpha: f64) -> [f64; 3] {
     let modulus = |slope: f64| (0.5 * (1.0 + slope.sin())).sqrt();
     let amplitude = |k: f64| (1.0 / (k * 2.0_f64.sqrt())).min(1.0).asin();
     let load = |slope: f64| {
@@ -44,23 +43,15 @@ pub fn elastica(alpha: f64) -> [f64; 3] {
 }
 
 /// The chain of `n` joints under the load α.
-#[must_use]
-pub fn rod(n: usize, alpha: f64) -> Rod {
+pub(super) fn rod(n: usize, alpha: f64) -> Rod {
     let mut rod = Rod::midpoints(n);
     rod.force = Vector3::y() * alpha;
     rod
 }
 
-/// H05.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let (counts, loads): (&[usize], &[f64]) = if quick {
-        (&[16, 64], &[1.0, 10.0])
-    } else {
-        (&[8, 16, 32, 64], &LOADS)
-    };
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let (counts, loads): (&[usize], &[f64]) =
+        either(quick, (&[16, 64], &[1.0, 10.0]), (&[8, 16, 32, 64], &LOADS));
     progress.set_length((counts.len() * loads.len()) as u64);
     let mut checks = Vec::new();
     for &alpha in loads {
@@ -76,13 +67,6 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             let exact = rod.exact(20).map_or([f64::NAN; 3], measure);
             // The tip, without its slope: the last half segment is straight.
             let distance = |a: [f64; 3], b: [f64; 3]| (a[0] - b[0]).hypot(a[1] - b[1]);
-            let parts = Parts {
-                algebraic: Some(distance(ours, exact)),
-                space: Some(distance(exact, curve)),
-                ..Parts::default()
-            };
-            let show =
-                |[x, y, slope]: [f64; 3]| format!("{x:.7}, {y:.7}, {:.4}°", slope.to_degrees());
             let (error, bar, reference, case) = if n == 64 {
                 (distance(ours, curve), BAR, curve, "the elastica")
             } else {
@@ -90,32 +74,21 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             };
             errors.push((n, distance(exact, curve)));
             checks.push(
-                Check::within(
+                Check::vector(
                     format!("α = {alpha}, N = {n}"),
-                    show(reference),
-                    show(ours),
-                    error,
-                    bar,
+                    [&reference, &ours],
+                    "x, y, slope",
+                    [error, bar],
                 )
                 .by(format!("distance of the tip from {case}, over L"))
-                .split(parts),
+                .algebraic_part(distance(ours, exact))
+                .space_part(distance(exact, curve)),
             );
             progress.inc(1);
         }
         checks.extend(super::order(&format!("α = {alpha}"), &errors));
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
-}
-
-/// The chain as it starts.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![rod(8, 1.0).scene()?])
+    Ok(checks.into())
 }
 
 #[cfg(test)]

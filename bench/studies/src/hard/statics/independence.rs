@@ -5,7 +5,7 @@
 //! swings until it is at rest. Its exact discrete shape is known ([`super::rod`]).
 
 use super::rod::Rod;
-use crate::hard::{solvers, together};
+use crate::hard::{either, solvers, together};
 use crate::paper::specimens::largest;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -15,10 +15,10 @@ use taut_ground::random::Random;
 use taut_ground::trajectory::steps_in;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Scene, Side};
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 
 /// Bar of the shape, over L.
-pub const BAR: f64 = 1e-8;
+pub(super) const BAR: f64 = 1e-8;
 
 /// Circular frequency of the first mode of the straight cantilever is 3.5 rad/s: 0.3 s damp it to half critical.
 const DAMPING: f64 = 0.3;
@@ -27,8 +27,7 @@ const SECONDS: f64 = 25.0;
 const DT: f64 = 1.0 / 60.0;
 
 /// The cantilever with `n` segments and a damping time (s).
-#[must_use]
-pub fn rod(n: usize, damping: f64) -> Rod {
+pub(super) fn rod(n: usize, damping: f64) -> Rod {
     Rod {
         gravity: Vector3::new(0.0, 0.0, -2.0),
         damping,
@@ -37,8 +36,7 @@ pub fn rod(n: usize, damping: f64) -> Rod {
 }
 
 /// The scene with its bodies and its constraints in another order; and which body now is number i.
-#[must_use]
-pub fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
+pub(super) fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
     let mut random = Random::new(seed);
     let bodies = random.permutation(scene.bodies.len());
     let constraints = random.permutation(scene.constraints.len());
@@ -70,25 +68,22 @@ pub fn permuted(scene: &Scene, seed: u64) -> (Scene, Vec<usize>) {
 
 /// A way to rest.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Way {
+pub(super) struct Way {
     /// What is other about it.
-    pub name: String,
+    pub(super) name: String,
     /// Step and solver.
-    pub options: StepOptions,
+    pub(super) options: StepOptions,
     /// Damping time \[s].
-    pub damping: f64,
+    pub(super) damping: f64,
     /// Seed of the order of bodies and constraints; 0 is their natural order.
-    pub order: u64,
+    pub(super) order: u64,
     /// Simulated time \[s].
-    pub seconds: f64,
+    pub(super) seconds: f64,
 }
 
 /// Largest distance of an end of a segment from its place in the exact shape, over L, after the run; a NaN where
 /// there is none. And the speed that is left \[m/s].
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn distance(n: usize, way: &Way) -> Result<[f64; 2], ExperimentError> {
+pub(super) fn distance(n: usize, way: &Way) -> Result<[f64; 2], ExperimentError> {
     let rod = rod(n, way.damping);
     let scene = rod.scene()?;
     let (scene, place) = match way.order {
@@ -128,19 +123,11 @@ fn ways(quick: bool) -> Vec<(&'static str, Vec<Way>)> {
     };
     let direct = &all[0];
     let plain = |name: String| way(name, direct, DT);
-    let fractions: &[f64] = if quick {
-        &[30.0, 240.0]
-    } else {
-        &[30.0, 60.0, 120.0, 240.0, 960.0]
-    };
+    let fractions: &[f64] = either(quick, &[30.0, 240.0], &[30.0, 60.0, 120.0, 240.0, 960.0]);
     let steps = fractions
         .iter()
         .map(|f| way(format!("1/{f} s"), direct, 1.0 / f));
-    let dampings: &[f64] = if quick {
-        &[0.15, 0.6]
-    } else {
-        &[0.1, 0.15, 0.3, 0.6, 1.2]
-    };
+    let dampings: &[f64] = either(quick, &[0.15, 0.6], &[0.1, 0.15, 0.3, 0.6, 1.2]);
     let dampings = dampings.iter().map(|&damping| Way {
         damping,
         // Where it is more than critical the slowest motion takes the damping time.
@@ -170,11 +157,7 @@ fn ways(quick: bool) -> Vec<(&'static str, Vec<Way>)> {
     ]
 }
 
-/// H13.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let n = if quick { 4 } else { 6 };
     let groups = ways(quick);
     progress.set_length(groups.iter().map(|(_, ways)| ways.len() as u64).sum());
@@ -185,14 +168,10 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
             .map(|way| {
                 let [off, speed] = distance(n, way)?;
                 progress.inc(1);
-                let parts = Parts {
-                    algebraic: Some(off),
-                    ..Parts::default()
-                };
                 let ours = format!("{off:.1e} L from it, {speed:.0e} m/s left");
-                let check = Check::within("", "the exact chain".to_owned(), ours, off, BAR)
+                let check = Check::within("", "the exact chain", ours, off, BAR)
                     .by("largest distance of an end of a segment, over L")
-                    .split(parts);
+                    .algebraic();
                 Ok((way.name.clone(), check))
             })
             .collect::<Result<_, ExperimentError>>()?;
@@ -207,17 +186,11 @@ pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Experimen
                 }),
         );
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// The cantilever as it starts, in its natural order and in another.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
     let scene = rod(6, DAMPING).scene()?;
     let other = permuted(&scene, 1).0;
     Ok(vec![scene, other])

@@ -1,13 +1,13 @@
 //! H15, H16: where a scene that asks for its static equilibrium starts.
 //!
 //! H15: pulled, bent and twisted specimens of all materials under their whole load at once, the twisted ones by up to 37
-//! turns: gaps F L/YA, angles M L/YI and T L/GJ of the whole, as in [`super::ends`], where the load rises in steps.
+//! turns: gaps F L/YA, angles M L/YI and T L/GJ of the whole, as in H01 to H03, where the load rises in steps.
 //!
 //! H16: a load on two massless slings from one point of a hook turns about the vertical without resistance: which
 //! solver is at work, and how its rounding turns the load, must not decide whether rest is found. All solvers find the
 //! same, with the load turned as it was.
 
-use crate::hard::{solvers, together, worse};
+use crate::hard::{either, solvers, together, worse};
 use crate::paper::specimens::{Joint, MATERIALS, largest, params, read};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
@@ -16,7 +16,7 @@ use taut_integrator::static_equilibrium;
 use taut_model::{
     Body, Constraint, Frame, HoistParams, MasslessCable, RowLaw, Scene, SceneError, Specimen,
 };
-use taut_output::check::{Check, ExperimentError, Outcome, Parts};
+use taut_output::check::{Check, ExperimentError, Outcome};
 use taut_solver::Backend;
 
 /// Bar of the whole's elongation or angle, relative; of positions over the cable's length; of orientations in rad.
@@ -24,10 +24,7 @@ pub const BAR: f64 = 1e-9;
 
 /// Relative error of the elongation, the bend or the twist of a specimen at rest: 10 % longer, a quarter of a circle, or
 /// `turns` turns.
-///
-/// # Errors
-/// A scene that is not sound, an equilibrium that is not found.
-pub fn off_its_load(
+pub(super) fn off_its_load(
     specimen: Specimen,
     material: (&str, f64),
     n: usize,
@@ -59,11 +56,10 @@ pub fn off_its_load(
     Ok((measured.sum::<f64>() / exact - 1.0).abs())
 }
 
-/// H15.
-///
-/// # Errors
-/// As [`off_its_load`].
-pub fn loaded_at_once(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn loaded_at_once(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
     let sizes: &[usize] = if quick { &[5, 24] } else { &[5, 12, 24, 60] };
     let loads = [
         (Specimen::Pull, 0.0),
@@ -85,25 +81,18 @@ pub fn loaded_at_once(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             } else {
                 specimen.name().to_owned()
             };
-            let check = Check::within(
+            let check = Check::off(
                 format!("{}, {what}, N = {sizes:?}", material.0),
-                "the load over the stiffness".to_owned(),
-                format!("{error:.1e} off"),
+                "the load over the stiffness",
                 error,
+                "off",
                 BAR,
             );
-            let parts = Parts {
-                algebraic: check.error,
-                ..Parts::default()
-            };
-            checks.push(check.by("relative error of the whole").split(parts));
+            checks.push(check.by("relative error of the whole").algebraic());
             progress.inc(1);
         }
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }
 
 /// A hook of 100 kg on 10 m of cable of `n` segments, and a load of 5 t on two slings from one point of it to points a
@@ -137,8 +126,7 @@ pub fn slings(n: usize, angle: f64) -> Result<Scene, SceneError> {
 }
 
 /// Largest distance of a body of `scene` from where it is in the other, over 10 m, and largest angle \[rad].
-#[must_use]
-pub fn apart(scene: &Scene, other: &Scene) -> [f64; 2] {
+pub(super) fn apart(scene: &Scene, other: &Scene) -> [f64; 2] {
     let (a, b) = (&scene.bodies, &other.bodies);
     let ways = a.position.iter().zip(&b.position);
     let turns = a.orientation.iter().zip(&b.orientation);
@@ -148,16 +136,11 @@ pub fn apart(scene: &Scene, other: &Scene) -> [f64; 2] {
     ]
 }
 
-/// H16.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn from_one_point(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let sizes: &[usize] = if quick {
-        &[8, 40]
-    } else {
-        &[8, 12, 24, 40, 80]
-    };
+pub(super) fn from_one_point(
+    quick: bool,
+    progress: &ProgressBar,
+) -> Result<Outcome, ExperimentError> {
+    let sizes: &[usize] = either(quick, &[8, 40], &[8, 12, 24, 40, 80]);
     let angles = if quick { 3 } else { 20 };
     let all = solvers();
     progress.set_length((sizes.len() * all.len()) as u64);
@@ -180,16 +163,12 @@ pub fn from_one_point(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
                 let [moved, _] = apart(&rest, &first[k]);
                 off = worse(off, moved.max(turned));
             }
-            let ours = format!("{off:.1e} off");
-            let check = Check::within("", "the first solver's".to_owned(), ours, off, BAR)
+            let check = Check::off("", "the first solver's", off, "off", BAR)
                 .by("positions over L, and the load's turning");
             found.push((choice.family(), check));
             progress.inc(1);
         }
         checks.extend(together(&format!("N = {n}, {angles} directions"), found));
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
+    Ok(checks.into())
 }

@@ -7,7 +7,8 @@
 //! and the ring buckles where the 3 × 3 matrix of n = 2 gets singular. Its entries are differences of E, which is
 //! written here from the swing and the twist of the relative rotation.
 
-use super::buckling::{DISTURBANCE, Run, Threshold, check};
+use super::buckling::{DISTURBANCE, Search, check};
+use crate::hard::counted;
 use crate::hard::special::root;
 use crate::paper::specimens::largest;
 use indicatif::ProgressBar;
@@ -15,16 +16,15 @@ use nalgebra::{Complex, Matrix3, Rotation3, UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use taut_ground::modes::natural;
 use taut_model::{Body, Constraint, Cosserat, Frame, JointLaw, RowLaw, Scene, SceneError};
-use taut_output::check::{Check, ExperimentError, Outcome, Parts, Verdict};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 
 /// Bar of the critical twist.
-pub const BAR: f64 = 0.02;
+pub(super) const BAR: f64 = 0.02;
 /// GJ/EI.
-pub const RATIO: f64 = 3.0;
+pub(super) const RATIO: f64 = 3.0;
 
 /// Michell's twist in turns for a mode of `waves` ≥ 2 waves.
-#[must_use]
-pub fn michell(waves: usize) -> f64 {
+pub(super) fn michell(waves: usize) -> f64 {
     ((waves * waves) as f64 - 1.0).sqrt() / RATIO
 }
 
@@ -49,8 +49,7 @@ fn energy(a: &Vector3<f64>, b: &Vector3<f64>, beta: f64, omega: f64) -> f64 {
 }
 
 /// The smallest twist in turns at which the ring of `n` segments leaves its plane in a mode of `waves` waves.
-#[must_use]
-pub fn chain(n: usize, waves: usize) -> f64 {
+pub(super) fn chain(n: usize, waves: usize) -> f64 {
     let beta = TAU / n as f64;
     let determinant = |turns: f64| stability(beta, TAU * turns / n as f64, waves as f64 * beta);
     let guess = michell(waves);
@@ -96,10 +95,7 @@ fn stability(beta: f64, omega: f64, alpha: f64) -> f64 {
 }
 
 /// The flat ring of radius 1 m of `n` segments, EI = 1 N m², 1 kg/m, twisted by `turns` and disturbed.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scene(n: usize, turns: f64) -> Result<Scene, SceneError> {
+pub(super) fn scene(n: usize, turns: f64) -> Result<Scene, SceneError> {
     let beta = TAU / n as f64;
     let h = 2.0 * (0.5 * beta).sin();
     let mut scene = Scene::new("ring");
@@ -179,11 +175,8 @@ fn higher(n: usize, waves: usize) -> Result<Check, ExperimentError> {
         BAR,
     )
     .by("relative to the continuum's, by halving the bracket; modes of the ring at rest")
-    .split(Parts {
-        algebraic: Some((found / exact - 1.0).abs()),
-        time: None,
-        space: Some((exact / curve - 1.0).abs()),
-    });
+    .algebraic_part((found / exact - 1.0).abs())
+    .space_part((exact / curve - 1.0).abs());
     Ok(if above == below + 2 {
         check
     } else {
@@ -194,46 +187,26 @@ fn higher(n: usize, waves: usize) -> Result<Check, ExperimentError> {
     })
 }
 
-/// H11.
-///
-/// # Errors
-/// A scene or a step that fails.
-pub fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let counts: &[usize] = if quick { &[24] } else { &[24, 48, 96] };
-    progress.set_length(counts.len() as u64);
     let mut checks = Vec::new();
-    for &n in counts {
-        let threshold = Threshold {
+    for &n in counted(progress, counts) {
+        let search = Search {
             curve: michell(2),
             exact: chain(n, 2),
             bar: BAR,
-        };
-        let run = Run {
-            dt: 0.05,
-            time: 60.0,
+            halvings: if quick { 0 } else { 11 },
+            run: [0.05, 60.0],
         };
         let ring = |turns: f64| Ok(scene(n, turns)?);
-        let halvings = if quick { 0 } else { 11 };
         let case = format!("GJ/EI = {RATIO}, N = {n}, turns");
-        checks.extend(check(&case, threshold, halvings, run, (&ring, off_plane))?);
+        checks.extend(check(&case, search, (&ring, off_plane))?);
         // A wave of fewer segments is that of the chain, not of the continuum.
         for waves in [3, 4].into_iter().filter(|w| 16 * w <= n) {
             checks.push(higher(n, waves)?);
         }
-        progress.inc(1);
     }
-    Ok(Outcome {
-        checks,
-        ..Outcome::default()
-    })
-}
-
-/// The ring below its critical twist.
-///
-/// # Errors
-/// Numbers out of range.
-pub fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    Ok(vec![scene(8, 0.5)?])
+    Ok(checks.into())
 }
 
 #[cfg(test)]
@@ -251,10 +224,7 @@ mod tests {
 
     #[test]
     fn the_model_s_ring_leaves_its_plane_at_the_exact_twist() {
-        let run = Run {
-            dt: 0.05,
-            time: 60.0,
-        };
+        let run = [0.05, 60.0];
         let critical = chain(24, 2);
         let at = |part: f64| {
             let ring = scene(24, part * critical).expect("a scene");

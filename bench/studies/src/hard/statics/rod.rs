@@ -26,19 +26,18 @@ use taut_output::check::ExperimentError;
 
 /// Compliances of a joint.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Compliance {
+pub(super) struct Compliance {
     /// ε of the gap, in all directions \[m/N].
-    pub stretch: f64,
+    pub(super) stretch: f64,
     /// ε of the bend \[rad/(N m)].
-    pub bend: f64,
+    pub(super) bend: f64,
     /// ε of the twist \[rad/(N m)].
-    pub twist: f64,
+    pub(super) twist: f64,
 }
 
 impl Compliance {
     /// Of the length `length` (m) of a cable with EI and GJ (N m²) that does not stretch.
-    #[must_use]
-    pub fn of(length: f64, ei: f64, gj: f64) -> Self {
+    pub(super) fn of(length: f64, ei: f64, gj: f64) -> Self {
         Self {
             stretch: 0.0,
             bend: length / ei,
@@ -49,38 +48,37 @@ impl Compliance {
 
 /// The chain, unstrained.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rod {
+pub(super) struct Rod {
     /// Joints 0 to n − 1 and the tip \[m].
-    pub nodes: Vec<Vector3<f64>>,
+    pub(super) nodes: Vec<Vector3<f64>>,
     /// Direction of the cable at the clamp.
-    pub clamp: Vector3<f64>,
+    pub(super) clamp: Vector3<f64>,
     /// Compliances of the joints.
-    pub joints: Vec<Compliance>,
+    pub(super) joints: Vec<Compliance>,
     /// Masses of the segments \[kg]; without gravity they have no part in the answer.
-    pub masses: Vec<f64>,
+    pub(super) masses: Vec<f64>,
     /// Gravity \[m/s²].
-    pub gravity: Vector3<f64>,
+    pub(super) gravity: Vector3<f64>,
     /// Mass of the particle that the tip carries \[kg].
-    pub tip_mass: f64,
+    pub(super) tip_mass: f64,
     /// Force on that particle \[N].
-    pub force: Vector3<f64>,
+    pub(super) force: Vector3<f64>,
     /// Damping time of the joints' rows \[s].
-    pub damping: f64,
+    pub(super) damping: f64,
 }
 
 /// The chain under its load.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Shape {
+pub(super) struct Shape {
     /// Ends of the segments: the start of the first, then the end of each \[m]. The last one is the tip.
-    pub ends: Vec<Vector3<f64>>,
+    pub(super) ends: Vec<Vector3<f64>>,
     /// Direction of the last segment.
-    pub tangent: Vector3<f64>,
+    pub(super) tangent: Vector3<f64>,
 }
 
 impl Shape {
     /// The tip \[m].
-    #[must_use]
-    pub fn tip(&self) -> Vector3<f64> {
+    pub(super) fn tip(&self) -> Vector3<f64> {
         self.ends.last().copied().unwrap_or_default()
     }
 }
@@ -88,8 +86,7 @@ impl Shape {
 impl Rod {
     /// A straight chain along x without weight, its first joint at `start` (m), with segments of the given lengths
     /// (m).
-    #[must_use]
-    pub fn straight(start: f64, lengths: &[f64], joints: Vec<Compliance>) -> Self {
+    pub(super) fn straight(start: f64, lengths: &[f64], joints: Vec<Compliance>) -> Self {
         let mut nodes = vec![Vector3::x() * start];
         let mut x = start;
         for length in lengths {
@@ -110,8 +107,7 @@ impl Rod {
 
     /// A straight chain of `n` joints on a cable of length 1 m with EI = GJ = 1 N m², each the midpoint of the piece
     /// of 1/n m that it stands for: half a piece is held by the clamp, half a piece is beyond the last joint.
-    #[must_use]
-    pub fn midpoints(n: usize) -> Self {
+    pub(super) fn midpoints(n: usize) -> Self {
         let h = 1.0 / n as f64;
         let mut lengths = vec![h; n];
         lengths[n - 1] = 0.5 * h;
@@ -119,8 +115,7 @@ impl Rod {
     }
 
     /// Number of segments.
-    #[must_use]
-    pub fn segments(&self) -> usize {
+    pub(super) fn segments(&self) -> usize {
         self.joints.len()
     }
 
@@ -139,10 +134,7 @@ impl Rod {
 
     /// The scene, unstrained and at rest. Bodies: the segments from the clamp, then the tip's particle. Constraints:
     /// the joints from the clamp, then the tip's.
-    ///
-    /// # Errors
-    /// A chain that is no scene: numbers out of range.
-    pub fn scene(&self) -> Result<Scene, SceneError> {
+    pub(super) fn scene(&self) -> Result<Scene, SceneError> {
         let n = self.segments();
         let mut scene = Scene::new("rod");
         scene.gravity = self.gravity;
@@ -196,8 +188,7 @@ impl Rod {
     }
 
     /// Ends of the segments as the scene's bodies stand \[m].
-    #[must_use]
-    pub fn read(&self, scene: &Scene) -> Shape {
+    pub(super) fn read(&self, scene: &Scene) -> Shape {
         let n = self.segments();
         let half = |i: usize| {
             let along = scene.bodies.orientation[i] * Vector3::z();
@@ -212,18 +203,12 @@ impl Rod {
     }
 
     /// The shape that the scene comes to rest in.
-    ///
-    /// # Errors
-    /// A scene that is not sound, an equilibrium that is not found.
-    pub fn settled(&self) -> Result<Shape, ExperimentError> {
+    pub(super) fn settled(&self) -> Result<Shape, ExperimentError> {
         Ok(self.read(&settle(self.scene()?)?))
     }
 
     /// The same with the force at the tip raised in `steps` steps, by passes of `dt` (s).
-    ///
-    /// # Errors
-    /// As [`Rod::settled`].
-    pub fn settled_in_steps(&self, steps: usize, dt: f64) -> Result<Shape, ExperimentError> {
+    pub(super) fn settled_in_steps(&self, steps: usize, dt: f64) -> Result<Shape, ExperimentError> {
         let mut scene = self.scene()?;
         for k in 1..=steps {
             scene.bodies.force[self.segments()] = self.force * (k as f64 / steps as f64);
@@ -233,8 +218,7 @@ impl Rod {
     }
 
     /// The exact shape, with all loads raised in `steps` steps. `None` where Newton's method does not converge.
-    #[must_use]
-    pub fn exact(&self, steps: usize) -> Option<Shape> {
+    pub(super) fn exact(&self, steps: usize) -> Option<Shape> {
         let mut moment = Vector3::zeros();
         for k in 1..=steps {
             let load = k as f64 / steps as f64;
@@ -304,7 +288,7 @@ fn joint_turn(
 }
 
 /// The root of three equations near `start`, by Newton's method with differences. `None` where there is none near.
-pub fn shoot(
+pub(super) fn shoot(
     start: Vector3<f64>,
     f: impl Fn(Vector3<f64>) -> Option<Vector3<f64>>,
 ) -> Option<Vector3<f64>> {

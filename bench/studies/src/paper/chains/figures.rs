@@ -19,8 +19,7 @@ const COMPLIANCES: [f64; 3] = [0.1, 0.005, 1e-4];
 
 /// A claim that holds or not.
 fn says(case: String, printed: &str, ours: String, holds: bool, note: &str) -> Check {
-    let verdict = Verdict::of(holds);
-    Check::claim(case, printed, ours, verdict, note)
+    Check::claim(case, printed, ours, Verdict::of(holds), note)
 }
 
 /// Peak share of an even distribution.

@@ -9,23 +9,19 @@
 //! section, exact zeros keep the cable in its plane; along a diagonal, rounding does not, and those specimens are bent to
 //! three quarters of a circle.
 
-mod charts;
-mod checks;
-mod measures;
 mod plane;
-mod polygon;
-mod tables;
+mod report;
+mod shape;
 
-pub use measures::deviations;
 pub use plane::growth_out_of_plane;
+pub use shape::deviations;
 
 use super::{Joint, MATERIALS, SEGMENTS, params, relax};
 use indicatif::ProgressBar;
-use measures::measure;
 use plane::slowest_mode;
-use polygon::{axis, polygon};
 use rayon::prelude::*;
 use serde::Serialize;
+use shape::{axis, measure, polygon};
 use std::f64::consts::{FRAC_PI_4, TAU};
 use taut_model::{Specimen, SpecimenParams};
 use taut_output::check::{ExperimentError, Outcome, csv};
@@ -169,10 +165,10 @@ const STABLE: f64 = 0.75;
 /// Rows that cannot be written.
 pub fn outcome(rows: &[Row]) -> Result<Outcome, ExperimentError> {
     Ok(Outcome {
-        checks: checks::checks(rows)?,
-        text: tables::tables(rows),
+        checks: report::checks(rows)?,
+        text: report::tables(rows),
         csv: csv(rows)?,
-        charts: charts::charts(rows),
+        charts: report::charts(rows),
         ..Outcome::default()
     })
 }

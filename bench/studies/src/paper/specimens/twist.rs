@@ -12,17 +12,13 @@
 //! **Leak**: what the twist row reads at a joint that is bent without twist, by definition of the angle ([`leaks`]).
 
 mod buckling;
-mod charts;
-mod checks;
-mod leak;
 mod motion;
+mod report;
 mod rest;
-mod tables;
 
 pub use buckling::{buckling_torque, greenhill};
-pub use leak::{Leak, leaks};
 pub use motion::{Held, Motion, Step};
-pub use rest::{Row, at_rest};
+pub use rest::{Leak, Row, at_rest, leaks};
 
 use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
 use indicatif::ProgressBar;
@@ -199,20 +195,20 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, Experimen
 /// # Errors
 /// Rows that cannot be written.
 pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
-    let mut checks = checks::at_rest(&results.rows);
-    checks.extend(checks::in_motion(&results.held));
-    checks.extend(checks::of_leaks(&results.leaks));
+    let mut checks = report::at_rest(&results.rows);
+    checks.extend(report::in_motion(&results.held));
+    checks.extend(report::of_leaks(&results.leaks));
     Ok(Outcome {
         checks,
-        text: tables::tables(results),
+        text: report::tables(results),
         csv: csv(&results.rows)?,
         more_csv: vec![
             ("motion", csv(&results.held)?),
             ("leak", csv(&results.leaks)?),
         ],
         charts: vec![
-            charts::at_rest(&results.rows),
-            charts::of_leaks(&results.leaks),
+            report::chart_at_rest(&results.rows),
+            report::chart_of_leaks(&results.leaks),
         ],
     })
 }

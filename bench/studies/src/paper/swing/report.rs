@@ -120,8 +120,7 @@ pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
     let by = "largest error of amplitude factor, (1+ω²Δt²)^(−1/2), and phase, arctan ωΔt (rad), a step; a stretch and a \
               twist mode alone";
     let ours = format!("{} modes", results.laws.len());
-    let mut checks =
-        vec![Check::within("deformation mode", "its law".into(), ours, worst, 1e-8).by(by)];
+    let mut checks = vec![Check::within("deformation mode", "its law", ours, worst, 1e-8).by(by)];
     let by = "distance of the loss over the run from the modes' prediction, over the prediction; small swing";
     for run in &results.others {
         let (measured, predicted) = (run.loss(last), run.predicted_loss(last));
@@ -180,7 +179,7 @@ fn kept(run: &Run, config: &Config, last: usize, damping: &str) -> Check {
     let case = format!("{}, {size} swing", run.name);
     let Some(failure) = &run.failure else {
         let loss = run.loss(last);
-        return Check::within(case, "no loss".into(), percent(loss), loss.abs(), 0.01)
+        return Check::within(case, "no loss", percent(loss), loss.abs(), 0.01)
             .by("share of the energy, lost or won");
     };
     let note = format!(

@@ -2,7 +2,7 @@
 
 use super::{Config, PAPER_MANY, Record, exponent, relative_line};
 use std::fmt::Write;
-use taut_output::check::{Check, Verdict};
+use taut_output::check::{Check, Measure};
 use taut_output::plot::{Axis, Chart, Mark, Series};
 use taut_output::table::{nanoseconds, ratio, table, text};
 
@@ -82,13 +82,14 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
         let note =
             "a smaller exponent is the constant part of short cables, a larger one the caches' end";
         checks.push(
-            Check::published(
+            Check::number(
                 format!("exponent, {name}"),
-                "1".into(),
-                format!("{p:.3}"),
-                (p - 1.0).abs(),
+                [1.0, p],
+                "",
+                Measure::Absolute,
                 0.1,
             )
+            .published()
             .by(format!(
                 "difference of the log–log exponent over {span} elements, mass ratio {}",
                 config.ratio
@@ -100,35 +101,38 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
     let points = totals(records, config, few, |r| r.least);
     let [a, b] = relative_line(&points);
     let fits = between(&points);
-    let verdict = Verdict::of(fits > PAPER_ELEMENTS);
-    let ours = format!("{fits:.0}");
+
     let note = format!(
         "{few} iterations; {PAPER_MACHINE} there; between the measured times, {:.0} times as many; {:.0} by the line",
         fits / PAPER_ELEMENTS,
         (PAPER_NS - a) / b
     );
-    checks.push(Check::claim(
-        "elements in 0.01 s",
-        "more than 100",
-        ours,
-        verdict,
-        note,
-    ));
+    let case = "elements in 0.01 s";
+    checks.push(
+        Check::stated(
+            case,
+            "more than 100",
+            format!("{fits:.0}"),
+            fits > PAPER_ELEMENTS,
+        )
+        .published()
+        .noting(note),
+    );
     if let Some(r) = records.iter().find(|r| r.sweeps == many) {
         let equal = a + b * PAPER_ELEMENTS;
-        let verdict = Verdict::of(r.least <= 1.5 * equal);
+
         let ours = format!("{} against {}", nanoseconds(r.least), nanoseconds(equal));
         let note = format!(
             "time of {many} iterations with {} elements against the line's of {few} with {PAPER_ELEMENTS}; the same: less than half as much again",
             PAPER_MANY.0
         );
-        checks.push(Check::claim(
-            format!("{many} sweeps, 50 elements"),
-            "as 100 with 3",
-            ours,
-            verdict,
-            note,
-        ));
+        let case = format!("{many} sweeps, 50 elements");
+        let same = r.least <= 1.5 * equal;
+        checks.push(
+            Check::stated(case, "as 100 with 3", ours, same)
+                .published()
+                .noting(note),
+        );
     }
     if let Some(r) = records
         .iter()
@@ -138,16 +142,10 @@ pub fn checks(records: &[Record], config: &Config) -> Vec<Check> {
         let share = r.iterations / r.total;
         let parts = [r.building, r.factorisation, r.iterations].map(|t| 100.0 * t / r.total);
         let ours = format!("{:.0} %, {:.0} %, {:.0} %", parts[0], parts[1], parts[2]);
-        let minor = share < 0.25;
-        let verdict = Verdict::of(minor);
+
         let note = "building, factorisation, iterations at the largest number of elements; minor: below a quarter";
-        checks.push(Check::claim(
-            "iterations a minor part",
-            "yes",
-            ours,
-            verdict,
-            note,
-        ));
+        let minor = Check::stated("iterations a minor part", "yes", ours, share < 0.25);
+        checks.push(minor.published().noting(note));
     }
     checks
 }
@@ -181,13 +179,14 @@ fn load(records: &[Record], config: &Config, sweeps: usize, name: &str) -> Check
         config.loaded,
         ratios.join(", ")
     );
-    Check::published(
+    Check::within(
         format!("load, {name}"),
-        "independent".into(),
+        "independent",
         ours,
         high / low - 1.0,
         0.25,
     )
+    .published()
     .by(by)
 }
 

@@ -228,8 +228,7 @@ pub struct Pose {
 }
 
 /// Two bodies, their centres at the joint, and a joint whose axes are the bodies'.
-#[must_use]
-pub fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
+pub(super) fn pair(kind: Kind, theta: f64, pose: &Pose) -> Scene {
     let mut scene = Scene::new(format!("{} at {theta:.1e}", kind.name()));
     let n = Vector3::new(0.0, pose.across.cos(), pose.across.sin());
     let (bend, twist) = match kind {
@@ -323,8 +322,7 @@ fn joint_error(kind: Kind, theta: f64, pose: &Pose, step: f64) -> f64 {
 
 /// The largest change of the exact Jacobian of two links, relative as its errors, where a coordinate of the middle
 /// point moves by a rounding: what no Jacobian in doubles is better than. 0 for joints.
-#[must_use]
-pub fn sensitivity(kind: Kind, theta: f64, pose: &Pose) -> f64 {
+pub(super) fn sensitivity(kind: Kind, theta: f64, pose: &Pose) -> f64 {
     if !kind.is_links() {
         return 0.0;
     }

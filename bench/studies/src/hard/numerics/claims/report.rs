@@ -1,21 +1,10 @@
 //! What an audit of claims comes to: rows of checks, by both readings, and the table of all solvers.
 
 use super::{Audit, Finding, Solve};
-use crate::hard::{together, worse};
+use crate::hard::{distinct, together, worse};
 use std::fmt::Write;
 use taut_output::check::{Check, Verdict};
 use taut_output::table::{error, text, wrapped};
-
-/// The names of a key in the order in which they come.
-fn distinct<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
-    let mut found = Vec::new();
-    for key in keys {
-        if !found.contains(&key) {
-            found.push(key);
-        }
-    }
-    found
-}
 
 /// How many claims of each solver are false, of how many: those of all that have none false are counted together.
 fn counted(solves: &[Solve], wrong: impl Fn(&Solve) -> bool) -> Vec<(&str, usize, String)> {
@@ -95,7 +84,7 @@ fn as_reported(solves: &[Solve]) -> Vec<Check> {
         let said = worst.claimed_residual.unwrap_or(f64::NAN);
         let check = Check::within(
             "",
-            "the true residual".to_owned(),
+            "the true residual",
             format!("{said:.1e} where it is {:.1e}", worst.residual),
             size(worst),
             1.0,
@@ -123,15 +112,9 @@ fn everyone(audit: &Audit) -> Check {
     } else {
         none.len() as f64
     };
-    Check::within(
-        "solvers that claim solutions",
-        "all".to_owned(),
-        ours,
-        missing,
-        0.0,
-    )
-    .by("those without a claim in any scene")
-    .noting(none.join(", "))
+    Check::within("solvers that claim solutions", "all", ours, missing, 0.0)
+        .by("those without a claim in any scene")
+        .noting(none.join(", "))
 }
 
 /// Every scene and every matrix has solutions that were looked at; scenes whose rows depend on each other, without
@@ -160,7 +143,7 @@ fn everywhere(audit: &Audit) -> Check {
     let refused = DEPENDENT.join(", ");
     Check::within(
         "scenes and matrices that were solved",
-        "all".to_owned(),
+        "all",
         ours,
         missing,
         0.0,

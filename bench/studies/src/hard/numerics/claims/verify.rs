@@ -50,8 +50,7 @@ impl Verified {
 }
 
 /// Errors of `x` as a solution of the KKT system, which holds the pieces as they are.
-#[must_use]
-pub fn whole(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Verified {
+pub(super) fn whole(a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Verified {
     residual(a, b, x).map_or(Verified::NONE, |r| Verified::of(a.norm_inf(), b, x, &r))
 }
 
@@ -74,8 +73,7 @@ pub fn alone(a: &Matrix, b: &[f64], x: &[f64]) -> Verified {
 /// Errors of the multipliers `mu` as a solution of S μ = b, scaled by this, with the residual of the KKT system
 /// `pieces` of the same step, whose constraints stand in the same order: that of its rows where Δv = M̃⁻¹ (Δt f + Jᵀ
 /// μ).
-#[must_use]
-pub fn verify(
+pub(super) fn verify(
     s: &SymBlockMatrix,
     b: &[f64],
     pieces: (&SymBlockMatrix, &[f64]),

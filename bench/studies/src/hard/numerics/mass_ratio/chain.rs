@@ -35,10 +35,10 @@
 //! e has the share zᵀ(D − L)e / zᵀ(D − L)x of it, with zₖ = m^(−k) vₖ.
 
 use crate::hard::numerics::extended_solution;
-use serde::Serialize;
 use taut_ground::choice::Choice;
-use taut_integrator::{Form, StepError, StepOptions, Stepper};
+use taut_integrator::{Form, StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
+use taut_output::check::ExperimentError;
 use taut_solver::{
     Backend, CgOptions, DenseOptions, GaussSeidelOptions, Partition, Preconditioner, SolveError,
     SymBlockMatrix, forward_error, norm_inf,
@@ -55,19 +55,18 @@ const GRAVITY: f64 = 9.81;
 
 /// A chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Chain {
+pub(super) struct Chain {
     /// Particles N, the load among them.
-    pub particles: usize,
+    pub(super) particles: usize,
     /// R: mass of the load over that of a particle.
-    pub ratio: f64,
+    pub(super) ratio: f64,
     /// σ = ε/Δt² over the mass of a particle's inverse.
-    pub cap: f64,
+    pub(super) cap: f64,
 }
 
 impl Chain {
     /// A chain.
-    #[must_use]
-    pub fn new(particles: usize, ratio: f64, cap: f64) -> Self {
+    pub(super) fn new(particles: usize, ratio: f64, cap: f64) -> Self {
         Self {
             particles,
             ratio,
@@ -76,16 +75,14 @@ impl Chain {
     }
 
     /// κ in the ∞-norm.
-    #[must_use]
-    pub fn condition(&self) -> f64 {
+    pub(super) fn condition(&self) -> f64 {
         let n = self.particles as f64;
         let rigid = 4.0 * n * self.ratio + 2.0 * n * (n - 1.0);
         1.0 / (1.0 / rigid + 0.25 * self.cap)
     }
 
     /// −ln ρ: what a sweep of Gauss–Seidel takes off the logarithm of the error of a chain without compliance.
-    #[must_use]
-    pub fn rate(&self) -> f64 {
+    pub(super) fn rate(&self) -> f64 {
         let n = self.particles as f64;
         // tan θ tan (N−1)θ grows from 0 without bound up to the pole.
         let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2 / (n - 1.0));
@@ -102,14 +99,12 @@ impl Chain {
     }
 
     /// Sweeps of Gauss–Seidel to 10⁻⁶ of a chain without compliance, were all of the error its slowest mode.
-    #[must_use]
-    pub fn sweeps(&self) -> f64 {
+    pub(super) fn sweeps(&self) -> f64 {
         -GOAL.ln() / self.rate()
     }
 
     /// Sweeps of Gauss–Seidel from zero to 10⁻⁶ of the solution `exact`, from the slowest mode's rate and share of it.
-    #[must_use]
-    pub fn sweeps_to(&self, exact: &[f64]) -> f64 {
+    pub(super) fn sweeps_to(&self, exact: &[f64]) -> f64 {
         let n = self.particles;
         let diagonal = |k: usize| self.diagonal(k);
         // Beyond the largest root everything stays positive, what the load's row leaves too.
@@ -151,8 +146,7 @@ impl Chain {
     }
 
     /// Sweeps of Gauss–Seidel over groups from zero to 10⁻⁶ of the solution `exact`, the last link a group of its own.
-    #[must_use]
-    pub fn sweeps_over_groups(&self, exact: &[f64]) -> f64 {
+    pub(super) fn sweeps_over_groups(&self, exact: &[f64]) -> f64 {
         let last = self.particles - 1;
         let pivot = (1..last).fold(self.diagonal(0), |pivot, k| {
             self.diagonal(k) - pivot.recip()
@@ -163,18 +157,14 @@ impl Chain {
     }
 
     /// Impulses μ = Δt g Σ m of the links, the world's first, of a chain without compliance.
-    #[must_use]
-    pub fn multipliers(&self) -> Vec<f64> {
+    pub(super) fn multipliers(&self) -> Vec<f64> {
         let n = self.particles;
         let below = |i: usize| self.ratio + (n - 1 - i) as f64;
         (0..n).map(|i| DT * GRAVITY * below(i)).collect()
     }
 
     /// S and the right-hand side of a step from rest, and its impulses in 32 digits from the pieces of S.
-    ///
-    /// # Errors
-    /// Parameters out of range.
-    pub fn system(&self) -> Result<(SymBlockMatrix, Vec<f64>, Vec<f64>), StepError> {
+    pub(super) fn system(&self) -> Result<(SymBlockMatrix, Vec<f64>, Vec<f64>), ExperimentError> {
         let params = ParticleChainParams {
             model: ChainModel::Links,
             particles: self.particles,
@@ -201,56 +191,48 @@ impl Chain {
 }
 
 /// What was predicted and measured of a chain.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Row {
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Row {
     /// R.
-    pub ratio: f64,
+    pub(super) ratio: f64,
     /// ε/Δt².
-    pub cap: f64,
+    pub(super) cap: f64,
     /// κ by the formula.
-    pub predicted_condition: f64,
+    pub(super) predicted_condition: f64,
     /// κ of S as it was formed, in 32 digits.
-    pub condition: f64,
+    pub(super) condition: f64,
     /// Sweeps of Gauss–Seidel to 10⁻⁶ by the formula.
-    pub predicted_sweeps: f64,
+    pub(super) predicted_sweeps: f64,
     /// As they were counted, or extrapolated from the rate that was measured.
-    pub sweeps: f64,
+    pub(super) sweeps: f64,
     /// Whether they are extrapolated.
-    pub extrapolated: bool,
+    pub(super) extrapolated: bool,
     /// Iterations of conjugate gradient to 10⁻⁶; none where it is not reached.
-    pub cg: Option<usize>,
+    pub(super) cg: Option<usize>,
     /// The same with the diagonal as preconditioner.
-    pub cg_jacobi: Option<usize>,
+    pub(super) cg_jacobi: Option<usize>,
     /// The same with the groups' blocks as preconditioner.
-    pub cg_group: Option<usize>,
+    pub(super) cg_group: Option<usize>,
     /// Sweeps of Gauss–Seidel over groups to 10⁻⁶ by the formula.
-    pub predicted_group_sweeps: f64,
+    pub(super) predicted_group_sweeps: f64,
     /// As they were counted, or extrapolated.
-    pub group_sweeps: f64,
+    pub(super) group_sweeps: f64,
     /// Whether they are extrapolated.
-    pub groups_extrapolated: bool,
+    pub(super) groups_extrapolated: bool,
     /// The multipliers in 32 digits against the formula, relative; 0 with compliance, which has none.
-    pub multipliers_error: f64,
+    pub(super) multipliers_error: f64,
 }
 
 /// Measures a chain with at most that many sweeps.
-///
-/// # Errors
-/// A chain that cannot be built.
-pub fn measure(chain: &Chain, most_sweeps: usize) -> Result<Row, StepError> {
+pub(super) fn measure(chain: &Chain, most_sweeps: usize) -> Result<Row, ExperimentError> {
     let (a, b, multipliers) = chain.system()?;
-    let failed = |source: SolveError| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    };
     // S⁻¹ has no negative entries, so that its largest row sum is that of S⁻¹ 1.
-    let sums = extended_solution(&a, &vec![1.0; a.dim()]).map_err(failed)?;
-    let exact = extended_solution(&a, &b).map_err(failed)?;
-    let over = |partition| sweeps((&a, &b), &exact, partition, most_sweeps).map_err(failed);
+    let sums = extended_solution(&a, &vec![1.0; a.dim()])?;
+    let exact = extended_solution(&a, &b)?;
+    let over = |partition| sweeps((&a, &b), &exact, partition, most_sweeps);
     let (sweeps, extrapolated) = over(Partition::Joints)?;
     let (group_sweeps, groups_extrapolated) = over(Partition::Groups)?;
-    let cg = |p| iterations((&a, &b), &exact, p).map_err(failed);
+    let cg = |p| iterations((&a, &b), &exact, p);
     let multipliers_error = if chain.cap == 0.0 {
         // A rope pulls: the multiplier of a link under tension is negative.
         let size: Vec<f64> = multipliers.iter().map(|x| x.abs()).collect();

@@ -6,8 +6,8 @@ use crate::hard::worse;
 use nalgebra::{DMatrix, DVector};
 use std::fmt::Write;
 use taut_ground::poses::Pose;
-use taut_integrator::{Form, StepError, StepOptions, Stepper};
-use taut_output::check::{Check, Verdict};
+use taut_integrator::{Form, StepOptions, Stepper};
+use taut_output::check::{Check, ExperimentError, Verdict};
 use taut_solver::{SymBlockMatrix, forward_error};
 
 /// The KKT matrix in single precision, by LU with partial pivoting: errors of the solution against 32 digits, without
@@ -23,17 +23,13 @@ pub(super) struct Single {
 ///
 /// # Errors
 /// A scene that cannot be built, or one without a reference.
-pub(super) fn single(ratio: f64, pose: Pose) -> Result<Single, StepError> {
+pub(super) fn single(ratio: f64, pose: Pose) -> Result<Single, ExperimentError> {
     let scene = taut_ground::poses::hoist(&params(ratio)?, pose)?;
     let mut stepper = Stepper::new(scene, StepOptions::default())?;
     // Which linearises.
     stepper.reference_multipliers()?;
     let (a, b) = stepper.assembled(Form::Kkt)?;
-    let exact = extended_solution(&a, &b).map_err(|source| StepError::Solve {
-        source,
-        culprit: None,
-        time: 0.0,
-    })?;
+    let exact = extended_solution(&a, &b)?;
     let n = a.dim();
     let scale = equilibration(&a);
     let factors = DMatrix::from_fn(n, n, |r, c| (scale[r] * a.get(r, c) * scale[c]) as f32).lu();
@@ -99,7 +95,7 @@ pub(super) fn in_single_precision(singles: &[Single]) -> Vec<Check> {
         let unrefined = own().map(|s| s.errors[0]).fold(0.0, worse);
         let mut check = Check::within(
             format!("KKT in single precision, 1 refinement, {pose}"),
-            "32 digits".to_owned(),
+            "32 digits",
             format!("{:.1e} at R = {:.0e}", worst.errors[1], worst.ratio),
             worst.errors[1],
             SINGLE_BAR,

@@ -4,7 +4,6 @@ use super::params;
 use crate::energy::pendulum;
 use crate::hard::dynamics::law;
 use crate::hard::worse;
-use serde::Serialize;
 use std::fmt::Write;
 use taut_ground::trajectory::{Sample, simulate};
 use taut_integrator::{StepError, StepOptions, Stepper};
@@ -26,7 +25,7 @@ const EARLY: f64 = 5.0;
 const MOVE: f64 = 0.5;
 
 /// A minute of the default step.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Swing {
     ratio: f64,
     /// Amplitude after [`EARLY`] and at the end \[m]; none of a run that was lost.
@@ -97,9 +96,8 @@ fn gain(samples: &[Sample], time: f64) -> f64 {
 impl Swing {
     /// No energy comes from anywhere.
     pub(super) fn energy(&self) -> Check {
-        let ours = format!("{:+.1e}", self.gain);
         let case = format!("swing for {SWING} s, R = {:.0e}: energy", self.ratio);
-        Check::within(case, "no gain".to_owned(), ours, self.gain, GAIN_BAR)
+        Check::off(case, "no gain", self.gain, "", GAIN_BAR)
             .by("mean energy of two periods after 60 s less that after 5 s, over the largest kinetic energy")
     }
 
@@ -129,7 +127,7 @@ impl Swing {
             }
             (failure, ..) => {
                 let why = failure.clone().unwrap_or_default();
-                Check::claim(case, reference, "lost".to_owned(), Verdict::Fail, why)
+                Check::claim(case, reference, "lost", Verdict::Fail, why)
             }
         }
     }

@@ -17,28 +17,27 @@ use crate::hard::special::root;
 use nalgebra::Vector3;
 
 /// Span S \[m].
-pub const SPAN: f64 = 8.0;
+pub(super) const SPAN: f64 = 8.0;
 /// Length L of the unstrained cable \[m].
-pub const LENGTH: f64 = 10.0;
+pub(super) const LENGTH: f64 = 10.0;
 /// Weight w a metre \[N/m].
-pub const WEIGHT: f64 = 10.0;
+pub(super) const WEIGHT: f64 = 10.0;
 /// EA of the elastic cable \[N].
-pub const EA: f64 = 1e4;
+pub(super) const EA: f64 = 1e4;
 
 /// What a hanging cable is measured by.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Hanging {
+pub(super) struct Hanging {
     /// Horizontal force \[N].
-    pub horizontal: f64,
+    pub(super) horizontal: f64,
     /// Tension at the ends \[N].
-    pub end_tension: f64,
+    pub(super) end_tension: f64,
     /// Depth of the lowest point \[m].
-    pub sag: f64,
+    pub(super) sag: f64,
 }
 
 /// The catenary; `ea` (N) is infinite for a cable that does not stretch.
-#[must_use]
-pub fn continuum(ea: f64) -> Hanging {
+pub(super) fn continuum(ea: f64) -> Hanging {
     let v = 0.5 * WEIGHT * LENGTH;
     let span = |h: f64| h * LENGTH / ea + 2.0 * h / WEIGHT * (v / h).asinh() - SPAN;
     let h = root(span, 1e-3 * v, 1e3 * v);
@@ -52,8 +51,7 @@ pub fn continuum(ea: f64) -> Hanging {
 
 /// The exact chain of `n` links: start and end of each \[m], apart by the gaps of the joints; and its measures. `masses_at_joints`: half a link's weight at each end of it, else rods; a support then carries half a
 /// link besides the tension at the end.
-#[must_use]
-pub fn chain(n: usize, ea: f64, masses_at_joints: bool) -> (Vec<Vector3<f64>>, Hanging) {
+pub(super) fn chain(n: usize, ea: f64, masses_at_joints: bool) -> (Vec<Vector3<f64>>, Hanging) {
     let h = LENGTH / n as f64;
     let vertical = |i: f64| (0.5 * n as f64 - i) * WEIGHT * h;
     let middle = |i: usize| vertical(i as f64 + 0.5);

@@ -3,7 +3,7 @@
 //! A moment of fixed direction follows no potential. Beyond 0.85 to 0.9 of a circle the plane shape is an unstable
 //! equilibrium against motion out of its plane, with any time step.
 
-use super::polygon::{axis, polygon};
+use super::shape::{axis, polygon};
 use crate::paper::specimens::{Joint, MATERIALS, SEGMENTS, largest, params};
 use nalgebra::Vector3;
 use std::f64::consts::TAU;

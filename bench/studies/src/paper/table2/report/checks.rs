@@ -43,7 +43,8 @@ fn published_rows(records: &[Record]) -> Vec<Check> {
         let note = "20 sweeps reach the direct solver's limit: what is left is a nearly constant factor of the cable, whose \
                     length, mass and disturbance are guesses";
         Some(
-            Check::published(case, reference, ours, error, 0.5)
+            Check::within(case, reference, ours, error, 0.5)
+                .published()
                 .by(criterion)
                 .noting(note),
         )
@@ -108,13 +109,8 @@ fn scaling(records: &[Record], step: f64) -> Vec<Check> {
         let case = format!("(Y/ζ)^p, N {}", rows[0].segments);
         let ours = format!("p = {slope:.2}, theory {theory:.2}");
         let note = "the column as read goes as (Y/ζ)¹, as Euler's load does; inertia carries the soft end beyond it";
-        let check = Check::published(
-            case,
-            "p = 1 (inferred)".into(),
-            ours,
-            (slope - 1.0).abs(),
-            0.1,
-        );
+        let check =
+            Check::within(case, "p = 1 (inferred)", ours, (slope - 1.0).abs(), 0.1).published();
         checks.push(
             check
                 .by("difference of the least-squares exponent, direct")
@@ -131,25 +127,18 @@ fn scaling(records: &[Record], step: f64) -> Vec<Check> {
         let theory = 4.0_f64.log10();
         let case = "24 segments over 6";
         checks.push(
-            Check::published(
+            Check::within(
                 case,
-                "10 (inferred)".into(),
+                "10 (inferred)",
                 ours.clone(),
                 (mean - 1.0).abs(),
                 0.25,
             )
+            .published()
             .by(by),
         );
-        checks.push(
-            Check::within(
-                case,
-                "4, by the mass".into(),
-                ours,
-                (mean - theory).abs(),
-                step,
-            )
-            .by(by),
-        );
+        checks
+            .push(Check::within(case, "4, by the mass", ours, (mean - theory).abs(), step).by(by));
     }
     let both = ROWS.iter().map(|r| (limit(r, PAPER), limit(r, ORDINARY)));
     if let Some(mean) = mean_ratio(both) {
@@ -157,7 +146,7 @@ fn scaling(records: &[Record], step: f64) -> Vec<Check> {
         let note = "in the plane the alternative angle is a second bend row, which adds GJ to YI, 0.65 YI for a square: \
                     at most a factor 1.65";
         let case = "alternative over ordinary twist";
-        let check = Check::published(case, "10".into(), ours, (mean - 1.0).abs(), 0.25);
+        let check = Check::within(case, "10", ours, (mean - 1.0).abs(), 0.25).published();
         checks.push(
             check
                 .by("decades; geometric mean over the rows, direct, in the plane")
@@ -196,11 +185,11 @@ fn iterations(records: &[Record], step: f64) -> Vec<Check> {
         let by = "largest distance in decades, geometric stiffness; the bar is a step of the grid";
         let note = "the load's joint opens by (M/m) g Δt²/k with k sweeps, whatever the material; the swing's tension and \
                     the explicit tension of the paper's step take another quarter of a decade or two";
-        let reference = "k l/(g Δt²)".to_owned();
+
         checks.push(
             Check::within(
                 format!("light top, limit of {n} iterations"),
-                reference,
+                "k l/(g Δt²)",
                 ours,
                 worst,
                 step,

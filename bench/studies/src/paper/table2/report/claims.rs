@@ -37,11 +37,7 @@ pub(super) fn claims(records: &[Record]) -> Vec<Check> {
             light_limit(records, Solver::Sweeps(20)).unwrap_or(f64::NAN)
         );
         let better = c[1] > swept[1] + 1.0 && d[1] > swept[1] + 1.0;
-        let verdict = if better {
-            Verdict::Holds
-        } else {
-            Verdict::HoldsOnlyIf
-        };
+        let verdict = Verdict::or_only_if(better);
         checks.push(Check::claim(
             "direct solver, CG",
             "considerably more",
@@ -119,7 +115,7 @@ pub(in crate::paper) fn enough(records: &[Record], n: usize, decade: f64) -> Opt
     );
     Some(Check::claim(
         format!("{n} iterations"),
-        &format!("enough for 10^{decade:.0}"),
+        format!("enough for 10^{decade:.0}"),
         format!("in {kept} of the {able} rows whose cable holds it"),
         verdict,
         note,
@@ -186,13 +182,8 @@ pub(super) fn lengths(records: &[Record]) -> Vec<Check> {
         let note = "at that length Euler's load is the column within the factor between 24 and 6 segments; but the run \
                     stays stable far beyond Euler's load at the soft end, where inertia holds the segments: the limit goes as \
                     the root of Y/ζ there";
-        let check = Check::published(
-            "one length for all",
-            "the paper's M/m".into(),
-            ours,
-            worst,
-            0.5,
-        );
+        let check =
+            Check::within("one length for all", "the paper's M/m", ours, worst, 0.5).published();
         checks.push(check.by("largest distance of the direct limits from the paper's ratios at that length, decades").noting(note));
     }
     checks

@@ -1,4 +1,5 @@
-//! What is measured of a bent specimen, and the radius in its several senses.
+//! The exact discrete specimen, a polygon in the plane across the moment; what is measured of a bent one, and the radius
+//! in its several senses.
 //!
 //! ```text
 //! through the segments' centres      l/(2 tan ½θ) = R (1 − θ²/12 − …)     second order in N
@@ -10,10 +11,37 @@
 //! The last two leave out the half segments beyond the outer joints, as a cable without end joints does.
 
 use super::Row;
-use super::polygon::polygon;
 use crate::paper::specimens::{Joint, MATERIALS, Reading, largest, read};
-use nalgebra::Vector3;
-use taut_model::{ResolvedSpecimen, Scene};
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_model::{ResolvedSpecimen, Scene, SpecimenParams};
+
+/// The axis of the moment.
+pub(super) fn axis(params: &SpecimenParams) -> Vector3<f64> {
+    let (sine, cosine) = params.moment_direction.sin_cos();
+    Vector3::new(0.0, sine, cosine)
+}
+
+/// Centres and rotations of the exact discrete specimen bent by `angle` about `axis`; the grip comes last.
+pub(super) fn polygon(
+    specimen: &ResolvedSpecimen,
+    axis: &Vector3<f64>,
+    angle: f64,
+) -> (Vec<Vector3<f64>>, Vec<UnitQuaternion<f64>>) {
+    let (n, l) = (specimen.segments, specimen.segment_length);
+    let turn = |a: f64| UnitQuaternion::from_scaled_axis(axis * a);
+    let (mut positions, mut turns) = (Vec::new(), Vec::new());
+    let mut end = Vector3::zeros();
+    for i in 0..n {
+        let turned = turn(angle * (i as f64 + 0.5) / n as f64);
+        let side = turned * Vector3::x() * l;
+        positions.push(end + 0.5 * side);
+        turns.push(turned);
+        end += side;
+    }
+    positions.push(end);
+    turns.push(turn(angle));
+    (positions, turns)
+}
 
 pub(super) fn measure(
     scene: &Scene,

@@ -1,0 +1,283 @@
+use nalgebra::{Matrix3, Vector3};
+use taut_ground::Choice;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{
+    Bodies, Body, Constraint, Cosserat, Distance, Frame, HoistParams, JointKind, RowLaw, Scene,
+    SceneError, Spherical,
+};
+use taut_output::check;
+use taut_solver::{Backend, DenseOptions, SolveError};
+use taut_studies::hard;
+use taut_studies::hard::numerics::claims::{Finding, audit};
+use taut_studies::scenes::reference_choice;
+
+const DT: f64 = 1.0 / 60.0;
+const STEPS: usize = 60;
+
+/// Every solver, with iterations that are soon over: what has no solution has none after more.
+fn choices() -> Vec<Choice> {
+    let mut all = hard::solvers();
+    for choice in &mut all {
+        choice.backend = choice.backend.with_iterations(200);
+    }
+    all
+}
+
+fn small() -> Scene {
+    let params = HoistParams {
+        segments: 4,
+        mass_ratio: 10.0,
+        seed: 3,
+        ..HoistParams::default()
+    };
+    params.build().expect("sound parameters")
+}
+
+fn finite(stepper: &Stepper) -> bool {
+    let bits = taut_tests::bits(stepper);
+    bits.into_iter().all(|b| f64::from_bits(b).is_finite())
+}
+
+/// Whether all that a run of a second leaves is finite.
+fn run(scene: Scene, options: StepOptions) -> Result<bool, StepError> {
+    let mut stepper = Stepper::new(scene, options)?;
+    for _ in 0..STEPS {
+        stepper.step()?;
+    }
+    Ok(finite(&stepper))
+}
+
+/// The joint that every change below is of.
+fn joint(scene: &mut Scene) -> &mut Cosserat {
+    match &mut scene.constraints[1] {
+        Constraint::Cosserat(joint) => joint,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn bodies_and_joints_that_mean_nothing_are_named() {
+    let refused = |change: fn(&mut Scene), named: &str| {
+        let mut scene = small();
+        change(&mut scene);
+        let e = run(scene, reference_choice().options(DT)).expect_err("a fault");
+        assert!(matches!(e, StepError::Scene(_)), "{e:?}");
+        assert!(e.to_string().contains(named), "{e}, not {named}");
+    };
+    refused(|s| s.bodies.mass[1] = f64::INFINITY, "segment-2");
+    refused(|s| s.bodies.inertia[1][(0, 0)] = -1.0, "segment-2");
+    refused(|s| s.bodies.inertia[1][(0, 1)] = 1.0, "segment-2");
+    refused(|s| s.bodies.inertia[1] = Matrix3::zeros(), "segment-2");
+    refused(|s| joint(s).frames[0].axes *= 2.0, "joint-1");
+    refused(
+        |s| joint(s).law.stretch = Some(RowLaw::new(-1.0, 0.0)),
+        "joint-1",
+    );
+    refused(
+        |s| joint(s).law.stretch = Some(RowLaw::new(f64::NAN, 0.0)),
+        "joint-1",
+    );
+    refused(
+        |s| joint(s).frames[1] = Frame::body(99, Vector3::zeros()),
+        "99",
+    );
+    refused(|s| joint(s).frames[1] = joint(s).frames[0], "joint-1");
+    refused(|s| *s = linked(0.0), "link");
+}
+
+#[test]
+fn a_step_without_sub_steps_is_refused() {
+    let options = StepOptions {
+        substeps: 0,
+        ..reference_choice().options(DT)
+    };
+    let e = run(small(), options).expect_err("a fault");
+    let named = matches!(
+        e,
+        StepError::InvalidOption {
+            field: "substeps",
+            ..
+        }
+    );
+    assert!(named, "{e:?}");
+}
+
+fn stone() -> Scene {
+    let mut scene = Scene::new("stone");
+    scene.gravity = Vector3::new(0.0, 0.0, -9.81);
+    scene.add_body("stone", Body::sphere(0.1, 2.0));
+    scene
+}
+
+/// A stone on a ball joint beside its centre.
+fn hung(mass: f64) -> Scene {
+    let mut scene = stone();
+    scene.bodies.mass[0] = mass;
+    scene.bodies.inertia[0] = Matrix3::identity() * (0.004 * mass);
+    scene.bodies.position[0].x = -0.3;
+    let lever = Vector3::new(0.3, 0.0, 0.0);
+    let joint = Constraint::Spherical(Spherical {
+        frames: [Frame::world(Vector3::zeros()), Frame::body(0, lever)],
+        stretch: RowLaw::RIGID,
+    });
+    scene.add_constraint("joint", joint, 0);
+    scene
+}
+
+/// A stone on a link of that length, as far away as it is long.
+fn linked(length: f64) -> Scene {
+    let mut scene = stone();
+    scene.bodies.position[0].x = length;
+    let ends = [
+        Frame::world(Vector3::zeros()),
+        Frame::body(0, Vector3::zeros()),
+    ];
+    let link = Constraint::Distance(Distance {
+        frames: ends,
+        length,
+        law: RowLaw::RIGID,
+        transverse: false,
+    });
+    scene.add_constraint("link", link, 0);
+    scene
+}
+
+fn under(gravity: f64) -> Scene {
+    let mut scene = small();
+    scene.gravity.z = -gravity;
+    scene
+}
+
+/// A hoist of one segment that has no mass to speak of.
+fn light() -> Result<Scene, SceneError> {
+    let params = HoistParams {
+        segments: 1,
+        mass_ratio: 1e-6,
+        ..HoistParams::default()
+    };
+    params.build()
+}
+
+/// Scenes that are strange, and sound; a mass far from 1 may be singular to a solver that is not the reference.
+fn strange() -> [(&'static str, Scene); 7] {
+    [
+        ("10⁻³⁰ kg", hung(1e-30)),
+        ("10³⁰ kg", hung(1e30)),
+        ("link of 10¹² m", linked(1e12)),
+        ("denormal gravity", under(1e-310)),
+        ("one joint", hung(2.0)),
+        ("no mass to speak of", light().expect("sound parameters")),
+        ("parts", beside()),
+    ]
+}
+
+/// A hoist, a stone that hangs beside it and a loose one.
+fn beside() -> Scene {
+    let mut scene = small();
+    let stone = scene.add_body("stone", hung(2.0).bodies.get(0));
+    let lever = Vector3::new(0.3, 0.0, 0.0);
+    let joint = Spherical {
+        frames: [Frame::world(Vector3::zeros()), Frame::body(stone, lever)],
+        stretch: RowLaw::RIGID,
+    };
+    scene.add_constraint("beside", Constraint::Spherical(joint), 7);
+    let loose = Body::sphere(0.1, 1.0).at(Vector3::new(9.0, 0.0, 0.0));
+    scene.add_body("loose", loose);
+    scene
+}
+
+#[test]
+fn strange_scenes_run_with_every_solver() {
+    for (name, scene) in strange() {
+        for choice in choices() {
+            let singular = |e: &StepError| {
+                let heavy_or_light = name.ends_with("kg") && choice != reference_choice();
+                let named = matches!(
+                    e,
+                    StepError::Solve {
+                        source: SolveError::Singular { .. },
+                        culprit: Some(_),
+                        time: 0.0,
+                    }
+                );
+                heavy_or_light && named
+            };
+            let found = run(scene.clone(), choice.options(DT));
+            let sound = found.as_ref().map_or_else(singular, |finite| *finite);
+            assert!(sound, "{name}, {choice}: {found:?}");
+        }
+        let claims = audit(name, &scene, &[0, 3]);
+        let wrong = claims.solves.iter().find(|s| s.finding == Finding::False);
+        assert_eq!(wrong, None, "{name}");
+    }
+}
+
+/// Numbers at the ends of the range of doubles end in a typed error or a finite run.
+#[test]
+fn numbers_at_the_ends_of_their_range_leave_no_nan() {
+    let scenes = [
+        hung(1e-310),
+        hung(1e-300),
+        hung(1e300),
+        linked(1e-310),
+        linked(1e-9),
+        under(1e300),
+    ];
+    let spoils: [fn(&mut Bodies); 2] = [
+        |b| b.velocity[1].y = 1e200,
+        |b| b.angular_velocity[1].y = 1e8,
+    ];
+    for choice in choices() {
+        for (i, scene) in scenes.iter().enumerate() {
+            let found = run(scene.clone(), choice.options(DT));
+            assert_ne!(found, Ok(false), "{choice}, scene {i}");
+        }
+        for dt in [1e-320, 1e300] {
+            let found = run(small(), choice.options(dt));
+            assert_ne!(found, Ok(false), "{choice}, {dt:e} s");
+        }
+        for (i, spoil) in spoils.iter().enumerate() {
+            let mut stepper = Stepper::new(small(), choice.options(DT)).expect("sound");
+            let mut bodies = stepper.scene().bodies.clone();
+            spoil(&mut bodies);
+            stepper.set_state(&bodies, 0.0).expect("finite");
+            let found = (0..STEPS).try_for_each(|_| stepper.step().map(drop));
+            assert!(found.is_err() || finite(&stepper), "{choice}, state {i}");
+        }
+    }
+}
+
+/// 10⁴ segments: every solver carries their weight or says that it does not; the dense one says that they are too many.
+#[test]
+fn a_cable_of_ten_thousand_segments_is_carried_by_every_solver() {
+    let segments = 10_000;
+    let params = HoistParams {
+        segments,
+        length: 0.01 * segments as f64,
+        segment_mass: Some(0.01),
+        load_mass: Some(1000.0),
+        joint: JointKind::Cosserat,
+        ..HoistParams::default()
+    };
+    let scene = params.hanging_equilibrium().expect("an equilibrium");
+    let weight = scene.mass() * params.gravity;
+    let dense = Choice::schur(Backend::Dense(DenseOptions::default()));
+    let refused = Stepper::new(scene.clone(), dense.options(DT)).map(drop);
+    let too_large = matches!(
+        refused,
+        Err(StepError::Solve {
+            source: SolveError::TooLarge { .. },
+            ..
+        })
+    );
+    assert!(too_large, "{refused:?}");
+    for choice in choices().iter().filter(|c| c.backend.name() != "dense") {
+        let mut stepper = Stepper::new(scene.clone(), choice.plain_options(DT)).expect("sound");
+        stepper.step().unwrap_or_else(|e| panic!("{choice}: {e}"));
+        let report = stepper.step().unwrap_or_else(|e| panic!("{choice}: {e}"));
+        let force = Vector3::from_column_slice(&stepper.multipliers()[..3]) / DT;
+        let error = (force.norm() / weight - 1.0).abs();
+        let honest = !report.solve.is_claim() && error <= check::UNCONVERGED;
+        assert!(error <= 1e-8 || honest, "{choice}: {error:e}");
+    }
+}
