@@ -1,7 +1,7 @@
 //! Checks: a reference, what comes out here, the error between them, its bar and the verdict. What the reproduction of
 //! the paper and the hard cases end in.
 
-use crate::plot::{self, Chart};
+use crate::plot::{self, Chart, PlotError};
 use serde::{Serialize, Serializer};
 use std::error::Error;
 use std::fmt;
@@ -506,7 +506,7 @@ pub fn csv(rows: &[impl Serialize]) -> Result<String, ExperimentError> {
 ///
 /// # Errors
 /// A chart that cannot be drawn.
-pub fn picture(outcome: &Outcome) -> Result<Option<String>, ExperimentError> {
+pub fn picture(outcome: &Outcome) -> Result<Option<String>, PlotError> {
     if outcome.charts.is_empty() {
         return Ok(None);
     }
