@@ -31,9 +31,13 @@ pub struct Slot {
 pub struct Block<'a>(Rows6<'a>);
 
 #[derive(Debug, Clone, Copy)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a box would allocate in the step"
+)]
 enum Rows6<'a> {
     Stored(&'a [[f64; 6]]),
-    /// Out of a pack, and how many there are.
+    /// From a pack, and their number.
     Copied([[f64; 6]; 6], usize),
 }
 
