@@ -538,12 +538,12 @@ mod tests {
     #[test]
     fn numbers_are_written_as_far_as_the_bar_resolves() {
         let row = Check::relative("period", [2.0, 2.0 + 1e-5], "s", 1e-4);
-        assert_eq!([row.reference, row.ours], ["2.00000 s", "2.00001 s"]);
+        assert_eq!([row.reference, row.ours], ["2.000000 s", "2.000010 s"]);
         assert_eq!(row.verdict, Verdict::Pass);
         let row = Check::number("order", [2.0, f64::NAN], "", Measure::Absolute, 0.1);
         assert_eq!([row.reference, row.ours], ["2.000", "NaN"]);
         assert_eq!(row.verdict, Verdict::Fail);
-        assert_eq!(with_unit(&[3.5e9, 0.0], 1e6, "N"), "(3.50e9, 0) N");
+        assert_eq!(with_unit(&[3.5e9, 0.0], 1e6, "N"), "(3.50000e9, 0) N");
         let written = serde_json::to_value(Check::relative("", [2.0, 3.0], "m", 1.0));
         let compared = &written.expect("JSON")["compared"];
         assert_eq!(
