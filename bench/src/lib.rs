@@ -1,5 +1,5 @@
-//! What the command line `taut` is made of besides the experiments: runs of a scene, the report, per-step figures that CI
-//! can trust.
+//! Parts of the command line `taut` besides the experiments: runs of a scene, the report, per-step figures for CI. The
+//! commands are in `main.rs` and `cli/`.
 //! ```
 //! use taut_bench::machine::Machine;
 //!

@@ -15,8 +15,8 @@
 //!
 //! # Schemes and what keeps heavy loads stable
 //! [`Scheme`] sets Σ and c; [`GeometricStiffness`] adds α Δt² K to the rotational inertia in M̃, for the tension's
-//! resistance to rotation and what large twist moments need, which the paper's step treats explicitly and which ends it
-//! at mass ratios from 10² on; [`Guard`] redoes steps whose linearisation did not hold. The default,
+//! resistance to rotation and what large twist moments need, which the paper's step treats explicitly: it becomes unstable
+//! with real steel at mass ratios from 10³ on; [`Guard`] redoes steps whose linearisation did not hold. The default,
 //! [`Scheme::THIRD_DIFFERENCE`] with all of it, is of second order and carries loads of 10⁶ segments' masses at 60 steps a
 //! second; [`StepOptions::paper`] is the paper's.
 //!
@@ -67,14 +67,14 @@
 //! | module | holds |
 //! |---|---|
 //! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
-//! | `balance` | what a motion has gained beyond the work of its drives |
+//! | `stepper/balance` | what a motion has gained beyond the work of its drives |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
-//! | `guarded` | the guard, and the implicit sub-steps that it falls back on |
-//! | `potential` | what those make small, and how far along a Newton step there is less of it |
+//! | `stepper/guarded` | the guard, and its implicit sub-steps |
+//! | `stepper/potential` | the incremental potential that these minimise, and the search along their Newton steps |
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | residual forces and law violations of a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |

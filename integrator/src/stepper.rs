@@ -1,5 +1,5 @@
-//! The step, [SL Algorithm 1] for one group: linearise, assemble, factorise, solve, refine, update. Where the guard finds
-//! that the linearisation did not hold, [`guarded`] redoes it.
+//! The step, [SL Algorithm 1] with the whole scene as one group: linearise and update here; assemble, factorise, solve and
+//! refine in `system`. The default step is the one of [`guarded`]: it redoes a step whose linearisation did not hold.
 
 pub(crate) mod balance;
 pub(crate) mod guarded;

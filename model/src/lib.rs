@@ -61,8 +61,8 @@
 //! | module | holds |
 //! |---|---|
 //! | [`body`] | [`Bodies`] as a structure of arrays, shapes and their inertias |
-//! | [`frame`] | attachment frames, prescribed [`Motion`] of world sides |
-//! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test |
+//! | [`frame`] | attachment frames on bodies and in the world |
+//! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test; `constraint/gap.rs`: φ and J of the gap, [SL (25), (26)] |
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
 //! | [`body_vectors`] | six numbers a body, as vectors of lanes want them |
 //! | `packs` | how joints are stored and evaluated, four at a time |

@@ -17,7 +17,7 @@ use std::str::FromStr;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Backend {
-    /// Block LDLᵀ in the order of the pattern.
+    /// Block LDLᵀ: chains from both ends, leaves and borders; other patterns in their order.
     Banded,
     /// Block Gauss–Seidel.
     GaussSeidel(GaussSeidelOptions),

@@ -34,11 +34,15 @@
 //!    against the public interface.
 //! 2. Give it to [`agreement::check`] with what it claims: random systems against 32 digits, analyses and factorisations
 //!    used again, bad input refused, nothing wrong called a solution. A backend in a crate of yours is done here.
-//! 3. Add the feature NAME, with its licence, to `Cargo.toml`, and pass it on in `integrator`, `bench` and `tests`.
-//! 4. Add the variant to [`Backend`]: name, options, `create`. The compiler finds what is missing; the tests of this crate
-//!    run the check of step 2 on it.
-//! 5. Add its measured errors to `tests/agreement/systems.rs`, NAME to the feature combinations in `.ci/run`, and its row
-//!    to the README's table of solvers. Every experiment then has it: `taut bench --backends NAME`.
+//! 3. Add the feature NAME, with its licence, to `Cargo.toml`, and pass it on in the manifests of `integrator`, `tests`,
+//!    `bench`, `bench/ground`, `bench/output` and `bench/studies`: the structure test names those that lack it.
+//! 4. Declare the module in `src/backends.rs` and add the variant to [`Backend`]. The compiler asks for its name, systems,
+//!    order and text form; `all`, `create`, `feature`, `licence`, `is_iterative` and `set` have catch-all arms: see to them
+//!    yourself. The tests of this crate run the check of step 2 on it.
+//! 5. In the workspace, add its measured errors to `tests/agreement/systems.rs`, its refusals to
+//!    `tests/bad_input/backends.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README's table of
+//!    solvers. `--backends NAME` then works everywhere; `Choice::all` (`bench/ground/src/choice.rs`) makes it a default,
+//!    and `bench/output/src/plot/look.rs` gives it a colour.
 //!
 //! # Map
 //! | module | holds |

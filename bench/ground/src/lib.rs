@@ -1,5 +1,4 @@
-//! What experiments on hoisting cables stand on: a solver by name, scenes in motion and what is recorded of them,
-//! references, matrices, files. An experiment takes these and shows nothing itself:
+//! Shared ground of the experiments on hoisting cables: solvers by name, recorded motions, references, matrices, files:
 //! ```
 //! use taut_ground::Choice;
 //! use taut_integrator::Stepper;

@@ -1,5 +1,4 @@
-//! What others have made, to measure beside ours; no part of anything else. Each is behind a feature of its own, and
-//! nothing is built without.
+//! Third-party solvers and engines to compare with, each behind its feature. Nothing but `taut-studies` depends on them.
 //! ```
 //! # #[cfg(feature = "rapier")]
 //! # {

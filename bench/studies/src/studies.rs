@@ -1,4 +1,5 @@
-//! The experiments that `taut study` runs: a new one takes a line here.
+//! The experiments that `taut study` runs. A new one is a module `NAME` with its `STUDY` in `NAME/study.rs`, and an entry
+//! in [`STUDIES`]; the commands `bench`, `static`, `hard` and `paper` run the other experiments.
 
 use crate::study::Study;
 use crate::{
