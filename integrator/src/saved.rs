@@ -18,7 +18,7 @@ use taut_solver::SolveError;
 /// A run between two steps, as [`Stepper::save`] leaves it and [`Stepper::restore`] takes it.
 ///
 /// With the feature `serde` it can be written and read in any format that keeps all bits of a double (with `serde_json`:
-/// its feature `float_roundtrip`). Restoring checks every number.
+/// its feature `float_roundtrip`). What is read is checked when it is restored, but for the balance of energy.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]

@@ -64,14 +64,14 @@ pub struct Stepper {
     pub(crate) substep_start: State,
     /// The guard's search along its Newton steps.
     pub(crate) search: Search,
-    /// Of the call under way, or of the last.
+    /// Since the last call that reports.
     pub(crate) tally: Tally,
 }
 
 /// What the multipliers and the pieces belong to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Stage {
-    /// Another state: the present one was set, changed or taken back.
+    /// Nothing that may be advanced: the present state is unsolved, was changed or was taken back.
     Unsolved,
     /// The present state, which may be advanced.
     Solved,

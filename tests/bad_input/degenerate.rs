@@ -82,7 +82,7 @@ fn bodies_and_joints_that_mean_nothing_are_named() {
         "99",
     );
     refused(|s| joint(s).frames[1] = joint(s).frames[0], "joint-1");
-    refused(|s| *s = linked(0.0), "link");
+    refused(|s| *s = linked(0.0), "`link`");
 }
 
 #[test]
@@ -158,7 +158,18 @@ fn light() -> Result<Scene, SceneError> {
     params.build()
 }
 
-/// Scenes that are strange, and sound; a mass far from 1 may be singular to a solver that is not the reference.
+/// Masses far from 1 that a solver finds singular.
+const SINGULAR: [(&str, &str); 2] = [("10⁻³⁰ kg", "faer:lu/kkt"), ("10³⁰ kg", "faer:lu/kkt")];
+
+/// Solvers that 10⁴ segments take more iterations than these have.
+const UNFINISHED: [&str; 4] = [
+    "gauss-seidel:joints",
+    "gauss-seidel:groups",
+    "cg:none",
+    "cg:jacobi",
+];
+
+/// Scenes that are strange, and sound.
 fn strange() -> [(&'static str, Scene); 7] {
     [
         ("10⁻³⁰ kg", hung(1e-30)),
@@ -190,23 +201,21 @@ fn beside() -> Scene {
 fn strange_scenes_run_with_every_solver() {
     for (name, scene) in strange() {
         for choice in choices() {
-            let singular = |e: &StepError| {
-                let heavy_or_light = name.ends_with("kg") && choice != reference_choice();
-                let named = matches!(
-                    e,
-                    StepError::Solve {
-                        source: SolveError::Singular { .. },
-                        culprit: Some(_),
-                        time: 0.0,
-                    }
-                );
-                heavy_or_light && named
-            };
             let found = run(scene.clone(), choice.options(DT));
-            let sound = found.as_ref().map_or_else(singular, |finite| *finite);
-            assert!(sound, "{name}, {choice}: {found:?}");
+            let singular = matches!(
+                found,
+                Err(StepError::Solve {
+                    source: SolveError::Singular { .. },
+                    culprit: Some(_),
+                    time: 0.0,
+                })
+            );
+            let expected = SINGULAR.contains(&(name, choice.family().as_str()));
+            assert_eq!(singular, expected, "{name}, {choice}: {found:?}");
+            assert!(expected || found == Ok(true), "{name}, {choice}: {found:?}");
         }
-        let claims = audit(name, &scene, &[0, 3]);
+        let claims = audit(name, &scene, &[0, 3, 40]);
+        assert!(!claims.solves.is_empty(), "{name}");
         let wrong = claims.solves.iter().find(|s| s.finding == Finding::False);
         assert_eq!(wrong, None, "{name}");
     }
@@ -227,22 +236,36 @@ fn numbers_at_the_ends_of_their_range_leave_no_nan() {
         |b| b.velocity[1].y = 1e200,
         |b| b.angular_velocity[1].y = 1e8,
     ];
+    let ends_well = |found: Result<bool, StepError>, place: &str| match found {
+        Ok(finite) => assert!(finite, "{place}"),
+        Err(
+            StepError::InvalidOption { .. }
+            | StepError::Scene(_)
+            | StepError::NonFinite { .. }
+            | StepError::Solve {
+                culprit: Some(_), ..
+            },
+        ) => {}
+        Err(e) => panic!("{place}: {e:?} names nothing"),
+    };
     for choice in choices() {
         for (i, scene) in scenes.iter().enumerate() {
             let found = run(scene.clone(), choice.options(DT));
-            assert_ne!(found, Ok(false), "{choice}, scene {i}");
+            ends_well(found, &format!("{choice}, scene {i}"));
         }
         for dt in [1e-320, 1e300] {
             let found = run(small(), choice.options(dt));
-            assert_ne!(found, Ok(false), "{choice}, {dt:e} s");
+            ends_well(found, &format!("{choice}, {dt:e} s"));
         }
         for (i, spoil) in spoils.iter().enumerate() {
             let mut stepper = Stepper::new(small(), choice.options(DT)).expect("sound");
+            stepper.step().expect("sound");
             let mut bodies = stepper.scene().bodies.clone();
             spoil(&mut bodies);
-            stepper.set_state(&bodies, 0.0).expect("finite");
+            stepper.set_state(&bodies, DT).expect("finite");
             let found = (0..STEPS).try_for_each(|_| stepper.step().map(drop));
-            assert!(found.is_err() || finite(&stepper), "{choice}, state {i}");
+            let found = found.map(|()| finite(&stepper));
+            ends_well(found, &format!("{choice}, state {i}"));
         }
     }
 }
@@ -278,6 +301,7 @@ fn a_cable_of_ten_thousand_segments_is_carried_by_every_solver() {
         let force = Vector3::from_column_slice(&stepper.multipliers()[..3]) / DT;
         let error = (force.norm() / weight - 1.0).abs();
         let honest = !report.solve.is_claim() && error <= check::UNCONVERGED;
-        assert!(error <= 1e-8 || honest, "{choice}: {error:e}");
+        let unfinished = UNFINISHED.contains(&choice.family().as_str()) && honest;
+        assert!(error <= 1e-8 || unfinished, "{choice}: {error:e}");
     }
 }

@@ -42,7 +42,7 @@ fn a_guess_that_is_the_answer_costs_at_most_one_iteration() {
 /// The same through a stepper: the multipliers of the last solve are the guess of the next, where the tension is the
 /// same.
 #[test]
-fn solving_the_same_state_again_costs_at_most_one_iteration() {
+fn solving_the_same_state_again_costs_few_iterations() {
     for choice in compiled_iterative() {
         // Without bounds: each pass over the rows at bounds is a solve, and the report's iterations are those of all.
         let machines = (1..=5).map(|seed| unbounded(random_machine(seed)));
@@ -61,7 +61,8 @@ fn solving_the_same_state_again_costs_at_most_one_iteration() {
                 assert_eq!(first.solve.status, Status::Converged, "{place}");
                 assert!(first.iterations > 3, "{place}: {first:?}");
                 // Every sweep lowers the energy of the error. The residual may rise for a few where that falls slowly.
-                let most = 1 + first.iterations / 1000;
+                let slow = choice.backend.name() == "gauss-seidel";
+                let most = 1 + if slow { first.iterations / 1000 } else { 0 };
                 assert!(again.iterations <= most, "{place}: {first:?} {again:?}");
             }
         }

@@ -91,15 +91,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 11] = [
         "bench/ground",
         &["taut-integrator", "taut-model", "taut-solver"],
     ),
-    (
-        "bench/output",
-        &[
-            "taut-ground",
-            "taut-integrator",
-            "taut-model",
-            "taut-solver",
-        ],
-    ),
+    ("bench/output", &["taut-ground", "taut-solver"]),
     (
         "bench/rivals",
         &[

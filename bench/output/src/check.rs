@@ -81,14 +81,15 @@ impl Measure {
 
 /// Numbers with their unit, to two digits beyond what a difference of `resolution` changes; a vector in brackets.
 fn with_unit(values: &[f64], resolution: f64, unit: &str) -> String {
-    let decimals = 2 - resolution.log10().floor().clamp(-14.0, 6.0) as i32;
+    let place = resolution.log10().floor();
+    let decimals = 2 - place.clamp(-300.0, 300.0) as i32;
     let one = |value: &f64| {
         let size = value.abs();
         if !size.is_normal() || (1e-3..1e6).contains(&size) {
-            format!("{value:.*}", decimals.max(0) as usize)
+            format!("{value:.*}", decimals.clamp(0, 17) as usize)
         } else {
             let digits = decimals + size.log10().floor() as i32;
-            format!("{value:.*e}", digits.max(1) as usize)
+            format!("{value:.*e}", digits.clamp(1, 17) as usize)
         }
     };
     let shown: Vec<String> = values.iter().map(one).collect();

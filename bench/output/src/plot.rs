@@ -199,12 +199,30 @@ impl Chart {
         self
     }
 
+    /// The chart with no text that holds the letter.
+    fn without(&self, letter: char) -> Self {
+        let mut chart = self.clone();
+        let axes = [&mut chart.x, &mut chart.y].into_iter();
+        let of_axes = axes.flat_map(|a| a.names.iter_mut().chain([&mut a.label]));
+        let of_series = chart.series.iter_mut();
+        let of_series = of_series.flat_map(|s| s.notes.iter_mut().chain([&mut s.name]));
+        for text in of_axes.chain(of_series).chain([&mut chart.title]) {
+            text.retain(|c| c != letter);
+        }
+        chart
+    }
+
     /// What a point of a series says when pointed at: whose it is, its note, its numbers.
     fn words(&self, series: &Series, point: usize) -> String {
         let [x, y] = series.points[point];
-        let value = |axis: &Axis, v: f64| match axis.names.get(v.max(0.0) as usize) {
+        let value = |axis: &Axis, v: f64| match axis.names.get(v.round().max(0.0) as usize) {
+            // Series stand beside each other at a name.
             Some(name) => format!("{}: {name}", axis.label),
-            None => format!("{}: {}", axis.label, number(v)),
+            None => format!(
+                "{}: {}",
+                axis.label,
+                number(if axis.reversed { -v } else { v })
+            ),
         };
         let note = series.notes.get(point).filter(|note| !note.is_empty());
         let of = note.map_or(series.name.clone(), |note| {

@@ -53,7 +53,8 @@ fn config(args: &BenchArgs) -> Result<Config, Failure> {
     args.iterations.replace(&mut config.iterations)?;
     let needs = format!("it must be at least one step of {:.4} s", config.dt);
     args.time.replace(&mut config.time, config.dt, 1, &needs)?;
-    config.choices = args.backends.without_limits()?;
+    args.backends.refuse_limits()?;
+    config.choices = args.backends.choices()?;
     let swept = |o: &&String| {
         let key = o.split('=').next().unwrap_or_default();
         ["segments", "mass_ratio", "load_mass"].contains(&key)

@@ -47,7 +47,7 @@ for (const figure of document.querySelectorAll("figure")) {
   };
   figure.addEventListener("click", (event) => press(event, event.shiftKey));
   figure.addEventListener("dblclick", (event) => press(event, true));
-  figure.addEventListener("keydown", (event) => event.key === "Enter" && press(event, event.shiftKey));
+  figure.addEventListener("keydown", (event) => [" ", "Enter"].includes(event.key) && press(event, event.shiftKey));
 }
 
 // The large plot shows the one that is chosen, with the same series hidden.

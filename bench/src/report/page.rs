@@ -178,9 +178,12 @@ pub(super) fn figures(
     let body = html! {
         p { (text) }
         @if id == PRECISION && pictures.len() > 1 {
-            label.choice hidden { "Shown: " select {
-                @for (title, ..) in &pictures { option { (title) } }
-            } }
+            div.choice hidden {
+                p { "Click a solver in the legend to hide it, twice to leave it alone; point at a mark to read it." }
+                label { "Shown: " select autocomplete="off" {
+                    @for (title, ..) in &pictures { option { (title) } }
+                } }
+            }
             figure.large aria-label=(pictures[0].0) { (PreEscaped(&pictures[0].1)) }
             details { summary { "All " (pictures.len()) " plots" } (all) }
         } @else {

@@ -192,17 +192,6 @@ pub(crate) fn either<T>(quick: bool, short: T, whole: T) -> T {
     if quick { short } else { whole }
 }
 
-/// The names of a key in the order in which they come.
-pub(crate) fn distinct<K: PartialEq>(keys: impl Iterator<Item = K>) -> Vec<K> {
-    let mut found = Vec::new();
-    for key in keys {
-        if !found.contains(&key) {
-            found.push(key);
-        }
-    }
-    found
-}
-
 /// The items one by one, each of which is a step of `progress`.
 pub(crate) fn counted<T: ExactSizeIterator>(
     progress: &ProgressBar,

@@ -89,17 +89,17 @@ impl Backends {
         choices(&self.backends)
     }
 
-    /// The same for a study that runs iterative solvers to each of its own limits.
+    /// Refuses limits in names, for a study that runs iterative solvers to each of its own.
     ///
     /// # Errors
-    /// As [`replace`](Self::replace), and solvers with a limit of their own.
-    pub fn without_limits(&self) -> Result<Vec<Choice>, Refused> {
+    /// A solver with a limit of its own.
+    pub fn refuse_limits(&self) -> Result<(), Refused> {
         if let Some(name) = self.backends.iter().find(|b| b.contains("iterations=")) {
             return refused(format!(
                 "`iterations=` in `{name}` has no effect here: use `--iterations`"
             ));
         }
-        self.choices()
+        Ok(())
     }
 }
 

@@ -4,9 +4,9 @@ use clap::{ArgMatches, Command};
 use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::Value;
-use std::error::Error;
 use std::path::PathBuf;
 use taut_ground::choice::Omission;
+use taut_output::check::ExperimentError;
 use taut_output::plan::Plan;
 use taut_output::settings::Setting;
 use taut_output::sheet::Sheet;
@@ -30,15 +30,12 @@ pub struct Study {
     /// The files that it reads, by its options.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
     /// Runs it.
-    pub run: fn(&ArgMatches, &ProgressBar) -> Result<Found, StudyError>,
+    pub run: fn(&ArgMatches, &ProgressBar) -> Result<Found, ExperimentError>,
     /// The tables of its rows.
     pub sheets: &'static [Sheet],
     /// The plots of its page; an experiment without plots has its tables alone.
     pub plots: &'static [Plan],
 }
-
-/// Bad input, or a scene that cannot be run.
-pub type StudyError = Box<dyn Error + Send + Sync>;
 
 /// What an experiment found.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -57,7 +54,7 @@ pub struct Found {
 ///
 /// # Errors
 /// Rows that cannot be written as JSON.
-pub fn data(rows: &impl Serialize) -> Result<Value, StudyError> {
+pub fn data(rows: &impl Serialize) -> Result<Value, ExperimentError> {
     Ok(serde_json::to_value(rows)?)
 }
 

@@ -5,7 +5,9 @@
 
 use super::legend::Legend;
 use super::look::Look;
-use super::marks::{Group, colour, draw_point, line_style, radius, tag, with_dashes, with_groups};
+use super::marks::{
+    Group, TAG, Tags, colour, draw_point, line_style, radius, with_dashes, with_groups,
+};
 use super::ticks::{self, Scale};
 use super::{Chart, Mark, PlotError, Series};
 use plotters::coord::Shift;
@@ -91,9 +93,9 @@ pub fn picture(charts: &[Chart]) -> Result<String, PlotError> {
         root.fill(&WHITE).map_err(failed)?;
         let (panels, below) = root.split_vertically(height);
         for (chart, area) in charts.iter().zip(&panels.split_evenly((rows, columns))) {
-            draw_panel(chart, area)?;
+            draw_panel(chart, area, Tags(false))?;
         }
-        legend.draw(&below)
+        legend.draw(&below, Tags(false))
     })
 }
 
@@ -102,8 +104,9 @@ pub fn picture(charts: &[Chart]) -> Result<String, PlotError> {
 /// # Errors
 /// [`PlotError`] with the drawing library's message.
 pub fn svg_for_page(chart: &Chart) -> Result<String, PlotError> {
-    let charts = std::slice::from_ref(chart);
-    let text = drawn(charts, false)?;
+    let chart = chart.without(TAG);
+    let charts = std::slice::from_ref(&chart);
+    let text = with_groups(&drawn(charts, false)?);
     let size = format!(
         "width=\"{}\" height=\"{}\" ",
         PANEL.0,
@@ -130,8 +133,9 @@ fn drawn(charts: &[Chart], on_paper: bool) -> Result<String, PlotError> {
         }
         for (chart, area) in charts.iter().zip(&root.split_evenly((rows, columns))) {
             let (panel, below) = area.split_vertically(PANEL.1);
-            draw_panel(chart, &panel)?;
-            Legend::new(std::slice::from_ref(chart), PANEL.0).draw(&below)?;
+            let tags = Tags(!on_paper);
+            draw_panel(chart, &panel, tags)?;
+            Legend::new(std::slice::from_ref(chart), PANEL.0).draw(&below, tags)?;
         }
         Ok(())
     })
@@ -148,10 +152,10 @@ fn written(
         draw(&root)?;
         root.present().map_err(failed)?;
     }
-    Ok(with_groups(&with_dashes(text)))
+    Ok(with_dashes(text))
 }
 
-fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
+fn draw_panel(chart: &Chart, area: &Area<'_>, tags: Tags) -> Result<(), PlotError> {
     let places = |series: &Series| -> Vec<Place> {
         let points = series.points.iter().enumerate();
         let place = |(of, p): (usize, &[f64; 2])| Place {
@@ -196,16 +200,16 @@ fn draw_panel(chart: &Chart, area: &Area<'_>) -> Result<(), PlotError> {
         }
         let later = (chart.series.len() - 1 - i) as i32;
         let radius = radius(series.mark, points.len(), later);
-        tag(area, Group::Series(i), "")?;
+        tags.put(area, Group::Series(i), "")?;
         let say = |of: usize| chart.words(series, of);
         draw_series(
             &mut plane,
             series.mark,
             points,
             (series.look(i), radius),
-            say,
+            (tags, say),
         )?;
-        tag(area, Group::End, "")?;
+        tags.put(area, Group::End, "")?;
     }
     Ok(())
 }
@@ -250,7 +254,7 @@ fn draw_series(
     mark: Mark,
     points: &[Place],
     (look, radius): (Look, i32),
-    say: impl Fn(usize) -> String,
+    (tags, say): (Tags, impl Fn(usize) -> String),
 ) -> Result<(), PlotError> {
     if mark == Mark::Bars {
         let width = points
@@ -279,9 +283,9 @@ fn draw_series(
                 draw_point(&pixels, at, look, radius)?;
                 continue;
             }
-            tag(&pixels, Group::Point, &say(p.of))?;
+            tags.put(&pixels, Group::Point, &say(p.of))?;
             draw_point(&pixels, at, look, radius)?;
-            tag(&pixels, Group::End, "")?;
+            tags.put(&pixels, Group::End, "")?;
         }
     }
     Ok(())

@@ -2,7 +2,7 @@
 
 use super::draw::{Area, Letters, failed};
 use super::look::Look;
-use super::marks::{Group, colour, draw_point, line_style, tag};
+use super::marks::{Group, Tags, colour, draw_point, line_style};
 use super::{Chart, PlotError};
 use plotters::prelude::*;
 
@@ -70,12 +70,12 @@ impl<'a> Legend<'a> {
         ROW as u32 * rows as u32 + 6
     }
 
-    pub(super) fn draw(&self, area: &Area<'_>) -> Result<(), PlotError> {
+    pub(super) fn draw(&self, area: &Area<'_>, tags: Tags) -> Result<(), PlotError> {
         for (i, entry) in self.entries.iter().enumerate() {
             let x = LEFT + self.column * (i % self.columns) as i32;
             let y = ROW * (i / self.columns) as i32;
             let middle = y + 8;
-            tag(area, Group::Key(entry.place), "")?;
+            tags.put(area, Group::Key(entry.place), "")?;
             if entry.has_line {
                 let ends = vec![(x, middle), (x + KEY, middle)];
                 let line = PathElement::new(ends, line_style(entry.look));
@@ -95,7 +95,7 @@ impl<'a> Legend<'a> {
                 Letters::Small.font(),
             );
             area.draw(&text).map_err(failed)?;
-            tag(area, Group::End, "")?;
+            tags.put(area, Group::End, "")?;
         }
         Ok(())
     }

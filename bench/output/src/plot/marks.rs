@@ -67,18 +67,27 @@ pub(super) enum Group {
 }
 
 /// First letter of a tag; the second one is its kind.
-const TAG: char = '\u{e000}';
+pub(super) const TAG: char = '\u{e000}';
 
-/// Opens a group, or ends one. `text` is what a point says.
-pub(super) fn tag(area: &Area<'_>, group: Group, text: &str) -> Result<(), PlotError> {
-    let content = match group {
-        Group::Series(place) => format!("{TAG}s{place}"),
-        Group::Key(place) => format!("{TAG}k{place}"),
-        Group::Point => format!("{TAG}p{text}"),
-        Group::End => format!("{TAG}e"),
-    };
-    let text = Text::new(content, (0, 0), Letters::Small.font());
-    area.draw(&text).map_err(failed)
+/// Whether groups are drawn.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Tags(pub(super) bool);
+
+impl Tags {
+    /// Opens a group, or ends one. `text` is what a point says.
+    pub(super) fn put(self, area: &Area<'_>, group: Group, text: &str) -> Result<(), PlotError> {
+        if !self.0 {
+            return Ok(());
+        }
+        let content = match group {
+            Group::Series(place) => format!("{TAG}s{place}"),
+            Group::Key(place) => format!("{TAG}k{place}"),
+            Group::Point => format!("{TAG}p{text}"),
+            Group::End => format!("{TAG}e"),
+        };
+        let text = Text::new(content, (0, 0), Letters::Small.font());
+        area.draw(&text).map_err(failed)
+    }
 }
 
 /// The text with tags in place of the texts that stand for them.

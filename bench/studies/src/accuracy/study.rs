@@ -5,9 +5,10 @@ use super::{Config, cases};
 use crate::options::{
     Backends, Iterations, Quick, Ratios, Segments, Time, number as read, require_positive, sorted,
 };
-use crate::study::{Found, Study, StudyError, data, no_files};
+use crate::study::{Found, Study, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{
     Setting, counts, distinct, list, numbers, seconds, set, solvers, step,
@@ -47,7 +48,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
     options.ratios.replace(&mut ratios)?;
@@ -56,6 +57,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
     }
     let segments = config.cases.iter().map(|c| c.segments).collect();
     config.cases = cases(&sorted(&options.segments.segments, segments), &ratios);
+    options.backends.refuse_limits()?;
     options.backends.replace(&mut config.choices)?;
     options.iterations.replace(&mut config.iterations)?;
     if !options.dt.is_empty() {
@@ -83,7 +85,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
 }
 
 /// Steps a second, ascending, of these time steps \[s].
-fn rates(dts: &[f64]) -> Result<Vec<f64>, StudyError> {
+fn rates(dts: &[f64]) -> Result<Vec<f64>, ExperimentError> {
     require_positive("a number of `--dt`", dts)?;
     let mut rates: Vec<f64> = dts.iter().map(|dt| 1.0 / dt).collect();
     rates.sort_by(f64::total_cmp);

@@ -3,9 +3,10 @@
 use super::table::{SHEETS, text_tables};
 use super::{Config, Setting};
 use crate::options::Quick;
-use crate::study::{Found, Study, StudyError, data, no_files};
+use crate::study::{Found, Study, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
+use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plan::{PLAIN, Plan, error, linear, positive};
 use taut_output::plot::Mark;
@@ -32,7 +33,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let config = options.quick.of(Config::quick);
     let results = super::run(&config, progress)?;
     let rows = data(&results)?;

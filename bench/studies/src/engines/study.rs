@@ -3,10 +3,11 @@
 use super::Config;
 use super::table::{SHEETS, text};
 use crate::options::{Quick, Ratios, Segments, Time};
-use crate::study::{Found, Study, StudyError, data, no_files};
+use crate::study::{Found, Study, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_ground::engine::motion::FRAME;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::plot::Mark;
 use taut_output::settings::{Setting, counts, numbers, seconds, set, step};
@@ -38,7 +39,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.segments.replace(&mut config.segments);
     options.ratios.replace(&mut config.ratios)?;

@@ -3,10 +3,11 @@
 use super::table::{SHEETS, conclusions};
 use super::{ANGLE, Config, WARM_UP};
 use crate::options::{Backends, Quick, Ratios, Segments, count};
-use crate::study::{Found, Study, StudyError, data, no_files, tables};
+use crate::study::{Found, Study, data, no_files, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_model::Network;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
 use taut_output::table::{MARK, omissions};
@@ -48,7 +49,7 @@ pieces to the multipliers (assembly, factorisation, solve), × the direct solver
 row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
 reached; guess: the step before is as near as that";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let config = config(options)?;
     let results = super::run(&config, progress)?;
     let rows = data(&results.records)?;
@@ -69,7 +70,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
     })
 }
 
-fn config(options: &Options) -> Result<Config, StudyError> {
+fn config(options: &Options) -> Result<Config, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     if !options.segments.segments.is_empty() || !options.ratios.ratios.is_empty() {
         // Both are the hoist's.

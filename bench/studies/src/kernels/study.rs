@@ -3,9 +3,10 @@
 use super::table::SHEETS;
 use super::{Config, Rival};
 use crate::options::{Quick, Ratios, Segments};
-use crate::study::{Found, Study, StudyError, data, no_files, tables};
+use crate::study::{Found, Study, data, no_files, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{Setting, counts, list, numbers, seconds, set, step};
 use taut_output::table::{MARK, omissions};
@@ -47,7 +48,7 @@ matrices. +refine: with one refinement from the pieces, by the step's clock; umf
 default; batch: 8 cables side by side, without the copies that bring them there; lapack: dpbtrf and dpbtrs, without the
 filling of the band";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.segments.replace(&mut config.segments);
     options.ratios.replace(&mut config.ratios)?;

@@ -3,9 +3,10 @@
 use super::table::{SHEETS, bars};
 use super::{Config, patient, verdicts};
 use crate::options::{Backends, Quick, Ratios, Segments, choices};
-use crate::study::{Found, Study, StudyError, data, no_files, tables};
+use crate::study::{Found, Study, data, no_files, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
+use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plan::{PLAIN, Plan, error, positive};
 use taut_output::settings::{Setting, counts, list, numbers, set, solvers, step};
@@ -44,7 +45,7 @@ Each cell: relative errors of the multipliers against extended precision, ∞-no
 the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
 their own, to 1e-12";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.segments.replace(&mut config.segments);
     options.ratios.replace(&mut config.ratios)?;

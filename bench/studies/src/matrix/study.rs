@@ -3,7 +3,7 @@
 use super::compared;
 use super::table::SHEETS;
 use crate::options::{Iterations, Quick};
-use crate::study::{Found, Study, StudyError, data};
+use crate::study::{Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -11,6 +11,7 @@ use std::time::Duration;
 use taut_ground::Choice;
 use taut_ground::matrix::solve::{Config, Results};
 use taut_ground::matrix::{System, solve};
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{Setting, counts, list, seconds, set};
 use taut_output::table::MARK;
@@ -58,7 +59,7 @@ of repeats";
 ///
 /// # Errors
 /// Names of no backend, and backends that are not compiled in.
-pub fn backends(names: &[String]) -> Result<Config, StudyError> {
+pub fn backends(names: &[String]) -> Result<Config, ExperimentError> {
     let mut config = Config::default();
     if names.is_empty() {
         return Ok(config);
@@ -82,7 +83,7 @@ pub fn backends(names: &[String]) -> Result<Config, StudyError> {
 ///
 /// # Errors
 /// A system that no backend has a row for.
-pub fn measured(system: &System, config: &Config) -> Result<Results, StudyError> {
+pub fn measured(system: &System, config: &Config) -> Result<Results, ExperimentError> {
     let results = solve::run(system, config);
     match results.omissions.first() {
         Some(first) if results.records.is_empty() => Err(format!(
@@ -94,7 +95,7 @@ pub fn measured(system: &System, config: &Config) -> Result<Results, StudyError>
     }
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let (limits, milliseconds): (&[usize], u64) = if options.quick.quick {
         (&[10, 100], 20)
     } else {

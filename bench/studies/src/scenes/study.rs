@@ -3,10 +3,11 @@
 use super::Config;
 use super::table::{LEGEND, SHEETS, bar};
 use crate::options::{Backends, Iterations, Quick, Ratios, Segments, sorted};
-use crate::study::{Found, Study, StudyError, data, no_files, tables};
+use crate::study::{Found, Study, data, no_files, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_model::Network;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{
     ONE_REFINEMENT, Setting, counts, list, numbers, seconds, set, solvers, step,
@@ -64,7 +65,7 @@ pub fn network(name: &str) -> Result<Network, String> {
 ///
 /// # Errors
 /// Bad options, and scenes that cannot be run.
-pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut networks = Vec::new();
     for network in &options.scenes {
         if !networks.contains(network) {
@@ -75,7 +76,8 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyErro
     let mut config = options.quick.of(Config::quick).with(&networks, &sizes);
     options.ratios.replace(&mut config.ratios)?;
     options.iterations.replace(&mut config.iterations)?;
-    config.choices = options.backends.without_limits()?;
+    options.backends.refuse_limits()?;
+    config.choices = options.backends.choices()?;
     let results = super::run(&config, progress)?;
     let rows = data(&results)?;
     let text = format!(

@@ -3,9 +3,10 @@
 use super::Config;
 use super::table::{SHEETS, text};
 use crate::options::{Quick, Ratios, Time};
-use crate::study::{Found, Study, StudyError, data, no_files};
+use crate::study::{Found, Study, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, Plan, error, positive};
 use taut_output::settings::{self, counts, list, numbers, seconds, set, step};
 
@@ -34,7 +35,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.ratios.replace(&mut config.ratios)?;
     options.time.replace(

@@ -3,9 +3,10 @@
 use super::Config;
 use super::tables::{SHEETS, text_tables};
 use crate::options::Quick;
-use crate::study::{Found, Study, StudyError, data, no_files};
+use crate::study::{Found, Study, data, no_files};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
+use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, Plan, positive, texts};
 use taut_output::settings::{Setting, counts, distinct, numbers, seconds, set, step};
 
@@ -30,7 +31,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, StudyError> {
+fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let config = options.quick.of(Config::quick);
     let records = super::run(&config, progress)?;
     let rows = data(&records)?;

@@ -9,7 +9,7 @@
 
 pub mod matrices;
 
-use crate::hard::{distinct, together, worse};
+use crate::hard::{together, worse};
 use indicatif::ProgressBar;
 use matrices::{Specimen, specimens};
 use rayon::prelude::*;
@@ -19,6 +19,7 @@ use taut_ground::matrix::Matrix;
 use taut_ground::matrix::prepared::Problem;
 use taut_ground::matrix::solve::backends;
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::settings::distinct;
 use taut_output::table::{error, text, wrapped};
 use taut_solver::{Backend, SolveError, SolveReport, forward_error};
 

@@ -11,7 +11,7 @@ mod single;
 mod swing;
 
 use crate::hard::numerics::extended_solution;
-use crate::hard::{distinct, grid, together, worse};
+use crate::hard::{grid, together, worse};
 use crate::linear::{self, Record};
 use chain::{Chain, Row};
 use indicatif::ProgressBar;
@@ -23,6 +23,7 @@ use taut_ground::poses::Pose;
 use taut_integrator::{Form, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::settings::distinct;
 use taut_output::table::{error, table, text};
 
 /// Elements of the chain and of the hoists.

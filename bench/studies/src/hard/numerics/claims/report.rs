@@ -1,9 +1,10 @@
 //! What an audit of claims comes to: rows of checks, by both readings, and the table of all solvers.
 
 use super::{Audit, Finding, Solve};
-use crate::hard::{distinct, together, worse};
+use crate::hard::{together, worse};
 use std::fmt::Write;
 use taut_output::check::{Check, Verdict};
+use taut_output::settings::distinct;
 use taut_output::table::{error, text, wrapped};
 
 /// How many claims of each solver are false, of how many: those of all that have none false are counted together.
