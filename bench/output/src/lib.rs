@@ -2,16 +2,16 @@
 //! ```
 //! use taut_output::check::{Check, Verdict};
 //!
-//! // A reference, what comes out here, the error between them and its bar.
-//! let period = Check::within("period", "2 s".to_owned(), "2.001 s".to_owned(), 5e-4, 1e-3);
-//! assert_eq!(period.verdict, Verdict::Pass);
+//! // A reference, our number, their unit and the bar of the relative error.
+//! let period = Check::relative("period", [2.0, 2.001], "s", 1e-3);
+//! assert_eq!((period.verdict, period.ours.as_str()), (Verdict::Pass, "2.00100 s"));
 //! ```
 //!
 //! # Map
 //! | module | holds |
 //! |---|---|
 //! | `notation` | how numbers are written for people |
-//! | `settings`, `sheet`, `plan` | what a run was set to, its rows as text, its rows as plots |
+//! | `settings`, `sheet`, `plan` | settings of a run, its rows as text, its rows as plots |
 //! | `table` | text tables |
 //! | `plot` | charts as SVG |
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
