@@ -18,7 +18,7 @@ use taut_solver::SolveError;
 /// A run between two steps, as [`Stepper::save`] leaves it and [`Stepper::restore`] takes it.
 ///
 /// With the feature `serde` it can be written and read in any format that keeps all bits of a double (with `serde_json`:
-/// its feature `float_roundtrip`). What is read is checked when it is restored, but for the balance of energy.
+/// its feature `float_roundtrip`). Restoring checks every number.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -133,6 +133,12 @@ impl SavedRun {
         ] {
             count(what, numbers.len(), bodies)?;
             finite(what, numbers.iter().flatten())?;
+        }
+        let (sums, by_row) = self.account.numbers();
+        finite("account", sums)?;
+        for numbers in by_row.into_iter().filter(|numbers| !numbers.is_empty()) {
+            count("account", numbers.len(), rows)?;
+            finite("account", numbers.iter())?;
         }
         count("places", self.places.len(), bounded)?;
         count("ages", self.ages.len(), bounded)

@@ -64,6 +64,15 @@ pub(crate) struct Account {
 }
 
 impl Account {
+    /// What is finite in a sound account, and the vectors with one number a row, which are empty before the first step.
+    pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 2]) {
+        let sums = [&self.work, &self.pending, &self.scale, &self.potential];
+        (
+            sums.into_iter().chain(&self.start),
+            [&self.open, &self.lambda],
+        )
+    }
+
     /// The next step begins a new balance.
     pub(crate) fn close(&mut self) {
         let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);
