@@ -11,7 +11,8 @@
 //! | module | holds |
 //! |---|---|
 //! | `notation` | how numbers are written for people |
-//! | `settings`, `sheet`, `plan` | settings of a run, its rows as text, its rows as plots |
+//! | `settings` | settings of a run |
+//! | `row`, `sheet`, `plan` | rows of any experiment, as text, as plots |
 //! | `table` | text tables |
 //! | `plot` | charts as SVG |
 //! | `check` | a reference beside ours, error, bar, verdict: what the paper and the hard cases end in |
@@ -20,6 +21,7 @@ pub mod check;
 pub mod notation;
 pub mod plan;
 pub mod plot;
+pub mod row;
 pub mod settings;
 pub mod sheet;
 pub mod table;

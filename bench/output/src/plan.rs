@@ -1,8 +1,8 @@
 //! Plots of any rows, by what stands on their axes: which columns, and which of them tell panels and series apart.
 
 use crate::plot::{Axis, Chart, Look, Mark, Series};
+use crate::row::{self, Row, heading, rows_of};
 use crate::settings::distinct;
-use crate::sheet::{self, Row, heading, rows_of};
 use serde_json::Value;
 use std::borrow::Cow;
 
@@ -150,7 +150,7 @@ pub struct Plot {
 /// What a row holds in a column; nothing where it holds nothing.
 fn shown(row: &Row, column: &str) -> Option<String> {
     let value = row.get(column).filter(|value| !value.is_null())?;
-    Some(sheet::shown(column, value))
+    Some(row::shown(column, value))
 }
 
 /// The same with the name of the column where it would say nothing without.

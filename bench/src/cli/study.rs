@@ -7,7 +7,7 @@ use clap::error::ErrorKind;
 use clap::{ArgMatches, Args, Command, FromArgMatches};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, Output};
-use taut_output::sheet;
+use taut_output::row;
 use taut_studies::studies::{self, STUDIES};
 use taut_studies::study::Study;
 
@@ -92,8 +92,8 @@ pub(crate) fn run(args: &StudyArgs, console: Console) -> Result<(), Failure> {
         is_rows_alone: json.iter().chain(&csv).any(Output::is_stdout),
     };
     if let Some(csv) = &csv {
-        let rows = sheet::rows_of(&found.rows, study.sheets[0].list);
-        csv.write(|out| sheet::csv(&rows, out))?;
+        let rows = row::rows_of(&found.rows, study.sheets[0].list);
+        csv.write(|out| row::csv(&rows, out))?;
     }
     deliver(study.name, found, way)
 }

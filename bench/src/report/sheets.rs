@@ -6,8 +6,9 @@ use super::cells::{Cell, sortable};
 use super::page::{Section, settings};
 use maud::{Markup, html};
 use serde_json::{Map, Value};
+use taut_output::row::{self, Row, flatten, heading, is_list, rows_of, shown, words};
 use taut_output::settings::Setting;
-use taut_output::sheet::{self, Column, Row, flatten, heading, is_list, rows_of, shown, words};
+use taut_output::sheet::{self, Column};
 use taut_studies::studies;
 
 /// Rows with the name of their list.
@@ -112,7 +113,7 @@ impl Sheet {
                 let value = row.get(key).unwrap_or(&Value::Null);
                 let text = match found {
                     Some((_, column)) if !value.is_null() => column.text(row),
-                    _ => sheet::text(key, value),
+                    _ => row::text(key, value),
                 };
                 cells.push(match value.as_f64() {
                     None if is_number => Cell::none(),

@@ -451,7 +451,7 @@ mod tests {
             let failures = stable.map(|s| (!s).then(|| failure.clone()));
             let record = record(&config, &config.cases[0], &failures).unwrap();
             let data = crate::study::data(&[record]).unwrap();
-            tables::largest(&taut_output::sheet::rows_of(&data, "")[0])
+            tables::largest(&taut_output::row::rows_of(&data, "")[0])
         };
         assert_eq!(cell([true; 4]), "≥3.00");
         assert_eq!(cell([false; 4]), "<0");

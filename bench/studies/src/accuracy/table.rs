@@ -4,8 +4,9 @@ use super::{Drive, Record, Results};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 use taut_model::JointKind;
+use taut_output::row::{Row, is, number_of, text_of};
 use taut_output::settings::distinct;
-use taut_output::sheet::{self, Across, Column, Row, Sheet, Show, column, is, number_of, text_of};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
 const JOINT: Column = column("joint", "{} joints");
 const DRIVE: Column = column("drive", "{}").shown(Show::Row(drive));

@@ -2,7 +2,8 @@
 
 use super::{Config, MOVE, MOVE_TIME, band};
 use serde_json::Value;
-use taut_output::sheet::{self, Column, Row, Sheet, Show, column, number_of};
+use taut_output::row::{Row, number_of};
+use taut_output::sheet::{self, Column, Sheet, Show, column};
 
 const RATIO: Column = column("mass_ratio", "ratio").shown(Show::Error(0));
 const SCHEME: Column = column("scheme", "scheme");

@@ -3,7 +3,8 @@
 use super::{Config, Record};
 use serde_json::Value;
 use std::fmt::Write;
-use taut_output::sheet::{self, Column, Sheet, Show, column, is};
+use taut_output::row::is;
+use taut_output::sheet::{self, Column, Sheet, Show, column};
 use taut_output::table::{nanoseconds, ratio};
 
 const fn percent_of(key: &'static str, heading: &'static str) -> Column {

@@ -2,10 +2,9 @@
 
 use super::{Record, Start, verdicts};
 use serde_json::{Value, json};
+use taut_output::row::{Row, number_of, text_of};
 use taut_output::settings::distinct;
-use taut_output::sheet::{
-    self, Across, Column, Row, Sheet, Show, column, digits, number_of, text_of,
-};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column, digits};
 use taut_output::table::ratio;
 
 const TARGET: Column = column("target", "{}").shown(Show::Error(0));

@@ -1,6 +1,7 @@
 //! What one solve costs, a table for each case.
 
-use taut_output::sheet::{self, Row, Sheet, Show, column, has_no_error, number_of};
+use taut_output::row::{Row, has_no_error, number_of};
+use taut_output::sheet::{self, Sheet, Show, column};
 
 pub(super) const SHEETS: &[Sheet] = &[Sheet {
     list: "records",

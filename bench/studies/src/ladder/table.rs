@@ -4,9 +4,8 @@ use super::{Answer, Record, Results, SceneNote};
 use crate::study::data;
 use comfy_table::CellAlignment;
 use serde_json::{Value, json};
-use taut_output::sheet::{
-    self, Row, Sheet, Show, column, has_ended, has_no_error, iterations, number_of,
-};
+use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
+use taut_output::sheet::{self, Sheet, Show, column};
 use taut_output::table::{omissions, text, wrapped};
 
 /// The rows of the main job.

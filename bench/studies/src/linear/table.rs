@@ -1,9 +1,8 @@
 //! Forward errors over mass ratios as tables, and how far the direct solvers keep the bar.
 
 use super::{BAR, BAR_RATIO, Verdict};
-use taut_output::sheet::{
-    self, Across, Row, Sheet, Show, column, has_no_error, number_of, text_of,
-};
+use taut_output::row::{Row, has_no_error, number_of, text_of};
+use taut_output::sheet::{self, Across, Sheet, Show, column};
 use taut_output::table::ratio;
 
 pub(super) const SHEETS: &[Sheet] = &[Sheet {

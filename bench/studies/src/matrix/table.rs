@@ -6,7 +6,8 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 use taut_ground::choice::Omission;
 use taut_ground::matrix::solve::{About, CONVERGED, DIRECT, Record, Results};
-use taut_output::sheet::{self, Column, Row, Sheet, Show, column, iterations, number_of, text_of};
+use taut_output::row::{Row, iterations, number_of, text_of};
+use taut_output::sheet::{self, Column, Sheet, Show, column};
 use taut_output::table::{nanoseconds, text, wrapped};
 
 const SOLVER: Column = column("backend", "solver");

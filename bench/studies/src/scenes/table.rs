@@ -2,10 +2,8 @@
 
 use super::BAR;
 use taut_model::Network;
-use taut_output::sheet::{
-    self, Across, Column, Row, Sheet, Show, column, has_ended, has_no_error, is, iterations,
-    number_of, text_of,
-};
+use taut_output::row::{Row, has_ended, has_no_error, is, iterations, number_of, text_of};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 use taut_output::table::{error, nanoseconds};
 
 const SOLVER: Column = column("backend", "solver").shown(Show::Row(solver));

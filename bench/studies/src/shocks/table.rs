@@ -3,7 +3,8 @@
 use super::{GAIN, Outcome, Results, SLACK, STRETCH, SWING, Swing};
 use serde_json::{Value, json};
 use std::fmt::Write;
-use taut_output::sheet::{self, Column, Row, Sheet, Show, column, is, number_of, text_of};
+use taut_output::row::{Row, is, number_of, text_of};
+use taut_output::sheet::{self, Column, Sheet, Show, column};
 use taut_output::table::ratio;
 
 const WORST: Column = column("worst_step_ns", "worst").shown(Show::Time);

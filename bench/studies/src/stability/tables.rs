@@ -3,7 +3,8 @@
 use super::{Config, READABLE_AREA, square};
 use serde::Serialize;
 use serde_json::Value;
-use taut_output::sheet::{self, Across, Column, Row, Sheet, Show, column, is, number_of, text_of};
+use taut_output::row::{Row, is, number_of, text_of};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
 const JOINT: Column = column("joint", "joint");
 const SEGMENTS: Column = column("segments", "segments");

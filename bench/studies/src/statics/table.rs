@@ -1,7 +1,8 @@
 //! The resting cables and the iterations that hold them, as text.
 
 use super::{Needed, Settled};
-use taut_output::sheet::{self, Across, Column, Row, Sheet, Show, column, is, number_of};
+use taut_output::row::{Row, is, number_of};
+use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
 const SOLVER: Column = column("backend", "solver");
 const SEGMENTS: Column = column("segments", "segments");
