@@ -20,8 +20,8 @@ mod build;
 
 use nalgebra::Vector3;
 
+use crate::cable::{End, JointKind, MAX_SEGMENTS};
 use crate::error::{SceneError, check};
-use crate::hoist::{JointKind, MAX_SEGMENTS};
 use crate::material::{Material, Stiffness};
 
 /// Name of the control that is the trolley's speed along x \[m/s].
@@ -92,7 +92,7 @@ pub struct GantryParams {
     /// Kind of the cable's inner joints: `spherical`, `cosserat` or `paper`.
     pub joint: JointKind,
     /// How the cable is held at hook and load: `spherical`, or `clamped`, which turns the load with the hook.
-    pub attachment: crate::hoist::End,
+    pub attachment: End,
     /// Largest force of the trolley's motor \[N]. Default: no limit. Zero lets the trolley roll freely.
     pub trolley_force: Option<f64>,
     /// Largest tension that each winch holds \[N]. Default: no limit.
@@ -129,7 +129,7 @@ impl Default for GantryParams {
             ei: None,
             gj: None,
             joint: JointKind::Cosserat,
-            attachment: crate::hoist::End::Clamped,
+            attachment: End::Clamped,
             trolley_force: None,
             winch_force: None,
             least_drop: 1.0,

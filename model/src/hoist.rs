@@ -7,55 +7,10 @@
 
 mod build;
 
-use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical, TwistDefinition};
+use crate::cable::{End, JointKind, MAX_SEGMENTS};
+use crate::constraint::TwistDefinition;
 use crate::error::{SceneError, check};
-use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
-
-/// Most segments that a scene may have.
-pub const MAX_SEGMENTS: usize = 10_000_000;
-
-/// Kind of the cable's inner joints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
-#[non_exhaustive]
-pub enum JointKind {
-    /// Ball joints: stretch only.
-    Spherical,
-    /// Stretch, two bend rows, twist.
-    #[default]
-    Cosserat,
-    /// The paper's joint: stretch, one bend row, twist.
-    Paper,
-}
-
-impl JointKind {
-    /// A joint of this kind; ball joints take the stretch law alone.
-    pub(crate) fn constraint(self, frames: [Frame; 2], law: JointLaw) -> Constraint {
-        match self {
-            Self::Spherical => Constraint::Spherical(Spherical {
-                frames,
-                stretch: law.stretch.unwrap_or_default(),
-            }),
-            Self::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
-            Self::Paper => Constraint::Paper(Paper::new(frames, law)),
-        }
-    }
-}
-
-/// How an end of the cable is held.
-#[non_exhaustive]
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
-pub enum End {
-    /// A ball joint.
-    #[default]
-    Spherical,
-    /// With the cable's own joint law over half a segment.
-    Clamped,
-}
 
 /// Which joint is a group of its own, for block Gauss–Seidel over groups \[SL §VI-A]. All others are one group.
 #[non_exhaustive]

@@ -69,6 +69,7 @@
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | `notes` | how far constraints may open, and what in a scene is likely to be a mistake |
+//! | [`cable`] | [`Cable`]: segments and joints along a route; what belongs to a cable |
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
@@ -91,6 +92,7 @@
 
 pub mod body;
 pub mod body_vectors;
+pub mod cable;
 mod check;
 pub mod constraint;
 mod error;
@@ -116,6 +118,7 @@ pub mod unlimited;
 
 pub use body::{Bodies, Body, Mobility};
 pub use body_vectors::{BodyVectors, FourBodies, PACK};
+pub use cable::{Cable, CableEnd, CableParts, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MAX_ROWS,
@@ -125,7 +128,7 @@ pub use constraint::{
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use gantry::{Controls, GantryParams, ResolvedGantry};
-pub use hoist::{Apart, End, Hoist, HoistParams, JointKind};
+pub use hoist::{Apart, Hoist, HoistParams};
 pub use linearized::{Block, Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;

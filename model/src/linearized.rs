@@ -453,7 +453,7 @@ pub fn update_windings(scene: &mut Scene, t: f64) {
 mod tests {
     use super::*;
     use crate::constraint::MAX_ROWS;
-    use crate::hoist::{End, HoistParams, JointKind};
+    use crate::{End, HoistParams, JointKind};
     use crate::{Motion, Side};
     use nalgebra::Vector3;
 

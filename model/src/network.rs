@@ -19,8 +19,8 @@ mod build;
 #[cfg(test)]
 mod tests;
 
+use crate::cable::{JointKind, MAX_SEGMENTS};
 use crate::error::{SceneError, check};
-use crate::hoist::{JointKind, MAX_SEGMENTS};
 use crate::material::{Material, Stiffness};
 
 /// Which scene it is.

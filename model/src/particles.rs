@@ -6,10 +6,10 @@
 use nalgebra::Vector3;
 
 use crate::body::Body;
+use crate::cable::MAX_SEGMENTS;
 use crate::constraint::{BendDefinition, Constraint, Distance, LinkBend, MasslessCable, RowLaw};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
-use crate::hoist::MAX_SEGMENTS;
 use crate::scene::Scene;
 use crate::seed;
 

@@ -5,6 +5,7 @@ pub(crate) mod validate;
 use nalgebra::Vector3;
 
 use crate::body::{Bodies, Body};
+use crate::cable::CableParts;
 use crate::constraint::{Constraint, Target};
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
@@ -50,6 +51,9 @@ pub struct Scene {
     pub groups: Vec<u32>,
     /// The inputs, which are zero until they are set.
     pub controls: Vec<Control>,
+    /// The cables of segments, and what belongs to each.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub cables: Vec<CableParts>,
     /// The body whose position reports follow: the load.
     pub load: Option<usize>,
     /// Whether a simulation is to start from the static equilibrium near this pose instead of from the pose itself;
@@ -84,6 +88,15 @@ impl Scene {
         self.constraints.push(constraint);
         self.groups.push(group);
         self.constraints.len() - 1
+    }
+
+    /// Removes all bodies from number `bodies` on and all constraints from number `constraints` on.
+    pub(crate) fn truncate(&mut self, bodies: usize, constraints: usize) {
+        self.bodies.truncate(bodies);
+        self.body_names.truncate(bodies);
+        self.constraints.truncate(constraints);
+        self.constraint_names.truncate(constraints);
+        self.groups.truncate(constraints);
     }
 
     /// Sets control number `control` to `value` from time `t` (s) on: its motors hold speeds from then on, and its winches

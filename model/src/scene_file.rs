@@ -69,7 +69,7 @@
 //! | `force_limit` | N or N m, in both directions; left out (or `inf`): no limit |
 //! | `compliance`, `damping` | while it holds a position, m/N or rad/(N m), and s; default 0 |
 //!
-//! | `[[cable]]` | a massless cable, see [`CableEntry`] |
+//! | `[[massless_cable]]` | a massless cable, see [`CableEntry`] |
 //! |---|---|
 //! | `name` | |
 //! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
@@ -167,7 +167,7 @@
 //! length = 2.3
 //! stretch = 1e-7                             # m/N
 //!
-//! [[cable]]
+//! [[massless_cable]]
 //! name = "rope"
 //! through = [{ body = "trolley" }, { body = "hook" }]
 //! length = 19
@@ -198,13 +198,13 @@
 //!
 //! let fault = SceneSource::parse(&text.replace("ea = 2e7", "ea = -1"), &[])?.build();
 //! let fault = fault.expect_err("a negative stiffness").to_string();
-//! assert_eq!(fault, "line 68, column 1: cable `rope`: ea is -1: it has to be > 0 N, or N m²");
+//! assert_eq!(fault, "line 68, column 1: massless cable `rope`: ea is -1: it has to be > 0 N, or N m²");
 //! # Ok::<(), taut_model::SceneError>(())
 //! ```
 //!
 //! # Overrides
 //! A key is a path: `mass_ratio` in a hoist, `spacing` in a particle chain; `gravity`, `body.hook.mass`,
-//! `joint.anchor.ei`, `joint.rail.motor.speed` or `cable.main.through.1.point` (entries by name or number from 0) in an
+//! `joint.anchor.ei`, `joint.rail.motor.speed` or `massless_cable.main.through.1.point` (entries by name or number from 0) in an
 //! explicit scene. A value is
 //! TOML, or else taken as a string: `joint=paper` needs no quotes.
 //!
@@ -223,6 +223,7 @@ mod motion;
 mod motor;
 mod overrides;
 mod places;
+mod points;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -235,12 +236,13 @@ mod tests_faults;
 mod tests_from_scene;
 mod write;
 
-pub use cable::{BendEntry, CableEntry, PointEntry};
+pub use cable::{CableEntry, EndEntry, Hold};
 pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use joint::{JointEntry, Kind};
 pub use motion::MotionEntry;
 pub use motor::{MotorEntry, WinchEntry};
+pub use points::{BendEntry, MasslessCableEntry, PointEntry};
 
 use overrides::merge;
 use places::{Places, located};

@@ -19,10 +19,11 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::Body;
+use crate::cable::strand::Strand;
+use crate::cable::{JointKind, MAX_SEGMENTS};
 use crate::constraint::{Constraint, Cosserat, JointLaw, RowLaw, TwistDefinition};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
-use crate::hoist::{JointKind, MAX_SEGMENTS};
 use crate::material::{CrossSection, Material, Stiffness};
 use crate::scene::Scene;
 use crate::seed;
@@ -328,11 +329,12 @@ impl SpecimenParams {
         let specimen = self.resolve()?;
         let (n, l, side) = (specimen.segments, specimen.segment_length, specimen.side);
         let mut scene = Scene::new(self.specimen.name());
-        for i in 0..n {
+        let segments = (0..n).map(|i| {
             let segment = Body::cuboid(Vector3::new(l, side, side), specimen.segment_mass);
-            let centre = Vector3::new(l * (i as f64 + 0.5), 0.0, 0.0);
-            scene.add_body(format!("segment-{}", i + 1), segment.at(centre));
-        }
+            segment.at(Vector3::new(l * (i as f64 + 0.5), 0.0, 0.0))
+        });
+        let cable = Strand::begin(&mut scene, "cable");
+        Strand::add_segments(&mut scene, cable, "segment", segments);
         let end = Vector3::new(self.length, 0.0, 0.0);
         let cube = Vector3::repeat(side);
         let mut grip = Body::cuboid(cube, specimen.grip_mass).at(end);
@@ -347,26 +349,20 @@ impl SpecimenParams {
         }
         let grip = scene.add_body("grip", grip);
         scene.load = Some(grip);
-        let half = Vector3::new(0.5 * l, 0.0, 0.0);
-        let at = |body: usize, point: Vector3<f64>| {
-            Frame::body(body, point).with_axes(Matrix3::identity())
+        let strand = Strand {
+            twist_definition: self.twist_definition,
+            back: -Vector3::x(),
+            axes: Matrix3::identity(),
+            ..Strand::new(self.joint, specimen.stiffness, self.damping)
         };
-        let world = |point| Frame::world(point).with_axes(Matrix3::identity());
-        for j in 0..=n {
-            let a = match j {
-                0 => world(Vector3::zeros()),
-                _ => at(j - 1, half),
-            };
-            let b = at(j, if j == n { Vector3::zeros() } else { -half });
-            let length = specimen.joint_length(j);
-            let law = specimen.stiffness.joint_law(length, self.damping);
-            let (name, group) = match j {
-                0 => ("clamp".to_owned(), 0),
-                _ if j == n => ("grip".to_owned(), 1),
-                _ => (format!("joint-{j}"), 0),
-            };
-            scene.add_constraint(name, self.joint([a, b], law), group);
-        }
+        let world = |point| Frame::world(point).with_axes(strand.axes);
+        let grip_frame = Frame::body(grip, Vector3::zeros()).with_axes(strand.axes);
+        let clamp = [world(Vector3::zeros()), strand.ends(0, l)[0]];
+        strand.join(&mut scene, cable, "clamp", (self.joint, clamp), 0.5 * l);
+        strand.join_segments(&mut scene, cable, "joint", 0..n, l);
+        let held = [strand.ends(n - 1, l)[1], grip_frame];
+        strand.join(&mut scene, cable, "grip", (self.joint, held), 0.5 * l);
+        scene.groups[n] = 1;
         if self.bearing {
             let drawn = self.length * (1.0 + specimen.force / specimen.stiffness.ea);
             let place = world(Vector3::new(drawn, 0.0, 0.0));
@@ -375,7 +371,7 @@ impl SpecimenParams {
                 bend: Some(RowLaw::RIGID),
                 twist: None,
             };
-            let frames = [place, at(grip, Vector3::zeros())];
+            let frames = [place, grip_frame];
             let bearing = Constraint::Cosserat(Cosserat::new(frames, law));
             scene.add_constraint("bearing", bearing, 1);
         }
@@ -384,14 +380,6 @@ impl SpecimenParams {
         scene.start_in_equilibrium = self.equilibrium;
         scene.validate()?;
         Ok(scene)
-    }
-
-    fn joint(&self, frames: [Frame; 2], law: JointLaw) -> Constraint {
-        let mut joint = self.joint.constraint(frames, law);
-        if let Constraint::Paper(paper) = &mut joint {
-            paper.twist_definition = self.twist_definition;
-        }
-        joint
     }
 }
 

@@ -4,17 +4,18 @@ use nalgebra::Vector3;
 
 use super::{Controls, GantryParams, ResolvedGantry};
 use crate::body::Body;
+use crate::cable::strand::Strand;
 use crate::constraint::{Constraint, MasslessCable, Motor, RowLaw, Slider, Winch};
 use crate::error::SceneError;
 use crate::frame::{Frame, axes_along};
-use crate::hoist::{End, JointKind};
 use crate::scene::{Control, Drive, Scene};
 use crate::seed;
 
-/// Numbers of the bodies and constraints that have one place in every gantry.
+/// Numbers of the bodies, cables and constraints that have one place in every gantry.
 const CRANE: usize = 0;
 const TROLLEY: usize = 1;
 const HOOK: usize = 2;
+const CABLE: usize = 0;
 const RAIL: usize = 0;
 const ROPES: [usize; 2] = [1, 2];
 
@@ -38,7 +39,7 @@ impl GantryParams {
                 0,
             );
         }
-        self.add_cable(&mut scene, &gantry);
+        self.join_cable(&mut scene, &gantry);
         self.add_controls(&mut scene);
         let spins = &mut scene.bodies.angular_velocity[HOOK + 1..HOOK + 1 + self.segments];
         seed::replace(spins, self.seed, self.seed_rate);
@@ -59,11 +60,12 @@ impl GantryParams {
         let block = Body::cuboid(hook, gantry.hook_mass);
         scene.add_body("hook", block.at(at(self.drop + 0.5 * height)));
         let (top, l) = (self.drop + height, gantry.segment_length);
-        for i in 0..self.segments {
+        let rods = (0..self.segments).map(|i| {
             let rod = Body::rod(l, gantry.radius, self.segment_mass);
-            let centre = top + l * (i as f64 + 0.5);
-            scene.add_body(format!("segment-{}", i + 1), rod.at(at(centre)));
-        }
+            rod.at(at(top + l * (i as f64 + 0.5)))
+        });
+        Strand::begin(scene, "cable");
+        Strand::add_segments(scene, CABLE, "segment", rods);
         let edge = Vector3::repeat(gantry.load_edge);
         let cube = Body::cuboid(edge, gantry.load_mass);
         let depth = top + self.cable_length + gantry.load_offset;
@@ -121,28 +123,18 @@ impl GantryParams {
         self.parts as f64 * drop + self.rope_spread[0]
     }
 
-    fn add_cable(&self, scene: &mut Scene, gantry: &ResolvedGantry) {
+    fn join_cable(&self, scene: &mut Scene, gantry: &ResolvedGantry) {
         let l = gantry.segment_length;
-        let half = Vector3::new(0.0, 0.0, 0.5 * l);
-        let law = |length| gantry.stiffness.joint_law(length, self.damping);
-        let held = match self.attachment {
-            End::Spherical => JointKind::Spherical,
-            End::Clamped => self.joint,
-        };
+        let strand = Strand::new(self.joint, gantry.stiffness, self.damping);
+        let held = self.attachment.joint(self.joint);
         let (first, load) = (HOOK + 1, HOOK + 1 + self.segments);
         let below = Vector3::new(0.0, 0.0, -0.5 * self.hook_height);
-        let ends = [Frame::body(HOOK, below), Frame::body(first, half)];
-        scene.add_constraint("top", held.constraint(ends, law(0.5 * l)), 0);
-        for i in 1..self.segments {
-            let ends = [
-                Frame::body(first + i - 1, -half),
-                Frame::body(first + i, half),
-            ];
-            scene.add_constraint(format!("joint-{i}"), self.joint.constraint(ends, law(l)), 0);
-        }
+        let top = [Frame::body(HOOK, below), strand.ends(first, l)[0]];
+        strand.join(scene, CABLE, "top", (held, top), 0.5 * l);
+        strand.join_segments(scene, CABLE, "joint", first..load, l);
         let above = Vector3::new(0.0, 0.0, gantry.load_offset);
-        let ends = [Frame::body(load - 1, -half), Frame::body(load, above)];
-        scene.add_constraint("bottom", held.constraint(ends, law(0.5 * l)), 0);
+        let bottom = [strand.ends(load - 1, l)[1], Frame::body(load, above)];
+        strand.join(scene, CABLE, "bottom", (held, bottom), 0.5 * l);
     }
 
     fn add_controls(&self, scene: &mut Scene) {

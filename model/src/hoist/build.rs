@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::{Apart, End, Hoist, HoistParams, JointKind};
+use super::{Apart, Hoist, HoistParams};
 use crate::body::Body;
-use crate::constraint::{Constraint, JointLaw};
+use crate::cable::strand::Strand;
+use crate::cable::{End, JointKind};
 use crate::error::SceneError;
 use crate::frame::Frame;
 use crate::material::Material;
@@ -65,78 +66,53 @@ impl HoistParams {
         let mut scene = Scene::new("hoist");
         scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
         let mut depth = 0.0;
-        for (i, gap) in gaps[..hoist.segments].iter().enumerate() {
+        let rods = gaps[..hoist.segments].iter().enumerate().map(|(i, gap)| {
             let centre = depth + gap + 0.5 * l;
             let mass = if i == 0 {
                 hoist.top_mass
             } else {
                 hoist.segment_mass
             };
-            let rod = Body::rod(l, hoist.radius, mass);
-            scene.add_body(
-                format!("segment-{}", i + 1),
-                rod.at(place(centre)).turned(turn),
-            );
             depth = centre + 0.5 * l;
-        }
+            let rod = Body::rod(l, hoist.radius, mass);
+            rod.at(place(centre)).turned(turn)
+        });
+        let cable = Strand::begin(&mut scene, "cable");
+        Strand::add_segments(&mut scene, cable, "segment", rods);
         let centre = depth + gaps[hoist.segments] + self.load_offset;
         let volume = hoist.load_mass / Material::STEEL.density;
         let sphere = Body::sphere((0.75 * volume / PI).cbrt(), hoist.load_mass);
         let load = scene.add_body("load", sphere.at(place(centre)).turned(turn));
         scene.load = Some(load);
-        self.add_joints(&mut scene, hoist);
+        self.add_joints(&mut scene, cable, hoist);
         let spins = &mut scene.bodies.angular_velocity[..hoist.segments];
         seed::replace(spins, self.seed, self.seed_rate);
         scene.validate()?;
         Ok(scene)
     }
 
-    fn add_joints(&self, scene: &mut Scene, hoist: &Hoist) {
-        let half = Vector3::new(0.0, 0.0, 0.5 * hoist.segment_length);
-        let inner = self.law(hoist, hoist.segment_length);
-        let end = self.law(hoist, 0.5 * hoist.segment_length);
-        let joint = |kind: JointKind, frames: [Frame; 2], law: JointLaw| {
-            let mut joint = kind.constraint(frames, law);
-            if let Constraint::Paper(paper) = &mut joint {
-                paper.twist_definition = self.twist_definition;
-            }
-            joint
-        };
-        let held = |end: End| match end {
-            End::Spherical => JointKind::Spherical,
-            End::Clamped => self.joint,
-        };
-        let top = Frame::world(Vector3::zeros()).moving(self.motion());
-        let anchor = joint(held(self.anchor), [top, Frame::body(0, half)], end);
-        let [anchor_group, load_group] = match self.apart {
-            Apart::Load => [0, 1],
-            Apart::Anchor => [1, 0],
-        };
-        scene.add_constraint("anchor", anchor, anchor_group);
-        for i in 1..hoist.segments {
-            let frames = [Frame::body(i - 1, -half), Frame::body(i, half)];
-            scene.add_constraint(format!("joint-{i}"), joint(self.joint, frames, inner), 0);
-        }
-        let hook = Vector3::new(0.0, 0.0, self.load_offset);
-        let frames = [
-            Frame::body(hoist.segments - 1, -half),
-            Frame::body(hoist.segments, hook),
-        ];
-        scene.add_constraint(
-            "load",
-            joint(held(self.attachment), frames, end),
-            load_group,
-        );
-    }
-
-    fn law(&self, hoist: &Hoist, length: f64) -> JointLaw {
-        let all = hoist.stiffness.joint_law(length, self.damping);
+    fn add_joints(&self, scene: &mut Scene, cable: usize, hoist: &Hoist) {
+        let (n, l) = (hoist.segments, hoist.segment_length);
         let angular = self.joint != JointKind::Spherical;
-        JointLaw {
-            stretch: all.stretch,
-            bend: all.bend.filter(|_| self.bend.unwrap_or(angular)),
-            twist: all.twist.filter(|_| self.twist.unwrap_or(angular)),
-        }
+        let strand = Strand {
+            twist_definition: self.twist_definition,
+            bend: self.bend.unwrap_or(angular),
+            twist: self.twist.unwrap_or(angular),
+            ..Strand::new(self.joint, hoist.stiffness, self.damping)
+        };
+        let held = |end: End, frames| (end.joint(self.joint), frames);
+        let top = Frame::world(Vector3::zeros()).moving(self.motion());
+        let anchor = held(self.anchor, [top, strand.ends(0, l)[0]]);
+        strand.join(scene, cable, "anchor", anchor, 0.5 * l);
+        strand.join_segments(scene, cable, "joint", 0..n, l);
+        let hook = Frame::body(n, Vector3::new(0.0, 0.0, self.load_offset));
+        let load = held(self.attachment, [strand.ends(n - 1, l)[1], hook]);
+        strand.join(scene, cable, "load", load, 0.5 * l);
+        let apart = match self.apart {
+            Apart::Load => n,
+            Apart::Anchor => 0,
+        };
+        scene.groups[apart] = 1;
     }
 
     fn motion(&self) -> Motion {

@@ -6,10 +6,11 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use super::{Held, Network, NetworkParams, ResolvedNetwork};
 use crate::body::Body;
-use crate::constraint::{Constraint, Distance, JointLaw, RowLaw, Spherical};
+use crate::cable::JointKind;
+use crate::cable::strand::Strand;
+use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
 use crate::error::SceneError;
 use crate::frame::Frame;
-use crate::hoist::JointKind;
 use crate::material::Material;
 use crate::scene::Scene;
 use crate::seed;
@@ -21,7 +22,16 @@ const SLOPE: f64 = FRAC_PI_6;
 struct Builder<'a> {
     params: &'a NetworkParams,
     network: ResolvedNetwork,
+    strand: Strand,
     scene: Scene,
+}
+
+/// A stretch of cable: the number of its cable, its first and its last segment.
+#[derive(Clone, Copy)]
+struct Stretch {
+    cable: usize,
+    first: usize,
+    last: usize,
 }
 
 impl NetworkParams {
@@ -34,9 +44,11 @@ impl NetworkParams {
     pub fn build(&self) -> Result<Scene, SceneError> {
         let mut scene = Scene::new(self.network.name());
         scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
+        let network = self.resolve()?;
         let mut builder = Builder {
             params: self,
-            network: self.resolve()?,
+            network,
+            strand: Strand::new(self.joint, network.stiffness, self.damping),
             scene,
         };
         match self.network {
@@ -68,62 +80,62 @@ impl Builder<'_> {
         self.network.segment_length
     }
 
-    fn law(&self, length: f64) -> JointLaw {
-        let damping = self.params.damping;
-        self.network.stiffness.joint_law(length, damping)
-    }
-
-    /// The half of a segment's length, in its own frame: from its centre to its upper end.
-    fn half(&self) -> Vector3<f64> {
-        Vector3::new(0.0, 0.0, 0.5 * self.length())
-    }
-
     fn upper(&self, segment: usize) -> Frame {
-        Frame::body(segment, self.half())
+        self.strand.ends(segment, self.length())[0]
     }
 
     fn lower(&self, segment: usize) -> Frame {
-        Frame::body(segment, -self.half())
+        self.strand.ends(segment, self.length())[1]
     }
 
-    /// `count` segments in a straight line from `from` along the unit vector `along`, joined to each other. Returns the
-    /// first and the last.
+    /// A straight cable: [`stretch`](Self::stretch).
     fn cable(
         &mut self,
         name: &str,
         from: Vector3<f64>,
         along: Vector3<f64>,
         count: usize,
-    ) -> [usize; 2] {
+    ) -> Stretch {
+        let cable = Strand::begin(&mut self.scene, name);
+        self.stretch(cable, name, [from, along], count)
+    }
+
+    /// `count` segments in a straight line from a point along a unit vector, joined to each other.
+    fn stretch(
+        &mut self,
+        cable: usize,
+        name: &str,
+        [from, along]: [Vector3<f64>; 2],
+        count: usize,
+    ) -> Stretch {
         let l = self.length();
+        let (radius, mass) = (self.network.radius, self.params.segment_mass);
         // The rotation about y that takes −z to `along`; exact for a cable straight down.
         let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * (-along.x).atan2(-along.z));
         let first = self.scene.bodies.len();
-        for i in 0..count {
+        let rods = (0..count).map(|i| {
             let centre = from + along * (l * (i as f64 + 0.5));
-            let rod = Body::rod(l, self.network.radius, self.params.segment_mass);
-            let segment = rod.at(centre).turned(turn);
-            self.scene.add_body(format!("{name}-{}", i + 1), segment);
-        }
-        for i in 1..count {
-            self.join(format!("{name}-joint-{i}"), first + i - 1, first + i);
-        }
-        [first, first + count - 1]
+            Body::rod(l, radius, mass).at(centre).turned(turn)
+        });
+        Strand::add_segments(&mut self.scene, cable, name, rods);
+        let (joints, last) = (format!("{name}-joint"), first + count - 1);
+        self.strand
+            .join_segments(&mut self.scene, cable, &joints, first..last + 1, l);
+        Stretch { cable, first, last }
     }
 
     /// The inner joint between the lower end of `a` and the upper end of `b`.
-    fn join(&mut self, name: String, a: usize, b: usize) {
-        let law = self.law(self.length());
-        let frames = [self.lower(a), self.upper(b)];
-        let joint = self.params.joint.constraint(frames, law);
-        self.scene.add_constraint(name, joint, 0);
+    fn join(&mut self, cable: usize, name: String, a: usize, b: usize) {
+        let joint = (self.params.joint, [self.lower(a), self.upper(b)]);
+        let l = self.length();
+        self.strand.join(&mut self.scene, cable, name, joint, l);
     }
 
     /// A ball joint at the end of a cable.
-    fn end(&mut self, name: impl Into<String>, a: Frame, b: Frame) {
-        let law = self.law(0.5 * self.length());
-        let joint = JointKind::Spherical.constraint([a, b], law);
-        self.scene.add_constraint(name, joint, 0);
+    fn end(&mut self, cable: usize, name: impl Into<String>, a: Frame, b: Frame) {
+        let joint = (JointKind::Spherical, [a, b]);
+        let half = 0.5 * self.length();
+        self.strand.join(&mut self.scene, cable, name, joint, half);
     }
 
     /// The load: a solid steel sphere that hangs at its centre.
@@ -148,21 +160,21 @@ impl Builder<'_> {
         load
     }
 
-    /// Segments along the straight sides of a closed polygon, then the joints over its corners, the last of which
-    /// closes the loop.
-    fn polygon(&mut self, corners: &[Vector3<f64>], counts: &[usize]) -> Vec<[usize; 2]> {
-        let mut sides: Vec<[usize; 2]> = Vec::new();
+    /// One cable along the straight sides of a closed polygon; the last of the joints over its corners closes the loop.
+    fn polygon(&mut self, corners: &[Vector3<f64>], counts: &[usize]) -> Vec<Stretch> {
+        let mut sides: Vec<Stretch> = Vec::new();
+        let cable = Strand::begin(&mut self.scene, "ring");
         let next = corners.iter().cycle().skip(1);
         for (k, ((from, to), &count)) in corners.iter().zip(next).zip(counts).enumerate() {
-            let along = (to - from).normalize();
-            let side = self.cable(&format!("side-{}", k + 1), *from, along, count);
+            let line = [*from, (to - from).normalize()];
+            let side = self.stretch(cable, &format!("side-{}", k + 1), line, count);
             if let Some(before) = sides.last() {
-                self.join(format!("corner-{k}"), before[1], side[0]);
+                self.join(cable, format!("corner-{k}"), before.last, side.first);
             }
             sides.push(side);
         }
-        let last = sides[sides.len() - 1];
-        self.join("closing".to_owned(), last[1], sides[0][0]);
+        let last = sides[sides.len() - 1].last;
+        self.join(cable, "closing".to_owned(), last, sides[0].first);
         sides
     }
 
@@ -181,10 +193,10 @@ impl Builder<'_> {
             let corners = [top, east, bottom, west];
             let counts = [right[0], right[1], left[0], left[1]];
             let sides = self.polygon(&corners, &counts);
-            self.end("anchor", Frame::world(top), self.upper(sides[0][0]));
+            self.end(0, "anchor", Frame::world(top), self.upper(sides[0].first));
             let load = self.load(bottom);
             let hook = Frame::body(load, Vector3::zeros());
-            self.end("load", self.lower(sides[1][1]), hook);
+            self.end(0, "load", self.lower(sides[1].last), hook);
             return;
         }
         // A V between the two points, and a large one with the load.
@@ -198,11 +210,21 @@ impl Builder<'_> {
         let bottom = apex(east, west, length(right), length(left), 1.0);
         let corners = [west, sag, east, bottom];
         let sides = self.polygon(&corners, &[half, half, right, left]);
-        self.end("anchor-left", Frame::world(west), self.upper(sides[0][0]));
-        self.end("anchor-right", Frame::world(east), self.upper(sides[2][0]));
+        self.end(
+            0,
+            "anchor-left",
+            Frame::world(west),
+            self.upper(sides[0].first),
+        );
+        self.end(
+            0,
+            "anchor-right",
+            Frame::world(east),
+            self.upper(sides[2].first),
+        );
         let load = self.load(bottom);
         let hook = Frame::body(load, Vector3::zeros());
-        self.end("load", self.lower(sides[2][1]), hook);
+        self.end(0, "load", self.lower(sides[2].last), hook);
     }
 
     fn junction(&mut self) {
@@ -216,28 +238,33 @@ impl Builder<'_> {
             let top = Vector3::new(side * (whole + radius) * sine, 0.0, 0.0);
             let along = Vector3::new(-side * sine, 0.0, -cosine);
             let cable = self.cable(name, top, along, n);
+            let upper = self.upper(cable.first);
             self.end(
+                cable.cable,
                 format!("anchor-{name}"),
                 Frame::world(top),
-                self.upper(cable[0]),
+                upper,
             );
-            tops.push((name, cable[1], -along * radius));
+            tops.push((name, cable, -along * radius));
         }
         let foot = Vector3::new(0.0, 0.0, -radius);
         let below = self.cable("below", hub_at + foot, -Vector3::z(), n);
         let hub = Body::sphere(radius, self.params.segment_mass).at(hub_at);
         let hub = self.scene.add_body("hub", hub);
-        for (name, segment, lever) in tops {
+        for (name, cable, lever) in tops {
+            let lower = self.lower(cable.last);
             self.end(
+                cable.cable,
                 format!("hub-{name}"),
-                self.lower(segment),
+                lower,
                 Frame::body(hub, lever),
             );
         }
-        self.end("hub-below", Frame::body(hub, foot), self.upper(below[0]));
+        let upper = self.upper(below.first);
+        self.end(below.cable, "hub-below", Frame::body(hub, foot), upper);
         let load = self.load(hub_at + foot - Vector3::z() * whole);
         let hook = Frame::body(load, Vector3::zeros());
-        self.end("load", self.lower(below[1]), hook);
+        self.end(below.cable, "load", self.lower(below.last), hook);
     }
 
     fn cranes(&mut self) {
@@ -251,19 +278,23 @@ impl Builder<'_> {
             let top = Vector3::new(side * (0.5 * width + whole * sine), 0.0, 0.0);
             let along = Vector3::new(-side * sine, 0.0, -cosine);
             let cable = self.cable(name, top, along, n);
+            let upper = self.upper(cable.first);
             self.end(
+                cable.cable,
                 format!("crane-{name}"),
                 Frame::world(top),
-                self.upper(cable[0]),
+                upper,
             );
-            feet.push((name, cable[1], foot));
+            feet.push((name, cable, foot));
         }
         let beam = self.beam(feet[0].2, feet[1].2);
-        for (name, segment, foot) in feet {
+        for (name, cable, foot) in feet {
             let lever = foot - self.scene.bodies.position[beam];
+            let lower = self.lower(cable.last);
             self.end(
+                cable.cable,
                 format!("load-{name}"),
-                self.lower(segment),
+                lower,
                 Frame::body(beam, lever),
             );
         }
@@ -285,13 +316,18 @@ impl Builder<'_> {
             let name = format!("cable-{}", j + 1);
             let cable = self.cable(&name, top(j), -Vector3::z(), n);
             let anchor = Frame::world(top(j));
-            self.end(format!("{name}-anchor"), anchor, self.upper(cable[0]));
+            self.end(
+                cable.cable,
+                format!("{name}-anchor"),
+                anchor,
+                self.upper(cable.first),
+            );
             cables.push(cable);
         }
         let every = self.params.rung_every;
         for below in (every..n).step_by(every) {
             for j in 1..k {
-                let [a, b] = [cables[j - 1][0] + below, cables[j][0] + below];
+                let [a, b] = [cables[j - 1], cables[j]].map(|cable| cable.first + below);
                 let frames = [self.upper(a), self.upper(b)];
                 let rung = self.link(frames, spacing, false);
                 self.scene
@@ -303,7 +339,12 @@ impl Builder<'_> {
         for (j, cable) in cables.into_iter().enumerate() {
             let lever = top(j) + down - self.scene.bodies.position[beam];
             let hook = Frame::body(beam, lever);
-            self.end(format!("load-{}", j + 1), self.lower(cable[1]), hook);
+            self.end(
+                cable.cable,
+                format!("load-{}", j + 1),
+                self.lower(cable.last),
+                hook,
+            );
         }
     }
 
@@ -355,7 +396,7 @@ impl Builder<'_> {
         for (j, top) in edge.iter().enumerate() {
             if self.params.held == Held::Edge || j == 0 || j == links {
                 // Half a link of cable between the world and the node.
-                let stretch = self.law(0.5 * l).stretch.unwrap_or_default();
+                let stretch = self.strand.law(0.5 * l).stretch.unwrap_or_default();
                 let frames = [Frame::world(*top), node(0, j)];
                 let anchor = Constraint::Spherical(Spherical { frames, stretch });
                 self.scene.add_constraint(format!("anchor-{j}"), anchor, 0);

@@ -63,6 +63,7 @@ impl Scene {
             self.validate_constraint(i)?;
         }
         self.validate_controls()?;
+        self.validate_cables()?;
         match self.load {
             Some(i) if i >= self.bodies.len() => Err(self.unknown_body("load", i)),
             _ => Ok(()),
@@ -107,6 +108,26 @@ impl Scene {
                         reason,
                     });
                 }
+            }
+        }
+        Ok(())
+    }
+
+    fn validate_cables(&self) -> Result<(), SceneError> {
+        let names: Vec<String> = self.cables.iter().map(|c| c.name.clone()).collect();
+        unique("cable", &names)?;
+        for cable in &self.cables {
+            let what = format!("cable `{}`", cable.name);
+            let (bodies, joints) = (self.bodies.len(), self.constraints.len());
+            if let Some(i) = cable.bodies.iter().find(|i| **i >= bodies) {
+                return Err(self.unknown_body(&what, *i));
+            }
+            if let Some(i) = cable.joints.iter().find(|i| **i >= joints) {
+                return Err(SceneError::UnknownJoint {
+                    what,
+                    name: format!("number {i}"),
+                    known: first_names(&self.constraint_names),
+                });
             }
         }
         Ok(())
@@ -263,7 +284,7 @@ impl Scene {
         })
     }
 
-    fn unknown_body(&self, what: &str, index: usize) -> SceneError {
+    pub(crate) fn unknown_body(&self, what: &str, index: usize) -> SceneError {
         SceneError::UnknownBody {
             what: what.into(),
             name: format!("number {index}"),
@@ -333,7 +354,7 @@ fn positive_definite(inertia: &Matrix3<f64>) -> bool {
 mod tests {
     use super::*;
     use crate::constraint::{Cosserat, JointLaw, RowLaw};
-    use crate::hoist::{HoistParams, JointKind};
+    use crate::{HoistParams, JointKind};
     use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
     /// What validation says of a small hoist after a change.

@@ -1,10 +1,13 @@
 //! Explicit scenes from their entries: what is common to all of them, and their order.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
+use super::cable::CableEntry;
 use super::entries::SceneText;
 use super::motion::MotionEntry;
 use super::places::Fault;
+use crate::cable::CableParts;
+use crate::cable::strand::Strand;
 use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Side;
@@ -102,7 +105,13 @@ pub(super) struct Names<'a> {
     all: &'a [String],
 }
 
-impl Names<'_> {
+impl<'a> Names<'a> {
+    fn of(all: &'a [String]) -> Self {
+        let numbered = all.iter().enumerate();
+        let index = numbered.map(|(i, name)| (name.as_str(), i)).collect();
+        Self { index, all }
+    }
+
     /// The world with its motion (of the key `motion_key`), or the body called `name`; `key` is that of the name.
     pub(super) fn side(
         &self,
@@ -136,6 +145,8 @@ struct Built {
     path: String,
     name: String,
     group: Option<u32>,
+    /// The cable that it belongs to.
+    cable: Option<String>,
     constraint: Constraint,
 }
 
@@ -154,7 +165,7 @@ impl SceneText {
         let mut scene = Scene::new(self.name.clone());
         scene.gravity = self.gravity.into();
         scene.start_in_equilibrium = self.equilibrium;
-        let mut index = HashMap::with_capacity(self.body.len());
+        let mut seen = HashSet::with_capacity(self.body.len());
         for (i, entry) in self.body.iter().enumerate() {
             let path = format!("body.{i}");
             let body = entry.build().map_err(|fault| fault.within(&path))?;
@@ -167,18 +178,22 @@ impl SceneText {
                 )
             })?;
             // A name that two bodies have hides one of them from the constraints.
-            if index.insert(entry.name.as_str(), i).is_some() {
+            if !seen.insert(entry.name.as_str()) {
                 return Err(duplicate("body", &entry.name, &path));
             }
+            if let Some(cable) = &entry.cable {
+                parts_of(&mut scene, cable).bodies.push(i);
+            }
         }
-        let all = &scene.body_names.clone();
-        let names = Names { index, all };
+        let of_cables = self.lay_cables(&mut scene)?;
+        let names = scene.body_names.clone();
+        let names = Names::of(&names);
         let load = self
             .load
             .as_ref()
             .map(|name| names.find("load".into(), name));
         scene.load = load.transpose().map_err(|e| Fault::new("load", e))?;
-        let all = self.in_order(self.constraints(&scene, &names)?)?;
+        let all = self.in_order(self.constraints(of_cables, &scene, &names)?)?;
         let grouped = all.iter().any(|built| built.group.is_some());
         for built in all {
             let group = built.group.unwrap_or(0);
@@ -187,6 +202,15 @@ impl SceneText {
                 let keys = keys_of(&error);
                 of_keys(error, &keys, &built.path)
             })?;
+            if let Some(cable) = built.cable {
+                let known = scene.cables.iter_mut().rfind(|c| c.name == cable);
+                let Some(known) = known else {
+                    let of = Entry::new("joint", &scene.constraint_names[i]);
+                    let reason = "names a cable that no body belongs to: name one that is there";
+                    return Err(of.conflict("cable", reason).within(&built.path));
+                };
+                known.joints.push(i);
+            }
         }
         if !grouped {
             scene.group_by_topology();
@@ -208,47 +232,65 @@ impl SceneText {
         Ok(scene)
     }
 
-    /// All constraints, list by list, with different names.
-    fn constraints(&self, scene: &Scene, names: &Names<'_>) -> Result<Vec<Built>, Fault> {
-        let bodies = &scene.bodies;
+    /// Lays the cables of segments: their bodies in the scene, their joints in a list.
+    fn lay_cables(&self, scene: &mut Scene) -> Result<Vec<Built>, Fault> {
         let mut all = Vec::new();
-        let mut add = |list: &str, i: usize, name: &String, group, constraint: Result<_, Fault>| {
+        for (i, entry) in self.cable.iter().enumerate() {
+            let path = format!("cable.{i}");
+            let cable = entry.build(&Names::of(&scene.body_names));
+            let cable = cable.map_err(|fault| fault.within(&path))?;
+            let laid = scene.add_cable(&cable);
+            laid.map_err(|error| CableEntry::fault(error).within(&path))?;
+            let names = std::mem::take(&mut scene.constraint_names);
+            for (name, constraint) in names.into_iter().zip(scene.constraints.drain(..)) {
+                all.push(Built {
+                    path: path.clone(),
+                    name,
+                    group: entry.group,
+                    cable: Some(entry.name.clone()),
+                    constraint,
+                });
+            }
+            scene.groups.clear();
+            parts_of(scene, &entry.name).joints.clear();
+        }
+        Ok(all)
+    }
+
+    /// All constraints, list by list, with different names; `of_cables` are those of the cables.
+    fn constraints(
+        &self,
+        of_cables: Vec<Built>,
+        scene: &Scene,
+        names: &Names<'_>,
+    ) -> Result<Vec<Built>, Fault> {
+        let bodies = &scene.bodies;
+        let mut all = Vec::with_capacity(of_cables.len() + self.joint.len());
+        let built = |list: &str, i: usize, name: &String, group, constraint: Result<_, Fault>| {
             let path = format!("{list}.{i}");
-            let constraint = constraint.map_err(|fault| fault.within(&path))?;
-            all.push(Built {
+            Ok(Built {
+                constraint: constraint.map_err(|fault| fault.within(&path))?,
                 path,
                 name: name.clone(),
                 group,
-                constraint,
-            });
-            Ok(())
+                cable: None,
+            })
         };
         for (i, entry) in self.joint.iter().enumerate() {
-            add(
-                "joint",
-                i,
-                &entry.name,
-                entry.group,
-                entry.build(bodies, names),
-            )?;
+            let joint = entry.build(bodies, names);
+            let mut joint = built("joint", i, &entry.name, entry.group, joint)?;
+            joint.cable.clone_from(&entry.cable);
+            all.push(joint);
         }
-        for (i, entry) in self.cable.iter().enumerate() {
-            add(
-                "cable",
-                i,
-                &entry.name,
-                entry.group,
-                entry.build(bodies, names),
-            )?;
+        all.extend(of_cables);
+        for (i, entry) in self.massless_cable.iter().enumerate() {
+            let cable = entry.build(bodies, names);
+            let list = "massless_cable";
+            all.push(built(list, i, &entry.name, entry.group, cable)?);
         }
         for (i, entry) in self.bend.iter().enumerate() {
-            add(
-                "bend",
-                i,
-                &entry.name,
-                entry.group,
-                entry.build(bodies, names),
-            )?;
+            let bend = entry.build(bodies, names);
+            all.push(built("bend", i, &entry.name, entry.group, bend)?);
         }
         let mut seen = HashMap::with_capacity(all.len());
         for built in &all {
@@ -294,6 +336,13 @@ impl SceneText {
             None => Ok(ordered),
         }
     }
+}
+
+/// The cable of that name, which is there or is added.
+fn parts_of<'a>(scene: &'a mut Scene, name: &str) -> &'a mut CableParts {
+    let known = scene.cables.iter().rposition(|cable| cable.name == name);
+    let number = known.unwrap_or_else(|| Strand::begin(scene, name));
+    &mut scene.cables[number]
 }
 
 fn duplicate(kind: &'static str, name: &str, path: &str) -> Fault {

@@ -1,169 +1,202 @@
-//! Constraints of explicit scenes that run through points: massless cables and bends of links.
+//! Cables of segments in explicit scenes: one entry for what [`Scene::add_cable`](crate::Scene::add_cable) lays.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
-use super::joint::is_zero;
 use super::motion::MotionEntry;
-use super::motor::WinchEntry;
 use super::places::Fault;
-use crate::body::Bodies;
-use crate::constraint::{BendDefinition, Constraint, LinkBend, MasslessCable, RowLaw};
-use crate::frame::{Frame, hanging_axes};
+use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
+use crate::error::SceneError;
+use crate::frame::{Frame, Side};
+use crate::material::{CrossSection, Material, Stiffness};
 
-/// A point of a body or of the world.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct PointEntry {
-    /// `world` or a body's name.
-    pub body: String,
-    /// The point, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
-    #[serde(default)]
-    pub point: [f64; 3],
-    /// Columns u, v, w of the frame, which these constraints do not use; default hanging.
-    pub axes: Option<[[f64; 3]; 3]>,
-    /// Motion of a point of the world.
-    pub motion: Option<MotionEntry>,
-}
-
-/// A massless cable: one length through two or more points, free to slide through the inner ones. Its one row has
-/// `stretch` or `ea`.
+/// A cable of rigid segments, `NAME-1` …, with the joints `NAME-start`, `NAME-joint-1` …, `NAME-end`. Its size is
+/// `radius` or `ea`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CableEntry {
     /// Its name.
     pub name: String,
-    /// Its points in order, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
-    pub through: Vec<PointEntry>,
-    /// Total length at rest \[m].
-    pub length: f64,
-    /// Axial stiffness \[N].
+    /// Where it begins: `{ body = "…", point = [x, y, z], held = "…" }`.
+    pub from: EndEntry,
+    /// Where it ends, likewise.
+    pub to: EndEntry,
+    /// Points between its ends, world \[m]; default none: straight.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub points: Vec<[f64; 3]>,
+    /// Number of its segments; default 24.
+    pub segments: Option<usize>,
+    /// Lengths of its segments from its start \[m], which add up to the length of its route; instead of `segments`.
+    pub lengths: Option<Vec<f64>>,
+    /// `steel` (default), `nylon` or `rubber`.
+    pub material: Option<String>,
+    /// Radius \[m]; default that of a solid cable of the material with stiffness `ea`.
+    pub radius: Option<f64>,
+    /// Axial stiffness \[N]; default that of a solid cable of that radius.
     pub ea: Option<f64>,
-    /// Compliance \[m/N]; 0 is rigid.
-    pub stretch: Option<f64>,
-    /// Damping time \[s].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub damping: f64,
-    /// Whether it goes slack where it is too long (default), or pushes: `false`.
-    pub tension_only: Option<bool>,
-    /// What pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit, brake, brake_limit, shortest,
-    /// longest }`.
-    pub winch: Option<WinchEntry>,
-    /// Group for block Gauss–Seidel; default by topology.
+    /// Bending stiffness \[N m²]; default that of a solid cable, EA r²/4.
+    pub ei: Option<f64>,
+    /// Torsional stiffness \[N m²]; default that of a solid cable, EI/(1 + ν).
+    pub gj: Option<f64>,
+    /// Mass per length \[kg/m]; default that of a solid cable.
+    pub mass_per_length: Option<f64>,
+    /// Damping time of all rows \[s]; default 0.
+    pub damping: Option<f64>,
+    /// Part of critical damping of the lowest modes of the cable alone; instead of `damping`.
+    pub damping_ratio: Option<f64>,
+    /// Kind of its joints: `cosserat` (default), `paper` or `spherical`.
+    #[serde(default)]
+    pub joint: JointKind,
+    /// Whether its joints have bend rows; default `true`.
+    pub bend: Option<bool>,
+    /// Whether its joints have a twist row; default `true`.
+    pub twist: Option<bool>,
+    /// Shape without strain: `straight` (default) or `as-routed`.
+    #[serde(default)]
+    pub rest: Rest,
+    /// Group of its joints for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
 }
 
-/// The bend at the middle one of three points.
+/// An end of a cable.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct BendEntry {
-    /// Its name.
-    pub name: String,
-    /// The three points, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
-    pub through: Vec<PointEntry>,
-    /// What is measured: `vector`, in both directions (the default), or `angle`, the paper's.
+pub struct EndEntry {
+    /// `world` or a body's name.
+    pub body: String,
+    /// The point, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
     #[serde(default)]
-    pub definition: BendDefinition,
-    /// Compliance \[rad/(N m)]; 0 is rigid.
-    pub bend: f64,
-    /// Damping time \[s].
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub damping: f64,
-    /// Group for block Gauss–Seidel; default by topology.
-    pub group: Option<u32>,
+    pub point: [f64; 3],
+    /// How it is held there.
+    #[serde(default)]
+    pub held: Hold,
+    /// Motion of a point of the world.
+    pub motion: Option<MotionEntry>,
+}
+
+/// How an end of a cable is held.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
+pub enum Hold {
+    /// By a ball joint.
+    #[default]
+    Pinned,
+    /// In the direction in which the route meets it.
+    Clamped,
+    /// By nothing.
+    Free,
 }
 
 impl CableEntry {
-    /// The constraint between bodies that have their places.
-    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
+    /// The cable between bodies that have their places.
+    pub(super) fn build(&self, names: &Names<'_>) -> Result<Cable, Fault> {
         let of = Entry::new("cable", &self.name);
-        if self.through.len() < 2 {
-            return Err(of.conflict("through", "needs at least 2 points"));
-        }
-        let frames = through(&of, &self.through, bodies, names)?;
-        of.check("length", self.length, self.length > 0.0, "> 0 m")?;
-        let stiffness = ("ea", self.ea);
-        let compliance = of.compliance("stretch", self.stretch, stiffness, Some(self.length))?;
-        let Some(compliance) = compliance else {
-            return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
+        let (radius, stiffness, solid) = self.section(&of)?;
+        let from = self.from.build(&of, "from", names)?;
+        let to = self.to.build(&of, "to", names)?;
+        of.finite("points", self.points.as_flattened())?;
+        let segments = match (&self.segments, &self.lengths) {
+            (Some(_), Some(_)) => {
+                return Err(of.conflict("lengths", "excludes segments: give one of them"));
+            }
+            (None, Some(lengths)) => Segments::Lengths(lengths.clone()),
+            (count, None) => Segments::Equal(count.unwrap_or(24)),
         };
-        let law = law(&of, "stretch", compliance, self.damping)?;
-        let winch = self.winch.as_ref().map(|winch| winch.build(&of));
-        Ok(Constraint::MasslessCable(MasslessCable {
-            tension_only: self.tension_only.unwrap_or(true),
-            winch: winch.transpose()?,
-            ..MasslessCable::new(frames, self.length, law)
-        }))
-    }
-}
-
-impl BendEntry {
-    /// The constraint between bodies that have their places.
-    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
-        let of = Entry::new("bend", &self.name);
-        let frames = through(&of, &self.through, bodies, names)?;
-        let Ok(frames) = <[Frame; 3]>::try_from(frames) else {
-            return Err(of.conflict("through", "needs exactly 3 points"));
+        let damping = match (self.damping, self.damping_ratio) {
+            (Some(_), Some(_)) => {
+                return Err(of.conflict("damping_ratio", "excludes damping: give one of them"));
+            }
+            (None, Some(ratio)) => Damping::Ratio(ratio),
+            (time, None) => Damping::Time(time.unwrap_or(0.0)),
         };
-        Ok(Constraint::LinkBend(LinkBend {
-            frames,
-            law: law(&of, "bend", self.bend, self.damping)?,
-            definition: self.definition,
-        }))
-    }
-}
-
-fn law(of: &Entry<'_>, key: &str, compliance: f64, damping: f64) -> Result<RowLaw, Fault> {
-    of.check_compliance(key, compliance)?;
-    of.check("damping", damping, damping >= 0.0, "≥ 0 s")?;
-    Ok(RowLaw::new(compliance, damping))
-}
-
-/// The frames of the points: not all on the world nor on one body, and no two neighbours in one place.
-fn through(
-    of: &Entry<'_>,
-    points: &[PointEntry],
-    bodies: &Bodies,
-    names: &Names<'_>,
-) -> Result<Vec<Frame>, Fault> {
-    let numbered = points.iter().enumerate();
-    let frames: Result<Vec<_>, _> = numbered.map(|(i, p)| p.frame(of, i, names)).collect();
-    let frames = frames?;
-    let first = frames.first().and_then(Frame::body_index);
-    if frames.iter().all(|f| f.body_index() == first) {
-        let reason = if first.is_none() {
-            "ties the world to the world: put at least one point on a body"
-        } else {
-            "ties a body to itself: put at least one point on another body or on the world"
-        };
-        return Err(of.conflict("through", reason));
-    }
-    let places = frames.iter().map(|f| f.resolve(bodies, 0.0).point());
-    let places: Vec<Vector3<f64>> = places.collect();
-    if let Some(i) = places.windows(2).position(|pair| pair[0] == pair[1]) {
-        let key = format!("through.{}.point", i + 1);
-        let reason = "is in one place with the point before it: move or remove one of them";
-        return Err(of
-            .conflict(&key, reason)
-            .or_at(&format!("through.{}", i + 1)));
-    }
-    Ok(frames)
-}
-
-impl PointEntry {
-    fn frame(&self, of: &Entry<'_>, i: usize, names: &Names<'_>) -> Result<Frame, Fault> {
-        let key = |key: &str| format!("through.{i}.{key}");
-        let motion = self.motion.as_ref();
-        let side = names.side(of, &key("body"), &self.body, motion, &key("motion"))?;
-        if motion.is_some() && matches!(side, crate::frame::Side::Body(_)) {
-            return Err(of.conflict(&key("motion"), "moves points of the world: remove it"));
-        }
-        of.finite(&key("point"), &self.point)?;
-        Ok(Frame {
-            side,
-            point: self.point.into(),
-            axes: self.axes.map_or_else(hanging_axes, Matrix3::from),
+        Ok(Cable {
+            points: self.points.iter().copied().map(Vector3::from).collect(),
+            segments,
+            density: self.mass_per_length.unwrap_or(solid),
+            stiffness,
+            damping,
+            joint: self.joint,
+            bend: self.bend.unwrap_or(true),
+            twist: self.twist.unwrap_or(true),
+            rest: self.rest,
+            ..Cable::round(&*self.name, &Material::STEEL, radius, [from, to])
         })
+    }
+
+    /// Radius \[m], stiffness, and the mass per length of a solid cable \[kg/m].
+    fn section(&self, of: &Entry<'_>) -> Result<(f64, Stiffness, f64), Fault> {
+        let name = self.material.as_deref().unwrap_or("steel");
+        let material = Material::named(name).ok_or_else(|| {
+            let error = SceneError::UnknownName {
+                what: "material",
+                name: name.to_owned(),
+                known: Material::NAMES.map(str::to_owned).to_vec(),
+            };
+            Fault::new("material", error)
+        })?;
+        for (key, value, needs) in [("radius", self.radius, "> 0 m"), ("ea", self.ea, "> 0 N")] {
+            let value = value.unwrap_or(1.0);
+            of.check(key, value, value > 0.0, needs)?;
+        }
+        let area = |radius| CrossSection::Circle { radius }.area();
+        let (radius, ea) = match (self.radius, self.ea) {
+            (Some(radius), ea) => (radius, ea.unwrap_or(material.young * area(radius))),
+            (None, Some(ea)) => (material.round_radius(ea), ea),
+            (None, None) => return Err(of.conflict("radius", "give it in m, or ea in N")),
+        };
+        let stiffness = Stiffness::of_round(ea, radius, material.poisson, [self.ei, self.gj]);
+        Ok((radius, stiffness, material.density * area(radius)))
+    }
+
+    /// The fault of laying this cable, at the key that it is about.
+    pub(super) fn fault(error: SceneError) -> Fault {
+        let text = error.to_string();
+        let about = text.split_once("`: ").map_or("", |(_, about)| about);
+        let keys = [
+            ("mass per length", &["mass_per_length"][..]),
+            ("damping", &["damping", "damping_ratio"]),
+            ("length of segment", &["lengths"]),
+            ("sum of", &["lengths"]),
+            ("point", &["points", "to"]),
+            ("leg", &["points", "to"]),
+            ("segment", &["segments", "lengths", "points"]),
+            ("joint", &["joint"]),
+            ("ei", &["ei"]),
+            ("gj", &["gj"]),
+        ];
+        let found = keys.iter().find(|(start, _)| about.starts_with(start));
+        let paths = found.map_or(&["name"][..], |(_, keys)| keys);
+        Fault {
+            paths: paths.iter().map(|key| (*key).to_owned()).collect(),
+            error,
+        }
+    }
+}
+
+impl EndEntry {
+    fn build(&self, of: &Entry<'_>, key: &str, names: &Names<'_>) -> Result<CableEnd, Fault> {
+        let at = |part: &str| format!("{key}.{part}");
+        of.finite(&at("point"), &self.point)?;
+        let motion = self.motion.as_ref();
+        let side = names.side(of, &at("body"), &self.body, motion, &at("motion"))?;
+        if motion.is_some() && matches!(side, Side::Body(_)) {
+            return Err(of.conflict(&at("motion"), "moves points of the world: remove it"));
+        }
+        let point = Vector3::from(self.point);
+        let frame = Frame {
+            side,
+            ..Frame::world(point)
+        };
+        match (self.held, side) {
+            (Hold::Pinned, _) => Ok(CableEnd::Pinned(frame)),
+            (Hold::Clamped, _) => Ok(CableEnd::Clamped(frame)),
+            (Hold::Free, Side::World(_)) if motion.is_none() => Ok(CableEnd::Free(point)),
+            (Hold::Free, _) => {
+                let reason = "a free end is a point of the world without motion";
+                Err(of.conflict(&at("held"), reason))
+            }
+        }
     }
 }

@@ -4,10 +4,11 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, WORLD};
-use super::cable::{BendEntry, CableEntry};
+use super::cable::CableEntry;
 use super::control::ControlEntry;
 use super::joint::JointEntry;
 use super::places::{Fault, Places};
+use super::points::{BendEntry, MasslessCableEntry};
 use crate::body::{Body, Mobility};
 
 /// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
@@ -22,15 +23,19 @@ pub struct SceneText {
     pub equilibrium: bool,
     /// Name of the body that reports follow.
     pub load: Option<String>,
-    /// Names of all constraints in their order. Default: the joints, then the cables, then the bends, as listed.
+    /// Names of all constraints in their order. Default: the joints, then those of the cables, the massless cables and the
+    /// bends, as listed.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub order: Vec<String>,
     /// The bodies.
     pub body: Vec<BodyEntry>,
     /// The joints.
     pub joint: Vec<JointEntry>,
-    /// The massless cables.
+    /// The cables of segments.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cable: Vec<CableEntry>,
+    /// The massless cables.
+    pub massless_cable: Vec<MasslessCableEntry>,
     /// The bends of links.
     pub bend: Vec<BendEntry>,
     /// The inputs.
@@ -52,6 +57,7 @@ impl Default for SceneText {
             body: Vec::new(),
             joint: Vec::new(),
             cable: Vec::new(),
+            massless_cable: Vec::new(),
             bend: Vec::new(),
             control: Vec::new(),
             places: Places::default(),
@@ -96,6 +102,8 @@ pub struct BodyEntry {
     /// External torque, world \[N m].
     #[serde(default, skip_serializing_if = "is_zero")]
     pub torque: [f64; 3],
+    /// Name of the cable whose segment it is; default none.
+    pub cable: Option<String>,
 }
 
 /// A solid shape.

@@ -3,15 +3,17 @@
 //! Every number is written as it is, and what a text leaves out is left out only where the default has the same bits.
 //! The structs are taken apart field by field, so that a new field cannot be forgotten here.
 
+use std::collections::HashMap;
+
 use nalgebra::Matrix3;
 
 use super::build::WORLD;
-use super::cable::{BendEntry, CableEntry, PointEntry};
 use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText};
 use super::joint::{JointEntry, Kind};
 use super::motion::MotionEntry;
 use super::motor::{MotorEntry, WinchEntry, unless};
+use super::points::{BendEntry, MasslessCableEntry, PointEntry};
 use crate::body::{Body, Mobility};
 use crate::constraint::{
     Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
@@ -39,7 +41,9 @@ impl SceneText {
             load,
             start_in_equilibrium,
             controls,
+            cables: _,
         } = scene;
+        let [segments, joined] = memberships(scene);
         if body_names.iter().any(|name| name == WORLD) {
             return Err(SceneError::NotInText {
                 what: format!("a body called `{WORLD}`, which stands for the fixed world"),
@@ -54,13 +58,23 @@ impl SceneText {
             ..Self::default()
         };
         for (i, name) in body_names.iter().enumerate() {
-            text.body.push(body(name, &bodies.get(i)));
+            let mut entry = body(name, &bodies.get(i));
+            entry.cable = segments[i].map(str::to_owned);
+            text.body.push(entry);
         }
         for ((name, constraint), group) in constraint_names.iter().zip(constraints).zip(groups) {
             text.push(scene, name, constraint, *group);
         }
+        let mut joint_of: HashMap<&str, &str> = HashMap::new();
+        for (name, cable) in constraint_names.iter().zip(joined) {
+            joint_of.extend(cable.map(|cable| (name.as_str(), cable)));
+        }
+        for entry in &mut text.joint {
+            let cable = joint_of.get(entry.name.as_str());
+            entry.cable = cable.map(|cable| (*cable).to_owned());
+        }
         let joints = text.joint.iter().map(|entry| &entry.name);
-        let cables = text.cable.iter().map(|entry| &entry.name);
+        let cables = text.massless_cable.iter().map(|entry| &entry.name);
         let bends = text.bend.iter().map(|entry| &entry.name);
         if !joints.chain(cables).chain(bends).eq(constraint_names) {
             text.order.clone_from(constraint_names);
@@ -152,7 +166,7 @@ impl SceneText {
                 law,
                 tension_only,
                 winch,
-            }) => self.cable.push(CableEntry {
+            }) => self.massless_cable.push(MasslessCableEntry {
                 name: name.to_owned(),
                 through: points(scene, frames),
                 length: *length,
@@ -260,6 +274,7 @@ fn body(name: &str, body: &Body) -> BodyEntry {
         angular_velocity: (*angular_velocity).into(),
         force: (*force).into(),
         torque: (*torque).into(),
+        cable: None,
     }
 }
 
@@ -317,6 +332,23 @@ fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
     frames.iter().map(point).collect()
 }
 
+/// Names of the cables that bodies and constraints belong to.
+fn memberships(scene: &Scene) -> [Vec<Option<&str>>; 2] {
+    let mut bodies = vec![None; scene.bodies.len()];
+    let mut joints = vec![None; scene.constraints.len()];
+    for cable in &scene.cables {
+        cable
+            .bodies
+            .iter()
+            .for_each(|i| bodies[*i] = Some(&*cable.name));
+        cable
+            .joints
+            .iter()
+            .for_each(|i| joints[*i] = Some(&*cable.name));
+    }
+    [bodies, joints]
+}
+
 /// The first thing in which two scenes of the same size differ.
 fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     if built == scene {
@@ -330,6 +362,10 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     let mut controls = built.controls.iter().zip(&scene.controls);
     if let Some((_, control)) = controls.find(|(built, control)| built != control) {
         return Some(format!("something of the control `{}`", control.name));
+    }
+    let mut cables = scene.cables.iter();
+    if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {
+        return Some(format!("something of the cable `{}`", cable.name));
     }
     let pairs = built.constraints.iter().zip(&scene.constraints);
     let mut named = scene.constraint_names.iter().zip(pairs);

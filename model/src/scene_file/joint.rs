@@ -115,6 +115,8 @@ pub struct JointEntry {
     pub angle_reference: Option<f64>,
     /// Motion of the world side.
     pub motion: Option<MotionEntry>,
+    /// Name of the cable whose joint it is; default none.
+    pub cable: Option<String>,
 }
 
 /// Whether a number is +0, bit for bit.

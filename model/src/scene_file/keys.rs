@@ -59,7 +59,8 @@ pub(super) fn of_list(list: &str) -> Vec<Key> {
         "joint" => of_struct(include_str!("joint.rs"), "JointEntry"),
         "cable" => of_struct(include_str!("cable.rs"), "CableEntry"),
         "control" => of_struct(include_str!("control.rs"), "ControlEntry"),
-        "bend" => of_struct(include_str!("cable.rs"), "BendEntry"),
+        "massless_cable" => of_struct(include_str!("points.rs"), "MasslessCableEntry"),
+        "bend" => of_struct(include_str!("points.rs"), "BendEntry"),
         _ => Vec::new(),
     }
 }

@@ -150,6 +150,8 @@ pub(super) fn located(error: &toml::de::Error, text: &str) -> SceneError {
     } else if message == "duplicate key" {
         let key = error.span().and_then(|span| text.get(span));
         message = format!("the key `{}` is there twice: remove one", key.unwrap_or(""));
+    } else if message.starts_with("unknown field `through`") {
+        message.push_str(" (a cable through points without mass is a [[massless_cable]])");
     } else if let Some(start) = start
         && let Ok(root) = DeTable::parse(text)
         && let Some(key) = key_around(root.get_ref(), start)

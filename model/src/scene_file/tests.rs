@@ -1,7 +1,7 @@
 //! Tests of scenes as one table, and of overrides.
 
 use super::*;
-use crate::hoist::JointKind;
+use crate::cable::JointKind;
 use proptest::prelude::*;
 
 fn hoist(source: &SceneSource) -> &HoistParams {

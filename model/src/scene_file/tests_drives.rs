@@ -56,7 +56,7 @@ axis = [1, 0, 0]
 across = 2e-8
 across_damping = 0.3
 motor = { speed = 0.5 }
-[[cable]]
+[[massless_cable]]
 name = "rope"
 through = [{ body = "trolley" }, { body = "hook" }]
 length = 7
@@ -216,9 +216,9 @@ const FAULTS: &[FaultCase] = &[
         &["≥ 0 s"],
     ),
     (
-        "[[cable]]",
+        "[[massless_cable]]",
         "[[joint]]\nname = \"weld\"\nkind = \"lock\"\na = \"world\"\nb = \"jib\"\npoint = [0, 0, 0]\n\
-         motor = { speed = 1 }\n[[cable]]",
+         motor = { speed = 1 }\n[[massless_cable]]",
         "line 54, column 1: joint `weld`: motor",
         &["\"hinge\" or \"slider\""],
     ),
@@ -226,19 +226,19 @@ const FAULTS: &[FaultCase] = &[
     (
         "longest = 30",
         "longest = 3, shortest = 4",
-        "line 53, column 65: cable `rope`: winch.longest is 3",
+        "line 53, column 65: massless cable `rope`: winch.longest is 3",
         &["≥ winch.shortest", "leave it out"],
     ),
     (
         "longest = 30",
         "shortest = 0",
-        "line 53, column 65: cable `rope`: winch.shortest is 0",
+        "line 53, column 65: massless cable `rope`: winch.shortest is 0",
         &["> 0 m", "hauling in"],
     ),
     (
         "brake_limit = 9e3",
         "brake_limit = -9e3",
-        "line 53, column 46: cable `rope`: winch.brake_limit is -9000",
+        "line 53, column 46: massless cable `rope`: winch.brake_limit is -9000",
         &["≥ 0 N", "leave it out"],
     ),
     (
@@ -368,12 +368,12 @@ name = "bob"
 mass = 1
 inertia = [1, 1, 1]
 position = [9, 9, 0]
-[[cable]]
+[[massless_cable]]
 name = "far"
 through = [{ body = "world", point = [9, 9, 9] }, { body = "bob" }]
 length = 9
 stretch = 0
-[[cable]]
+[[massless_cable]]
 name = "loop"
 through = [{ body = "jib" }, { body = "hook" }]
 length = 12
@@ -405,7 +405,7 @@ fn overrides_of_what_moves() {
     let set = [
         ("joint.rail.motor.speed", "0.75"),
         ("control.hoist_speed.drives.0.gain", "3"),
-        ("cable.rope.winch.brake", "true"),
+        ("massless_cable.rope.winch.brake", "true"),
         ("body.tower.mobility", "driven"),
     ];
     let scene = SceneSource::parse(CRANE, &set).and_then(|s| s.build());

@@ -21,7 +21,7 @@ inertia = [1, 2, 2.5]
 position = [0, 0, -3]
 orientation = [0.6, 0, 0.8, 0]
 
-[[cable]]
+[[massless_cable]]
 name = "main"
 through = [
   { body = "world", point = [-1.5, 0, 0] },
@@ -214,31 +214,31 @@ const FAULTS: &[FaultCase] = &[
     (
         "length = 4.8",
         "length = 0",
-        "line 27, column 1: cable `main`: length is 0",
+        "line 27, column 1: massless cable `main`: length is 0",
         &["> 0 m"],
     ),
     (
         "ea = 1e6",
         "ea = -1",
-        "line 28, column 1: cable `main`: ea is -1",
+        "line 28, column 1: massless cable `main`: ea is -1",
         &["> 0 N"],
     ),
     (
         "ea = 1e6\n",
         "",
-        "line 20, column 1: cable `main`: stretch",
+        "line 20, column 1: massless cable `main`: stretch",
         &["give it in m/N", "or ea"],
     ),
     (
         "ea = 1e6",
         "ea = 1e6\nstretch = 0",
-        "line 29, column 1: cable `main`: stretch",
+        "line 29, column 1: massless cable `main`: stretch",
         &["give one of them"],
     ),
     (
         "body = \"hook\", point",
         "body = \"hoko\", point",
-        "line 24, column 5: cable `main`",
+        "line 24, column 5: massless cable `main`",
         &["names the body `hoko`", "choose one of"],
     ),
     (
@@ -250,7 +250,7 @@ const FAULTS: &[FaultCase] = &[
     (
         "{ body = \"hook\", point = [0, 0, 0.15] }",
         "{ body = \"world\", point = [-1.5, 0, 1] }",
-        "line 22, column 1: cable `main`: through",
+        "line 22, column 1: massless cable `main`: through",
         &[
             "ties the world to the world",
             "put at least one point on a body",
@@ -259,7 +259,7 @@ const FAULTS: &[FaultCase] = &[
     (
         "{ body = \"world\", point = [-1.5, 0, 0] }",
         "{ body = \"hook\", point = [0, 0, 0.15] }",
-        "line 24, column 20: cable `main`: through.1.point",
+        "line 24, column 20: massless cable `main`: through.1.point",
         &["in one place", "move or remove"],
     ),
     // Bends.
@@ -374,8 +374,16 @@ fn overrides_that_bring_a_fault_in_are_named() {
             "body `hook`: mass is -1: it has to be > 0 kg",
         ),
         ("body.1.orientation", "[1, 1, 0, 0]", "unit quaternion"),
-        ("cable.main.through.1.body", "ring", "names the body `ring`"),
-        ("cable.main.through.2.motion.smooth.duration", "-1", "> 0 s"),
+        (
+            "massless_cable.main.through.1.body",
+            "ring",
+            "names the body `ring`",
+        ),
+        (
+            "massless_cable.main.through.2.motion.smooth.duration",
+            "-1",
+            "> 0 s",
+        ),
         ("bend.stiff.bend", "nan", "compliance is NaN"),
         ("joint.link.kind", "lock", "bend, twist, ei, gj need kind"),
         ("order", "[\"main\"]", "name every constraint once"),

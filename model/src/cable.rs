@@ -1,0 +1,388 @@
+//! Cables of rigid segments, laid along a route and joined end to end \[SL §IV]: [`Scene::add_cable`].
+//!
+//! A [`Cable`] runs from one end through given points to the other. Segments are the chords of this polyline between
+//! points at equal arc lengths, or at the arc lengths given: what is straight keeps its length, a curve loses a part of
+//! order 1/N². A joint stands for the cable between the centres of its two segments, a joint at an end for half a segment,
+//! each with the compliances l/EA, l/EI, l/GJ \[SL (34)–(36)]. The whole is then L/EA, and a clamped end bends with an error
+//! of second order.
+//!
+//! # Frames
+//! A segment lies along the z axis of its body, with the start of the cable at +z. Directions across the cable are carried
+//! along the route by parallel transport: from one segment to the next by the smallest rotation that takes the one
+//! direction to the other. So a cable that is straight at rest is laid bent but without torsion. Where the rest shape is
+//! [`Rest::AsRouted`] the frames of each joint are turned to agree as laid, and nothing is strained.
+//!
+//! # Damping
+//! A damping time τ gives a mode of frequency ω the damping ratio ζ = τω/2. [`Damping::Ratio`] is that of the lowest
+//! longitudinal, bending and torsional mode of the cable alone, held at one end and without load, with μ the mass per
+//! length and r the radius:
+//!
+//! ```text
+//! ω = π/(2L) √(EA/μ),   (1.8751/L)² √(EI/μ),   π/(2L) √(GJ/(½ μ r²))
+//! ```
+//!
+//! A load lowers the frequency, and with it the ratio.
+
+mod route;
+pub(crate) mod strand;
+
+use std::collections::HashSet;
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::Vector3;
+
+use crate::body::Body;
+use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
+use crate::material::{CrossSection, Material, Stiffness};
+use crate::scene::Scene;
+use route::{Laid, Route};
+use strand::Strand;
+
+/// Most segments that a scene may have.
+pub const MAX_SEGMENTS: usize = 10_000_000;
+
+/// Kind of the cable's inner joints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum JointKind {
+    /// Ball joints: stretch only.
+    Spherical,
+    /// Stretch, two bend rows, twist.
+    #[default]
+    Cosserat,
+    /// The paper's joint: stretch, one bend row, twist.
+    Paper,
+}
+
+impl JointKind {
+    /// A joint of this kind; ball joints take the stretch law alone.
+    pub(crate) fn constraint(self, frames: [Frame; 2], law: JointLaw) -> Constraint {
+        match self {
+            Self::Spherical => Constraint::Spherical(Spherical {
+                frames,
+                stretch: law.stretch.unwrap_or_default(),
+            }),
+            Self::Cosserat => Constraint::Cosserat(Cosserat::new(frames, law)),
+            Self::Paper => Constraint::Paper(Paper::new(frames, law)),
+        }
+    }
+}
+
+/// How an end of the cable is held.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+pub enum End {
+    /// A ball joint.
+    #[default]
+    Spherical,
+    /// With the cable's own joint law over half a segment.
+    Clamped,
+}
+
+impl End {
+    /// Kind of the joint at this end of a cable with joints of `inner` kind.
+    pub(crate) fn joint(self, inner: JointKind) -> JointKind {
+        match self {
+            Self::Spherical => JointKind::Spherical,
+            Self::Clamped => inner,
+        }
+    }
+}
+
+/// What belongs to a cable of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct CableParts {
+    /// Its name.
+    pub name: String,
+    /// Numbers of its segments' bodies, from its start.
+    pub bodies: Vec<usize>,
+    /// Numbers of its joints in the order of the scene, those at its ends included.
+    pub joints: Vec<usize>,
+}
+
+/// Where a cable begins or ends, and how it is held there.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum CableEnd {
+    /// At a point of the world \[m], held by nothing.
+    Free(Vector3<f64>),
+    /// At the point of the frame, by a ball joint.
+    Pinned(Frame),
+    /// At the point of the frame, in the direction in which the route meets it. The frame's axes are replaced.
+    Clamped(Frame),
+}
+
+/// How a cable is divided.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Segments {
+    /// Into so many segments of equal arc length, 1 to 10 million.
+    Equal(usize),
+    /// Into segments of these arc lengths from its start \[m], which add up to the length of the route.
+    Lengths(Vec<f64>),
+}
+
+/// Damping of all rows of a cable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Damping {
+    /// Damping time τ \[s], ≥ 0.
+    Time(f64),
+    /// Part of the critical damping of the cable's lowest modes, ≥ 0: see the [module](self).
+    Ratio(f64),
+}
+
+/// Shape in which a cable is without strain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
+pub enum Rest {
+    /// Straight, whatever its route.
+    #[default]
+    Straight,
+    /// That of its route.
+    AsRouted,
+}
+
+/// A cable to be laid: [`Scene::add_cable`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cable {
+    /// Its name; its bodies are `NAME-1` …, its joints `NAME-start`, `NAME-joint-1` …, `NAME-end`.
+    pub name: String,
+    /// Where it begins and ends.
+    pub ends: [CableEnd; 2],
+    /// Points between its ends, world \[m].
+    pub points: Vec<Vector3<f64>>,
+    /// How it is divided.
+    pub segments: Segments,
+    /// Mass per length \[kg/m].
+    pub density: f64,
+    /// Radius \[m], for the inertia of its segments.
+    pub radius: f64,
+    /// Its stiffness.
+    pub stiffness: Stiffness,
+    /// Its damping.
+    pub damping: Damping,
+    /// Kind of its inner joints. Ball joints resist neither bending nor torsion, and do not clamp.
+    pub joint: JointKind,
+    /// Whether its joints have bend rows.
+    pub bend: bool,
+    /// Whether its joints have a twist row.
+    pub twist: bool,
+    /// Its rest shape.
+    pub rest: Rest,
+}
+
+impl Cable {
+    /// A solid round cable of that material and radius (m), straight from end to end in 24 segments with
+    /// [`Cosserat`] joints, undamped.
+    #[must_use]
+    pub fn round(
+        name: impl Into<String>,
+        material: &Material,
+        radius: f64,
+        ends: [CableEnd; 2],
+    ) -> Self {
+        let section = CrossSection::Circle { radius };
+        Self {
+            name: name.into(),
+            ends,
+            points: Vec::new(),
+            segments: Segments::Equal(24),
+            density: material.density * section.area(),
+            radius,
+            stiffness: Stiffness::new(material, &section),
+            damping: Damping::Time(0.0),
+            joint: JointKind::Cosserat,
+            bend: true,
+            twist: true,
+            rest: Rest::Straight,
+        }
+    }
+
+    fn what(&self, quantity: &str) -> String {
+        format!("cable `{}`: {quantity}", self.name)
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        let (damping, unit) = match self.damping {
+            Damping::Time(time) => (time, "≥ 0 s"),
+            Damping::Ratio(ratio) => (ratio, "≥ 0, a part of critical damping"),
+        };
+        for (what, value, needs) in [
+            ("mass per length", self.density, "> 0 kg/m"),
+            ("radius", self.radius, "> 0 m"),
+            ("ea", self.stiffness.ea, "> 0 N"),
+            ("ei", self.stiffness.ei, "> 0 N m²"),
+            ("gj", self.stiffness.gj, "> 0 N m²"),
+        ] {
+            check(self.what(what), value, value > 0.0, needs)?;
+        }
+        check(self.what("damping"), damping, damping >= 0.0, unit)?;
+        let clamped = |end: &CableEnd| matches!(end, CableEnd::Clamped(_));
+        if self.joint == JointKind::Spherical && self.ends.iter().any(clamped) {
+            return Err(SceneError::Conflict {
+                what: self.what("joint"),
+                reason: "ball joints do not clamp an end: pin it, or take another kind of joint",
+            });
+        }
+        Ok(())
+    }
+
+    /// Damping times of the stretch, bend and twist rows of a cable `length` (m) long \[s].
+    fn damping_times(&self, length: f64) -> [f64; 3] {
+        /// The first root of cos x cosh x = −1: a cantilever.
+        const CANTILEVER: f64 = 1.875_104_068_711_961;
+        let ratio = match self.damping {
+            Damping::Time(time) => return [time; 3],
+            Damping::Ratio(ratio) => ratio,
+        };
+        let Stiffness { ea, ei, gj } = self.stiffness;
+        let quarter = FRAC_PI_2 / length;
+        let spin = 0.5 * self.density * self.radius * self.radius;
+        [
+            quarter * (ea / self.density).sqrt(),
+            (CANTILEVER / length).powi(2) * (ei / self.density).sqrt(),
+            quarter * (gj / spin).sqrt(),
+        ]
+        .map(|frequency| 2.0 * ratio / frequency)
+    }
+
+    fn strand(&self, length: f64) -> Strand {
+        Strand {
+            damping: self.damping_times(length),
+            bend: self.bend,
+            twist: self.twist,
+            ..Strand::new(self.joint, self.stiffness, 0.0)
+        }
+    }
+}
+
+impl Scene {
+    /// Lays a cable with its segments and joints at the end of the scene, in group 0, and returns their numbers. The bodies
+    /// that hold its ends are there before it, in the pose in which it is laid.
+    ///
+    /// # Errors
+    /// The number, point, end or name that is wrong. The scene is then as it was.
+    pub fn add_cable(&mut self, cable: &Cable) -> Result<CableParts, SceneError> {
+        cable.check_ranges()?;
+        let route = Route::of(cable, self)?;
+        let laid = route.lay(cable)?;
+        self.check_new_names(cable, laid.len())?;
+        let (bodies, constraints) = (self.bodies.len(), self.constraints.len());
+        self.lay(cable, &route, &laid);
+        let sound = (bodies..self.bodies.len())
+            .try_for_each(|i| self.validate_body(i))
+            .and_then(|()| {
+                let new = constraints..self.constraints.len();
+                new.into_iter()
+                    .try_for_each(|i| self.validate_constraint(i))
+            });
+        let parts = self.cables.last().cloned().unwrap_or_default();
+        if sound.is_err() {
+            self.cables.pop();
+            self.truncate(bodies, constraints);
+        }
+        sound.map(|()| parts)
+    }
+
+    fn lay(&mut self, cable: &Cable, route: &Route, laid: &[Laid]) {
+        let strand = cable.strand(route.length());
+        let number = Strand::begin(self, &*cable.name);
+        let first = self.bodies.len();
+        let rods = laid.iter().map(|segment| {
+            let rod = Body::rod(segment.length, cable.radius, cable.density * segment.length);
+            rod.at(segment.centre).turned(segment.turn)
+        });
+        Strand::add_segments(self, number, &cable.name, rods);
+        let ends = |i: usize| strand.ends(first + i, laid[i].length);
+        let name = |of: &str| format!("{}-{of}", cable.name);
+        if let Some((kind, frame)) = self.held(cable, route, &laid[0], 0) {
+            let joint = (kind, [frame, ends(0)[0]]);
+            strand.join(self, number, name("start"), joint, 0.5 * laid[0].length);
+        }
+        for (i, pair) in laid.windows(2).enumerate() {
+            let [mut a, mut b] = [ends(i)[1], ends(i + 1)[0]];
+            if cable.rest == Rest::AsRouted {
+                let between = route::halfway(&pair[0], &pair[1]);
+                (a.axes, b.axes) = (pair[0].axes_of(&between), pair[1].axes_of(&between));
+            }
+            let length = 0.5 * (pair[0].length + pair[1].length);
+            let joint = (cable.joint, [a, b]);
+            strand.join(
+                self,
+                number,
+                name(&format!("joint-{}", i + 1)),
+                joint,
+                length,
+            );
+        }
+        let last = laid.len() - 1;
+        if let Some((kind, frame)) = self.held(cable, route, &laid[last], 1) {
+            let joint = (kind, [ends(last)[1], frame]);
+            strand.join(self, number, name("end"), joint, 0.5 * laid[last].length);
+        }
+    }
+
+    /// The joint and the frame that hold end 0 or 1 of a cable, at its segment there.
+    fn held(
+        &self,
+        cable: &Cable,
+        route: &Route,
+        segment: &Laid,
+        end: usize,
+    ) -> Option<(JointKind, Frame)> {
+        match cable.ends[end] {
+            CableEnd::Free(_) => None,
+            CableEnd::Pinned(frame) => Some((JointKind::Spherical, frame)),
+            CableEnd::Clamped(frame) => {
+                let turn = match cable.rest {
+                    Rest::Straight => segment.carried(&route.direction_at(end)),
+                    Rest::AsRouted => segment.turn,
+                };
+                let axes = turn.to_rotation_matrix() * crate::frame::hanging_axes();
+                let body = frame.body_index().map(|i| self.bodies.rotation(i));
+                let axes = body.map_or(axes, |rotation| rotation.transpose() * axes);
+                Some((cable.joint, frame.with_axes(axes)))
+            }
+        }
+    }
+
+    /// Refuses names of a cable with so many segments that the scene has already.
+    fn check_new_names(&self, cable: &Cable, segments: usize) -> Result<(), SceneError> {
+        let of_cable = |of: String| format!("{}-{of}", cable.name);
+        let numbered =
+            |prefix: &'static str| (1..=segments).map(move |i| of_cable(format!("{prefix}{i}")));
+        let taken = |names: &[String], mut new: Box<dyn Iterator<Item = String> + '_>| {
+            let known: HashSet<&str> = names.iter().map(String::as_str).collect();
+            new.find(|name| known.contains(name.as_str()))
+        };
+        let ends = ["start", "end"].map(|end| of_cable(end.to_owned()));
+        let cables: Vec<String> = self.cables.iter().map(|c| c.name.clone()).collect();
+        let joints = numbered("joint-").chain(ends);
+        let name = std::iter::once(cable.name.clone());
+        let found = [
+            ("cable", taken(&cables, Box::new(name))),
+            ("body", taken(&self.body_names, Box::new(numbered("")))),
+            ("joint", taken(&self.constraint_names, Box::new(joints))),
+        ];
+        for (kind, name) in found {
+            if let Some(name) = name {
+                return Err(SceneError::Duplicate { kind, name });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,231 @@
+//! The polyline that a cable follows, cut into chords, and the directions across it.
+
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+
+use super::{Cable, CableEnd, MAX_SEGMENTS, Segments};
+use crate::error::{SceneError, check};
+use crate::frame::hanging_axes;
+use crate::scene::Scene;
+
+/// How far the lengths given may be from the length of the route, relative.
+const SUM_TOLERANCE: f64 = 1e-9;
+
+/// Part of an arc below which its chord has no direction to speak of.
+const SHORTEST_CHORD: f64 = 1e-6;
+
+/// A polyline of straight legs.
+pub(super) struct Route {
+    points: Vec<Vector3<f64>>,
+    /// Arc length up to each point \[m].
+    arcs: Vec<f64>,
+}
+
+/// A segment where it is laid.
+pub(super) struct Laid {
+    pub(super) centre: Vector3<f64>,
+    pub(super) turn: UnitQuaternion<f64>,
+    pub(super) length: f64,
+    direction: Vector3<f64>,
+}
+
+impl Laid {
+    /// Axes of a frame in the body of this segment that lie along those of a cable turned by `turn`.
+    pub(super) fn axes_of(&self, turn: &UnitQuaternion<f64>) -> Matrix3<f64> {
+        (self.turn.inverse() * turn).to_rotation_matrix() * hanging_axes()
+    }
+
+    /// The segment's rotation, carried to another direction.
+    pub(super) fn carried(&self, direction: &Vector3<f64>) -> UnitQuaternion<f64> {
+        smallest_rotation(&self.direction, direction) * self.turn
+    }
+}
+
+/// The rotation halfway between those of two neighbours.
+pub(super) fn halfway(a: &Laid, b: &Laid) -> UnitQuaternion<f64> {
+    a.carried(&(a.direction + b.direction).normalize())
+}
+
+/// The smallest rotation that takes the unit vector `a` to the unit vector `b`: exactly none where they are equal, and
+/// without a direction where they are opposite.
+fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let axis = a.cross(b);
+    UnitQuaternion::from_quaternion(Quaternion::from_parts(1.0 + a.dot(b), axis))
+}
+
+/// Some rotation that takes −z to the unit vector `direction`: none where that is −z.
+fn first_rotation(direction: &Vector3<f64>) -> UnitQuaternion<f64> {
+    if direction.z <= 0.0 {
+        return smallest_rotation(&-Vector3::z(), direction);
+    }
+    let up = UnitQuaternion::from_quaternion(Quaternion::new(0.0, 0.0, 1.0, 0.0));
+    smallest_rotation(&Vector3::z(), direction) * up
+}
+
+impl Route {
+    /// The route of a cable in the scene that holds its ends.
+    pub(super) fn of(cable: &Cable, scene: &Scene) -> Result<Self, SceneError> {
+        let [start, end] = &cable.ends;
+        let start = place(cable, scene, start, "start")?;
+        let end = place(cable, scene, end, "end")?;
+        let between = cable.points.iter().copied();
+        let points: Vec<_> = std::iter::once(start).chain(between).chain([end]).collect();
+        let mut arcs = vec![0.0; points.len()];
+        for (i, pair) in points.windows(2).enumerate() {
+            let leg = (pair[1] - pair[0]).norm();
+            if leg == 0.0 {
+                return Err(SceneError::Conflict {
+                    what: cable.what(&format!("points {} and {} of the route", i + 1, i + 2)),
+                    reason: "are in one place: move or remove one of them",
+                });
+            }
+            let needs = "finite coordinates, each point apart from the next by a length (m)";
+            check(cable.what("leg of the route"), leg, true, needs)?;
+            arcs[i + 1] = arcs[i] + leg;
+        }
+        Ok(Self { points, arcs })
+    }
+
+    /// Length of the route \[m].
+    pub(super) fn length(&self) -> f64 {
+        self.arcs[self.arcs.len() - 1]
+    }
+
+    /// Direction of the route at its end 0 or 1.
+    pub(super) fn direction_at(&self, end: usize) -> Vector3<f64> {
+        self.direction(end * (self.points.len() - 2))
+    }
+
+    fn direction(&self, leg: usize) -> Vector3<f64> {
+        (self.points[leg + 1] - self.points[leg]).normalize()
+    }
+
+    /// The segments of the cable along this route.
+    pub(super) fn lay(&self, cable: &Cable) -> Result<Vec<Laid>, SceneError> {
+        let lengths = self.lengths(cable)?;
+        let mut laid: Vec<Laid> = Vec::with_capacity(lengths.len());
+        let (mut start, mut leg) = (0.0, 0);
+        let mut from = self.points[0];
+        for (i, length) in lengths.iter().enumerate() {
+            let last = i + 1 == lengths.len();
+            let arc = match &cable.segments {
+                Segments::Equal(count) => self.length() * ((i + 1) as f64 / *count as f64),
+                Segments::Lengths(_) => start + length,
+            };
+            let [first_leg, last_leg] = self.legs(leg, [start, arc], last);
+            start = arc;
+            leg = last_leg;
+            let to = match last {
+                true => self.points[self.points.len() - 1],
+                false => {
+                    self.points[last_leg] + self.direction(last_leg) * (arc - self.arcs[last_leg])
+                }
+            };
+            // On one leg, chord and arc are the same: to the last digit, too.
+            let (direction, length) = match first_leg == last_leg {
+                true => (self.direction(first_leg), *length),
+                false => ((to - from).normalize(), (to - from).norm()),
+            };
+            if length.is_nan() || length < SHORTEST_CHORD * lengths[i] {
+                return Err(SceneError::Conflict {
+                    what: cable.what(&format!("segment {}", i + 1)),
+                    reason: "would end where it begins: divide the route into more segments",
+                });
+            }
+            let turn = match laid.last() {
+                None => first_rotation(&direction),
+                Some(before) if before.direction.dot(&direction) < 1e-9 - 1.0 => {
+                    return Err(SceneError::Conflict {
+                        what: cable.what(&format!("segments {i} and {}", i + 1)),
+                        reason: "fold back on each other: give the route a turn of less than 180°",
+                    });
+                }
+                Some(before) => before.carried(&direction),
+            };
+            laid.push(Laid {
+                centre: 0.5 * (from + to),
+                turn,
+                length,
+                direction,
+            });
+            from = to;
+        }
+        Ok(laid)
+    }
+
+    /// The legs that an arc begins and ends on, at or after `leg`. A point within rounding of a corner counts for the leg
+    /// that the arc has there.
+    fn legs(&self, mut leg: usize, [start, end]: [f64; 2], last: bool) -> [usize; 2] {
+        let rounding = 1e-12 * self.length();
+        let legs = self.points.len() - 1;
+        while leg + 1 < legs && self.arcs[leg + 1] <= start + rounding {
+            leg += 1;
+        }
+        let first = leg;
+        while leg + 1 < legs && (last || self.arcs[leg + 1] < end - rounding) {
+            leg += 1;
+        }
+        [first, leg]
+    }
+
+    /// Arc lengths of the segments \[m].
+    fn lengths(&self, cable: &Cable) -> Result<Vec<f64>, SceneError> {
+        let whole = self.length();
+        let count = match &cable.segments {
+            Segments::Equal(count) => *count,
+            Segments::Lengths(lengths) => lengths.len(),
+        };
+        if count > MAX_SEGMENTS {
+            return Err(SceneError::TooLarge {
+                what: "segments",
+                value: count,
+                limit: MAX_SEGMENTS,
+            });
+        }
+        check(
+            cable.what("segments"),
+            count as f64,
+            count > 0,
+            "at least 1",
+        )?;
+        let lengths = match &cable.segments {
+            Segments::Equal(count) => return Ok(vec![whole / *count as f64; *count]),
+            Segments::Lengths(lengths) => lengths,
+        };
+        for (i, length) in lengths.iter().enumerate() {
+            let what = || cable.what(&format!("length of segment {}", i + 1));
+            if !(*length > 0.0 && length.is_finite()) {
+                check(what(), *length, false, "> 0 m")?;
+            }
+        }
+        let sum: f64 = lengths.iter().sum();
+        let adds_up = (sum / whole - 1.0).abs() <= SUM_TOLERANCE;
+        check(
+            cable.what(&format!(
+                "sum of the segments' lengths on a route of {whole} m"
+            )),
+            sum,
+            adds_up,
+            "the length of the route",
+        )?;
+        Ok(lengths.clone())
+    }
+}
+
+/// Where an end lies in the world \[m].
+fn place(
+    cable: &Cable,
+    scene: &Scene,
+    end: &CableEnd,
+    which: &str,
+) -> Result<Vector3<f64>, SceneError> {
+    let frame = match end {
+        CableEnd::Free(point) => return Ok(*point),
+        CableEnd::Pinned(frame) | CableEnd::Clamped(frame) => frame,
+    };
+    match frame.body_index() {
+        Some(body) if body >= scene.bodies.len() => {
+            Err(scene.unknown_body(&cable.what(which), body))
+        }
+        _ => Ok(frame.resolve(&scene.bodies, 0.0).point()),
+    }
+}

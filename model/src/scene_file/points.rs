@@ -1,0 +1,169 @@
+//! Constraints of explicit scenes that run through points: massless cables and bends of links.
+
+use nalgebra::{Matrix3, Vector3};
+use serde::{Deserialize, Serialize};
+
+use super::build::{Entry, Names};
+use super::joint::is_zero;
+use super::motion::MotionEntry;
+use super::motor::WinchEntry;
+use super::places::Fault;
+use crate::body::Bodies;
+use crate::constraint::{BendDefinition, Constraint, LinkBend, MasslessCable, RowLaw};
+use crate::frame::{Frame, hanging_axes};
+
+/// A point of a body or of the world.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PointEntry {
+    /// `world` or a body's name.
+    pub body: String,
+    /// The point, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
+    #[serde(default)]
+    pub point: [f64; 3],
+    /// Columns u, v, w of the frame, which these constraints do not use; default hanging.
+    pub axes: Option<[[f64; 3]; 3]>,
+    /// Motion of a point of the world.
+    pub motion: Option<MotionEntry>,
+}
+
+/// A massless cable: one length through two or more points, free to slide through the inner ones. Its one row has
+/// `stretch` or `ea`.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MasslessCableEntry {
+    /// Its name.
+    pub name: String,
+    /// Its points in order, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
+    pub through: Vec<PointEntry>,
+    /// Total length at rest \[m].
+    pub length: f64,
+    /// Axial stiffness \[N].
+    pub ea: Option<f64>,
+    /// Compliance \[m/N]; 0 is rigid.
+    pub stretch: Option<f64>,
+    /// Damping time \[s].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub damping: f64,
+    /// Whether it goes slack where it is too long (default), or pushes: `false`.
+    pub tension_only: Option<bool>,
+    /// What pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit, brake, brake_limit, shortest,
+    /// longest }`.
+    pub winch: Option<WinchEntry>,
+    /// Group for block Gauss–Seidel; default by topology.
+    pub group: Option<u32>,
+}
+
+/// The bend at the middle one of three points.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BendEntry {
+    /// Its name.
+    pub name: String,
+    /// The three points, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
+    pub through: Vec<PointEntry>,
+    /// What is measured: `vector`, in both directions (the default), or `angle`, the paper's.
+    #[serde(default)]
+    pub definition: BendDefinition,
+    /// Compliance \[rad/(N m)]; 0 is rigid.
+    pub bend: f64,
+    /// Damping time \[s].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub damping: f64,
+    /// Group for block Gauss–Seidel; default by topology.
+    pub group: Option<u32>,
+}
+
+impl MasslessCableEntry {
+    /// The constraint between bodies that have their places.
+    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
+        let of = Entry::new("massless cable", &self.name);
+        if self.through.len() < 2 {
+            return Err(of.conflict("through", "needs at least 2 points"));
+        }
+        let frames = through(&of, &self.through, bodies, names)?;
+        of.check("length", self.length, self.length > 0.0, "> 0 m")?;
+        let stiffness = ("ea", self.ea);
+        let compliance = of.compliance("stretch", self.stretch, stiffness, Some(self.length))?;
+        let Some(compliance) = compliance else {
+            return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
+        };
+        let law = law(&of, "stretch", compliance, self.damping)?;
+        let winch = self.winch.as_ref().map(|winch| winch.build(&of));
+        Ok(Constraint::MasslessCable(MasslessCable {
+            tension_only: self.tension_only.unwrap_or(true),
+            winch: winch.transpose()?,
+            ..MasslessCable::new(frames, self.length, law)
+        }))
+    }
+}
+
+impl BendEntry {
+    /// The constraint between bodies that have their places.
+    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
+        let of = Entry::new("bend", &self.name);
+        let frames = through(&of, &self.through, bodies, names)?;
+        let Ok(frames) = <[Frame; 3]>::try_from(frames) else {
+            return Err(of.conflict("through", "needs exactly 3 points"));
+        };
+        Ok(Constraint::LinkBend(LinkBend {
+            frames,
+            law: law(&of, "bend", self.bend, self.damping)?,
+            definition: self.definition,
+        }))
+    }
+}
+
+fn law(of: &Entry<'_>, key: &str, compliance: f64, damping: f64) -> Result<RowLaw, Fault> {
+    of.check_compliance(key, compliance)?;
+    of.check("damping", damping, damping >= 0.0, "≥ 0 s")?;
+    Ok(RowLaw::new(compliance, damping))
+}
+
+/// The frames of the points: not all on the world nor on one body, and no two neighbours in one place.
+fn through(
+    of: &Entry<'_>,
+    points: &[PointEntry],
+    bodies: &Bodies,
+    names: &Names<'_>,
+) -> Result<Vec<Frame>, Fault> {
+    let numbered = points.iter().enumerate();
+    let frames: Result<Vec<_>, _> = numbered.map(|(i, p)| p.frame(of, i, names)).collect();
+    let frames = frames?;
+    let first = frames.first().and_then(Frame::body_index);
+    if frames.iter().all(|f| f.body_index() == first) {
+        let reason = if first.is_none() {
+            "ties the world to the world: put at least one point on a body"
+        } else {
+            "ties a body to itself: put at least one point on another body or on the world"
+        };
+        return Err(of.conflict("through", reason));
+    }
+    let places = frames.iter().map(|f| f.resolve(bodies, 0.0).point());
+    let places: Vec<Vector3<f64>> = places.collect();
+    if let Some(i) = places.windows(2).position(|pair| pair[0] == pair[1]) {
+        let key = format!("through.{}.point", i + 1);
+        let reason = "is in one place with the point before it: move or remove one of them";
+        return Err(of
+            .conflict(&key, reason)
+            .or_at(&format!("through.{}", i + 1)));
+    }
+    Ok(frames)
+}
+
+impl PointEntry {
+    fn frame(&self, of: &Entry<'_>, i: usize, names: &Names<'_>) -> Result<Frame, Fault> {
+        let key = |key: &str| format!("through.{i}.{key}");
+        let motion = self.motion.as_ref();
+        let side = names.side(of, &key("body"), &self.body, motion, &key("motion"))?;
+        if motion.is_some() && matches!(side, crate::frame::Side::Body(_)) {
+            return Err(of.conflict(&key("motion"), "moves points of the world: remove it"));
+        }
+        of.finite(&key("point"), &self.point)?;
+        Ok(Frame {
+            side,
+            point: self.point.into(),
+            axes: self.axes.map_or_else(hanging_axes, Matrix3::from),
+        })
+    }
+}
