@@ -22,7 +22,7 @@
 //! | `gravity` | acceleration, world, m/s²; default `[0, 0, -9.81]` |
 //! | `equilibrium` | `true`: start from the static equilibrium near the pose given; default `false` |
 //! | `load` | name of the body that reports follow; default none |
-//! | `order` | names of all constraints in their order; default joints, cables, bends, as listed |
+//! | `order` | names of all constraints in their order; default joints, those of cables, massless cables, bends |
 //!
 //! | `[[body]]` | meaning, see [`BodyEntry`] |
 //! |---|---|
@@ -69,7 +69,25 @@
 //! | `force_limit` | N or N m, in both directions; left out (or `inf`): no limit |
 //! | `compliance`, `damping` | while it holds a position, m/N or rad/(N m), and s; default 0 |
 //!
-//! | `[[massless_cable]]` | a massless cable, see [`CableEntry`] |
+//! | `[[cable]]` | a cable of rigid segments `NAME-1` …, joined by `NAME-start`, `NAME-joint-1` …, `NAME-end`; see |
+//! | | [`CableEntry`] |
+//! |---|---|
+//! | `name` | |
+//! | `from`, `to` | `{ body = "…", point = [x, y, z], held = "…" }`: in the body's frame, default its centre, m; |
+//! | | `pinned` (default), `clamped` or `free`; with an optional `motion` of a world point |
+//! | `points` | that it runs through in between, world, m; default none |
+//! | `segments` or `lengths` | their number, default 24; their lengths from the start, m |
+//! | `radius` or `ea` | m; stiffness, N |
+//! | `material`, `ei`, `gj`, | `steel` (default), `nylon`, `rubber`; N m²; kg/m: |
+//! | `mass_per_length` | default those of a solid round cable of the material |
+//! | `damping` or `damping_ratio` | damping time, s; part of critical damping (module [`cable`](crate::cable)); default 0 |
+//! | `joint`, `bend`, `twist` | `cosserat` (default), `paper` or `spherical`; `false` leaves such rows out |
+//! | `rest` | shape without strain: `straight` (default) or `as-routed` |
+//! | `group` | as in a joint |
+//!
+//! Bodies and joints written one by one name the cable that they belong to by the key `cable`.
+//!
+//! | `[[massless_cable]]` | a cable without mass, see [`MasslessCableEntry`] |
 //! |---|---|
 //! | `name` | |
 //! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
@@ -226,6 +244,8 @@ mod places;
 mod points;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_cable;
 #[cfg(test)]
 mod tests_drives;
 #[cfg(test)]

@@ -1,0 +1,178 @@
+//! Cables of segments as entries: what they lay, and their faults.
+
+use super::{SceneSource, SceneText};
+
+const ROPE: &str = r#"
+load = "hook"
+
+[[body]]
+name = "hook"
+mass = 500
+shape = { sphere = { radius = 0.2 } }
+position = [1, 0, -8]
+
+[[joint]]
+name = "sling"
+kind = "distance"
+a = "rope-3"
+b = "hook"
+length = 6
+point_a = [0, 0, 0]
+point_b = [0, 0, 0]
+stretch = 1e-7
+
+[[cable]]
+name = "rope"
+from = { body = "world", held = "clamped" }
+to = { body = "hook", point = [0, 0, 0.2] }
+points = [[1, 0, -4]]
+segments = 6
+radius = 0.01
+damping_ratio = 0.02
+
+[[cable]]
+name = "tail"
+from = { body = "rope-6", point = [0, 0, -0.5] }
+to = { body = "world", point = [2, 0, -9], held = "free" }
+lengths = [0.5, 1.3]
+ea = 1e6
+ei = 20
+mass_per_length = 0.3
+joint = "paper"
+rest = "as-routed"
+"#;
+
+/// `tail` has the length that its segments say.
+fn text() -> String {
+    let place = SceneSource::parse(ROPE, &[("cable.tail.lengths", "[1e9]")]);
+    let message = place.unwrap().build().unwrap_err().to_string();
+    let (_, length) = message.split_once("on a route of ").unwrap();
+    let length: f64 = length.split(' ').next().unwrap().parse().unwrap();
+    ROPE.replace("[0.5, 1.3]", &format!("[0.5, {}]", length - 0.5))
+}
+
+#[test]
+fn entries_lay_cables_that_others_hold_on_to() {
+    let scene = SceneSource::parse(&text(), &[]).unwrap().build().unwrap();
+    let names: Vec<_> = scene.cables.iter().map(|c| c.name.as_str()).collect();
+    assert_eq!(names, ["rope", "tail"]);
+    assert_eq!(scene.cables[0].bodies, [1, 2, 3, 4, 5, 6]);
+    assert_eq!(scene.cables[0].joints, [1, 2, 3, 4, 5, 6, 7]);
+    assert_eq!(scene.cables[1].bodies, [7, 8]);
+    assert_eq!(scene.constraint_names[..2], ["sling", "rope-start"]);
+    let held = scene.constraints[8].frames()[0].body_index();
+    assert_eq!(
+        (scene.constraint_names[8].as_str(), held),
+        ("tail-start", Some(6))
+    );
+    // Written one by one it is the same scene, cables and all.
+    let explicit = SceneText::from_scene(&scene).unwrap();
+    assert!(explicit.cable.is_empty());
+    assert_eq!(explicit.build().unwrap(), scene);
+    let source = SceneSource::Explicit(Box::new(explicit));
+    let again = SceneSource::parse(&source.to_commented_toml().unwrap(), &[]);
+    assert_eq!(again.unwrap().build().unwrap(), scene);
+    // As entries, too.
+    let source = SceneSource::parse(&text(), &[]).unwrap();
+    for toml in [source.to_toml(), source.to_commented_toml()] {
+        let again = SceneSource::parse(&toml.unwrap(), &[]).unwrap();
+        assert_eq!(again, source);
+    }
+}
+
+#[test]
+fn overrides_find_cables_by_name() {
+    let overrides = [("cable.rope.segments", "3"), ("joint.sling.a", "rope-2")];
+    let source = SceneSource::parse(&text(), &overrides).unwrap();
+    let Err(e) = source.build() else {
+        panic!("`tail` begins on a segment that is not there");
+    };
+    assert!(
+        e.to_string().contains("`rope-6`, which is not there"),
+        "{e}"
+    );
+}
+
+#[test]
+fn faults_of_cables_name_line_and_key() {
+    for (old, new, words) in [
+        (
+            "segments = 6",
+            "segments = 0",
+            "line 25, column 1: cable `rope`: segments is 0",
+        ),
+        (
+            "segments = 6",
+            "segments = 6\nlengths = [1]",
+            "line 26, column 1: cable `rope`: lengths",
+        ),
+        (
+            "radius = 0.01",
+            "radius = -1",
+            "line 26, column 1: cable `rope`: radius is -1",
+        ),
+        (
+            "radius = 0.01\n",
+            "",
+            "cable `rope`: radius: give it in m, or ea",
+        ),
+        (
+            "radius = 0.01",
+            "radius = 0.01\nmaterial = \"wood\"",
+            "material `wood` is not known",
+        ),
+        (
+            "damping_ratio = 0.02",
+            "damping_ratio = nan",
+            "line 27, column 1",
+        ),
+        (
+            "[[1, 0, -4]]",
+            "[[0, 0, 0]]",
+            "line 24, column 1: cable `rope`: points 1 and 2",
+        ),
+        (
+            "body = \"world\", held",
+            "body = \"word\", held",
+            "names the body `word`",
+        ),
+        (
+            "[2, 0, -9], held",
+            "[2, 0, -9], hold",
+            "unknown field `hold`",
+        ),
+        (
+            "body = \"rope-6\"",
+            "held = \"free\", body = \"rope-6\"",
+            "a free end is a point",
+        ),
+        (
+            "ei = 20",
+            "ei = 0",
+            "line 35, column 1: cable `tail`: ei is 0",
+        ),
+        (
+            "name = \"tail\"",
+            "name = \"rope\"",
+            "two cable entries are called `rope`",
+        ),
+        ("points = [[1", "through = [[1", "is a [[massless_cable]]"),
+        (
+            "name = \"sling\"",
+            "name = \"sling\"\ncable = \"rop\"",
+            "line 12, column 1: joint `sling`: cable",
+        ),
+        (
+            "[[joint]]",
+            "[[body]]\nname = \"rope-2\"\nmass = 1\ninertia = [1, 1, 1]\n\n[[joint]]",
+            "two body entries are called `rope-2`",
+        ),
+    ] {
+        let text = text();
+        assert!(text.contains(old), "{old}");
+        let source = SceneSource::parse(&text.replacen(old, new, 1), &[]);
+        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+        assert!(!message.contains('\n'));
+    }
+}
