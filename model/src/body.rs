@@ -184,19 +184,6 @@ impl Bodies {
         self.len() - 1
     }
 
-    /// Removes all bodies from number `len` on.
-    pub(crate) fn truncate(&mut self, len: usize) {
-        self.mobility.truncate(len);
-        self.position.truncate(len);
-        self.orientation.truncate(len);
-        self.velocity.truncate(len);
-        self.angular_velocity.truncate(len);
-        self.mass.truncate(len);
-        self.inertia.truncate(len);
-        self.force.truncate(len);
-        self.torque.truncate(len);
-    }
-
     /// A copy of body `i`.
     ///
     /// # Panics

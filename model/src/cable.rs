@@ -280,19 +280,15 @@ impl Scene {
         self.check_new_names(cable, laid.len())?;
         let (bodies, constraints) = (self.bodies.len(), self.constraints.len());
         self.lay(cable, &route, &laid);
-        let sound = (bodies..self.bodies.len())
-            .try_for_each(|i| self.validate_body(i))
-            .and_then(|()| {
-                let new = constraints..self.constraints.len();
-                new.into_iter()
-                    .try_for_each(|i| self.validate_constraint(i))
-            });
-        let parts = self.cables.last().cloned().unwrap_or_default();
+        let new_bodies: Vec<usize> = (bodies..self.bodies.len()).collect();
+        let new: Vec<usize> = (constraints..self.constraints.len()).collect();
+        let mut bodies = new_bodies.iter();
+        let sound = bodies.try_for_each(|i| self.validate_body(*i));
+        let sound = sound.and_then(|()| new.iter().try_for_each(|i| self.validate_constraint(*i)));
         if sound.is_err() {
-            self.cables.pop();
-            self.truncate(bodies, constraints);
+            self.remove(&new_bodies, &new)?;
         }
-        sound.map(|()| parts)
+        sound.map(|()| self.cables.last().cloned().unwrap_or_default())
     }
 
     fn lay(&mut self, cable: &Cable, route: &Route, laid: &[Laid]) {

@@ -86,6 +86,13 @@ pub enum SceneError {
         /// The body.
         body: String,
     },
+    /// A body is to be removed that a joint holds.
+    Held {
+        /// The body.
+        body: String,
+        /// The joint.
+        joint: String,
+    },
     /// A joint has no rows.
     NoRows {
         /// The joint.
@@ -230,6 +237,10 @@ impl SceneError {
                     "{what} names `{name}`, which is not there: choose one of {known}"
                 )
             }
+            Self::Held { body, joint } => write!(
+                f,
+                "body `{body}` cannot be removed while `{joint}` holds it: remove that as well"
+            ),
             Self::BothWorld { joint } => {
                 write!(
                     f,

@@ -1,5 +1,6 @@
 //! A scene: bodies, constraints, gravity and names. Data only.
 
+mod remove;
 pub(crate) mod validate;
 
 use nalgebra::Vector3;
@@ -88,15 +89,6 @@ impl Scene {
         self.constraints.push(constraint);
         self.groups.push(group);
         self.constraints.len() - 1
-    }
-
-    /// Removes all bodies from number `bodies` on and all constraints from number `constraints` on.
-    pub(crate) fn truncate(&mut self, bodies: usize, constraints: usize) {
-        self.bodies.truncate(bodies);
-        self.body_names.truncate(bodies);
-        self.constraints.truncate(constraints);
-        self.constraint_names.truncate(constraints);
-        self.groups.truncate(constraints);
     }
 
     /// Sets control number `control` to `value` from time `t` (s) on: its motors hold speeds from then on, and its winches

@@ -123,11 +123,7 @@ impl Scene {
                 return Err(self.unknown_body(&what, *i));
             }
             if let Some(i) = cable.joints.iter().find(|i| **i >= joints) {
-                return Err(SceneError::UnknownJoint {
-                    what,
-                    name: format!("number {i}"),
-                    known: first_names(&self.constraint_names),
-                });
+                return Err(self.unknown_constraint(&what, *i));
             }
         }
         Ok(())
@@ -282,6 +278,14 @@ impl Scene {
             side: side.into(),
             error,
         })
+    }
+
+    pub(crate) fn unknown_constraint(&self, what: &str, index: usize) -> SceneError {
+        SceneError::UnknownJoint {
+            what: what.into(),
+            name: format!("number {index}"),
+            known: first_names(&self.constraint_names),
+        }
     }
 
     pub(crate) fn unknown_body(&self, what: &str, index: usize) -> SceneError {
