@@ -1,0 +1,282 @@
+//! Changes of a scene while it runs: loads that are hooked on and let go, ropes that are cut.
+//!
+//! What stays keeps its multipliers, its tension, its windings and its past, row by row: rows follow their constraint by
+//! its identity, not by its number. What is new has no past: its multipliers are zero, and its rates before the change are
+//! those after it. The linear system is planned anew, as for a new scene, and the balance of energy begins anew.
+
+use crate::bounded::Place;
+use crate::saved::SavedRun;
+use crate::stepper::{Stage, Stepper};
+use crate::{StepError, closing};
+use std::ops::Range;
+use taut_model::{Body, Cable, CableParts, Constraint, Scene};
+use taut_solver::SolveError;
+
+/// A body of a stepper, whatever its number. It stays valid as long as the body is there, and is never that of another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct BodyId(u64);
+
+/// A constraint of a stepper, whatever its number. It stays valid as long as the constraint is there, and is never that of
+/// another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ConstraintId(u64);
+
+/// Identities of a scene's bodies and constraints, ascending: what is added later has a higher one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct Identities {
+    bodies: Vec<u64>,
+    constraints: Vec<u64>,
+    next: u64,
+}
+
+impl Identities {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let (bodies, constraints) = (scene.bodies.len() as u64, scene.constraints.len() as u64);
+        Self {
+            bodies: (0..bodies).collect(),
+            constraints: (0..constraints).collect(),
+            next: bodies.max(constraints),
+        }
+    }
+
+    fn body(&self, id: BodyId) -> Result<usize, StepError> {
+        let found = self.bodies.binary_search(&id.0);
+        found.map_err(|_| StepError::Gone { kind: "body" })
+    }
+
+    fn constraint(&self, id: ConstraintId) -> Result<usize, StepError> {
+        let found = self.constraints.binary_search(&id.0);
+        found.map_err(|_| StepError::Gone { kind: "constraint" })
+    }
+
+    /// Identities of what a scene has more than is known.
+    fn extend(&mut self, scene: &Scene) {
+        for (known, count) in [
+            (&mut self.bodies, scene.bodies.len()),
+            (&mut self.constraints, scene.constraints.len()),
+        ] {
+            while known.len() < count {
+                known.push(self.next);
+                self.next += 1;
+            }
+        }
+    }
+}
+
+/// A scene that is being changed: [`Stepper::change`].
+#[derive(Debug)]
+pub struct Edit {
+    scene: Scene,
+    ids: Identities,
+}
+
+impl Edit {
+    /// The scene as it is so far.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The body of that name.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] with the names of the first bodies.
+    pub fn body(&self, name: &str) -> Result<BodyId, StepError> {
+        Ok(BodyId(self.ids.bodies[self.scene.body(name)?]))
+    }
+
+    /// The constraint of that name.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] with the names of the first constraints.
+    pub fn constraint(&self, name: &str) -> Result<ConstraintId, StepError> {
+        let number = self.scene.constraint(name)?;
+        Ok(ConstraintId(self.ids.constraints[number]))
+    }
+
+    /// Number of the body in [`scene`](Self::scene).
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn body_index(&self, body: BodyId) -> Result<usize, StepError> {
+        self.ids.body(body)
+    }
+
+    /// Number of the constraint in [`scene`](Self::scene).
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn constraint_index(&self, constraint: ConstraintId) -> Result<usize, StepError> {
+        self.ids.constraint(constraint)
+    }
+
+    /// Adds a body in its state at this time.
+    pub fn add_body(&mut self, name: impl Into<String>, body: Body) -> BodyId {
+        let number = self.scene.add_body(name, body);
+        self.ids.extend(&self.scene);
+        BodyId(self.ids.bodies[number])
+    }
+
+    /// Adds a constraint of group `group`; its frames hold bodies by their numbers ([`body_index`](Self::body_index)).
+    pub fn add_constraint(
+        &mut self,
+        name: impl Into<String>,
+        constraint: Constraint,
+        group: u32,
+    ) -> ConstraintId {
+        let number = self.scene.add_constraint(name, constraint, group);
+        self.ids.extend(&self.scene);
+        ConstraintId(self.ids.constraints[number])
+    }
+
+    /// Lays a cable: [`Scene::add_cable`]. Its segments are at rest.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] as there.
+    pub fn add_cable(&mut self, cable: &Cable) -> Result<CableParts, StepError> {
+        let parts = self.scene.add_cable(cable)?;
+        self.ids.extend(&self.scene);
+        Ok(parts)
+    }
+
+    /// Removes a body that nothing holds and that is not the load.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`]; [`StepError::Scene`] as [`Scene::remove`].
+    pub fn remove_body(&mut self, body: BodyId) -> Result<(), StepError> {
+        let number = self.ids.body(body)?;
+        self.remove(&[number], &[])
+    }
+
+    /// Removes a constraint: a hook that lets go, a joint that breaks, a cable that is cut there.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn remove_constraint(&mut self, constraint: ConstraintId) -> Result<(), StepError> {
+        let number = self.ids.constraint(constraint)?;
+        self.remove(&[], &[number])
+    }
+
+    /// Removes a cable with its segments and joints.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] where there is no such cable, or something else holds on to a segment.
+    pub fn remove_cable(&mut self, name: &str) -> Result<(), StepError> {
+        let CableParts { bodies, joints, .. } = self.scene.cable(name)?.clone();
+        self.remove(&bodies, &joints)
+    }
+
+    /// Cuts a cable between its segments number `segment` and `segment + 1`, from 0.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] where there is no such cable, or no joint between those segments.
+    pub fn cut(&mut self, cable: &str, segment: usize) -> Result<(), StepError> {
+        let joint = self.scene.joint_after(cable, segment)?;
+        self.remove(&[], &[joint])
+    }
+
+    /// Makes a body the load, which reports follow.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn set_load_body(&mut self, body: Option<BodyId>) -> Result<(), StepError> {
+        let body = body.map(|body| self.ids.body(body));
+        self.scene.load = body.transpose()?;
+        Ok(())
+    }
+
+    fn remove(&mut self, bodies: &[usize], constraints: &[usize]) -> Result<(), StepError> {
+        self.scene.remove(bodies, constraints)?;
+        for (ids, removed) in [
+            (&mut self.ids.bodies, bodies),
+            (&mut self.ids.constraints, constraints),
+        ] {
+            let mut removed = removed.to_vec();
+            removed.sort_unstable();
+            let mut number = 0..;
+            ids.retain(|_| {
+                let i: usize = number.next().unwrap_or_default();
+                removed.binary_search(&i).is_err()
+            });
+        }
+        Ok(())
+    }
+}
+
+impl Stepper {
+    /// The body of that name.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] with the names of the first bodies.
+    pub fn body(&self, name: &str) -> Result<BodyId, StepError> {
+        Ok(BodyId(self.ids.bodies[self.scene.body(name)?]))
+    }
+
+    /// The constraint of that name.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] with the names of the first constraints.
+    pub fn constraint(&self, name: &str) -> Result<ConstraintId, StepError> {
+        let number = self.scene.constraint(name)?;
+        Ok(ConstraintId(self.ids.constraints[number]))
+    }
+
+    /// Number of the body in the scene as it is now.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn body_index(&self, body: BodyId) -> Result<usize, StepError> {
+        self.ids.body(body)
+    }
+
+    /// Number of the constraint in the scene as it is now.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn constraint_index(&self, constraint: ConstraintId) -> Result<usize, StepError> {
+        self.ids.constraint(constraint)
+    }
+
+    /// Changes the scene between two steps and returns what `work` returns. A change that changes nothing leaves all bits
+    /// as they were. Allocates; the steps after it do not.
+    ///
+    /// # Errors
+    /// Those of `work`, [`StepError::Scene`] and [`StepError::Solve`] as [`Stepper::new`] for the changed scene, and
+    /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] between [`solve`](Self::solve) and [`advance`](Self::advance).
+    /// Where it fails nothing has changed.
+    pub fn change<T>(
+        &mut self,
+        work: impl FnOnce(&mut Edit) -> Result<T, StepError>,
+    ) -> Result<T, StepError> {
+        if self.stage == Stage::Solved {
+            return Err(self.culprit(SolveError::OutOfOrder {
+                called: "change",
+                needs: "advance",
+            }));
+        }
+        let mut edit = Edit {
+            scene: self.scene.clone(),
+            ids: self.ids.clone(),
+        };
+        let value = work(&mut edit)?;
+        if edit.scene != self.scene {
+            let moved = Moved::new(self, &edit);
+            let mut changed = Self::restore(moved.saved(self.save()?, edit.scene))?;
+            changed.begin_past(&moved);
+            changed.ids = edit.ids;
+            *self = changed;
+        }
+        Ok(value)
+    }
+
+    /// The past of new rows and bodies is like the present.
+    fn begin_past(&mut self, moved: &Moved) {
+        let (pieces, scene) = (&mut self.pieces, &self.scene);
+        pieces.load_velocities(&scene.bodies);
+        let jv = &mut self.in_rows[0];
+        pieces.rows.times_jacobian(&pieces.v, jv);
+        let driven = pieces.rows.phi_t.clone();
+        let dt = self.options.dt / self.options.substeps as f64;
+        pieces.rows.drive(scene, self.time - dt, self.time);
+    }
+}
