@@ -69,7 +69,7 @@
 //! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
 //! | `stepper/balance` | what a motion has gained beyond the work of its drives |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
-//! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
+//! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
@@ -118,7 +118,7 @@ mod stepper;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use observe::{Energy, Force};
+pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
