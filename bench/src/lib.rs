@@ -10,11 +10,12 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | `run`, `run_file` | one scene, as `taut run` runs it; runs saved to files and resumed |
+//! | `run`, `columns`, `run_file` | one scene, as `taut run` runs it; what its tables hold; runs saved to files and resumed |
 //! | `report` | the report as one HTML file |
 //! | `track` | per-step timing that CI can trust: instructions, allocations, errors, times against a baseline |
 //! | `machine` | what machine this is, and the command line that makes this build |
 
+pub mod columns;
 pub mod machine;
 pub mod report;
 pub mod run;

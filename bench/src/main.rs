@@ -67,7 +67,7 @@ enum Command {
     Static(StaticArgs),
     /// Simulates a named scene or a TOML file
     #[command(
-        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30"
+        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --columns time,hook.z,bottom.tension,hoist_speed --out lift.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30"
     )]
     Run(cli::run::RunArgs),
     /// Writes a scene as TOML with the meaning of every key: what `taut run FILE` reads back to the identical run

@@ -1,5 +1,6 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
+use crate::columns::{Columns, Series};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -207,6 +208,9 @@ pub struct Summary {
     pub failure: Option<Failure>,
     /// Load positions, one a step, where they were wanted.
     pub load: LoadPath,
+    /// The columns that were wanted, one value a step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub columns: Option<Series>,
     /// Time and position of the load at the end \[s, m].
     #[serde(skip)]
     pub load_at_end: Option<(f64, [f64; 3])>,
@@ -244,8 +248,10 @@ pub struct Wishes<'a> {
     pub save: &'a mut dyn FnMut(SavedRun),
     /// Whether the summary holds the path of the load.
     pub path: bool,
+    /// The columns that the summary holds.
+    pub columns: Option<&'a Columns>,
     /// Sees each step.
-    pub sample: &'a mut dyn FnMut(&Sample),
+    pub sample: &'a mut dyn FnMut(&Stepper, &Sample),
     /// Why the run is to end where it is, if it is.
     pub stop: &'a dyn Fn() -> Option<&'static str>,
 }
@@ -265,6 +271,7 @@ struct Tally {
     tension: Option<f64>,
     elongation_error: f64,
     path: LoadPath,
+    columns: Option<Series>,
     /// Of the whole step and of each of [`Phase::ALL`], but for the first step, which may allocate.
     times: [Durations; 1 + Phase::ALL.len()],
 }
@@ -307,7 +314,10 @@ pub fn run(
     let half = 0.5 * stepper.options().dt;
     let limits = Limits::Scene(stepper.scene().gap_limits());
     let mut simulation = Simulation::new(steps, limits);
-    let mut tally = Tally::default();
+    let mut tally = Tally {
+        columns: wishes.columns.map(Series::new),
+        ..Tally::default()
+    };
     let mut stopped = None;
     let mut due = wishes.save_at;
     while simulation.goes_on() {
@@ -326,7 +336,10 @@ pub fn run(
             tally.path.time.push(sample.time);
             tally.path.position.push(sample.load.into());
         }
-        (wishes.sample)(&sample);
+        if let (Some(series), Some(columns)) = (&mut tally.columns, wishes.columns) {
+            series.add(columns.values(stepper, &sample));
+        }
+        (wishes.sample)(stepper, &sample);
         progress.inc(1);
         stopped = (wishes.stop)().filter(|_| simulation.goes_on());
         if stopped.is_some() {
@@ -390,6 +403,7 @@ fn summary(
         undecided_steps: simulation.undecided,
         failure: simulation.failure,
         load: tally.path,
+        columns: tally.columns,
         load_at_end: tally.last.map(|s| (s.time, s.load.into())),
         energy: EnergySpan {
             start: energy(tally.first),

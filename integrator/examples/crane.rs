@@ -32,9 +32,8 @@ fn run() -> Result<(), Box<dyn Error>> {
         ..GantryParams::default()
     }
     .build()?;
-    let (trolley, hook) = (1, 2); // bodies: the static beam is 0, segments and load follow
-    let hanger = scene.constraint_names.iter().position(|n| n == "bottom");
-    let hanger = hanger.ok_or("nothing holds the load")?; // the joint above the load
+    let (trolley, hook) = (scene.body("trolley")?, scene.body("hook")?);
+    let hanger = scene.constraint("bottom")?; // the joint above the load
     let start = scene.bodies.position.clone();
     let mut stepper = Stepper::new(scene, StepOptions::default())?;
     println!(

@@ -30,7 +30,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         ..HoistParams::default()
     }
     .build()?;
-    let load = scene.bodies.position.len() - 1;
+    let (load, anchor) = (scene.body("load")?, scene.constraint("anchor")?);
 
     // The solver is the first that the features bring: here that is all there is to choosing one.
     let mut stepper = Stepper::new(scene, StepOptions::default())?;
@@ -45,8 +45,7 @@ fn run() -> Result<(), Box<dyn Error>> {
         slowest = slowest.max(report.phases.total().as_secs_f64());
         if frame % 60 == 0 {
             let x = stepper.scene().bodies.position[load]; // m, world
-            // Constraint 0 holds the upper end in place.
-            let tension = stepper.tension(0).ok_or("the anchor has no tension")?; // N
+            let tension = stepper.tension(anchor).ok_or("the anchor has no tension")?; // N
             let micros = 1e6 * report.phases.total().as_secs_f64();
             println!(
                 "{:6.2} {:9.4} {:9.4} {:12.2} {:8.1}",

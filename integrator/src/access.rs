@@ -160,21 +160,20 @@ impl Stepper {
         angular_velocity: Vector3<f64>,
     ) -> Result<(), StepError> {
         let bodies = &mut self.scene.bodies;
-        if bodies.mobility.get(body) != Some(&Mobility::Driven) {
-            return Err(refused(
-                format!("body {body}"),
-                "is not driven: make its mobility `driven`",
-            ));
+        if body >= bodies.len() {
+            return Err(missing("body", body, bodies.len()));
+        }
+        let what = || format!("body `{}`", self.scene.body_names[body]);
+        if bodies.mobility[body] != Mobility::Driven {
+            let reason = "is not driven: make its mobility `driven`";
+            return Err(refused(what(), reason));
         }
         if !velocity
             .iter()
             .chain(&angular_velocity)
             .all(|x| x.is_finite())
         {
-            return Err(refused(
-                format!("body `{}`", self.scene.body_names[body]),
-                "got a velocity that is not finite",
-            ));
+            return Err(refused(what(), "got a velocity that is not finite"));
         }
         let (v, w) = (
             velocity - bodies.velocity[body],
@@ -205,9 +204,12 @@ impl Stepper {
     /// [`StepError::NotControllable`] where that has no motor or a number is out of its range; a motor has to hold what
     /// it held before, a position or a speed, for the rows of a scene to stay the same.
     pub fn set_motor(&mut self, constraint: usize, motor: Motor) -> Result<(), StepError> {
-        let what = || format!("constraint {constraint}");
-        let constraint = self.scene.constraints.get_mut(constraint);
-        let Some(own) = constraint.and_then(Constraint::motor_mut) else {
+        let constraints = &mut self.scene.constraints;
+        if constraint >= constraints.len() {
+            return Err(missing("constraint", constraint, constraints.len()));
+        }
+        let what = || format!("constraint `{}`", self.scene.constraint_names[constraint]);
+        let Some(own) = constraints[constraint].motor_mut() else {
             return Err(refused(what(), "has no motor"));
         };
         if std::mem::discriminant(&own.target) != std::mem::discriminant(&motor.target) {
@@ -232,9 +234,12 @@ impl Stepper {
     /// # Errors
     /// [`StepError::NotControllable`] where that has no winch or a number is out of its range.
     pub fn set_winch(&mut self, constraint: usize, winch: Winch) -> Result<(), StepError> {
-        let what = || format!("constraint {constraint}");
-        let Some(Constraint::MasslessCable(cable)) = self.scene.constraints.get_mut(constraint)
-        else {
+        let constraints = &mut self.scene.constraints;
+        if constraint >= constraints.len() {
+            return Err(missing("constraint", constraint, constraints.len()));
+        }
+        let what = || format!("constraint `{}`", self.scene.constraint_names[constraint]);
+        let Constraint::MasslessCable(cable) = &mut constraints[constraint] else {
             return Err(refused(what(), "is no cable with a winch"));
         };
         winch.validate(what)?;
@@ -257,7 +262,7 @@ impl Stepper {
     /// [`StepError::NotControllable`] where there is no such control or the value is not finite.
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
         let Some(channel) = self.scene.controls.get(control) else {
-            return Err(refused(format!("control {control}"), "is not there"));
+            return Err(missing("control", control, self.scene.controls.len()));
         };
         if !value.is_finite() {
             let what = format!("control `{}`", channel.name);
@@ -272,17 +277,11 @@ impl Stepper {
     /// Sets the gantry's controls from the next step on. Allocates nothing.
     ///
     /// # Errors
-    /// [`StepError::NotControllable`] where the scene has no control of one of their names or a value is not finite.
+    /// [`SceneError::UnknownControl`](taut_model::SceneError::UnknownControl) in [`StepError::Scene`] where the scene has no
+    /// control of one of their names, [`StepError::NotControllable`] where a value is not finite.
     pub fn set_controls(&mut self, controls: &Controls) -> Result<(), StepError> {
         for (name, value) in controls.values() {
-            let found = self.scene.controls.iter().position(|c| c.name == name);
-            let missing = || {
-                refused(
-                    format!("control `{name}`"),
-                    "is not there: is this a gantry?",
-                )
-            };
-            self.set_control(found.ok_or_else(missing)?, value)?;
+            self.set_control(self.scene.control(name)?, value)?;
         }
         Ok(())
     }
@@ -303,6 +302,11 @@ impl Stepper {
         self.stage.unsolve();
         self.pieces.rows.update(&self.scene, self.time);
     }
+}
+
+/// The error of a number `i` where there are `count`.
+fn missing(kind: &str, i: usize, count: usize) -> StepError {
+    refused(format!("{kind} number {i}, of {count},"), "is not there")
 }
 
 fn refused(what: String, reason: &'static str) -> StepError {

@@ -12,8 +12,8 @@
 //! solve a step is enough unless a row changes.
 
 use crate::pieces::Pieces;
-use taut_model::BodyVectors;
 use taut_model::linearized::dot;
+use taut_model::{BodyVectors, RowBounds};
 
 /// Solves of one system at most: what an inexact solver leaves undecided stays so.
 const PASSES: usize = 64;
@@ -76,10 +76,8 @@ impl Bounded {
         let mut bounded = Self::default();
         let mut first = 0;
         for bound in &pieces.rows.bounds {
-            // A cable that is too long is slack to begin with.
-            let slack = bound.upper == 0.0 && pieces.rows.phi[bound.row] < 0.0;
             bounded.rows.push(Row {
-                place: if slack { Place::Upper } else { Place::Inside },
+                place: first_place(bound, pieces),
                 rate: 0.0,
                 sigma: 0.0,
                 first,
@@ -92,6 +90,11 @@ impl Bounded {
             bounded.impulse = pieces.v.clone();
         }
         bounded
+    }
+
+    /// Puts row `k` where it is to begin with.
+    pub(crate) fn start(&mut self, k: usize, pieces: &Pieces) {
+        self.rows[k].place = first_place(&pieces.rows.bounds[k], pieces);
     }
 
     /// Whether no row has bounds.
@@ -266,6 +269,15 @@ impl Bounded {
             };
         }
         Verdict::Changed
+    }
+}
+
+/// Where a row is that has not been solved for: a cable that is too long is slack.
+fn first_place(bound: &RowBounds, pieces: &Pieces) -> Place {
+    if bound.upper == 0.0 && pieces.rows.phi[bound.row] < 0.0 {
+        Place::Upper
+    } else {
+        Place::Inside
     }
 }
 

@@ -4,12 +4,9 @@
 //! its identity, not by its number. What is new has no past: its multipliers are zero, and its rates before the change are
 //! those after it. The linear system is planned anew, as for a new scene, and the balance of energy begins anew.
 
-use crate::bounded::Place;
-use crate::saved::SavedRun;
+use crate::StepError;
 use crate::stepper::{Stage, Stepper};
-use crate::{StepError, closing};
-use std::ops::Range;
-use taut_model::{Body, Cable, CableParts, Constraint, Scene};
+use taut_model::{Body, BodyVectors, Cable, CableParts, Constraint, Scene};
 use taut_solver::SolveError;
 
 /// A body of a stepper, whatever its number. It stays valid as long as the body is there, and is never that of another.
@@ -261,7 +258,7 @@ impl Stepper {
         let value = work(&mut edit)?;
         if edit.scene != self.scene {
             let moved = Moved::new(self, &edit);
-            let mut changed = Self::restore(moved.saved(self.save()?, edit.scene))?;
+            let mut changed = Self::restore(self.run_of(edit.scene).moved(&moved))?;
             changed.begin_past(&moved);
             changed.ids = edit.ids;
             *self = changed;
@@ -271,12 +268,84 @@ impl Stepper {
 
     /// The past of new rows and bodies is like the present.
     fn begin_past(&mut self, moved: &Moved) {
-        let (pieces, scene) = (&mut self.pieces, &self.scene);
-        pieces.load_velocities(&scene.bodies);
+        let (pieces, history, scene) = (&mut self.pieces, &mut self.history, &self.scene);
+        let mut v = BodyVectors::new(scene.bodies.len());
+        v.load(&scene.bodies.velocity, &scene.bodies.angular_velocity);
         let jv = &mut self.in_rows[0];
-        pieces.rows.times_jacobian(&pieces.v, jv);
-        let driven = pieces.rows.phi_t.clone();
+        pieces.rows.times_jacobian(&v, jv);
+        let mut driven = pieces.rows.phi_t.clone();
         let dt = self.options.dt / self.options.substeps as f64;
         pieces.rows.drive(scene, self.time - dt, self.time);
+        std::mem::swap(&mut driven, &mut pieces.rows.phi_t);
+        for r in new_ones(&moved.rows) {
+            pieces.rows.phi_t[r] = driven[r];
+            history.phi_t[r] = driven[r];
+            history.rate[r] = jv[r] + driven[r];
+        }
+        for i in new_ones(&moved.bodies) {
+            pieces.v.set(i, v.get(i));
+            history.v.set(i, v.get(i));
+        }
+        for k in new_ones(&moved.bounded) {
+            self.bounded.start(k, &self.pieces);
+        }
     }
 }
+
+/// Old numbers of what a changed scene has; none of what is new.
+pub(crate) struct Moved {
+    bodies: Vec<Option<usize>>,
+    rows: Vec<Option<usize>>,
+    bounded: Vec<Option<usize>>,
+}
+
+impl Moved {
+    fn new(old: &Stepper, edit: &Edit) -> Self {
+        let of = |ids: &[u64], old: &[u64]| -> Vec<Option<usize>> {
+            ids.iter().map(|id| old.binary_search(id).ok()).collect()
+        };
+        let constraints = of(&edit.ids.constraints, &old.ids.constraints);
+        let (mut rows, mut bounded) = (Vec::new(), Vec::new());
+        let old_bounds = &old.pieces.rows.bounds;
+        for (constraint, before) in edit.scene.constraints.iter().zip(constraints) {
+            let first = before.map(|c| old.pieces.rows.row_range(c).start);
+            rows.extend((0..constraint.rows()).map(|k| first.map(|first| first + k)));
+            if constraint.bounds(old.time).is_some() {
+                let of = |c: usize| old_bounds.binary_search_by_key(&c, |bound| bound.constraint);
+                bounded.push(before.and_then(|c| of(c).ok()));
+            }
+        }
+        Self {
+            bodies: of(&edit.ids.bodies, &old.ids.bodies),
+            rows,
+            bounded,
+        }
+    }
+
+    /// The numbers of the rows, in their new order; those of new rows are zero.
+    pub(crate) fn rows(&self, old: &[f64]) -> Vec<f64> {
+        taken(&self.rows, old, 0.0)
+    }
+
+    /// The same of the bodies.
+    pub(crate) fn bodies(&self, old: &[[f64; 6]]) -> Vec<[f64; 6]> {
+        taken(&self.bodies, old, [0.0; 6])
+    }
+
+    /// The same of the rows with bounds.
+    pub(crate) fn bounded<T: Copy>(&self, old: &[T], new: T) -> Vec<T> {
+        taken(&self.bounded, old, new)
+    }
+}
+
+fn taken<T: Copy>(numbers: &[Option<usize>], old: &[T], new: T) -> Vec<T> {
+    numbers.iter().map(|i| i.map_or(new, |i| old[i])).collect()
+}
+
+fn new_ones(numbers: &[Option<usize>]) -> impl Iterator<Item = usize> + '_ {
+    let numbered = numbers.iter().enumerate();
+    numbered.filter_map(|(i, old)| old.is_none().then_some(i))
+}
+
+#[cfg(test)]
+mod tests;

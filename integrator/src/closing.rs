@@ -36,7 +36,7 @@ use taut_model::{Linearized, RowBounds};
 const YOUNG: u8 = 3;
 
 /// Not known yet: the first step looks at the state.
-const UNKNOWN: u8 = u8::MAX;
+pub(crate) const UNKNOWN: u8 = u8::MAX;
 
 /// Ω_c, at which a young row is half linearly implicit. With 3 as with 4 no fall of 0.2 to 2 m rebounds higher; 3 leaves
 /// less, 0.4 for 0.6 at Ω = 2, of a rebound that the step resolves no more.

@@ -36,6 +36,11 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
+    /// What was asked for has been removed from the scene.
+    Gone {
+        /// `body` or `constraint`.
+        kind: &'static str,
+    },
     /// A motor, winch, body or control cannot be set like that.
     NotControllable {
         /// Which.
@@ -114,6 +119,10 @@ impl fmt::Display for StepError {
                 }
                 source.fmt(f)
             }
+            Self::Gone { kind } => write!(
+                f,
+                "the {kind} has been removed: look it up again by its name"
+            ),
             Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
             Self::Saved { what, reason } => write!(f, "saved run: `{what}` {reason}"),
             Self::Undecided { time } => write!(

@@ -40,7 +40,7 @@ use taut_lanes::vector::{Vec3, dot};
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::BodyVectors;
 use taut_model::body_vectors::{packed, unpacked};
-use taut_model::{Constraint, Four, Joint, Linearized, PACK, RowKind, Scene, Side};
+use taut_model::{Constraint, Four, Joint, Linearized, PACK, RowKind, Scene, Side, Wrench};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
@@ -283,14 +283,10 @@ impl Kernel for Joints<'_> {
     }
 }
 
-/// Force (N) and torque (N m) of multipliers `lambda` on the body of slot `s`.
+/// Force (N) and torque about the centre (N m) of multipliers `lambda` on the body of slot `s`.
 pub(crate) fn wrench(rows: &Linearized, s: usize, lambda: &[f64]) -> (Vector3<f64>, Vector3<f64>) {
     let range = rows.row_range(rows.slots[s].constraint);
-    let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-    for (j, lambda) in rows.block(s).rows().iter().zip(&lambda[range]) {
-        force += Vector3::new(j[0], j[1], j[2]) * *lambda;
-        torque += Vector3::new(j[3], j[4], j[5]) * *lambda;
-    }
+    let Wrench { force, torque } = Wrench::of_rows(rows.block(s).rows(), &lambda[range]);
     (force, torque)
 }
 

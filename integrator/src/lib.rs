@@ -69,7 +69,8 @@
 //! | `stepper` | the step: phases in order, nothing allocated after the first; `system`: its linear system |
 //! | `stepper/balance` | what a motion has gained beyond the work of its drives |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
-//! | `observe` | what a stepper tells: energies, the linear system, exact multipliers |
+//! | `change` | what may be added and removed between steps, and what follows |
+//! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
@@ -94,6 +95,7 @@
 mod access;
 mod assembly;
 mod bounded;
+mod change;
 mod closing;
 mod elimination;
 mod equilibrium;
@@ -115,10 +117,11 @@ mod saved;
 mod serde_forms;
 mod stepper;
 
+pub use change::{BodyId, ConstraintId, Edit};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use observe::{Energy, Force};
+pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;

@@ -7,7 +7,7 @@ use crate::stepper::{Stage, Stepper};
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
 use nalgebra::Vector3;
 use std::ops::Deref;
-use taut_model::{Linearized, MAX_ROWS, Scene};
+use taut_model::{Linearized, Loads, MAX_ROWS, Scene, SceneError, Wrench};
 use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
@@ -33,12 +33,12 @@ impl Energy {
 
 /// Forces λ of a constraint's rows: a slice of one number a row \[N, N m].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Force {
+pub struct RowForces {
     rows: [f64; MAX_ROWS],
     count: usize,
 }
 
-impl Deref for Force {
+impl Deref for RowForces {
     type Target = [f64];
 
     fn deref(&self) -> &[f64] {
@@ -72,16 +72,16 @@ impl Stepper {
     }
 
     /// Impulses μ = h λ of the last solve, one a row \[N s, N m s]. Their time h is that of the last sub-step, which the
-    /// guard may have shortened: see [`force`](Self::force).
+    /// guard may have shortened: see [`row_forces`](Self::row_forces).
     #[must_use]
     pub fn multipliers(&self) -> &[f64] {
         &self.mu
     }
 
-    /// Forces of the rows of constraint `constraint` over the last sub-step, the last one that the guard took included; of
+    /// Forces λ of the rows of constraint `constraint` over the last sub-step, the last one that the guard took included; of
     /// a step of several sub-steps that at its end. `None` where there is no such constraint. Zero before the first solve.
     #[must_use]
-    pub fn force(&self, constraint: usize) -> Option<Force> {
+    pub fn row_forces(&self, constraint: usize) -> Option<RowForces> {
         if constraint >= self.scene.constraints.len() {
             return None;
         }
@@ -91,15 +91,70 @@ impl Stepper {
             *force = mu / self.mu_dt;
         }
         let count = mu.len();
-        Some(Force { rows, count })
+        Some(RowForces { rows, count })
     }
 
-    /// Tension of constraint `constraint` \[N], of its [`force`](Self::force): negative where it pushes. `None` where there is
-    /// no such constraint, or none that has a tension: see [`Constraint::tension`](taut_model::Constraint::tension).
+    /// Force \[N] and torque \[N m] that constraint `constraint` exerts on its side b at b's attachment point, world frame:
+    /// [`force_on`](Self::force_on) side 1. On a joint's side a acts the opposite force.
+    #[must_use]
+    pub fn force(&self, constraint: usize) -> Option<Wrench> {
+        self.force_on(constraint, 1)
+    }
+
+    /// Force \[N] and torque \[N m] that constraint `constraint` exerts on its side number `side`, an index into
+    /// [`Constraint::frames`](taut_model::Constraint::frames), at the side's attachment point, world frame. On a side held
+    /// by the world or by a static body it is the load of that anchor. `None` where there is no such
+    /// constraint or side. Allocates nothing.
+    ///
+    /// The magnitudes are the [`row_forces`](Self::row_forces), means over the last sub-step; points and directions are
+    /// those of its end, the present state. The forces on a body add up to m (Δv/h − g) of that sub-step: to rounding where
+    /// they come from gaps, to the angle that a link, cable or slider turns by in the sub-step where they follow its
+    /// direction.
+    #[must_use]
+    pub fn force_on(&self, constraint: usize, side: usize) -> Option<Wrench> {
+        let rows = self.row_forces(constraint)?;
+        let constraint = &self.scene.constraints[constraint];
+        constraint.wrench(&self.scene.bodies, self.time, &rows, side)
+    }
+
+    /// Tension, bending, twist and drive of constraint `constraint`, of the instant of [`force_on`](Self::force_on).
+    /// `None` where there is no such constraint. Allocates nothing.
+    #[must_use]
+    pub fn loads(&self, constraint: usize) -> Option<Loads> {
+        let rows = self.row_forces(constraint)?;
+        let constraint = &self.scene.constraints[constraint];
+        Some(constraint.loads(&self.scene.bodies, self.time, &rows))
+    }
+
+    /// Tension of constraint `constraint` \[N], that of its [`loads`](Self::loads): negative where it pushes. `None` where
+    /// there is no such constraint, or none that has a tension: see
+    /// [`Constraint::tension`](taut_model::Constraint::tension).
     #[must_use]
     pub fn tension(&self, constraint: usize) -> Option<f64> {
-        let force = self.force(constraint)?;
-        self.scene.constraints[constraint].tension(&self.scene.bodies, self.time, &force)
+        self.loads(constraint)?.tension
+    }
+
+    /// Tension in the middle of segment number `segment`, from 0, of the cable of segments called `cable` \[N]: the mean of
+    /// those of its joints at both ends of the segment, of which a free end has none. Exact for a cable at rest under its
+    /// own weight.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] with the names and the number of segments that there are.
+    pub fn tension_in(&self, cable: &str, segment: usize) -> Result<f64, StepError> {
+        let parts = self.scene.cable(cable)?;
+        let body = parts.bodies.get(segment).copied();
+        let body = body.ok_or_else(|| SceneError::TooLarge {
+            what: "segment",
+            value: segment,
+            limit: parts.bodies.len().saturating_sub(1),
+        })?;
+        let holds = |joint: &usize| {
+            let frames = self.scene.constraints[*joint].frames();
+            frames.iter().any(|frame| frame.body_index() == Some(body))
+        };
+        let joints = parts.joints.iter().filter(|joint| holds(joint));
+        let tensions = joints.filter_map(|joint| self.tension(*joint));
+        Ok(0.5 * tensions.sum::<f64>())
     }
 
     /// The order of the constraints in the linear system, and what it costs.
@@ -371,12 +426,128 @@ mod tests {
         assert!(shortened > 5, "{shortened}");
     }
 
+    /// Force of all constraints on body `i`, and m (Δv/h − g).
+    fn carried(stepper: &Stepper, i: usize) -> [Vector3<f64>; 2] {
+        let scene = stepper.scene();
+        let mut sum = Vector3::zeros();
+        for (c, constraint) in scene.constraints.iter().enumerate() {
+            for (side, frame) in constraint.frames().iter().enumerate() {
+                if frame.body_index() == Some(i) {
+                    sum += stepper.force_on(c, side).unwrap().force;
+                }
+            }
+        }
+        let [x, y, z, ..] = stepper.pieces.dv.get(i);
+        let rate = Vector3::new(x, y, z) / stepper.stage.advanced();
+        [sum, (rate - scene.gravity) * scene.bodies.mass[i]]
+    }
+
+    #[test]
+    fn the_forces_on_a_body_are_what_accelerates_it() {
+        for (substeps, kick) in [(1, 0.0), (4, 0.0), (1, 50.0)] {
+            let options = StepOptions {
+                substeps,
+                ..StepOptions::default()
+            };
+            let mut stepper = swing(options, kick);
+            for _ in 0..30 {
+                stepper.step().unwrap();
+                let largest = stepper.force(0).unwrap().force.norm();
+                for body in 0..7 {
+                    let [sum, needed] = carried(&stepper, body);
+                    assert!((sum - needed).norm() < 1e-9 * largest, "{body}: {sum}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_anchor_of_a_hanging_hoist_carries_the_whole_weight() {
+        let params = HoistParams {
+            mass_ratio: 1e4,
+            ..HoistParams::default()
+        };
+        let scene = params.hanging_equilibrium().unwrap();
+        let weight = scene.gravity * scene.mass();
+        let anchor = scene.constraint("anchor").unwrap();
+        let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+        for _ in 0..3 {
+            stepper.step().unwrap();
+        }
+        let [on_world, on_cable] = [0, 1].map(|side| stepper.force_on(anchor, side).unwrap());
+        assert!((on_world.force - weight).norm() < 1e-9 * weight.norm());
+        assert_eq!(on_cable.force, -on_world.force);
+        assert_eq!(stepper.force(anchor), Some(on_cable));
+        let loads = stepper.loads(anchor).unwrap();
+        assert_eq!(loads.tension, stepper.tension(anchor));
+        assert!((loads.tension.unwrap() / weight.norm() - 1.0).abs() < 1e-9);
+    }
+
+    /// A cable that stands out from a wall, 1 m of it, under its own weight.
+    #[test]
+    fn a_cantilever_has_its_moment_at_the_clamp() {
+        let params = taut_model::SpecimenParams {
+            segments: 10,
+            ..taut_model::SpecimenParams::new(taut_model::Specimen::Bend)
+        };
+        let mut scene = params.build().unwrap();
+        scene.gravity = Vector3::z() * -9.81;
+        let grip = scene.bodies.len() - 1;
+        scene.bodies.torque[grip] = Vector3::zeros();
+        scene.start_in_equilibrium = true;
+        let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+        stepper.step().unwrap();
+        let scene = stepper.scene();
+        let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+        for i in scene.dynamic_bodies() {
+            let weight = scene.gravity * scene.bodies.mass[i];
+            force += weight;
+            // The clamp is at the origin.
+            torque += scene.bodies.position[i].cross(&weight);
+        }
+        let on_wall = stepper.force_on(0, 0).unwrap();
+        assert!((on_wall.force - force).norm() < 1e-9 * force.norm());
+        let error = (on_wall.torque - torque).norm() / torque.norm();
+        assert!(torque.norm() > 0.1 && error < 1e-6, "{torque} {error:e}");
+        let loads = stepper.loads(0).unwrap();
+        let bending = loads.bending.unwrap();
+        assert!((bending / torque.norm() - 1.0).abs() < 1e-2, "{bending}");
+        assert!(loads.twist.unwrap().abs() < 1e-9 && loads.drive.is_none());
+    }
+
+    #[test]
+    fn the_tension_in_a_hanging_cable_is_the_weight_below() {
+        let params = HoistParams {
+            segments: 6,
+            segment_mass: Some(2.0),
+            load_mass: Some(30.0),
+            ..HoistParams::default()
+        };
+        let scene = params.hanging_equilibrium().unwrap();
+        let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+        stepper.step().unwrap();
+        for segment in 0..6 {
+            let below = 30.0 + 2.0 * (5.5 - segment as f64);
+            let tension = stepper.tension_in("cable", segment).unwrap();
+            assert!((tension / (9.81 * below) - 1.0).abs() < 1e-9, "{tension}");
+        }
+        for (cable, segment, words) in [
+            ("cable", 6, "segment is 6: at most 5"),
+            ("rope", 0, "cable `rope` is not known: choose one of cable"),
+        ] {
+            let fault = stepper.tension_in(cable, segment).unwrap_err().to_string();
+            assert!(fault.starts_with(words), "{fault}");
+        }
+    }
+
     #[test]
     fn a_constraint_that_is_not_there_has_no_force() {
         let mut stepper = swing(StepOptions::default(), 0.0);
-        assert_eq!(stepper.force(3).unwrap()[..], [0.0; 6]);
+        assert_eq!(stepper.row_forces(3).unwrap()[..], [0.0; 6]);
         stepper.step().unwrap();
-        assert_eq!(stepper.force(6).unwrap().len(), 3);
-        assert!(stepper.force(7).is_none() && stepper.tension(7).is_none());
+        assert_eq!(stepper.row_forces(6).unwrap().len(), 3);
+        assert!(stepper.row_forces(7).is_none() && stepper.tension(7).is_none());
+        assert!(stepper.force(7).is_none() && stepper.loads(7).is_none());
+        assert!(stepper.force(6).is_some() && stepper.force_on(6, 2).is_none());
     }
 }

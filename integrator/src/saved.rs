@@ -7,6 +7,8 @@
 //! [`Stepper::system`] shows. No backend knows more than this: what each keeps from step to step comes from the pattern.
 
 use crate::bounded::Place;
+use crate::change::Moved;
+use crate::closing::UNKNOWN;
 use crate::history::History;
 use crate::stepper::balance::Account;
 use crate::stepper::{Stage, Stepper};
@@ -91,9 +93,35 @@ impl SavedRun {
         self.time
     }
 
-    /// Checks what [`Stepper::new`] does not: numbers that are finite, as many as the scene has rows and bodies.
-    fn check(&self, rows: usize, bounded: usize) -> Result<(), StepError> {
-        let bodies = self.scene.bodies.len();
+    /// The run of a changed scene, whose bodies and rows have come from other places.
+    pub(crate) fn moved(self, to: &Moved) -> Self {
+        let Past {
+            known,
+            rate,
+            drive,
+            velocity,
+        } = self.past;
+        Self {
+            impulses: to.rows(&self.impulses),
+            tension: self.tension.map(|tension| to.rows(&tension)),
+            places: to.bounded(&self.places, Place::Inside),
+            ages: to.bounded(&self.ages, UNKNOWN),
+            velocity: to.bodies(&self.velocity),
+            velocity_change: to.bodies(&self.velocity_change),
+            drive: to.rows(&self.drive),
+            account: Account::default(),
+            past: Past {
+                known,
+                rate: to.rows(&rate),
+                drive: to.rows(&drive),
+                velocity: to.bodies(&velocity),
+            },
+            ..self
+        }
+    }
+
+    /// Checks what [`Stepper::new`] does not: numbers that are finite, as many as the scene has rows, bodies and bounds.
+    fn check(&self, [rows, bodies, bounded]: [usize; 3]) -> Result<(), StepError> {
         for (what, time) in [
             ("time", self.time),
             ("advanced", self.advanced),
@@ -196,6 +224,14 @@ impl Stepper {
             });
         }
         self.scene.validate()?;
+        let saved = self.run_of(self.scene.clone());
+        let counts = [self.mu.len(), self.scene.bodies.len(), saved.places.len()];
+        saved.check(counts)?;
+        Ok(saved)
+    }
+
+    /// The run as it stands, of the scene or of another that takes its place.
+    pub(crate) fn run_of(&self, scene: Scene) -> SavedRun {
         let bodies = self.scene.bodies.len();
         let History {
             known,
@@ -204,10 +240,10 @@ impl Stepper {
             v,
             ..
         } = &self.history;
-        let saved = SavedRun {
+        SavedRun {
             version: SavedRun::VERSION,
             options: self.options.clone(),
-            scene: self.scene.clone(),
+            scene,
             time: self.time,
             started: self.started,
             advanced: self.stage.advanced(),
@@ -228,9 +264,7 @@ impl Stepper {
                 drive: phi_t.clone(),
                 velocity: numbers_of(v, bodies),
             },
-        };
-        saved.check(self.mu.len(), saved.places.len())?;
-        Ok(saved)
+        }
     }
 
     /// Takes a saved run up again: it goes on with the same bits, on the same machine and with the same features.
@@ -238,9 +272,11 @@ impl Stepper {
     /// # Errors
     /// As [`Stepper::new`] for its scene and options; [`StepError::Saved`] where its parts do not fit together.
     pub fn restore(mut saved: SavedRun) -> Result<Self, StepError> {
-        saved.scene.start_in_equilibrium = false;
-        let mut stepper = Self::new(saved.scene.clone(), saved.options.clone())?;
-        saved.check(stepper.mu.len(), stepper.bounded.places().count())?;
+        let mut scene = std::mem::take(&mut saved.scene);
+        scene.start_in_equilibrium = false;
+        let mut stepper = Self::new(scene, saved.options.clone())?;
+        let bounded = stepper.bounded.places().count();
+        saved.check([stepper.mu.len(), stepper.scene.bodies.len(), bounded])?;
         stepper.time = saved.time;
         stepper.started = saved.started;
         if saved.advanced > 0.0 {

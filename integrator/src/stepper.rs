@@ -7,6 +7,7 @@ mod potential;
 mod system;
 
 use crate::bounded::Bounded;
+use crate::change::Identities;
 use crate::closing::Closing;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
@@ -25,6 +26,7 @@ use potential::Search;
 /// A scene in motion: its state, its linear system and the solver.
 pub struct Stepper {
     pub(crate) scene: Scene,
+    pub(crate) ids: Identities,
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
     pub(crate) solver: Box<dyn LinearSolver>,
@@ -161,6 +163,7 @@ impl Stepper {
             pieces,
             elimination,
             plan,
+            ids: Identities::new(&scene),
             scene,
             options,
         })

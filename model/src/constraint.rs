@@ -12,6 +12,7 @@ mod distance;
 pub(crate) mod gap;
 mod hinge;
 mod link_bend;
+mod loads;
 mod lock;
 mod massless_cable;
 mod motor;
@@ -19,7 +20,6 @@ mod paper;
 mod rows;
 mod slider;
 mod spherical;
-mod tension;
 #[cfg(test)]
 mod testing;
 
@@ -28,6 +28,7 @@ pub(crate) use cosserat::{BendTwist, bends_little};
 pub use distance::Distance;
 pub use hinge::Hinge;
 pub use link_bend::{BendDefinition, LinkBend};
+pub use loads::{Loads, Wrench};
 pub use lock::Lock;
 pub use massless_cable::{MasslessCable, Winch};
 pub use motor::{Motor, Target};

@@ -56,7 +56,7 @@ pub enum SceneError {
         /// The name.
         name: String,
     },
-    /// A joint, or `load`, names a body that is not there.
+    /// A joint, `load` or a program names a body that is not there.
     UnknownBody {
         /// Who names it.
         what: String,
@@ -65,13 +65,20 @@ pub enum SceneError {
         /// Names of the bodies that there are (the first few).
         known: Vec<String>,
     },
-    /// A control names a joint or cable that is not there.
+    /// A control or a program names a joint or cable that is not there.
     UnknownJoint {
         /// Who names it.
         what: String,
         /// The name.
         name: String,
         /// Names of those that it could be (the first few).
+        known: Vec<String>,
+    },
+    /// A program or a table names a control that is not there.
+    UnknownControl {
+        /// The name.
+        name: String,
+        /// Names of the controls that there are (the first few).
         known: Vec<String>,
     },
     /// No side of a joint is a body that forces move.
@@ -228,7 +235,8 @@ impl SceneError {
         match self {
             Self::UnknownJoint { what, name, known } if known.is_empty() => write!(
                 f,
-                "{what} names `{name}`, which is not there: give a joint a motor with a speed, or a cable a winch"
+                "{what} names `{name}`, which is not there, nor is another: a control needs a joint that has a motor with a \
+                 speed, or a cable that has a winch"
             ),
             Self::UnknownJoint { what, name, known } => {
                 let known = known.join(", ");
@@ -241,6 +249,13 @@ impl SceneError {
                 f,
                 "body `{body}` cannot be removed while `{joint}` holds it: remove that as well"
             ),
+            Self::UnknownControl { name, known } if known.is_empty() => {
+                write!(f, "no control is called `{name}`: the scene has none")
+            }
+            Self::UnknownControl { name, known } => {
+                let known = known.join(", ");
+                write!(f, "no control is called `{name}`: choose one of {known}")
+            }
             Self::BothWorld { joint } => {
                 write!(
                     f,

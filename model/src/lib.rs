@@ -62,7 +62,7 @@
 //! |---|---|
 //! | [`body`] | [`Bodies`] as a structure of arrays, shapes and their inertias |
 //! | [`frame`] | attachment frames on bodies and in the world |
-//! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test; `constraint/gap.rs`: φ and J of the gap, [SL (25), (26)] |
+//! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test; `constraint/gap.rs`: φ and J of the gap, [SL (25), (26)]; `constraint/loads.rs`: what a constraint carries |
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
 //! | [`body_vectors`] | six numbers a body, as vectors of lanes want them |
 //! | `packs` | how joints are stored and evaluated, four at a time |
@@ -121,9 +121,9 @@ pub use body_vectors::{BodyVectors, FourBodies, PACK};
 pub use cable::{Cable, CableEnd, CableParts, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MAX_ROWS,
-    MasslessCable, Motor, Paper, RowKind, RowLaw, Slider, Spherical, Target, TwistDefinition,
-    Winch,
+    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Loads, Lock,
+    MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Slider, Spherical, Target,
+    TwistDefinition, Winch, Wrench,
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
@@ -132,6 +132,8 @@ pub use hoist::{Apart, Hoist, HoistParams};
 pub use linearized::{Block, Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};
 pub use motion::Motion;
+/// The vectors and rotations of the public items, in the version that they are of.
+pub use nalgebra;
 pub use named::named;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;

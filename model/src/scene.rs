@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 use crate::body::{Bodies, Body};
 use crate::cable::CableParts;
 use crate::constraint::{Constraint, Target};
+use crate::error::SceneError;
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -91,6 +92,98 @@ impl Scene {
         self.constraints.len() - 1
     }
 
+    /// Number of the body called `name`.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownBody`] with names that there are.
+    pub fn body(&self, name: &str) -> Result<usize, SceneError> {
+        let found = self.body_names.iter().position(|known| known == name);
+        found.ok_or_else(|| SceneError::UnknownBody {
+            what: PROGRAM.to_owned(),
+            name: name.to_owned(),
+            known: first_names(&self.body_names),
+        })
+    }
+
+    /// Number of the constraint called `name`: a joint, a link, a cable.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownJoint`] with names that there are.
+    pub fn constraint(&self, name: &str) -> Result<usize, SceneError> {
+        let found = self.constraint_names.iter().position(|known| known == name);
+        found.ok_or_else(|| SceneError::UnknownJoint {
+            what: PROGRAM.to_owned(),
+            name: name.to_owned(),
+            known: first_names(&self.constraint_names),
+        })
+    }
+
+    /// Number of the control called `name`.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownControl`] with names that there are.
+    pub fn control(&self, name: &str) -> Result<usize, SceneError> {
+        let found = self.controls.iter().position(|c| c.name == name);
+        found.ok_or_else(|| {
+            let names: Vec<_> = self.controls.iter().map(|c| c.name.clone()).collect();
+            SceneError::UnknownControl {
+                name: name.to_owned(),
+                known: first_names(&names),
+            }
+        })
+    }
+
+    /// Value of control number `control`: speed of the first motor or winch that follows it, over the gain. `None` where
+    /// there is no such control, or nothing follows it.
+    #[must_use]
+    pub fn control_value(&self, control: usize) -> Option<f64> {
+        let mut drives = self.controls.get(control)?.drives.iter();
+        drives.find_map(|drive| {
+            let speed = self.constraints.get(drive.constraint)?.driven_speed()?;
+            // Not −0 at rest.
+            (drive.gain != 0.0).then(|| speed / drive.gain + 0.0)
+        })
+    }
+
+    /// The cable of segments called `name`.
+    ///
+    /// # Errors
+    /// [`SceneError::UnknownName`] with the names that there are.
+    pub fn cable(&self, name: &str) -> Result<&CableParts, SceneError> {
+        let found = self.cables.iter().find(|cable| cable.name == name);
+        found.ok_or_else(|| {
+            let names: Vec<_> = self.cables.iter().map(|c| c.name.clone()).collect();
+            SceneError::UnknownName {
+                what: "cable",
+                name: name.to_owned(),
+                known: first_names(&names),
+            }
+        })
+    }
+
+    /// Number of the joint between segments `segment` and `segment + 1`, from 0, of the cable called `name`.
+    ///
+    /// # Errors
+    /// A name that no cable has, segments that it does not have or that are not joined.
+    pub fn joint_after(&self, name: &str, segment: usize) -> Result<usize, SceneError> {
+        let cable = self.cable(name)?;
+        let ends = cable.bodies.get(segment..segment.saturating_add(2));
+        let joins = |joint: &&usize| {
+            let mut held = self.constraints[**joint].bodies();
+            ends.is_some_and(|ends| held.all(|body| ends.contains(&body)))
+                && self.constraints[**joint].bodies().count() == 2
+        };
+        let found = cable.joints.iter().find(joins);
+        found.copied().ok_or_else(|| SceneError::Conflict {
+            what: format!(
+                "cable `{name}`: segments {} and {}",
+                segment + 1,
+                segment + 2
+            ),
+            reason: "are not joined: name a segment that has a joint to the next",
+        })
+    }
+
     /// Sets control number `control` to `value` from time `t` (s) on: its motors hold speeds from then on, and its winches
     /// pay out. Allocates: no.
     ///
@@ -158,6 +251,9 @@ impl Scene {
     }
 }
 
+/// Who names what is looked up.
+const PROGRAM: &str = "the program";
+
 /// At most eight names, and how many more there are.
 pub(crate) fn first_names(names: &[String]) -> Vec<String> {
     let mut known: Vec<_> = names.iter().take(8).cloned().collect();
@@ -197,6 +293,42 @@ mod tests {
         let d = Vector3::new(0.0, 0.0, 3.0);
         let moved = l - d.cross(&scene.momentum());
         assert_eq!(scene.angular_momentum(&d), moved);
+    }
+
+    #[test]
+    fn what_has_a_name_is_found_by_it() {
+        let gantry = crate::GantryParams::default().build().expect("builds");
+        assert_eq!(gantry.body("trolley"), Ok(1));
+        let rail = gantry.constraint("top").expect("there");
+        assert_eq!(gantry.constraint_names[rail], "top");
+        assert_eq!(gantry.control("hoist_speed"), Ok(1));
+        let says = |error: SceneError, words: &str| assert_eq!(error.to_string(), words);
+        says(
+            two().body("c").expect_err("no c"),
+            "the program names the body `c`, which is not there: choose one of a, b",
+        );
+        let no_top = gantry.constraint("Top").expect_err("no Top").to_string();
+        assert!(
+            no_top.contains("`Top`") && no_top.contains("top"),
+            "{no_top}"
+        );
+        says(
+            gantry.control("slew").expect_err("no slew"),
+            "no control is called `slew`: choose one of trolley_speed, hoist_speed",
+        );
+        says(
+            two().control("slew").expect_err("none"),
+            "no control is called `slew`: the scene has none",
+        );
+    }
+
+    #[test]
+    fn a_control_has_the_value_that_it_was_set_to() {
+        let mut gantry = crate::GantryParams::default().build().expect("builds");
+        assert_eq!(gantry.control_value(1), Some(0.0));
+        gantry.set_control(1, -0.75, 2.0);
+        assert_eq!(gantry.control_value(1), Some(-0.75));
+        assert_eq!(gantry.control_value(2), None);
     }
 
     #[test]

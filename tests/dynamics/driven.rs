@@ -326,13 +326,29 @@ fn what_cannot_be_set_is_refused() {
         let text = error.expect_err("refused").to_string();
         assert!(text.contains(words), "{text}");
     };
-    says(stepper.set_control(1, 0.0), "control 1 is not there");
+    says(
+        stepper.set_control(1, 0.0),
+        "control number 1, of 1, is not there",
+    );
     says(stepper.set_control(0, f64::NAN), "control `hoist`");
-    says(stepper.set_motor(0, Motor::speed(1.0)), "has no motor");
+    says(
+        stepper.set_motor(0, Motor::speed(1.0)),
+        "constraint `cable` has no motor",
+    );
     let bad = Winch {
         force_limit: -1.0,
         ..Winch::new()
     };
     says(stepper.set_winch(0, bad), "winch force limit is -1");
-    says(stepper.set_winch(7, Winch::new()), "no cable");
+    says(
+        stepper.set_winch(7, Winch::new()),
+        "constraint number 7, of 1, is not there",
+    );
+    for (body, words) in [
+        (0, "body `ball` is not driven"),
+        (5, "body number 5, of 1, is not there"),
+    ] {
+        let set = stepper.set_velocity(body, Vector3::x(), Vector3::zeros());
+        says(set, words);
+    }
 }

@@ -2,7 +2,9 @@ use std::hint::black_box;
 use taut_ground::Choice;
 use taut_ground::allocations::{self, Counting};
 use taut_integrator::{StepOptions, Stepper};
-use taut_model::{ChainModel, GantryParams, Network, NetworkParams, ParticleChainParams};
+use taut_model::{
+    ChainModel, GantryParams, HoistParams, Network, NetworkParams, ParticleChainParams,
+};
 use taut_solver::Backend;
 use taut_tests::compiled;
 use taut_tests::machines::random_machine;
@@ -178,4 +180,19 @@ fn a_step_that_fails_allocates_for_its_error_only() {
     let calls = calls(|| assert!(stepper.step().is_err()));
     // The culprit's name, made and dropped.
     assert!(calls <= 2, "{calls}");
+}
+
+#[test]
+fn steps_after_a_change_allocate_nothing() {
+    let scene = HoistParams::default().build().expect("builds");
+    let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+    stepper.step().expect("stable");
+    let cut = stepper.change(|edit| edit.cut("cable", 11));
+    cut.expect("the joint is there");
+    let steps = calls(|| {
+        for _ in 0..10 {
+            stepper.step().expect("stable");
+        }
+    });
+    assert_eq!(steps, 0);
 }

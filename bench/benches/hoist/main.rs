@@ -1,5 +1,6 @@
 //! The hoist, hanging at an angle, throughput in joints: `solvers/<backend>/N` is factorisation and solve of its
-//! assembled system, `step/hoist/<backend>/N` the whole step from one state. Parts of it alone: `kernels`, `assembly`.
+//! assembled system, `step/hoist/<backend>/N` the whole step from one state, `change/N` a body hooked on to a segment and
+//! let go. Parts of the step alone: `kernels`, `assembly`.
 
 mod assembly;
 mod kernels;
@@ -8,7 +9,8 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use std::hint::black_box;
 use taut_ground::Choice;
 use taut_integrator::Stepper;
-use taut_model::{HoistParams, Scene};
+use taut_model::nalgebra::Vector3;
+use taut_model::{Body, Constraint, Frame, HoistParams, RowLaw, Scene, Spherical};
 
 const SEGMENTS: [usize; 5] = [12, 24, 50, 100, 1000];
 
@@ -33,6 +35,38 @@ fn stepper(choice: &Choice, segments: usize) -> (Scene, Stepper) {
 
 fn id(choice: &Choice, segments: usize) -> BenchmarkId {
     BenchmarkId::new(choice.family().replace('/', "-"), segments)
+}
+
+fn changes(c: &mut Criterion) {
+    let choice = Choice::all().into_iter().find(|c| c.check().is_ok());
+    let (_, mut stepper) = stepper(&choice.expect("a solver is compiled in"), 400);
+    stepper.step().expect("the hoist is stable");
+    let law = RowLaw::new(1e-7, 0.0);
+    let mut hooked = None;
+    c.bench_function("change/400", |bencher| {
+        bencher.iter(|| {
+            let change = stepper.change(|edit| match hooked.take() {
+                Some((body, joint)) => {
+                    edit.remove_constraint(joint)?;
+                    edit.remove_body(body)?;
+                    Ok(None)
+                }
+                None => {
+                    let place = edit.scene().bodies.position[300];
+                    let body = edit.add_body("visitor", Body::sphere(0.1, 1.0).at(place));
+                    let sides = [300, edit.body_index(body)?];
+                    let frames = sides.map(|body| Frame::body(body, Vector3::zeros()));
+                    let hook = Spherical {
+                        frames,
+                        stretch: law,
+                    };
+                    let joint = edit.add_constraint("hook", Constraint::Spherical(hook), 0);
+                    Ok(Some((body, joint)))
+                }
+            });
+            hooked = change.expect("the change is sound");
+        });
+    });
 }
 
 fn solvers(c: &mut Criterion) {
@@ -77,5 +111,12 @@ fn step(c: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, kernels::kernels, assembly::assembly, solvers, step);
+criterion_group!(
+    benches,
+    kernels::kernels,
+    assembly::assembly,
+    solvers,
+    step,
+    changes
+);
 criterion_main!(benches);

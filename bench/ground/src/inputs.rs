@@ -14,7 +14,7 @@
 
 use std::fmt;
 use taut_integrator::{StepError, Stepper};
-use taut_model::{Control, Scene};
+use taut_model::Scene;
 
 /// Name of the column of times.
 const TIME: &str = "time";
@@ -90,7 +90,7 @@ impl Inputs {
         }
         let columns: Vec<Option<usize>> = heading
             .iter()
-            .map(|name| column(name, &scene.controls))
+            .map(|name| column(name, scene))
             .collect::<Result<_, _>>()?;
         let timed = columns.iter().position(Option::is_none).unwrap_or(0);
         let mut inputs = Self {
@@ -167,22 +167,12 @@ impl Inputs {
 }
 
 /// The control that a column is for, none for that of the times.
-fn column(name: &str, controls: &[Control]) -> Result<Option<usize>, InputError> {
+fn column(name: &str, scene: &Scene) -> Result<Option<usize>, InputError> {
     if name == TIME {
         return Ok(None);
     }
-    let found = controls.iter().position(|c| c.name == name);
-    let Some(found) = found else {
-        let known: Vec<&str> = controls.iter().map(|c| c.name.as_str()).collect();
-        let known = if known.is_empty() {
-            "the scene has none".to_owned()
-        } else {
-            format!("choose one of {}", known.join(", "))
-        };
-        let message = format!("no control is called `{name}`: {known}");
-        return Err(fault(Some(1), message));
-    };
-    Ok(Some(found))
+    let found = scene.control(name);
+    found.map(Some).map_err(|e| fault(Some(1), e.to_string()))
 }
 
 #[cfg(test)]

@@ -167,12 +167,18 @@ impl Durations {
     }
 }
 
-/// Gaps of all constraints that have one, with their numbers \[m]: see [`Constraint::gap`](taut_model::Constraint::gap).
-fn numbered_gaps(stepper: &Stepper) -> impl Iterator<Item = (usize, f64)> {
+/// Gap of constraint `c`, where it has one \[m]: see [`Constraint::gap`](taut_model::Constraint::gap).
+#[must_use]
+pub fn gap(stepper: &Stepper, c: usize) -> Option<f64> {
     let rows = stepper.linearized();
-    let constraints = stepper.scene().constraints.iter().enumerate();
-    constraints
-        .filter_map(|(c, constraint)| Some((c, constraint.gap(&rows.phi[rows.row_range(c)])?)))
+    let constraint = stepper.scene().constraints.get(c)?;
+    constraint.gap(&rows.phi[rows.row_range(c)])
+}
+
+/// Gaps of all constraints that have one, with their numbers \[m].
+fn numbered_gaps(stepper: &Stepper) -> impl Iterator<Item = (usize, f64)> {
+    let constraints = 0..stepper.scene().constraints.len();
+    constraints.filter_map(|c| Some((c, gap(stepper, c)?)))
 }
 
 /// The gaps of all constraints that have one \[m].

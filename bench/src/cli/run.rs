@@ -8,11 +8,12 @@ use signal_hook::flag;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use taut_bench::columns::Columns;
 use taut_bench::run::{self, Summary, Wishes, Yardstick};
 use taut_bench::run_file::RunFile;
 use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
-use taut_ground::trajectory;
+use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{StepOptions, Stepper};
 
 #[derive(Debug, Args)]
@@ -35,6 +36,10 @@ pub(crate) struct RunArgs {
     /// Writes one line a step to a CSV file
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
+    /// Columns of `--out`, and `columns` of `--json`: NAME.QUANTITY of a body (x y z vx vy vz speed wx wy wz), joint
+    /// (tension fx fy fz force bending twist drive gap) or massless cable (tension length drive), controls, `time` …
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    columns: Vec<String>,
     /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)
     #[arg(long, value_name = "PATH")]
     json: Option<PathBuf>,
@@ -116,6 +121,18 @@ fn save_at(args: &RunArgs, start: f64) -> Result<Option<f64>, Failure> {
     Ok(args.save.as_ref().map(|_| at))
 }
 
+/// The columns that are asked for, if there are.
+fn columns(args: &RunArgs, stepper: &Stepper) -> Result<Option<Columns>, Failure> {
+    if args.columns.is_empty() {
+        return Ok(None);
+    }
+    if args.out.is_none() && args.json.is_none() {
+        let message = "`--columns` says what `--out` and `--json` write: give one of them";
+        return Err(Failure::Input(message.to_owned()));
+    }
+    Ok(Some(Columns::find(&args.columns, stepper)?))
+}
+
 /// Where results go.
 struct Outputs {
     out: Option<Output>,
@@ -161,6 +178,30 @@ fn signals() -> Result<Arc<AtomicUsize>, Failure> {
     Ok(signal)
 }
 
+/// The number of steps in a time \[s].
+fn at_least_one_step(time: f64, dt: f64) -> Result<usize, Failure> {
+    match steps(time, dt)? {
+        0 => Err(Failure::Input(format!(
+            "`--time` is {time} s: it must be at least one step of {dt} s"
+        ))),
+        count => Ok(count),
+    }
+}
+
+fn write_heading(rows: &mut Writing, columns: Option<&Columns>) {
+    rows.add(|out| match columns {
+        Some(columns) => columns.heading(out),
+        None => out.write_all(run::CSV_HEADING.as_bytes()),
+    });
+}
+
+fn write_line(rows: &mut Writing, columns: Option<&Columns>, stepper: &Stepper, sample: &Sample) {
+    rows.add(|out| match columns {
+        Some(columns) => columns.line(out, stepper, sample),
+        None => run::csv_line(out, sample),
+    });
+}
+
 /// Runs, and writes what is asked for: what cannot be written costs nothing else.
 pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     let outputs = Outputs::open(args)?;
@@ -171,19 +212,14 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
         driven,
     } = prepared(args)?;
     let dt = stepper.options().dt;
-    let count = steps(args.time, dt)?;
-    if count == 0 {
-        return Err(Failure::Input(format!(
-            "`--time` is {} s: it must be at least one step of {dt} s",
-            args.time
-        )));
-    }
+    let count = at_least_one_step(args.time, dt)?;
     let save_at = save_at(args, stepper.time())?;
+    let columns = columns(args, &stepper)?;
     let notes = stepper.scene().notes();
     notes.iter().for_each(|note| console.doubt(note));
     let mut rows = outputs.out.as_ref().map(Output::begin).transpose()?;
     if let Some(rows) = &mut rows {
-        rows.add(|out| out.write_all(run::CSV_HEADING.as_bytes()));
+        write_heading(rows, columns.as_ref());
     }
     let signal = signals()?;
     let bar = console
@@ -197,9 +233,10 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
             written.extend(outputs.save.as_ref().map(|save| file.write(save)));
         },
         path: outputs.json.is_some(),
-        sample: &mut |sample| {
+        columns: columns.as_ref().filter(|_| outputs.json.is_some()),
+        sample: &mut |stepper, sample| {
             if let Some(rows) = &mut rows {
-                rows.add(|out| run::csv_line(out, sample));
+                write_line(rows, columns.as_ref(), stepper, sample);
             }
         },
         stop: &|| match signal.load(Ordering::Relaxed) as i32 {

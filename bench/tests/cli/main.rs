@@ -6,6 +6,8 @@ mod appearance;
 mod browser;
 /// `taut paper`, `taut hard`, `taut static`: records of checks.
 mod checks;
+/// `taut run --columns`.
+mod columns;
 /// The gantry, driven by tables of inputs.
 mod driven;
 /// `taut dump`, `taut solve`, `taut matrices`, `taut study matrix`: linear systems as files.

@@ -161,7 +161,7 @@ impl Stepper {
     }
 
     /// A solver's error with its block's name.
-    pub(super) fn culprit(&self, source: SolveError) -> StepError {
+    pub(crate) fn culprit(&self, source: SolveError) -> StepError {
         let block = match &source {
             SolveError::Singular { block }
             | SolveError::NotPositiveDefinite { block }

@@ -108,11 +108,10 @@ impl LinkBend {
             (g[k] - e * e.dot(&g[k])) / length.max(f64::MIN_POSITIVE)
         });
         rows.phi[row] = phi;
-        let mut moving = 0;
-        for ((frame, side), g) in self.frames.iter().zip(sides).zip([-g1, g1 - g2, g2]) {
-            if frame.body_index().is_some() {
-                rows.point(moving, row, &g, &side.lever);
-                moving += 1;
+        let mut blocks = 0;
+        for (k, g) in [-g1, g1 - g2, g2].iter().enumerate() {
+            if let Some(block) = rows.block_of(k, &self.frames[k], &mut blocks) {
+                rows.point(block, row, g, &sides[k].lever);
             }
         }
     }

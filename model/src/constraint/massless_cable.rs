@@ -20,7 +20,7 @@ use super::distance::direction;
 use super::{RowLaw, Rows};
 use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
-use crate::frame::Frame;
+use crate::frame::{Frame, Resolved};
 
 /// Pays a massless cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -202,17 +202,16 @@ impl MasslessCable {
     }
 
     pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
-        let mut sides = self.frames.iter().map(|f| (f, f.resolve(bodies, t)));
+        let resolved = |(k, f): (usize, &Frame)| (k, f.resolve(bodies, t));
+        let mut sides = self.frames.iter().enumerate().map(resolved);
         let Some(mut last) = sides.next() else {
             return;
         };
-        let (mut total, mut moving) = (0.0, 0);
+        let (mut total, mut blocks) = (0.0, 0);
         let mut before = Vector3::zeros();
-        let mut finish = |(frame, side): &(&Frame, _), g: Vector3<f64>| {
-            let side: &crate::frame::Resolved = side;
-            if frame.body_index().is_some() {
-                rows.point(moving, 0, &g, &side.lever);
-                moving += 1;
+        let mut finish = |(k, side): &(usize, Resolved), g: Vector3<f64>| {
+            if let Some(block) = rows.block_of(*k, &self.frames[*k], &mut blocks) {
+                rows.point(block, 0, &g, &side.lever);
             }
         };
         for next in sides {

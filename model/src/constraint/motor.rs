@@ -97,11 +97,17 @@ impl Motor {
 impl Constraint {
     /// Whether a control can drive it: it has a motor that holds a speed, or a winch.
     pub(crate) fn follows_speed(&self) -> bool {
-        match self {
-            Self::MasslessCable(cable) => cable.winch.is_some(),
-            other => other
-                .motor()
-                .is_some_and(|m| matches!(m.target, Target::Speed(_))),
+        self.driven_speed().is_some()
+    }
+
+    /// Speed of the motor \[m/s or rad/s], or at which the winch pays out \[m/s].
+    pub(crate) fn driven_speed(&self) -> Option<f64> {
+        if let Self::MasslessCable(cable) = self {
+            return cable.winch.map(|winch| winch.speed);
+        }
+        match self.motor()?.target {
+            Target::Speed(speed) => Some(speed),
+            Target::Position(_) => None,
         }
     }
 }

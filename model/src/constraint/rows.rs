@@ -8,12 +8,14 @@ use crate::body::Bodies;
 use crate::frame::{Frame, Resolved};
 
 /// Where a constraint writes: φ; the blocks of its moving sides one after the other (rows × 6, row-major, columns
-/// \[linear, angular]); their lever arms. Blocks and levers may be left out.
+/// \[linear, angular]), or that of one side alone; their lever arms. Blocks and levers may be left out.
 pub(crate) struct Rows<'a> {
     pub(super) phi: &'a mut [f64],
     blocks: &'a mut [f64],
     levers: &'a mut [Vector3<f64>],
-    /// Where the blocks of a joint's two sides start; `None` for a side that does not move.
+    /// The side whose block is written, moving or not, where it is one alone.
+    only: Option<usize>,
+    /// Where the blocks of a joint's two sides start; `None` for a side that has none.
     starts: [Option<usize>; 2],
     next: usize,
     /// J of a joint whose rows are a gap and up to three angles.
@@ -32,6 +34,7 @@ impl<'a> Rows<'a> {
             phi,
             blocks,
             levers,
+            only: None,
             starts: [None; 2],
             next: 0,
             joint: JointJacobian {
@@ -42,6 +45,24 @@ impl<'a> Rows<'a> {
         }
     }
 
+    /// The block of side number `side` alone, which may be held by the world; no lever arms.
+    pub(super) fn of_side(side: usize, phi: &'a mut [f64], block: &'a mut [f64]) -> Self {
+        Self {
+            only: Some(side),
+            ..Self::new(phi, block, &mut [])
+        }
+    }
+
+    /// Number of the block of side number `side`, where it has one and `before` sides before it do.
+    pub(super) fn block_of(&self, side: usize, frame: &Frame, before: &mut usize) -> Option<usize> {
+        if let Some(only) = self.only {
+            return (side == only).then_some(0);
+        }
+        frame.body_index()?;
+        *before += 1;
+        Some(*before - 1)
+    }
+
     /// The two sides of a joint at time `t`, whose blocks and levers are those of the rows from now on.
     pub(super) fn resolve(
         &mut self,
@@ -50,14 +71,13 @@ impl<'a> Rows<'a> {
         t: f64,
     ) -> [Resolved; 2] {
         let sides = frames.map(|f| f.resolve(bodies, t));
-        let mut moving = 0;
-        for ((frame, side), start) in frames.iter().zip(&sides).zip(&mut self.starts) {
-            if frame.body_index().is_some() {
-                *start = Some(6 * self.phi.len() * moving);
-                if let Some(lever) = self.levers.get_mut(moving) {
+        let mut blocks = 0;
+        for (k, (frame, side)) in frames.iter().zip(&sides).enumerate() {
+            if let Some(block) = self.block_of(k, frame, &mut blocks) {
+                self.starts[k] = Some(6 * self.phi.len() * block);
+                if let Some(lever) = self.levers.get_mut(block) {
                     *lever = side.lever;
                 }
-                moving += 1;
             }
         }
         sides
@@ -110,18 +130,18 @@ impl<'a> Rows<'a> {
         self.next = row + 1;
     }
 
-    /// The gradient `g` of row `row` on the point of the moving side number `side`.
+    /// The gradient `g` of row `row` on the point of the side of block number `block`.
     pub(super) fn point(
         &mut self,
-        side: usize,
+        block: usize,
         row: usize,
         g: &Vector3<f64>,
         lever: &Vector3<f64>,
     ) {
-        if let Some(to) = self.levers.get_mut(side) {
+        if let Some(to) = self.levers.get_mut(block) {
             *to = *lever;
         }
-        let at = 6 * (side * self.phi.len() + row);
+        let at = 6 * (block * self.phi.len() + row);
         self.write(at, &joined(g, &lever.cross(g)));
     }
 

@@ -1,0 +1,342 @@
+//! The columns of `taut run --columns`: any quantity of a body, joint, cable or control, by name.
+//!
+//! `NAME.QUANTITY`, split at the last dot, is of what has that name; where a body and a joint share it the quantity
+//! decides. A control and the quantities of the run itself are named alone. All values are those at the end of a step:
+//! forces as [`Stepper::force`] and [`Stepper::loads`] say, a joint's on its side b.
+
+use serde::{Serialize, Serializer};
+use std::fmt;
+use std::io;
+use taut_ground::trajectory::{self, Sample};
+use taut_integrator::Stepper;
+use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
+
+/// A quantity: name, unit, and how it is read.
+type Quantity<F> = (&'static str, &'static str, F);
+
+/// Those of the run, which are the columns of a table without `--columns`.
+const OF_RUN: [Quantity<fn(&Sample) -> Option<f64>>; 11] = [
+    ("time", "s", |s| Some(s.time)),
+    ("load_x", "m", |s| Some(s.load.x)),
+    ("load_y", "m", |s| Some(s.load.y)),
+    ("load_z", "m", |s| Some(s.load.z)),
+    ("kinetic", "J", |s| Some(s.energy.kinetic)),
+    ("gravity", "J", |s| Some(s.energy.gravity)),
+    ("elastic", "J", |s| Some(s.energy.elastic)),
+    ("max_gap", "m", |s| Some(s.violation)),
+    ("iterations", "", |s| Some(s.iterations as f64)),
+    ("step", "ns", |s| Some(s.phases.total().as_nanos() as f64)),
+    ("load_tension", "N", |s| s.load_tension),
+];
+
+/// Those of a body.
+const OF_BODY: [Quantity<fn(&Scene, usize) -> f64>; 10] = [
+    ("x", "m", |s, i| s.bodies.position[i].x),
+    ("y", "m", |s, i| s.bodies.position[i].y),
+    ("z", "m", |s, i| s.bodies.position[i].z),
+    ("vx", "m/s", |s, i| s.bodies.velocity[i].x),
+    ("vy", "m/s", |s, i| s.bodies.velocity[i].y),
+    ("vz", "m/s", |s, i| s.bodies.velocity[i].z),
+    ("speed", "m/s", |s, i| s.bodies.velocity[i].norm()),
+    ("wx", "rad/s", |s, i| s.bodies.angular_velocity[i].x),
+    ("wy", "rad/s", |s, i| s.bodies.angular_velocity[i].y),
+    ("wz", "rad/s", |s, i| s.bodies.angular_velocity[i].z),
+];
+
+/// Those of a joint, link or cable, where it has them.
+const OF_CONSTRAINT: [Quantity<fn(&Stepper, usize) -> Option<f64>>; 10] = [
+    ("tension", "N", |s, c| loads(s, c).tension),
+    ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
+    ("fy", "N", |s, c| Some(force(s, c)?.force.y)),
+    ("fz", "N", |s, c| Some(force(s, c)?.force.z)),
+    ("force", "N", |s, c| Some(force(s, c)?.force.norm())),
+    ("bending", "N m", |s, c| loads(s, c).bending),
+    ("twist", "N m", |s, c| loads(s, c).twist),
+    (DRIVE, "N", |s, c| loads(s, c).drive),
+    ("gap", "m", |s, c| {
+        force(s, c).and_then(|_| trajectory::gap(s, c))
+    }),
+    ("length", "m", |s, c| Some(cable(s, c)?.length_at(s.time()))),
+];
+
+/// The quantity whose unit is N m where a motor turns.
+const DRIVE: &str = "drive";
+
+fn loads(stepper: &Stepper, c: usize) -> Loads {
+    stepper.loads(c).unwrap_or_default()
+}
+
+fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
+    match stepper.scene().constraints.get(c)? {
+        Constraint::MasslessCable(cable) => Some(cable),
+        _ => None,
+    }
+}
+
+/// On side b; a cable through any number of points has none that it would be.
+fn force(stepper: &Stepper, c: usize) -> Option<Wrench> {
+    match cable(stepper, c) {
+        Some(_) => None,
+        None => stepper.force(c),
+    }
+}
+
+/// A column that cannot be made.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ColumnError {
+    /// A name without a dot is none of a quantity of the run or of a control.
+    UnknownColumn {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: Vec<String>,
+    },
+    /// Nothing has the name before the dot.
+    UnknownName {
+        /// The column.
+        column: String,
+        /// The name.
+        name: String,
+        /// Names of bodies (the first few).
+        bodies: Vec<String>,
+        /// Names of joints and cables (the first few).
+        constraints: Vec<String>,
+    },
+    /// What has the name does not have the quantity.
+    UnknownQuantity {
+        /// The name.
+        name: String,
+        /// The quantity.
+        quantity: String,
+        /// Those that it has.
+        known: Vec<&'static str>,
+    },
+    /// The same column twice.
+    Twice {
+        /// Its name.
+        name: String,
+    },
+}
+
+impl fmt::Display for ColumnError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::UnknownColumn { name, known } => write!(
+                f,
+                "no column is called `{name}`: choose one of {}, or NAME.QUANTITY of a body, joint or cable",
+                known.join(", ")
+            ),
+            Self::UnknownName {
+                column,
+                name,
+                bodies,
+                constraints,
+            } => write!(
+                f,
+                "column `{column}`: no body, joint or cable is called `{name}`: choose one of the bodies {}, or of the \
+                 joints and cables {}",
+                bodies.join(", "),
+                constraints.join(", ")
+            ),
+            Self::UnknownQuantity {
+                name,
+                quantity,
+                known,
+            } => write!(
+                f,
+                "column `{name}.{quantity}`: `{name}` has no `{quantity}`: choose one of {}",
+                known.join(", ")
+            ),
+            Self::Twice { name } => write!(f, "column `{name}` is there twice: drop one"),
+        }
+    }
+}
+
+impl std::error::Error for ColumnError {}
+
+/// Where the values of a column come from.
+#[derive(Debug, Clone, Copy)]
+enum Source {
+    Run(fn(&Sample) -> Option<f64>),
+    Body(usize, fn(&Scene, usize) -> f64),
+    Constraint(usize, fn(&Stepper, usize) -> Option<f64>),
+    Control(usize),
+}
+
+/// The columns of a table, in their order.
+#[derive(Debug, Clone, Default)]
+pub struct Columns {
+    headings: Vec<String>,
+    sources: Vec<Source>,
+}
+
+impl Columns {
+    /// Finds the columns with `names` in the scene of `stepper`.
+    ///
+    /// # Errors
+    /// [`ColumnError`], the first.
+    pub fn find(names: &[String], stepper: &Stepper) -> Result<Self, ColumnError> {
+        let mut columns = Self::default();
+        for (i, name) in names.iter().enumerate() {
+            if names[..i].contains(name) {
+                return Err(ColumnError::Twice { name: name.clone() });
+            }
+            let (unit, source) = find(name, stepper)?;
+            columns.headings.push(match unit {
+                "" => name.clone(),
+                unit => format!("{name} [{unit}]"),
+            });
+            columns.sources.push(source);
+        }
+        Ok(columns)
+    }
+
+    /// The headings, `NAME.QUANTITY [UNIT]`; controls and counts are without unit.
+    #[must_use]
+    pub fn headings(&self) -> &[String] {
+        &self.headings
+    }
+
+    /// The values after a step, in the units of the headings; `None` for what is not there.
+    pub fn values(&self, stepper: &Stepper, sample: &Sample) -> impl Iterator<Item = Option<f64>> {
+        self.sources.iter().map(|source| match *source {
+            Source::Run(of) => of(sample),
+            Source::Body(i, of) => Some(of(stepper.scene(), i)),
+            Source::Constraint(c, of) => of(stepper, c),
+            Source::Control(control) => stepper.scene().control_value(control),
+        })
+    }
+
+    /// Writes the headings as a line of CSV.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn heading(&self, out: &mut dyn io::Write) -> io::Result<()> {
+        for (k, heading) in self.headings.iter().enumerate() {
+            let comma = if k == 0 { "" } else { "," };
+            if heading.contains(['"', '\n', '\r']) {
+                write!(out, "{comma}\"{}\"", heading.replace('"', "\"\""))?;
+            } else {
+                write!(out, "{comma}{heading}")?;
+            }
+        }
+        writeln!(out)
+    }
+
+    /// Writes the values after a step as a line of CSV; a cell is empty for what is not there.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn line(
+        &self,
+        out: &mut dyn io::Write,
+        stepper: &Stepper,
+        sample: &Sample,
+    ) -> io::Result<()> {
+        for (k, value) in self.values(stepper, sample).enumerate() {
+            let comma = if k == 0 { "" } else { "," };
+            match value {
+                // The shortest text that is the number, with an exponent where that is shorter.
+                Some(value) => write!(out, "{comma}{value:?}")?,
+                None => write!(out, "{comma}")?,
+            }
+        }
+        writeln!(out)
+    }
+}
+
+/// Unit and source of the column called `name`.
+fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnError> {
+    let scene = stepper.scene();
+    if let Some((_, unit, of)) = OF_RUN.iter().find(|(known, ..)| *known == name) {
+        return Ok((unit, Source::Run(*of)));
+    }
+    if let Ok(control) = scene.control(name) {
+        return Ok(("", Source::Control(control)));
+    }
+    let Some((owner, quantity)) = name.rsplit_once('.') else {
+        let of_run = OF_RUN.iter().map(|(known, ..)| (*known).to_owned());
+        let controls = scene.controls.iter().map(|c| c.name.clone());
+        return Err(ColumnError::UnknownColumn {
+            name: name.to_owned(),
+            known: of_run.chain(controls).collect(),
+        });
+    };
+    let (body, constraint) = match (scene.body(owner), scene.constraint(owner)) {
+        (Err(bodies), Err(constraints)) => {
+            return Err(ColumnError::UnknownName {
+                column: name.to_owned(),
+                name: owner.to_owned(),
+                bodies: known(bodies),
+                constraints: known(constraints),
+            });
+        }
+        (body, constraint) => (body.ok(), constraint.ok()),
+    };
+    let of_body = body.iter().flat_map(|&i| {
+        let source = move |of| Source::Body(i, of);
+        OF_BODY.map(move |(known, unit, of)| (known, unit, source(of)))
+    });
+    let of_constraint = constraint.iter().flat_map(|&c| {
+        let has = move |&(.., of): &Quantity<fn(&Stepper, usize) -> Option<f64>>| {
+            of(stepper, c).is_some()
+        };
+        let found = OF_CONSTRAINT.into_iter().filter(has);
+        found.map(move |(known, unit, of)| {
+            let turns = known == DRIVE && matches!(scene.constraints[c], Constraint::Hinge(_));
+            let unit = if turns { "N m" } else { unit };
+            (known, unit, Source::Constraint(c, of))
+        })
+    });
+    let mut all = of_body.chain(of_constraint);
+    let found = all.clone().find(|(known, ..)| *known == quantity);
+    let found = found.map(|(_, unit, source)| (unit, source));
+    found.ok_or_else(|| ColumnError::UnknownQuantity {
+        name: owner.to_owned(),
+        quantity: quantity.to_owned(),
+        known: all.by_ref().map(|(known, ..)| known).collect(),
+    })
+}
+
+/// The names that there are, of an error that asks for one of them.
+fn known(error: SceneError) -> Vec<String> {
+    match error {
+        SceneError::UnknownBody { known, .. } | SceneError::UnknownJoint { known, .. } => known,
+        _ => Vec::new(),
+    }
+}
+
+/// The values of columns over a run.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Series {
+    columns: Vec<(String, Vec<Option<f64>>)>,
+}
+
+impl Series {
+    /// Without values.
+    #[must_use]
+    pub fn new(columns: &Columns) -> Self {
+        let headings = columns.headings().iter();
+        Self {
+            columns: headings.map(|h| (h.clone(), Vec::new())).collect(),
+        }
+    }
+
+    /// Appends the values after a step, one a column.
+    pub fn add(&mut self, values: impl Iterator<Item = Option<f64>>) {
+        for ((_, series), value) in self.columns.iter_mut().zip(values) {
+            series.push(value);
+        }
+    }
+}
+
+/// An object of a list a heading, in the order of the columns.
+impl Serialize for Series {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(
+            self.columns
+                .iter()
+                .map(|(heading, series)| (heading, series)),
+        )
+    }
+}

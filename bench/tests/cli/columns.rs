@@ -1,0 +1,161 @@
+use crate::{folder, good, json, refused};
+use std::fs;
+
+/// Headings and rows of a table; a cell is empty where there is no number.
+fn table(text: &str) -> (Vec<String>, Vec<Vec<Option<f64>>>) {
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
+    let headings = reader.headers().expect("a heading").iter();
+    let headings = headings.map(ToOwned::to_owned).collect();
+    let rows = reader.records().map(|record| {
+        let record = record.expect("as long as the heading");
+        record.iter().map(|cell| cell.parse().ok()).collect()
+    });
+    (headings, rows.collect())
+}
+
+#[test]
+fn a_table_has_the_columns_that_are_asked_for_with_their_units() {
+    let at = folder("columns");
+    fs::write(at.join("c.csv"), "time,hoist_speed\n0,0\n0.5,0.1\n").expect("writable");
+    let columns = "hook.vz,time,hoist_speed,bottom.tension,bottom.force,rope-1.length,load.speed,rail.drive,load_tension";
+    let run = "run gantry --set segments=3 --controls c.csv --time 0.5";
+    let (headings, rows) = table(&good(&at, &format!("{run} --columns {columns} --out -")));
+    assert_eq!(
+        headings,
+        [
+            "hook.vz [m/s]",
+            "time [s]",
+            "hoist_speed",
+            "bottom.tension [N]",
+            "bottom.force [N]",
+            "rope-1.length [m]",
+            "load.speed [m/s]",
+            "rail.drive [N]",
+            "load_tension [N]",
+        ]
+    );
+    assert_eq!(rows.len(), 30);
+    let value = |row: usize, column: usize| rows[row][column].expect("a number");
+    for row in 0..30 {
+        let time = value(row, 1);
+        assert!((time - (row + 1) as f64 / 60.0).abs() < 1e-12);
+        // The step holds the value of its middle.
+        let speed = 0.2 * (time - 0.5 / 60.0);
+        assert!((value(row, 2) - speed).abs() < 1e-12);
+        // The tension is the part of the force along the cable.
+        let along = value(row, 3) / value(row, 4);
+        assert!(along > 0.99 && along < 1.0 + 1e-12, "{along}");
+        assert_eq!(value(row, 3), value(row, 8));
+        assert!(value(row, 7).abs() < 1.0, "nothing drives the trolley");
+    }
+    // Two falls a rope: it gets shorter twice as fast as the hook rises.
+    let risen: f64 = (1..30).map(|row| value(row, 2) / 60.0).sum();
+    let hauled = value(0, 5) - value(29, 5);
+    assert!((hauled - 2.0 * risen).abs() < 1e-9, "{hauled} {risen}");
+    assert!(value(29, 0) > 0.05 && value(29, 6) > 0.05);
+}
+
+#[test]
+fn without_columns_the_table_is_that_of_the_run_and_its_names_are_columns() {
+    let at = folder("default_columns");
+    let run = "run hoist --set segments=2 --set move_x=0.5 --time 0.2 --out -";
+    let (headings, rows) = table(&good(&at, run));
+    assert_eq!(
+        headings.join(","),
+        "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns,load_tension_N"
+    );
+    let named =
+        "time,load_x,load_y,load_z,kinetic,gravity,elastic,max_gap,iterations,step,load_tension";
+    let (headings, again) = table(&good(&at, &format!("{run} --columns {named}")));
+    assert_eq!(
+        headings.join(","),
+        "time [s],load_x [m],load_y [m],load_z [m],kinetic [J],gravity [J],elastic [J],max_gap [m],iterations,\
+         step [ns],load_tension [N]"
+    );
+    for (row, other) in rows.iter().zip(&again) {
+        for column in (0..11).filter(|column| *column != 9) {
+            assert_eq!(row[column], other[column], "{}", headings[column]);
+        }
+    }
+    assert_eq!((rows.len(), again.len()), (12, 12));
+}
+
+#[test]
+fn the_summary_holds_the_same_columns() {
+    let at = folder("json_columns");
+    let run = "run hoist --set segments=2 --time 0.2 --columns load.z,load.gap,anchor.tension";
+    let summary = json(&at, &format!("{run} --out rows.csv --json -"));
+    let text = fs::read_to_string(at.join("rows.csv")).expect("written");
+    let (headings, rows) = table(&text);
+    let columns = summary["columns"].as_object().expect("an object");
+    assert_eq!(columns.len(), 3);
+    for (k, heading) in headings.iter().enumerate() {
+        let series = columns[heading].as_array().expect("a list");
+        let series: Vec<_> = series.iter().map(serde_json::Value::as_f64).collect();
+        let column: Vec<_> = rows.iter().map(|row| row[k]).collect();
+        assert_eq!(series, column, "{heading}");
+    }
+    assert_eq!(
+        summary["load"]["position"][11][2].as_f64(),
+        rows[11][0],
+        "the load is the body of that name"
+    );
+    let without = json(&at, "run hoist --set segments=2 --time 0.2 --json -");
+    assert!(without.get("columns").is_none());
+}
+
+#[test]
+fn names_may_have_dots() {
+    let at = folder("dotted_columns");
+    let scene = good(&at, "scene hoist --set segments=2 --explicit");
+    let scene = scene.replace("\"load\"", "\"big.load\"");
+    fs::write(at.join("s.toml"), scene).expect("writable");
+    let run = "run s.toml --time 0.1 --columns big.load.z,big.load.tension --out -";
+    let (headings, rows) = table(&good(&at, run));
+    assert_eq!(headings, ["big.load.z [m]", "big.load.tension [N]"]);
+    assert_eq!(rows.len(), 6);
+}
+
+#[test]
+fn unknown_columns_are_refused_before_the_run_with_what_there_is() {
+    let at = folder("bad_columns");
+    let hoist = "run hoist --set segments=2 --time 1e5 --out rows.csv --columns";
+    for (columns, words) in [
+        (
+            "load.z,depth",
+            &["`depth`", "load_tension", "NAME.QUANTITY"][..],
+        ),
+        (
+            "lod.z",
+            &[
+                "`lod`",
+                "segment-1, segment-2, load",
+                "anchor, joint-1, load",
+            ],
+        ),
+        ("load.zz", &["`zz`", "x, y, z, vx", "tension, fx", "gap"]),
+        ("anchor.twist", &["`anchor` has no `twist`"]),
+        ("load.z,load.z", &["`load.z` is there twice"]),
+        ("load.", &["`load` has no ``"]),
+        (".z", &["is called ``"]),
+    ] {
+        refused(&at, &format!("{hoist} {columns}"), words);
+    }
+    let gantry = "run gantry --set segments=2 --time 1e5 --out rows.csv --columns";
+    for (columns, words) in [
+        ("hoist", &["trolley_speed, hoist_speed"][..]),
+        ("rope-1.fx", &["choose one of tension, drive, length"]),
+        (
+            "rail.tension",
+            &["choose one of fx, fy, fz, force, drive, gap"],
+        ),
+    ] {
+        refused(&at, &format!("{gantry} {columns}"), words);
+    }
+    assert!(!at.join("rows.csv").exists());
+    refused(
+        &at,
+        "run hoist --columns load.z",
+        &["--columns", "--out", "--json"],
+    );
+}

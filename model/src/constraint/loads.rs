@@ -1,0 +1,388 @@
+//! What a constraint carries, from the multipliers λ of its rows: a force and a torque on each side, and its tension,
+//! bending, twist and drive.
+//!
+//! **Wrench.** The rows work on the sides with the power λ·J v, so that they act on a side with Jᵀ λ = \[F; M_c], a
+//! force and a torque about the centre x that its velocities v are of. F at the attachment point x + r alone would have
+//! the torque r × F about x. What it leaves is the torque about the attachment point,
+//!
+//!   M = M_c − r × F.
+//!
+//! The world is a side like others: its centre is the origin and r its point.
+
+use nalgebra::Vector3;
+
+use super::{Constraint, JointLaw, MAX_ROWS, RowKind, Rows};
+use crate::body::Bodies;
+
+/// A force at a point and a torque about it, world frame.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Wrench {
+    /// The force \[N].
+    pub force: Vector3<f64>,
+    /// The torque \[N m].
+    pub torque: Vector3<f64>,
+}
+
+impl Wrench {
+    /// Jᵀ λ of a block of the Jacobian ([`Block::rows`](crate::Block::rows)) and the multipliers `lambda` of its rows
+    /// \[N, N m]: at the centre of the body.
+    #[inline]
+    #[must_use]
+    pub fn of_rows(rows: &[[f64; 6]], lambda: &[f64]) -> Self {
+        let mut wrench = Self::default();
+        for (j, lambda) in rows.iter().zip(lambda) {
+            wrench.force += Vector3::new(j[0], j[1], j[2]) * *lambda;
+            wrench.torque += Vector3::new(j[3], j[4], j[5]) * *lambda;
+        }
+        wrench
+    }
+}
+
+/// What a constraint carries, in the terms of its kind; `None` for what the kind does not have.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Loads {
+    /// Tension \[N]: see [`Constraint::tension`].
+    pub tension: Option<f64>,
+    /// Bending moment, ≥ 0 \[N m]: the norm of the bend rows of a cable joint or of the bending of links, of the tilt
+    /// rows of a hinge.
+    pub bending: Option<f64>,
+    /// Twisting moment of a cable joint \[N m]: positive where b is turned further about u than a.
+    pub twist: Option<f64>,
+    /// Force \[N] or torque \[N m] of the motor of a slider or hinge, positive where it drives b ahead along or about u
+    /// of a; tension of a cable \[N], which its winch holds.
+    pub drive: Option<f64>,
+}
+
+impl Constraint {
+    /// Force and torque of the multipliers `lambda` (one a row, N and N m) on side number `side`, an index into
+    /// [`Constraint::frames`], at its attachment point, with the bodies where they are at time `t` (s). A side may be held
+    /// by the world or by a static body. `None` where there is no such side. Allocates: no.
+    ///
+    /// # Panics
+    /// When a frame names a body that is not there.
+    #[must_use]
+    pub fn wrench(&self, bodies: &Bodies, t: f64, lambda: &[f64], side: usize) -> Option<Wrench> {
+        let lever = self.frames().get(side)?.resolve(bodies, t).lever;
+        let (mut phi, mut block) = ([0.0; MAX_ROWS], [[0.0; 6]; MAX_ROWS]);
+        let phi = &mut phi[..self.rows()];
+        let mut rows = Rows::of_side(side, phi, block.as_flattened_mut());
+        self.evaluate(bodies, t, &mut rows);
+        let Wrench { force, torque } = Wrench::of_rows(&block[..self.rows()], lambda);
+        let torque = torque - lever.cross(&force);
+        Some(Wrench { force, torque })
+    }
+
+    /// What it carries with the multipliers `lambda` (one a row, N and N m) and the bodies where they are at time `t` (s).
+    /// Allocates: no.
+    ///
+    /// # Panics
+    /// As [`Constraint::tension`].
+    #[must_use]
+    pub fn loads(&self, bodies: &Bodies, t: f64, lambda: &[f64]) -> Loads {
+        let mut loads = Loads {
+            tension: self.tension(bodies, t, lambda),
+            ..Loads::default()
+        };
+        let mut rest = lambda;
+        for (kind, rows, _) in self.parts() {
+            let (part, after) = rest.split_at(rows);
+            rest = after;
+            let first = part.first().copied();
+            match kind {
+                RowKind::Bend => {
+                    loads.bending = Some(part.iter().fold(0.0, |norm: f64, x| norm.hypot(*x)));
+                }
+                // A joint resists its angle: not −0 where that is zero.
+                RowKind::Twist => loads.twist = first.map(|moment| 0.0 - moment),
+                RowKind::Position | RowKind::Angle | RowKind::Speed => loads.drive = first,
+                RowKind::Stretch | RowKind::Rotation | RowKind::Length => {}
+                RowKind::Across | RowKind::Transverse => {}
+            }
+        }
+        if matches!(self, Self::MasslessCable(cable) if cable.winch.is_some()) {
+            loads.drive = loads.tension;
+        }
+        loads
+    }
+
+    /// Tension \[N] of the multipliers `lambda` (one a row, N and N m) with the bodies where they are at time `t` (s);
+    /// negative where it pushes. A pull on side a towards b is positive: λ is the force on a.
+    ///
+    /// | kind | tension |
+    /// |---|---|
+    /// | link, massless cable | −λ of the length row; that of all spans of a cable |
+    /// | cable joint with bend rows | λ of the stretch rows along the mean of the axes u of both sides |
+    /// | ball joint, cable joint without bend rows | their size ‖λ‖: a free axis is no direction |
+    /// | lock, hinge, slider, bending of links, cable joint without stretch rows | none |
+    ///
+    /// # Panics
+    /// When `lambda` is shorter than the rows or a frame names a body that is not there.
+    #[must_use]
+    pub fn tension(&self, bodies: &Bodies, t: f64, lambda: &[f64]) -> Option<f64> {
+        let along = |law: &JointLaw| {
+            law.stretch?;
+            let force = Vector3::from_column_slice(&lambda[..3]);
+            let axes = self.frames().iter().map(|f| f.resolve(bodies, t).u());
+            let axis = axes.sum::<Vector3<f64>>();
+            // Axes that point at each other have no mean.
+            Some(match axis.try_normalize(1e-9) {
+                Some(axis) if law.bend.is_some() => force.dot(&axis),
+                _ => force.norm(),
+            })
+        };
+        match self {
+            // Not −0 where it is slack.
+            Self::Distance(_) | Self::MasslessCable(_) => Some(0.0 - lambda[0]),
+            Self::Spherical(_) => Some(Vector3::from_column_slice(&lambda[..3]).norm()),
+            Self::Paper(c) => along(&c.law),
+            Self::Cosserat(c) => along(&c.law),
+            Self::Lock(_) | Self::Hinge(_) | Self::Slider(_) | Self::LinkBend(_) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Loads, Wrench};
+    use crate::constraint::testing::{Poses, bent};
+    use crate::constraint::{
+        Constraint, Cosserat, Distance, Hinge, JointLaw, Lock, MasslessCable, Motor, Paper, RowLaw,
+        Slider, Spherical, Winch,
+    };
+    use crate::{Body, Frame, HoistParams, Mobility, Scene};
+    use nalgebra::{UnitQuaternion, Vector3};
+
+    const LAMBDA: [f64; 6] = [-3.0, 5.0, 2.0, 7.0, -4.0, 1.5];
+
+    /// A joint of every kind between two frames.
+    fn joints(frames: [Frame; 2]) -> [Constraint; 7] {
+        let rigid = Some(RowLaw::RIGID);
+        let law = JointLaw {
+            stretch: rigid,
+            bend: rigid,
+            twist: rigid,
+        };
+        let stretch = RowLaw::RIGID;
+        [
+            Constraint::Spherical(Spherical { frames, stretch }),
+            Constraint::Cosserat(Cosserat::new(frames, law)),
+            Constraint::Paper(Paper::new(frames, law)),
+            Constraint::Lock(Lock {
+                frames,
+                linear: RowLaw::RIGID,
+                angular: RowLaw::RIGID,
+            }),
+            Constraint::Hinge(Hinge {
+                motor: Some(Motor::speed(0.0)),
+                ..Hinge::new(frames)
+            }),
+            Constraint::Slider(Slider {
+                motor: Some(Motor::speed(0.0)),
+                ..Slider::new(frames)
+            }),
+            Constraint::Distance(Distance {
+                frames,
+                length: 1.0,
+                law: RowLaw::RIGID,
+                transverse: true,
+            }),
+        ]
+    }
+
+    /// A scene with a joint of number `kind` at a random pose.
+    fn pair(kind: usize) -> Scene {
+        let mut poses = Poses::new(3 + kind as u64);
+        let relative = bent(0.4, &poses.across(), 0.7);
+        poses.pair(&relative, |frames| joints(frames)[kind].clone())
+    }
+
+    fn wrench(scene: &Scene, side: usize) -> Wrench {
+        let c = &scene.constraints[0];
+        c.wrench(&scene.bodies, 0.0, &LAMBDA, side).expect("a side")
+    }
+
+    #[test]
+    fn the_sides_of_a_joint_balance_each_other() {
+        for kind in 0..7 {
+            let mut scene = pair(kind);
+            if !matches!(scene.constraints[0], Constraint::Slider(_)) {
+                // Open, it has the couple of a force across the gap.
+                let points = [0, 1].map(|k: usize| {
+                    let frame = scene.constraints[0].frames()[k];
+                    frame.resolve(&scene.bodies, 0.0).point()
+                });
+                scene.bodies.position[1] += points[0] - points[1];
+            }
+            let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
+            for (side, frame) in scene.constraints[0].frames().iter().enumerate() {
+                let on = wrench(&scene, side);
+                assert!(on.force.norm() > 1.0);
+                force += on.force;
+                torque += on.torque + frame.resolve(&scene.bodies, 0.0).point().cross(&on.force);
+            }
+            assert!(force.norm() < 1e-13, "{kind}: {force}");
+            assert!(torque.norm() < 1e-12, "{kind}: {torque}");
+            let c = &scene.constraints[0];
+            assert_eq!(c.wrench(&scene.bodies, 0.0, &LAMBDA, 2), None);
+        }
+    }
+
+    #[test]
+    fn the_world_bears_what_a_static_body_in_its_place_would() {
+        for (kind, side) in (0..7).flat_map(|kind| [(kind, 0), (kind, 1)]) {
+            let mut scene = pair(kind);
+            scene.bodies.mobility[side] = Mobility::Static;
+            let on_body = [0, 1].map(|k| wrench(&scene, k));
+            let held = scene.constraints[0].frames()[side].resolve(&scene.bodies, 0.0);
+            let world = Frame::world(held.point()).with_axes(held.axes);
+            scene.constraints[0].frames_mut()[side] = world;
+            for (k, expected) in on_body.into_iter().enumerate() {
+                let found = wrench(&scene, k);
+                assert!((found.force - expected.force).norm() < 1e-12, "{kind} {k}");
+                assert!(
+                    (found.torque - expected.torque).norm() < 1e-12,
+                    "{kind} {k}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_ball_joint_has_no_torque_about_its_point_and_its_multipliers_pull_on_a() {
+        let scene = pair(0);
+        let force = Vector3::from_column_slice(&LAMBDA[..3]);
+        for (side, sign) in [(0, 1.0), (1, -1.0)] {
+            let on = wrench(&scene, side);
+            assert!((on.force - force * sign).norm() < 1e-15);
+            assert!(on.torque.norm() < 1e-14, "{on:?}");
+        }
+    }
+
+    #[test]
+    fn a_cable_pulls_each_of_its_points_along_its_spans() {
+        let mut scene = Scene::new("reeved");
+        let sheave = Body::sphere(1.0, 1.0).at(Vector3::new(0.3, -0.2, -2.0));
+        scene.add_body("sheave", sheave);
+        let frames = vec![
+            Frame::world(Vector3::new(-1.0, 0.0, 0.5)),
+            Frame::body(0, Vector3::new(0.0, 0.4, 0.1)),
+            Frame::world(Vector3::new(2.0, 1.0, 0.0)),
+        ];
+        let points = [0, 1, 2].map(|k: usize| frames[k].resolve(&scene.bodies, 0.0).point());
+        let cable = MasslessCable {
+            winch: Some(Winch::new()),
+            ..MasslessCable::new(frames, 1.0, RowLaw::RIGID)
+        };
+        let cable = Constraint::MasslessCable(cable);
+        let tension = 1250.0;
+        let [n1, n2] = [0, 1].map(|k| (points[k] - points[k + 1]).normalize());
+        let expected = [n1 * -tension, (n1 - n2) * tension, n2 * tension];
+        for (side, expected) in expected.into_iter().enumerate() {
+            let on = cable.wrench(&scene.bodies, 0.0, &[-tension], side);
+            let Wrench { force, torque } = on.expect("a side");
+            assert!((force - expected).norm() < 1e-12, "{side}: {force}");
+            assert!(torque.norm() < 1e-12, "{side}: {torque}");
+        }
+        let loads = cable.loads(&scene.bodies, 0.0, &[-tension]);
+        assert_eq!((loads.tension, loads.drive), (Some(tension), Some(tension)));
+        assert_eq!((loads.bending, loads.twist), (None, None));
+    }
+
+    #[test]
+    fn loads_are_those_that_the_kind_has() {
+        let norm = 7.0_f64.hypot(-4.0);
+        let all = [
+            (None, None, None),
+            (Some(norm), Some(-1.5), None),
+            (Some(7.0), Some(4.0), None),
+            (None, None, None),
+            (Some(norm), None, Some(1.5)),
+            (None, None, Some(1.5)),
+            (None, None, None),
+        ];
+        for (kind, (bending, twist, drive)) in all.into_iter().enumerate() {
+            let scene = pair(kind);
+            let c = &scene.constraints[0];
+            let expected = Loads {
+                tension: c.tension(&scene.bodies, 0.0, &LAMBDA),
+                bending,
+                twist,
+                drive,
+            };
+            let loads = c.loads(&scene.bodies, 0.0, &LAMBDA);
+            assert_eq!(loads, expected, "{}", c.kind_name());
+        }
+    }
+
+    /// What turns b further about u than a is resisted by a twisting moment of that sign.
+    #[test]
+    fn a_positive_twist_carries_a_positive_moment() {
+        let law = RowLaw::new(0.5, 0.0);
+        let law = JointLaw {
+            twist: Some(law),
+            ..JointLaw::default()
+        };
+        let turn = bent(0.0, &Vector3::y(), 0.25);
+        let joint = |frames| Constraint::Cosserat(Cosserat::new(frames, law));
+        let scene = Poses::new(5).pair(&turn, joint);
+        let c = &scene.constraints[0];
+        let lambda = [-crate::constraint::testing::phi(&scene)[0] / 0.5];
+        let moment = c.loads(&scene.bodies, 0.0, &lambda).twist;
+        assert!((moment.expect("a twist row") - 0.5).abs() < 1e-12);
+        // The torque on b is back towards a.
+        let u = c.frames()[1].resolve(&scene.bodies, 0.0).u();
+        let on_b = c.wrench(&scene.bodies, 0.0, &lambda, 1).expect("b");
+        assert!((on_b.torque + u * 0.5).norm() < 1e-12);
+    }
+
+    /// φ/ε of every joint of the hanging cable is its tension, whatever the joint's kind.
+    #[test]
+    fn a_hanging_cable_carries_what_is_below() {
+        for anchor in [crate::End::Spherical, crate::End::Clamped] {
+            let params = HoistParams {
+                anchor,
+                ..HoistParams::default()
+            };
+            let scene = params.hanging_equilibrium().expect("builds");
+            let mut rows = crate::Linearized::new(&scene);
+            rows.update(&scene, 0.0);
+            for (j, constraint) in scene.constraints.iter().enumerate() {
+                let lambda: Vec<_> = rows
+                    .row_range(j)
+                    .map(|r| -rows.phi[r] / rows.compliance[r])
+                    .collect();
+                let tension = constraint.tension(&scene.bodies, 0.0, &lambda);
+                let weight = 9.81 * (1000.0 + (24 - j) as f64);
+                assert!((tension.expect("a cable") / weight - 1.0).abs() < 1e-10);
+            }
+        }
+    }
+
+    /// A joint that bends has its tension along the mean of its axes, and one bent freely the size of its force.
+    #[test]
+    fn a_bent_joint_pulls_along_its_mean_axis() {
+        let mut scene = Scene::new("bent");
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.4);
+        scene.add_body("rod", Body::rod(1.0, 0.1, 1.0).turned(turn));
+        let frames = [
+            Frame::world(Vector3::zeros()),
+            Frame::body(0, Vector3::zeros()),
+        ];
+        let law = |bend| JointLaw {
+            stretch: Some(RowLaw::RIGID),
+            bend,
+            twist: None,
+        };
+        let bent = UnitQuaternion::from_scaled_axis(Vector3::y() * 0.2) * -Vector3::z();
+        let lambda: [f64; 5] = [-8.0 * bent.x, 0.0, -8.0 * bent.z, 0.0, 0.0];
+        let stiff = Constraint::Cosserat(Cosserat::new(frames, law(Some(RowLaw::RIGID))));
+        let free = Constraint::Cosserat(Cosserat::new(frames, law(None)));
+        let tension = |c: &Constraint| c.tension(&scene.bodies, 0.0, &lambda);
+        assert!((tension(&stiff).expect("a cable") + 8.0).abs() < 1e-14);
+        assert!((tension(&free).expect("a cable") - 8.0).abs() < 1e-14);
+        let none = Constraint::Cosserat(Cosserat::new(frames, JointLaw::default()));
+        assert_eq!(tension(&none), None);
+    }
+}
