@@ -12,10 +12,14 @@ use taut_integrator::Stepper;
 use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
 
 /// A quantity: name, unit, and how it is read.
-type Quantity<F> = (&'static str, &'static str, F);
+type Quantity<Read> = (&'static str, &'static str, Read);
+
+type OfRun = fn(&Sample) -> Option<f64>;
+type OfBody = fn(&Scene, usize) -> f64;
+type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
 
 /// Those of the run, which are the columns of a table without `--columns`.
-const OF_RUN: [Quantity<fn(&Sample) -> Option<f64>>; 11] = [
+const OF_RUN: [Quantity<OfRun>; 11] = [
     ("time", "s", |s| Some(s.time)),
     ("load_x", "m", |s| Some(s.load.x)),
     ("load_y", "m", |s| Some(s.load.y)),
@@ -30,7 +34,7 @@ const OF_RUN: [Quantity<fn(&Sample) -> Option<f64>>; 11] = [
 ];
 
 /// Those of a body.
-const OF_BODY: [Quantity<fn(&Scene, usize) -> f64>; 10] = [
+const OF_BODY: [Quantity<OfBody>; 10] = [
     ("x", "m", |s, i| s.bodies.position[i].x),
     ("y", "m", |s, i| s.bodies.position[i].y),
     ("z", "m", |s, i| s.bodies.position[i].z),
@@ -44,7 +48,7 @@ const OF_BODY: [Quantity<fn(&Scene, usize) -> f64>; 10] = [
 ];
 
 /// Those of a joint, link or cable, where it has them.
-const OF_CONSTRAINT: [Quantity<fn(&Stepper, usize) -> Option<f64>>; 10] = [
+const OF_CONSTRAINT: [Quantity<OfConstraint>; 10] = [
     ("tension", "N", |s, c| loads(s, c).tension),
     ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
     ("fy", "N", |s, c| Some(force(s, c)?.force.y)),
@@ -157,9 +161,9 @@ impl std::error::Error for ColumnError {}
 /// Where the values of a column come from.
 #[derive(Debug, Clone, Copy)]
 enum Source {
-    Run(fn(&Sample) -> Option<f64>),
-    Body(usize, fn(&Scene, usize) -> f64),
-    Constraint(usize, fn(&Stepper, usize) -> Option<f64>),
+    Run(OfRun),
+    Body(usize, OfBody),
+    Constraint(usize, OfConstraint),
     Control(usize),
 }
 
@@ -273,28 +277,25 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
         }
         (body, constraint) => (body.ok(), constraint.ok()),
     };
-    let of_body = body.iter().flat_map(|&i| {
-        let source = move |of| Source::Body(i, of);
-        OF_BODY.map(move |(known, unit, of)| (known, unit, source(of)))
-    });
-    let of_constraint = constraint.iter().flat_map(|&c| {
-        let has = move |&(.., of): &Quantity<fn(&Stepper, usize) -> Option<f64>>| {
-            of(stepper, c).is_some()
-        };
+    let of_body = body
+        .into_iter()
+        .flat_map(|i| OF_BODY.map(|(known, unit, of)| (known, unit, Source::Body(i, of))));
+    let of_constraint = constraint.into_iter().flat_map(|c| {
+        let has = move |(_, _, of): &Quantity<OfConstraint>| of(stepper, c).is_some();
+        let turns = matches!(scene.constraints[c], Constraint::Hinge(_));
         let found = OF_CONSTRAINT.into_iter().filter(has);
         found.map(move |(known, unit, of)| {
-            let turns = known == DRIVE && matches!(scene.constraints[c], Constraint::Hinge(_));
-            let unit = if turns { "N m" } else { unit };
+            let unit = if turns && known == DRIVE { "N m" } else { unit };
             (known, unit, Source::Constraint(c, of))
         })
     });
-    let mut all = of_body.chain(of_constraint);
-    let found = all.clone().find(|(known, ..)| *known == quantity);
-    let found = found.map(|(_, unit, source)| (unit, source));
+    let all: Vec<Quantity<Source>> = of_body.chain(of_constraint).collect();
+    let found = all.iter().find(|(known, ..)| *known == quantity);
+    let found = found.map(|(_, unit, source)| (*unit, *source));
     found.ok_or_else(|| ColumnError::UnknownQuantity {
         name: owner.to_owned(),
         quantity: quantity.to_owned(),
-        known: all.by_ref().map(|(known, ..)| known).collect(),
+        known: all.iter().map(|(known, ..)| *known).collect(),
     })
 }
 

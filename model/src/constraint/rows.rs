@@ -54,6 +54,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Number of the block of side number `side`, where it has one and `before` sides before it do.
+    #[inline(always)]
     pub(super) fn block_of(&self, side: usize, frame: &Frame, before: &mut usize) -> Option<usize> {
         if let Some(only) = self.only {
             return (side == only).then_some(0);
@@ -64,6 +65,7 @@ impl<'a> Rows<'a> {
     }
 
     /// The two sides of a joint at time `t`, whose blocks and levers are those of the rows from now on.
+    #[inline(always)]
     pub(super) fn resolve(
         &mut self,
         frames: &[Frame; 2],
