@@ -118,7 +118,7 @@ impl Edit {
     pub fn add_constraint(
         &mut self,
         name: impl Into<String>,
-        constraint: Constraint,
+        constraint: impl Into<Constraint>,
         group: u32,
     ) -> ConstraintId {
         let number = self.scene.add_constraint(name, constraint, group);

@@ -149,6 +149,29 @@ pub enum Constraint {
     LinkBend(LinkBend),
 }
 
+/// Each kind is a constraint.
+macro_rules! kinds {
+    ($($kind:ident),*) => {$(
+        impl From<$kind> for Constraint {
+            fn from(constraint: $kind) -> Self {
+                Self::$kind(constraint)
+            }
+        }
+    )*};
+}
+
+kinds!(
+    Spherical,
+    Paper,
+    Cosserat,
+    Lock,
+    Distance,
+    Hinge,
+    Slider,
+    MasslessCable,
+    LinkBend
+);
+
 impl Constraint {
     /// Number of rows, at most [`MAX_ROWS`]; fixed as long as the set of row laws is.
     #[must_use]

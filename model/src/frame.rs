@@ -81,6 +81,16 @@ impl Frame {
         self
     }
 
+    /// The same frame with u along `direction`, in the body's frame (the world's for a world side), and some v and w across:
+    /// those of frames along the same direction agree. Without a direction it stays as it is.
+    #[must_use]
+    pub fn along(self, direction: &Vector3<f64>) -> Self {
+        match axes_along(direction) {
+            Some(axes) => self.with_axes(axes),
+            None => self,
+        }
+    }
+
     /// The same point held by the world with a prescribed motion.
     #[must_use]
     pub fn moving(mut self, motion: Motion) -> Self {

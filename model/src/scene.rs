@@ -20,6 +20,18 @@ pub struct Control {
     pub drives: Vec<Drive>,
 }
 
+impl Control {
+    /// A control called `name` of whose value one motor or winch, that of constraint number `constraint`, holds the
+    /// `gain`-fold as its speed.
+    #[must_use]
+    pub fn of(name: impl Into<String>, constraint: usize, gain: f64) -> Self {
+        Self {
+            name: name.into(),
+            drives: vec![Drive { constraint, gain }],
+        }
+    }
+}
+
 /// A motor or winch that follows a [`Control`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -83,11 +95,11 @@ impl Scene {
     pub fn add_constraint(
         &mut self,
         name: impl Into<String>,
-        constraint: Constraint,
+        constraint: impl Into<Constraint>,
         group: u32,
     ) -> usize {
         self.constraint_names.push(name.into());
-        self.constraints.push(constraint);
+        self.constraints.push(constraint.into());
         self.groups.push(group);
         self.constraints.len() - 1
     }

@@ -39,6 +39,13 @@ impl Hinge {
         }
     }
 
+    /// The same hinge with a motor.
+    #[must_use]
+    pub fn driven(mut self, motor: Motor) -> Self {
+        self.motor = Some(motor);
+        self
+    }
+
     pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
         rows.stretch(a, b);
         let angles = BendTwist::of_frames(a, b, self.angle_reference);

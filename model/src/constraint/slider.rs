@@ -40,6 +40,13 @@ impl Slider {
         }
     }
 
+    /// The same slider with a motor.
+    #[must_use]
+    pub fn driven(mut self, motor: Motor) -> Self {
+        self.motor = Some(motor);
+        self
+    }
+
     pub(super) fn evaluate(&self, a: &Resolved, b: &Resolved, rows: &mut Rows<'_>) {
         lock::rotation_rows(a, b, rows);
         let d = gap(a, b);
