@@ -6,7 +6,7 @@
 
 use crate::StepError;
 use crate::stepper::{Stage, Stepper};
-use taut_model::{Body, BodyVectors, Cable, CableParts, Constraint, Scene};
+use taut_model::{Body, BodyVectors, Cable, CableParts, Constraint, Event, Scene};
 use taut_solver::SolveError;
 
 /// A body of a stepper, whatever its number. It stays valid as long as the body is there, and is never that of another.
@@ -182,7 +182,20 @@ impl Edit {
         Ok(())
     }
 
-    fn remove(&mut self, bodies: &[usize], constraints: &[usize]) -> Result<(), StepError> {
+    /// Adds an event.
+    pub fn add_event(&mut self, event: Event) {
+        self.scene.events.push(event);
+    }
+
+    pub(crate) fn drop_events(&mut self, events: &[Event]) {
+        self.scene.events.retain(|event| !events.contains(event));
+    }
+
+    pub(crate) fn remove(
+        &mut self,
+        bodies: &[usize],
+        constraints: &[usize],
+    ) -> Result<(), StepError> {
         self.scene.remove(bodies, constraints)?;
         for (ids, removed) in [
             (&mut self.ids.bodies, bodies),

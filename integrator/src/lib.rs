@@ -70,6 +70,7 @@
 //! | `stepper/balance` | what a motion has gained beyond the work of its drives |
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `change` | what may be added and removed between steps, and what follows |
+//! | `events` | what happens by itself after a step: ropes that break, hooks that catch |
 //! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
@@ -100,6 +101,7 @@ mod closing;
 mod elimination;
 mod equilibrium;
 mod error;
+mod events;
 mod geometric;
 mod gyroscopic;
 mod history;

@@ -105,6 +105,9 @@ pub struct StepReport {
     /// The balance of energy, where [`StepOptions::energy_tolerance`](crate::StepOptions::energy_tolerance) asks for it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub balance: Option<EnergyBalance>,
+    /// Events at the end of the step, of which [`Stepper::fired`](crate::Stepper::fired) has the names.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub events: usize,
     /// Time of each phase.
     pub phases: PhaseTimes,
 }
@@ -186,6 +189,7 @@ impl Tally {
             redone: self.redone,
             disagreement: self.disagreement,
             balance: self.balance,
+            events: 0,
             phases: self.phases,
         }
     }

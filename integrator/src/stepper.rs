@@ -27,6 +27,8 @@ use potential::Search;
 pub struct Stepper {
     pub(crate) scene: Scene,
     pub(crate) ids: Identities,
+    /// Names of the events of the last step.
+    pub(crate) fired: Vec<String>,
     pub(crate) options: StepOptions,
     pub(crate) time: f64,
     pub(crate) solver: Box<dyn LinearSolver>,
@@ -164,6 +166,7 @@ impl Stepper {
             elimination,
             plan,
             ids: Identities::new(&scene),
+            fired: Vec::new(),
             scene,
             options,
         })
@@ -174,13 +177,14 @@ impl Stepper {
         self.options.dt / self.options.substeps as f64
     }
 
-    /// Advances the scene by one time step. Allocates nothing with the project's own backends.
+    /// Advances the scene by one time step, then lets the scene's events happen that are due. Allocates nothing with the
+    /// project's own backends where none is.
     ///
     /// # Errors
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
-        self.tallied(|stepper| {
+        let mut report = self.tallied(|stepper| {
             stepper.start()?;
             for _ in 0..stepper.options.substeps {
                 match stepper.options.guard {
@@ -189,7 +193,9 @@ impl Stepper {
                 }
             }
             stepper.weigh()
-        })
+        })?;
+        report.events = self.fire()?;
+        Ok(report)
     }
 
     /// A sub-step of the scheme: linearised, solved, updated.

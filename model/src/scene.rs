@@ -1,7 +1,10 @@
 //! A scene: bodies, constraints, gravity and names. Data only.
 
+mod event;
 mod remove;
 pub(crate) mod validate;
+
+pub use event::{Action, Event, When};
 
 use nalgebra::Vector3;
 
@@ -68,6 +71,9 @@ pub struct Scene {
     /// The cables of segments, and what belongs to each.
     #[cfg_attr(feature = "serde", serde(default))]
     pub cables: Vec<CableParts>,
+    /// What happens by itself while a simulation runs.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub events: Vec<Event>,
     /// The body whose position reports follow: the load.
     pub load: Option<usize>,
     /// Whether a simulation is to start from the static equilibrium near this pose instead of from the pose itself;
@@ -136,13 +142,7 @@ impl Scene {
     /// [`SceneError::UnknownControl`] with names that there are.
     pub fn control(&self, name: &str) -> Result<usize, SceneError> {
         let found = self.controls.iter().position(|c| c.name == name);
-        found.ok_or_else(|| {
-            let names: Vec<_> = self.controls.iter().map(|c| c.name.clone()).collect();
-            SceneError::UnknownControl {
-                name: name.to_owned(),
-                known: first_names(&names),
-            }
-        })
+        found.ok_or_else(|| self.unknown_control(name))
     }
 
     /// Value of control number `control`: speed of the first motor or winch that follows it, over the gain. `None` where

@@ -119,6 +119,19 @@
 //! | `drives` | `{ joint = "…", gain = … }` each: a joint whose motor has a speed, or a cable with a winch; |
 //! | | its speed over the value of the control, default 1 |
 //!
+//! | `[[event]]` | happens once, at the end of the first step in which its condition holds; see [`EventEntry`] |
+//! |---|---|
+//! | `name` | |
+//! | `at` or | condition: from this time on, s |
+//! | `force` or | condition: `{ joint = "…", above = … }`: tension of a joint or massless cable (of one without, the size of |
+//! | | its force), N |
+//! | `distance` | condition: `{ a = { body = "…", point = [x, y, z] }, b = …, below = … }`, m |
+//! | `attach` | rigid links of the distance at that time, `{ name = "…", a = …, b = … }` each |
+//! | `release` | names of constraints that let go |
+//! | `set` | controls, `{ control = "…", value = … }` each |
+//!
+//! `breaks_at` (N) of a joint or massless cable is such an event, called `NAME breaks`; of a cable one for each joint.
+//!
 //! A crane: its jib slews about the fixed tower, a trolley runs along the jib, a winch on it holds a hook on a massless
 //! cable, and a load hangs from the hook:
 //! ```
@@ -234,6 +247,7 @@ mod build;
 mod cable;
 mod control;
 mod entries;
+mod event;
 mod from_scene;
 mod joint;
 mod keys;
@@ -249,6 +263,8 @@ mod tests_cable;
 #[cfg(test)]
 mod tests_drives;
 #[cfg(test)]
+mod tests_event;
+#[cfg(test)]
 mod tests_explicit;
 #[cfg(test)]
 mod tests_faults;
@@ -259,6 +275,7 @@ mod write;
 pub use cable::{CableEntry, EndEntry, Hold};
 pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
+pub use event::{AttachEntry, DistanceEntry, EventEntry, ForceEntry, SetEntry};
 pub use joint::{JointEntry, Kind};
 pub use motion::MotionEntry;
 pub use motor::{MotorEntry, WinchEntry};

@@ -1,9 +1,9 @@
 //! Takes bodies and constraints out of a scene.
 
-use super::Scene;
+use super::{Action, Event, Scene, When};
 use crate::body::Bodies;
 use crate::error::SceneError;
-use crate::frame::Side;
+use crate::frame::{Frame, Side};
 
 /// New numbers of what is kept, by the old ones.
 struct Kept(Vec<Option<usize>>);
@@ -38,8 +38,9 @@ impl Kept {
 }
 
 impl Scene {
-    /// Removes bodies and constraints by their numbers. The others keep their order; drives, cables and the load follow
-    /// them. Controls that drive nothing any more and cables without parts go, too.
+    /// Removes bodies and constraints by their numbers. The others keep their order; drives, cables, events and the
+    /// load follow them. Controls that drive nothing any more, cables without parts and events that watch or act on what is
+    /// gone go, too.
     ///
     /// # Errors
     /// A number that is not there, a body that a constraint holds which stays, or the load. The scene is then as it was.
@@ -72,7 +73,13 @@ impl Scene {
                 new.is_some()
             });
         }
-        self.controls.retain(|control| !control.drives.is_empty());
+        let idle = self.controls.iter().zip(0..);
+        let idle = idle.filter(|(control, _)| control.drives.is_empty());
+        let idle: Vec<usize> = idle.map(|(_, i)| i).collect();
+        let kept_controls = Kept::without(self.controls.len(), &idle);
+        kept_controls.filter(&mut self.controls);
+        self.events
+            .retain_mut(|event| follow(event, &kept_bodies, &kept, &kept_controls));
         for cable in &mut self.cables {
             kept_bodies.renumber(&mut cable.bodies);
             kept.renumber(&mut cable.joints);
@@ -103,6 +110,32 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// Renumbers an event; whether anything of it is left.
+fn follow(event: &mut Event, bodies: &Kept, constraints: &Kept, controls: &Kept) -> bool {
+    let renumbered = |i: &mut usize, kept: &Kept| {
+        let new = kept.0.get(*i).copied().flatten();
+        *i = new.unwrap_or(*i);
+        new.is_some()
+    };
+    let points = |between: &mut [Frame; 2]| {
+        between.iter_mut().all(|frame| match &mut frame.side {
+            Side::World(_) => true,
+            Side::Body(i) => renumbered(i, bodies),
+        })
+    };
+    let watched = match &mut event.when {
+        When::Time(_) => true,
+        When::Force { constraint, .. } => renumbered(constraint, constraints),
+        When::Distance { between, .. } => points(between),
+    };
+    event.then.retain_mut(|action| match action {
+        Action::Release(constraint) => renumbered(constraint, constraints),
+        Action::Attach { between, .. } => points(between),
+        Action::Set { control, .. } => renumbered(control, controls),
+    });
+    watched && !event.then.is_empty()
 }
 
 fn retain(bodies: &mut Bodies, kept: &Kept) {

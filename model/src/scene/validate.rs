@@ -64,6 +64,7 @@ impl Scene {
         }
         self.validate_controls()?;
         self.validate_cables()?;
+        self.validate_events()?;
         match self.load {
             Some(i) if i >= self.bodies.len() => Err(self.unknown_body("load", i)),
             _ => Ok(()),
@@ -278,6 +279,14 @@ impl Scene {
             side: side.into(),
             error,
         })
+    }
+
+    pub(crate) fn unknown_control(&self, name: &str) -> SceneError {
+        let names: Vec<_> = self.controls.iter().map(|c| c.name.clone()).collect();
+        SceneError::UnknownControl {
+            name: name.to_owned(),
+            known: first_names(&names),
+        }
     }
 
     pub(crate) fn unknown_constraint(&self, what: &str, index: usize) -> SceneError {

@@ -147,6 +147,7 @@ struct Built {
     group: Option<u32>,
     /// The cable that it belongs to.
     cable: Option<String>,
+    breaks_at: Option<f64>,
     constraint: Constraint,
 }
 
@@ -211,6 +212,11 @@ impl SceneText {
                 };
                 known.joints.push(i);
             }
+            if let Some(force) = built.breaks_at {
+                scene.break_at(i, force);
+                let event = scene.validate_event(scene.events.len() - 1);
+                event.map_err(|e| Fault::new("breaks_at", e).within(&built.path))?;
+            }
         }
         if !grouped {
             scene.group_by_topology();
@@ -222,6 +228,24 @@ impl SceneText {
                 return Err(duplicate("control", &entry.name, &path));
             }
             scene.controls.push(control);
+        }
+        for (i, entry) in self.event.iter().enumerate() {
+            let path = format!("event.{i}");
+            let event = entry
+                .build(&scene, &names)
+                .map_err(|fault| fault.within(&path))?;
+            if scene.events.iter().any(|e| e.name == entry.name) {
+                return Err(duplicate("event", &entry.name, &path));
+            }
+            scene.events.push(event);
+            let event = scene.validate_event(scene.events.len() - 1);
+            event.map_err(|error| {
+                Fault {
+                    paths: Vec::new(),
+                    error,
+                }
+                .within(&path)
+            })?;
         }
         scene.validate().map_err(|error| {
             let gravity = matches!(&error, SceneError::BadValue { what, .. } if what == "gravity");
@@ -248,6 +272,7 @@ impl SceneText {
                     name,
                     group: entry.group,
                     cable: Some(entry.name.clone()),
+                    breaks_at: entry.breaks_at,
                     constraint,
                 });
             }
@@ -274,19 +299,23 @@ impl SceneText {
                 name: name.clone(),
                 group,
                 cable: None,
+                breaks_at: None,
             })
         };
         for (i, entry) in self.joint.iter().enumerate() {
             let joint = entry.build(bodies, names);
             let mut joint = built("joint", i, &entry.name, entry.group, joint)?;
             joint.cable.clone_from(&entry.cable);
+            joint.breaks_at = entry.breaks_at;
             all.push(joint);
         }
         all.extend(of_cables);
         for (i, entry) in self.massless_cable.iter().enumerate() {
             let cable = entry.build(bodies, names);
             let list = "massless_cable";
-            all.push(built(list, i, &entry.name, entry.group, cable)?);
+            let mut cable = built(list, i, &entry.name, entry.group, cable)?;
+            cable.breaks_at = entry.breaks_at;
+            all.push(cable);
         }
         for (i, entry) in self.bend.iter().enumerate() {
             let bend = entry.build(bodies, names);

@@ -55,6 +55,8 @@ pub struct CableEntry {
     /// Shape without strain: `straight` (default) or `as-routed`.
     #[serde(default)]
     pub rest: Rest,
+    /// Tension at which each of its joints breaks \[N]: events called `NAME-joint-1 breaks` …; default never.
+    pub breaks_at: Option<f64>,
     /// Group of its joints for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
 }

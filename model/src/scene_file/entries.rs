@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::build::{Entry, WORLD};
 use super::cable::CableEntry;
 use super::control::ControlEntry;
+use super::event::EventEntry;
 use super::joint::JointEntry;
 use super::places::{Fault, Places};
 use super::points::{BendEntry, MasslessCableEntry};
@@ -40,6 +41,9 @@ pub struct SceneText {
     pub bend: Vec<BendEntry>,
     /// The inputs.
     pub control: Vec<ControlEntry>,
+    /// What happens by itself.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub event: Vec<EventEntry>,
     /// Where all this was read from.
     #[serde(skip)]
     pub(super) places: Places,
@@ -60,6 +64,7 @@ impl Default for SceneText {
             massless_cable: Vec::new(),
             bend: Vec::new(),
             control: Vec::new(),
+            event: Vec::new(),
             places: Places::default(),
         }
     }

@@ -10,6 +10,7 @@ use nalgebra::Matrix3;
 use super::build::WORLD;
 use super::control::ControlEntry;
 use super::entries::{BodyEntry, SceneText};
+use super::event::EventEntry;
 use super::joint::{JointEntry, Kind};
 use super::motion::MotionEntry;
 use super::motor::{MotorEntry, WinchEntry, unless};
@@ -42,6 +43,7 @@ impl SceneText {
             start_in_equilibrium,
             controls,
             cables: _,
+            events,
         } = scene;
         let [segments, joined] = memberships(scene);
         if body_names.iter().any(|name| name == WORLD) {
@@ -81,6 +83,8 @@ impl SceneText {
         }
         let control = |control| ControlEntry::of(control, scene);
         text.control = controls.iter().map(control).collect();
+        let event = |event| EventEntry::of(event, scene);
+        text.event = events.iter().map(event).collect();
         match difference(&text.build()?, scene) {
             None => Ok(text),
             Some(what) => Err(SceneError::NotInText {
@@ -175,6 +179,7 @@ impl SceneText {
                 damping: law.damping,
                 tension_only: (!tension_only).then_some(false),
                 winch: winch.as_ref().map(WinchEntry::of),
+                breaks_at: None,
                 group: Some(group),
             }),
             Constraint::LinkBend(LinkBend {
@@ -319,17 +324,24 @@ fn side(scene: &Scene, frame: &Frame) -> (String, Option<MotionEntry>) {
 }
 
 fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
-    let point = |frame: &Frame| {
+    frames
+        .iter()
+        .map(|frame| PointEntry::of(frame, scene))
+        .collect()
+}
+
+impl PointEntry {
+    /// The point as it is written.
+    pub(super) fn of(frame: &Frame, scene: &Scene) -> Self {
         let (body, motion) = side(scene, frame);
         let hanging = same_bits(&frame.axes, &hanging_axes());
-        PointEntry {
+        Self {
             body,
             point: frame.point.into(),
             axes: (!hanging).then(|| frame.axes.into()),
             motion,
         }
-    };
-    frames.iter().map(point).collect()
+    }
 }
 
 /// Names of the cables that bodies and constraints belong to.
@@ -362,6 +374,10 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     let mut controls = built.controls.iter().zip(&scene.controls);
     if let Some((_, control)) = controls.find(|(built, control)| built != control) {
         return Some(format!("something of the control `{}`", control.name));
+    }
+    let mut events = built.events.iter().zip(&scene.events);
+    if let Some((_, event)) = events.find(|(built, event)| built != event) {
+        return Some(format!("something of the event `{}`", event.name));
     }
     let mut cables = scene.cables.iter();
     if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {

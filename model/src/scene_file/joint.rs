@@ -117,6 +117,9 @@ pub struct JointEntry {
     pub motion: Option<MotionEntry>,
     /// Name of the cable whose joint it is; default none.
     pub cable: Option<String>,
+    /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
+    /// never.
+    pub breaks_at: Option<f64>,
 }
 
 /// Whether a number is +0, bit for bit.

@@ -58,6 +58,7 @@ pub(super) fn of_list(list: &str) -> Vec<Key> {
         "body" => of_struct(include_str!("entries.rs"), "BodyEntry"),
         "joint" => of_struct(include_str!("joint.rs"), "JointEntry"),
         "cable" => of_struct(include_str!("cable.rs"), "CableEntry"),
+        "event" => of_struct(include_str!("event.rs"), "EventEntry"),
         "control" => of_struct(include_str!("control.rs"), "ControlEntry"),
         "massless_cable" => of_struct(include_str!("points.rs"), "MasslessCableEntry"),
         "bend" => of_struct(include_str!("points.rs"), "BendEntry"),

@@ -50,6 +50,9 @@ pub struct MasslessCableEntry {
     /// What pays it out and hauls it in, m, s and N: any of `{ speed, since, force_limit, brake, brake_limit, shortest,
     /// longest }`.
     pub winch: Option<WinchEntry>,
+    /// Tension at which it breaks, or size of its force where it has no tension \[N]: an event called `NAME breaks`; default
+    /// never.
+    pub breaks_at: Option<f64>,
     /// Group for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
 }
@@ -128,7 +131,9 @@ fn through(
     names: &Names<'_>,
 ) -> Result<Vec<Frame>, Fault> {
     let numbered = points.iter().enumerate();
-    let frames: Result<Vec<_>, _> = numbered.map(|(i, p)| p.frame(of, i, names)).collect();
+    let frames: Result<Vec<_>, _> = numbered
+        .map(|(i, p)| p.frame_at(of, &format!("through.{i}"), names))
+        .collect();
     let frames = frames?;
     let first = frames.first().and_then(Frame::body_index);
     if frames.iter().all(|f| f.body_index() == first) {
@@ -152,8 +157,14 @@ fn through(
 }
 
 impl PointEntry {
-    fn frame(&self, of: &Entry<'_>, i: usize, names: &Names<'_>) -> Result<Frame, Fault> {
-        let key = |key: &str| format!("through.{i}.{key}");
+    /// The frame of the point whose keys stand at `path`.
+    pub(super) fn frame_at(
+        &self,
+        of: &Entry<'_>,
+        path: &str,
+        names: &Names<'_>,
+    ) -> Result<Frame, Fault> {
+        let key = |key: &str| format!("{path}.{key}");
         let motion = self.motion.as_ref();
         let side = names.side(of, &key("body"), &self.body, motion, &key("motion"))?;
         if motion.is_some() && matches!(side, crate::frame::Side::Body(_)) {

@@ -12,13 +12,14 @@ use crate::error::SceneError;
 const WIDTH: usize = 110;
 
 /// The lists of an explicit scene; those of constraints in the order in which they stand without `order`.
-pub(super) const LISTS: [&str; 6] = [
+pub(super) const LISTS: [&str; 7] = [
     "body",
     "joint",
     "cable",
     "massless_cable",
     "bend",
     "control",
+    "event",
 ];
 
 /// A scene's own parameters, in the table `name`, with every key: those that are not given are comments.

@@ -1,0 +1,97 @@
+//! Events of a scene: their conditions after each step, and what they do.
+
+use crate::StepError;
+use crate::change::Edit;
+use crate::stepper::Stepper;
+use taut_model::{Action, Constraint, Distance, Event, RowLaw, Spherical, When};
+
+impl Stepper {
+    /// Names of the events of the last step.
+    #[must_use]
+    pub fn fired(&self) -> &[String] {
+        &self.fired
+    }
+
+    /// Lets the events happen whose conditions hold, each once. Allocates where there are any. Returns their number.
+    ///
+    /// # Errors
+    /// As [`change`](Self::change); the events are then still to come.
+    pub(crate) fn fire(&mut self) -> Result<usize, StepError> {
+        self.fired.clear();
+        if !self.scene.events.iter().any(|event| self.is_due(event)) {
+            return Ok(0);
+        }
+        let events = self.scene.events.iter();
+        let due: Vec<Event> = events.filter(|e| self.is_due(e)).cloned().collect();
+        let actions = || due.iter().flat_map(|event| &event.then);
+        let named = |control: usize| self.scene.controls[control].name.clone();
+        let settings = actions().filter_map(|action| match action {
+            Action::Set { control, value } => Some((named(*control), *value)),
+            _ => None,
+        });
+        let settings: Vec<(String, f64)> = settings.collect();
+        let time = self.time;
+        self.change(|edit| {
+            edit.drop_events(&due);
+            actions().for_each(|action| edit.attach(action, time));
+            let released = actions().filter_map(|action| match action {
+                Action::Release(constraint) => Some(*constraint),
+                _ => None,
+            });
+            edit.remove(&[], &released.collect::<Vec<_>>())
+        })?;
+        for (name, value) in settings {
+            // A control goes with the last thing that it drives.
+            if let Ok(control) = self.scene.control(&name) {
+                self.set_control(control, value)?;
+            }
+        }
+        self.fired.extend(due.into_iter().map(|event| event.name));
+        Ok(self.fired.len())
+    }
+
+    fn is_due(&self, event: &Event) -> bool {
+        match &event.when {
+            // A time that steps add up to may fall short of it by rounding.
+            When::Time(time) => self.time >= time - 1e-6 * self.options.dt,
+            When::Force { constraint, above } => {
+                let size = || Some(self.force(*constraint)?.force.norm());
+                let force = self.tension(*constraint).or_else(size);
+                force.is_some_and(|force| force > *above)
+            }
+            When::Distance { between, below } => {
+                let [a, b] = between.map(|f| f.resolve(&self.scene.bodies, self.time).point());
+                (a - b).norm() < *below
+            }
+        }
+    }
+}
+
+impl Edit {
+    /// Ties two points together as they are at `time` (s), if that is what the action asks for.
+    fn attach(&mut self, action: &Action, time: f64) {
+        let Action::Attach { name, between } = action else {
+            return;
+        };
+        let points = between.map(|f| f.resolve(&self.scene().bodies, time).point());
+        let (frames, law) = (**between, RowLaw::RIGID);
+        let length = (points[0] - points[1]).norm();
+        let joint = if length > 0.0 {
+            Constraint::Distance(Distance {
+                frames,
+                length,
+                law,
+                transverse: false,
+            })
+        } else {
+            Constraint::Spherical(Spherical {
+                frames,
+                stretch: law,
+            })
+        };
+        self.add_constraint(name.clone(), joint, 0);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+//! Events: what happens by itself, once, while a scene runs. A rope breaks, a load is let go, a hook catches it.
+
+use super::Scene;
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
+
+/// Something that happens once, at the end of the first step in which its condition holds.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Event {
+    /// Its name.
+    pub name: String,
+    /// Its condition.
+    pub when: When,
+    /// What happens, in this order.
+    pub then: Vec<Action>,
+}
+
+/// The condition of an [`Event`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum When {
+    /// From this time on \[s].
+    Time(f64),
+    /// The tension of constraint number `constraint` exceeds `above` \[N]; of one without a tension the size of its force.
+    Force {
+        /// The constraint.
+        constraint: usize,
+        /// The limit \[N], > 0.
+        above: f64,
+    },
+    /// Two points are nearer to each other than `below` \[m].
+    Distance {
+        /// The points.
+        between: Box<[Frame; 2]>,
+        /// The limit \[m], > 0.
+        below: f64,
+    },
+}
+
+/// What happens in an [`Event`].
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+pub enum Action {
+    /// A constraint lets go: the number of the one that is removed.
+    Release(usize),
+    /// A rigid link of the distance at that time ties two points together; a ball joint where they coincide.
+    Attach {
+        /// Name of the new constraint.
+        name: String,
+        /// The points.
+        between: Box<[Frame; 2]>,
+    },
+    /// A control is set.
+    Set {
+        /// Number of the control.
+        control: usize,
+        /// Its value, a speed \[m/s or rad/s].
+        value: f64,
+    },
+}
+
+impl Scene {
+    /// Lets constraint number `constraint` break where its tension, or the force of one that has none, exceeds `force` (N): an event called `NAME breaks`.
+    ///
+    /// # Panics
+    /// When there is no such constraint.
+    pub fn break_at(&mut self, constraint: usize, force: f64) {
+        self.events.push(Event {
+            name: format!("{} breaks", self.constraint_names[constraint]),
+            when: When::Force {
+                constraint,
+                above: force,
+            },
+            then: vec![Action::Release(constraint)],
+        });
+    }
+
+    pub(super) fn validate_events(&self) -> Result<(), SceneError> {
+        let names: Vec<String> = self.events.iter().map(|e| e.name.clone()).collect();
+        super::validate::unique("event", &names)?;
+        (0..self.events.len()).try_for_each(|i| self.validate_event(i))
+    }
+
+    pub(crate) fn validate_event(&self, i: usize) -> Result<(), SceneError> {
+        let event = &self.events[i];
+        let what = format!("event `{}`", event.name);
+        let of = |quantity: &str| format!("{what}: {quantity}");
+        let points = |between: &[Frame; 2]| {
+            between.iter().try_for_each(|frame| {
+                let here = frame.point.amax() + frame.displacement(0.0).amax();
+                check(of("point"), here, true, "finite (m)")?;
+                match frame.body_index() {
+                    Some(body) if body >= self.bodies.len() => Err(self.unknown_body(&what, body)),
+                    _ => Ok(()),
+                }
+            })
+        };
+        match &event.when {
+            When::Time(time) => _ = check(of("time"), *time, *time >= 0.0, "≥ 0 s")?,
+            When::Force { constraint, above } => {
+                if *constraint >= self.constraints.len() {
+                    return Err(self.unknown_constraint(&what, *constraint));
+                }
+                check(of("force"), *above, *above > 0.0, "> 0 N")?;
+            }
+            When::Distance { between, below } => {
+                points(between)?;
+                check(of("distance"), *below, *below > 0.0, "> 0 m")?;
+            }
+        }
+        if event.then.is_empty() {
+            return Err(SceneError::Conflict {
+                what: what.clone(),
+                reason: "does nothing: let it release, attach or set something",
+            });
+        }
+        event.then.iter().try_for_each(|action| match action {
+            Action::Release(constraint) if *constraint >= self.constraints.len() => {
+                Err(self.unknown_constraint(&what, *constraint))
+            }
+            Action::Release(_) => Ok(()),
+            Action::Attach { name, between } => {
+                if self.constraint_names.contains(name) {
+                    let (kind, name) = ("joint", name.clone());
+                    return Err(SceneError::Duplicate { kind, name });
+                }
+                points(between)
+            }
+            Action::Set { control, value } => {
+                if *control >= self.controls.len() {
+                    return Err(self.unknown_control(&format!("number {control}")));
+                }
+                check(of("value"), *value, true, "a number").map(|_| ())
+            }
+        })
+    }
+}
