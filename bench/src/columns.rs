@@ -1,14 +1,16 @@
 //! The columns of `taut run --columns`: any quantity of a body, joint, cable or control, by name.
 //!
 //! `NAME.QUANTITY`, split at the last dot, is of what has that name; where a body and a joint share it the quantity
-//! decides. A control and the quantities of the run itself are named alone. All values are those at the end of a step:
+//! decides. Of a cable of segments `NAME.tension` is its largest. A control and the quantities of the run itself are named
+//! alone. All values are those at the end of a step:
 //! forces as [`Stepper::force`] and [`Stepper::loads`] say, a joint's on its side b.
 
 use serde::{Serialize, Serializer};
 use std::fmt;
 use std::io;
+use taut_ground::errors::worse;
 use taut_ground::trajectory::{self, Sample};
-use taut_integrator::Stepper;
+use taut_integrator::{BodyId, ConstraintId, Stepper};
 use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
 
 /// A quantity: name, unit, and how it is read.
@@ -18,8 +20,8 @@ type OfRun = fn(&Sample) -> Option<f64>;
 type OfBody = fn(&Scene, usize) -> f64;
 type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
 
-/// Those of the run, which are the columns of a table without `--columns`.
-const OF_RUN: [Quantity<OfRun>; 11] = [
+/// Those of the run; all but the last are the columns of a table without `--columns`.
+const OF_RUN: [Quantity<OfRun>; 12] = [
     ("time", "s", |s| Some(s.time)),
     ("load_x", "m", |s| Some(s.load.x)),
     ("load_y", "m", |s| Some(s.load.y)),
@@ -31,6 +33,7 @@ const OF_RUN: [Quantity<OfRun>; 11] = [
     ("iterations", "", |s| Some(s.iterations as f64)),
     ("step", "ns", |s| Some(s.phases.total().as_nanos() as f64)),
     ("load_tension", "N", |s| s.load_tension),
+    ("events", "", |s| Some(s.events as f64)),
 ];
 
 /// Those of a body.
@@ -49,7 +52,7 @@ const OF_BODY: [Quantity<OfBody>; 10] = [
 
 /// Those of a joint, link or cable, where it has them.
 const OF_CONSTRAINT: [Quantity<OfConstraint>; 10] = [
-    ("tension", "N", |s, c| loads(s, c).tension),
+    (TENSION, "N", |s, c| loads(s, c).tension),
     ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
     ("fy", "N", |s, c| Some(force(s, c)?.force.y)),
     ("fz", "N", |s, c| Some(force(s, c)?.force.z)),
@@ -62,6 +65,9 @@ const OF_CONSTRAINT: [Quantity<OfConstraint>; 10] = [
     }),
     ("length", "m", |s, c| Some(cable(s, c)?.length_at(s.time()))),
 ];
+
+/// The quantity that cables of segments have, too.
+const TENSION: &str = "tension";
 
 /// The quantity whose unit is N m where a motor turns.
 const DRIVE: &str = "drive";
@@ -158,13 +164,36 @@ impl fmt::Display for ColumnError {
 
 impl std::error::Error for ColumnError {}
 
-/// Where the values of a column come from.
-#[derive(Debug, Clone, Copy)]
+/// Where the values of a column come from, whatever comes and goes while the scene runs.
+#[derive(Debug, Clone)]
 enum Source {
     Run(OfRun),
-    Body(usize, OfBody),
-    Constraint(usize, OfConstraint),
-    Control(usize),
+    Body(BodyId, OfBody),
+    Constraint(ConstraintId, OfConstraint),
+    Control(String),
+    /// The largest tension of a cable of segments.
+    Cable(String),
+}
+
+impl Source {
+    /// The value after a step; `None` for what is not there.
+    fn value(&self, stepper: &Stepper, sample: &Sample) -> Option<f64> {
+        let scene = stepper.scene();
+        match self {
+            Self::Run(of) => of(sample),
+            Self::Body(body, of) => Some(of(scene, stepper.body_index(*body).ok()?)),
+            Self::Constraint(c, of) => of(stepper, stepper.constraint_index(*c).ok()?),
+            Self::Control(name) => {
+                let control = scene.controls.iter().position(|c| c.name == *name);
+                scene.control_value(control?)
+            }
+            Self::Cable(name) => {
+                let cable = scene.cables.iter().find(|cable| cable.name == *name)?;
+                let tensions = cable.joints.iter().filter_map(|c| stepper.tension(*c));
+                tensions.reduce(worse)
+            }
+        }
+    }
 }
 
 /// The columns of a table, in their order.
@@ -203,12 +232,8 @@ impl Columns {
 
     /// The values after a step, in the units of the headings; `None` for what is not there.
     pub fn values(&self, stepper: &Stepper, sample: &Sample) -> impl Iterator<Item = Option<f64>> {
-        self.sources.iter().map(|source| match *source {
-            Source::Run(of) => of(sample),
-            Source::Body(i, of) => Some(of(stepper.scene(), i)),
-            Source::Constraint(c, of) => of(stepper, c),
-            Source::Control(control) => stepper.scene().control_value(control),
-        })
+        let sources = self.sources.iter();
+        sources.map(|source| source.value(stepper, sample))
     }
 
     /// Writes the headings as a line of CSV.
@@ -255,8 +280,8 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
     if let Some((_, unit, of)) = OF_RUN.iter().find(|(known, ..)| *known == name) {
         return Ok((unit, Source::Run(*of)));
     }
-    if let Ok(control) = scene.control(name) {
-        return Ok(("", Source::Control(control)));
+    if scene.control(name).is_ok() {
+        return Ok(("", Source::Control(name.to_owned())));
     }
     let Some((owner, quantity)) = name.rsplit_once('.') else {
         let of_run = OF_RUN.iter().map(|(known, ..)| (*known).to_owned());
@@ -266,6 +291,9 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
             known: of_run.chain(controls).collect(),
         });
     };
+    if quantity == TENSION && scene.cable(owner).is_ok() && scene.constraint(owner).is_err() {
+        return Ok(("N", Source::Cable(owner.to_owned())));
+    }
     let (body, constraint) = match (scene.body(owner), scene.constraint(owner)) {
         (Err(bodies), Err(constraints)) => {
             return Err(ColumnError::UnknownName {
@@ -277,21 +305,23 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
         }
         (body, constraint) => (body.ok(), constraint.ok()),
     };
+    let body = body.and_then(|_| stepper.body(owner).ok());
     let of_body = body
         .into_iter()
-        .flat_map(|i| OF_BODY.map(|(known, unit, of)| (known, unit, Source::Body(i, of))));
-    let of_constraint = constraint.into_iter().flat_map(|c| {
+        .flat_map(|id| OF_BODY.map(|(known, unit, of)| (known, unit, Source::Body(id, of))));
+    let id = stepper.constraint(owner).ok();
+    let of_constraint = constraint.into_iter().zip(id).flat_map(|(c, id)| {
         let has = move |(_, _, of): &Quantity<OfConstraint>| of(stepper, c).is_some();
         let turns = matches!(scene.constraints[c], Constraint::Hinge(_));
         let found = OF_CONSTRAINT.into_iter().filter(has);
         found.map(move |(known, unit, of)| {
             let unit = if turns && known == DRIVE { "N m" } else { unit };
-            (known, unit, Source::Constraint(c, of))
+            (known, unit, Source::Constraint(id, of))
         })
     });
     let all: Vec<Quantity<Source>> = of_body.chain(of_constraint).collect();
     let found = all.iter().find(|(known, ..)| *known == quantity);
-    let found = found.map(|(_, unit, source)| (*unit, *source));
+    let found = found.map(|(_, unit, source)| (*unit, source.clone()));
     found.ok_or_else(|| ColumnError::UnknownQuantity {
         name: owner.to_owned(),
         quantity: quantity.to_owned(),

@@ -226,6 +226,8 @@ pub struct Summary {
     pub max_load_tension: Option<f64>,
     /// Likely mistakes in the scene and what became of it, which stop nothing.
     pub notes: Vec<String>,
+    /// The scene's events: time \[s] and name.
+    pub events: Vec<(f64, String)>,
     /// Largest gap of a joint \[m].
     pub max_violation_m: f64,
     /// Largest |gap sum of the cable − its exact elongation at rest|/length over the run; hoists only.
@@ -270,6 +272,7 @@ struct Tally {
     excess: Option<f64>,
     tension: Option<f64>,
     elongation_error: f64,
+    events: Vec<(f64, String)>,
     path: LoadPath,
     columns: Option<Series>,
     /// Of the whole step and of each of [`Phase::ALL`], but for the first step, which may allocate.
@@ -332,6 +335,10 @@ pub fn run(
             break;
         };
         tally.add(&sample, yardstick);
+        let fired = stepper.fired().iter();
+        tally
+            .events
+            .extend(fired.map(|name| (sample.time, name.clone())));
         if wishes.path {
             tally.path.time.push(sample.time);
             tally.path.position.push(sample.load.into());
@@ -414,6 +421,7 @@ fn summary(
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
         notes: notes.map(|note| note.to_string()).collect(),
+        events: tally.events,
         max_violation_m: tally.violation,
         max_elongation_error: yardstick.cable.map(|_| tally.elongation_error),
         step_ns: whole.timing(),
@@ -570,7 +578,9 @@ pub fn text(s: &Summary) -> String {
         ("phases", phases.join(", ")),
     ];
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
-    for (name, value) in rows.into_iter().chain(notes) {
+    let events = s.events.iter();
+    let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
+    for (name, value) in rows.into_iter().chain(events).chain(notes) {
         let _ = writeln!(out, "{name:>16}  {value}");
     }
     out

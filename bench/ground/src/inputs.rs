@@ -22,8 +22,8 @@ const TIME: &str = "time";
 /// Values of some of a scene's controls over time.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Inputs {
-    /// Numbers of the controls, one a column.
-    controls: Vec<usize>,
+    /// Names of the controls, one a column.
+    controls: Vec<String>,
     /// Times \[s], ascending.
     time: Vec<f64>,
     /// Values, row by row.
@@ -88,13 +88,13 @@ impl Inputs {
             };
             return Err(fault(Some(1), message));
         }
-        let columns: Vec<Option<usize>> = heading
+        let columns: Vec<Option<String>> = heading
             .iter()
             .map(|name| column(name, scene))
             .collect::<Result<_, _>>()?;
         let timed = columns.iter().position(Option::is_none).unwrap_or(0);
         let mut inputs = Self {
-            controls: columns.iter().copied().flatten().collect(),
+            controls: columns.iter().flatten().cloned().collect(),
             ..Self::default()
         };
         let mut seen = inputs.controls.clone();
@@ -130,12 +130,8 @@ impl Inputs {
 
     /// Names of the controls that it sets.
     #[must_use]
-    pub fn names(&self, scene: &Scene) -> Vec<String> {
-        let names = self
-            .controls
-            .iter()
-            .map(|&c| scene.controls[c].name.clone());
-        names.collect()
+    pub fn names(&self) -> &[String] {
+        &self.controls
     }
 
     /// Value of column `k` at time `t` (s).
@@ -153,26 +149,31 @@ impl Inputs {
         }
     }
 
-    /// Sets the controls for the step that begins at the stepper's time.
+    /// Sets the controls for the step that begins at the stepper's time, but for those that have gone with what they drove.
     ///
     /// # Errors
     /// As [`Stepper::set_control`].
     pub fn apply(&self, stepper: &mut Stepper) -> Result<(), StepError> {
         let middle = stepper.time() + 0.5 * stepper.options().dt;
-        for (k, &control) in self.controls.iter().enumerate() {
-            stepper.set_control(control, self.at(k, middle))?;
+        for (k, name) in self.controls.iter().enumerate() {
+            let controls = &stepper.scene().controls;
+            if let Some(control) = controls.iter().position(|c| c.name == *name) {
+                stepper.set_control(control, self.at(k, middle))?;
+            }
         }
         Ok(())
     }
 }
 
-/// The control that a column is for, none for that of the times.
-fn column(name: &str, scene: &Scene) -> Result<Option<usize>, InputError> {
+/// The name of the control that a column is for, none for that of the times.
+fn column(name: &str, scene: &Scene) -> Result<Option<String>, InputError> {
     if name == TIME {
         return Ok(None);
     }
     let found = scene.control(name);
-    found.map(Some).map_err(|e| fault(Some(1), e.to_string()))
+    found
+        .map(|_| Some(name.to_owned()))
+        .map_err(|e| fault(Some(1), e.to_string()))
 }
 
 #[cfg(test)]
@@ -188,7 +189,7 @@ mod tests {
     fn values_are_linear_between_rows_and_hold_outside() {
         let text = "# a drive\ntime, hoist_speed\n1,0.5\n3,-0.5\n";
         let inputs = Inputs::parse(text, &gantry()).expect("reads");
-        assert_eq!(inputs.controls, [1]);
+        assert_eq!(inputs.names(), ["hoist_speed"]);
         let at = |t| inputs.at(0, t);
         assert_eq!(
             [at(0.9), at(1.0), at(1.5), at(2.0), at(3.0), at(3.1)],

@@ -33,6 +33,8 @@ pub struct Sample {
     pub redone: bool,
     /// Implicit sub-steps that the guard took.
     pub implicit_substeps: usize,
+    /// Events at the end of the step.
+    pub events: usize,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
 }
@@ -229,7 +231,7 @@ pub struct Simulation {
     /// Steps still to be made; 0 where it has ended.
     left: usize,
     limits: Limits,
-    /// Largest gap of each constraint so far \[m].
+    /// Largest gap of each constraint since the last event \[m].
     pub gaps: Vec<f64>,
     /// Why and when it ended early.
     pub failure: Option<Failure>,
@@ -287,8 +289,16 @@ impl Simulation {
             solves: report.solves,
             redone: report.redone,
             implicit_substeps: report.implicit_substeps,
+            events: report.events,
             phases: report.phases,
         };
+        if report.events > 0 {
+            // Constraints have come and gone, and others have their numbers.
+            self.gaps.clear();
+            if let Limits::Scene(gaps) = &mut self.limits {
+                *gaps = stepper.scene().gap_limits();
+            }
+        }
         self.gaps.resize(stepper.scene().constraints.len(), 0.0);
         numbered_gaps(stepper).for_each(|(c, gap)| self.gaps[c] = worse(self.gaps[c], gap));
         if let Some(reason) = instability(stepper, &self.limits) {

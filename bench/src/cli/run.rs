@@ -82,7 +82,7 @@ fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
             )));
         }
         let inputs = inputs(stepper.scene())?;
-        driven.extend(inputs.names(stepper.scene()));
+        driven.extend_from_slice(inputs.names());
         driven.sort_unstable();
         driven.dedup();
         return Ok(Prepared {
@@ -95,7 +95,7 @@ fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
     let name = args.scene.as_deref().unwrap_or_default();
     let prepared = run::prepare(name, &overrides(&args.overrides)?)?;
     let inputs = inputs(&prepared.scene)?;
-    let driven = inputs.names(&prepared.scene);
+    let driven = inputs.names().to_vec();
     let options = StepOptions {
         energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
         ..step_options(&args.step)?

@@ -104,6 +104,44 @@ fn the_summary_holds_the_same_columns() {
     assert!(without.get("columns").is_none());
 }
 
+/// The tower crane of the examples as a text: a sling is let go, another breaks under all of the load.
+#[test]
+fn what_comes_and_goes_is_told_and_followed() {
+    let at = folder("events");
+    let crane = include_str!("../../../integrator/examples/tower_crane.toml");
+    let crane = crane.replace("name = \"right\"", "name = \"right\"\nbreaks_at = 4e4");
+    let event = "[[event]]\nname = \"slip\"\nat = 0.5\nrelease = [\"left\"]\n";
+    fs::write(at.join("crane.toml"), format!("{crane}\n{event}")).expect("writable");
+    fs::write(at.join("c.csv"), "time,trolley_speed\n0,0\n1,0.5\n").expect("writable");
+    let columns = "time,events,rope.tension,left.tension,right.tension,load.z,trolley.vx";
+    let run = format!("run crane.toml --controls c.csv --time 1.5 --columns {columns}");
+    let summary = json(&at, &format!("{run} --out rows.csv --json -"));
+    let text = fs::read_to_string(at.join("rows.csv")).expect("written");
+    let (headings, rows) = table(&text);
+    assert_eq!(headings[1..3], ["events", "rope.tension [N]"]);
+    let names = |events: &serde_json::Value| -> Vec<String> {
+        let events = events.as_array().expect("a list").iter();
+        let name = |e: &serde_json::Value| e[1].as_str().expect("a name").to_owned();
+        events.map(name).collect()
+    };
+    assert_eq!(names(&summary["events"]), ["slip", "right breaks"]);
+    let sum = |column: usize| -> f64 { rows.iter().filter_map(|row| row[column]).sum() };
+    assert_eq!(sum(1), 2.0);
+    let first = &rows[0];
+    let weight = 9.81 * 5300.0;
+    let tension = first[2].expect("a tension");
+    assert!((tension / weight - 1.0).abs() < 0.05, "{tension}");
+    let last = &rows[rows.len() - 1];
+    assert_eq!((last[3], last[4]), (None, None));
+    assert!(last[2].expect("a tension") < 0.2 * weight);
+    assert!(last[5].expect("a height") < first[5].expect("a height") - 1.0);
+    assert!(last[6].expect("a speed") > 0.2, "the trolley goes on");
+    let told = good(&at, &run.replace("--columns", "--out - --columns"));
+    assert_eq!(told.lines().count(), 91);
+    let told = good(&at, "run crane.toml --time 1.5");
+    assert!(told.contains("event  t = 0.5000 s: slip"), "{told}");
+}
+
 #[test]
 fn names_may_have_dots() {
     let at = folder("dotted_columns");
