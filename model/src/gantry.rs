@@ -99,6 +99,9 @@ pub struct GantryParams {
     pub winch_force: Option<f64>,
     /// Drop at which hauling in stops \[m], > 0.
     pub least_drop: f64,
+    /// Whether each hoist cable has a control of its own, `rope_1_speed` and `rope_2_speed`, instead of `hoist_speed`: the
+    /// speed at which it lifts its side of the hook block.
+    pub separate_ropes: bool,
     /// Whether a simulation starts from the static equilibrium near this pose, not from unstrained cables.
     pub equilibrium: bool,
     /// Seed of the segments' random angular velocities; 0 is none.
@@ -133,6 +136,7 @@ impl Default for GantryParams {
             trolley_force: None,
             winch_force: None,
             least_drop: 1.0,
+            separate_ropes: false,
             equilibrium: true,
             seed: 1,
             seed_rate: 1e-3,
@@ -303,6 +307,27 @@ mod tests {
         assert_eq!(driven.len(), 3);
         assert_eq!(*driven[0], -0.5);
         assert!(driven[1..].iter().all(|rate| (**rate - 0.5).abs() < 1e-12));
+    }
+
+    #[test]
+    fn each_rope_may_have_its_own_control() {
+        let params = GantryParams {
+            separate_ropes: true,
+            ..GantryParams::default()
+        };
+        let mut scene = params.build().expect("builds");
+        scene.set_control(scene.control("rope_2_speed").expect("there"), 0.25, 0.0);
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        lin.drive(&scene, 0.0, 0.1);
+        let ropes = ["rope-1", "rope-2"].map(|name| {
+            let rope = scene.constraint(name).expect("there");
+            lin.phi_t[lin.row_range(rope).start]
+        });
+        assert!(
+            (ropes[0], (ropes[1] - 0.5).abs() < 1e-12) == (0.0, true),
+            "{ropes:?}"
+        );
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Controls, GantryParams, ResolvedGantry};
+use super::{GantryParams, HOIST_SPEED, ResolvedGantry, TROLLEY_SPEED};
 use crate::body::Body;
 use crate::cable::strand::Strand;
 use crate::constraint::{Constraint, MasslessCable, Motor, RowLaw, Slider, Winch};
@@ -21,7 +21,8 @@ const ROPES: [usize; 2] = [1, 2];
 
 impl GantryParams {
     /// Builds the scene. Bodies: `crane`, `trolley`, `hook`, `segment-1` …, `load`. Constraints: `rail`, `rope-1`,
-    /// `rope-2`, `top`, `joint-1` …, `bottom`. Controls: those of [`Controls`].
+    /// `rope-2`, `top`, `joint-1` …, `bottom`. Controls: those of
+    /// [`Controls`](super::Controls), or one for each rope.
     ///
     /// # Errors
     /// As [`GantryParams::resolve`].
@@ -138,19 +139,22 @@ impl GantryParams {
     }
 
     fn add_controls(&self, scene: &mut Scene) {
-        let drive = |constraint, gain| Drive { constraint, gain };
         // Hauling in all falls at once lifts the hook by one fall's share.
         let lift = -(self.parts as f64);
-        let drives = [
-            vec![drive(RAIL, 1.0)],
-            ROPES.map(|rope| drive(rope, lift)).to_vec(),
-        ];
-        let names = Controls::default().values().map(|(name, _)| name);
-        for (name, drives) in names.into_iter().zip(drives) {
-            scene.controls.push(Control {
-                name: name.to_owned(),
-                drives,
-            });
+        scene.controls.push(Control::of(TROLLEY_SPEED, RAIL, 1.0));
+        if self.separate_ropes {
+            let named = ["rope_1_speed", "rope_2_speed"].into_iter().zip(ROPES);
+            let each = named.map(|(name, rope)| Control::of(name, rope, lift));
+            scene.controls.extend(each);
+            return;
         }
+        let drives = ROPES.map(|constraint| Drive {
+            constraint,
+            gain: lift,
+        });
+        scene.controls.push(Control {
+            name: HOIST_SPEED.to_owned(),
+            drives: drives.to_vec(),
+        });
     }
 }
