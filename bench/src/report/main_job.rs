@@ -2,7 +2,6 @@
 
 use super::cells::{Cell, sortable};
 use super::charts;
-use super::measure::{Extras, Trace};
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::sheets::table;
@@ -14,7 +13,7 @@ use taut_output::notation::number;
 use taut_output::plot::Chart;
 use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{self, Answer, Record};
+use taut_studies::ladder::{self, Answer, Extras, Record, Trace};
 
 /// Work against precision of the report's scenes.
 pub(super) fn work_precision(report: &Report) -> Vec<Chart> {

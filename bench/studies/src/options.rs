@@ -187,6 +187,18 @@ impl Quick {
     }
 }
 
+/// Keys with their values, of `--set KEY=VALUE`.
+///
+/// # Errors
+/// A text of another form.
+pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
+    let split = |t: &String| Refused(format!("`--set {t}` is not of the form KEY=VALUE"));
+    texts
+        .iter()
+        .map(|t| t.split_once('=').ok_or_else(|| split(t)))
+        .collect()
+}
+
 /// A number, or a fraction of two.
 ///
 /// # Errors
