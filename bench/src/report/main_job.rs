@@ -84,23 +84,12 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
 /// Which solver to use: the fastest of each scene within each error, and who is next.
 fn answer(records: &[Record]) -> Option<Section> {
     let Answer { rows, advice } = Answer::of(records);
-    let cell = |(i, text): (usize, &String)| {
-        let number = text.parse().ok().filter(|_| !Answer::is_text(i));
-        Cell {
-            number,
-            ..Cell::text(text.as_str())
-        }
-    };
-    let cells = rows
-        .iter()
-        .map(|row| row.iter().enumerate().map(cell).collect());
-    let cells: Vec<Vec<Cell>> = cells.collect();
     let body = html! {
         p { (advice) " Errors are those of multipliers and elongation; next is the fastest of another family of solvers, and \
              how many times as long its step takes; k× are iterations a step." }
-        (sortable(&Answer::HEADINGS, &cells))
+        (table(&ladder::ANSWER, &rows))
     };
-    (!rows.is_empty()).then_some(Section {
+    (rows != json!([])).then_some(Section {
         id: "answer".to_owned(),
         title: "Which solver".to_owned(),
         body,

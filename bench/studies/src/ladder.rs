@@ -20,7 +20,7 @@ mod settings;
 mod study;
 mod table;
 
-pub use answer::Answer;
+pub use answer::{ANSWER, Answer};
 pub use claims::{Claims, claims};
 pub use extras::{Energies, Extras, Pattern, Rung, Size, Step, Trace};
 pub use record::nan_for_null;

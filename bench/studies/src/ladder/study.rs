@@ -118,7 +118,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         let rows = rows(&results);
         format!("{scene}\n{LEGEND}\n{MARK}\n{rows}\n{ANSWER}\n{answer}")
     } else {
-        format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}")
+        format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}\n")
     })?;
     let extras = measure(&config.choices, options.quick.quick, reporter.progress)?;
     Ok(Found {

@@ -1,8 +1,7 @@
 //! The main job's rows and its answer as text.
 
-use super::{Answer, Record, Results, SceneNote};
+use super::{ANSWER, Answer, Record, Results, SceneNote};
 use crate::study::data;
-use comfy_table::CellAlignment;
 use serde_json::{Value, json};
 use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
 use taut_output::sheet::{self, Sheet, Show, column};
@@ -120,18 +119,11 @@ fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
 /// What the main job answers, in a table and a sentence; what was left out.
 pub(super) fn answer(results: &Results) -> String {
     let Answer { rows, advice } = Answer::of(&results.records);
-    let mut t = wrapped(&Answer::HEADINGS);
-    for (i, column) in t.column_iter_mut().enumerate() {
-        if Answer::is_text(i) {
-            column.set_cell_alignment(CellAlignment::Left);
-        }
-    }
-    t.add_rows(rows);
     let mut sentence = wrapped(&[]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
-        text(&t),
+        ANSWER.text(&rows),
         text(&sentence),
         omissions(&results.omissions)
     )
