@@ -113,13 +113,22 @@ pub fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
     }
     let mut choices = Vec::new();
     for name in names {
-        let choice: Choice = name.parse().map_err(Refused)?;
-        choice.check().map_err(|e| Refused(e.to_string()))?;
+        let choice = choice(name)?;
         if !choices.contains(&choice) {
             choices.push(choice);
         }
     }
     Ok(choices)
+}
+
+/// The solver of that name.
+///
+/// # Errors
+/// A name of no solver, and a solver that is not compiled in.
+pub fn choice(name: &str) -> Result<Choice, Refused> {
+    let choice: Choice = name.parse().map_err(Refused)?;
+    choice.check().map_err(|e| Refused(e.to_string()))?;
+    Ok(choice)
 }
 
 /// `--iterations`.

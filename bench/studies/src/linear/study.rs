@@ -2,7 +2,7 @@
 
 use super::table::{SHEETS, bars};
 use super::{Config, patient, verdicts};
-use crate::options::{Backends, Quick, Ratios, Segments, choices};
+use crate::options::{Backends, Quick, Ratios, Segments, choice};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
@@ -53,7 +53,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
     if !named.is_empty() {
         config.choices.clear();
         for name in named {
-            let choice = choices(std::slice::from_ref(name))?.remove(0);
+            let choice = choice(name)?;
             let choice = if name.contains("iterations=") {
                 choice
             } else {

@@ -75,7 +75,9 @@ pub fn backends(names: &[String]) -> Result<Config, ExperimentError> {
         }
         let backend: Backend = name.parse()?;
         backend.create()?;
-        config.backends.push(backend);
+        if !config.backends.contains(&backend) {
+            config.backends.push(backend);
+        }
     }
     Ok(config)
 }

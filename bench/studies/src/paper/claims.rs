@@ -247,7 +247,8 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
                 power(none)
             ),
             Verdict::of(explicit < none + 0.25),
-            "stiff bending is unstable by itself, soft bending holds no tension; chain (a), 5 particles, 1/60 s",
+            "stiff bending is unstable by itself, soft bending holds no tension; \
+             chain (a), 5 particles, 1/60 s",
         ),
         Check::claim(
             "bending as regularised rows",

@@ -134,7 +134,7 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             "chain: condition",
             "4 N R + 2 N (N − 1)",
             condition,
-            "off",
+            "",
             CONDITION_BAR,
         )
         .by("largest relative deviation over R; S has rounded 1 + 1/R"),
@@ -142,7 +142,7 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             "chain: Gauss-Seidel",
             "ln 10⁶ / (−2 ln cos θ)",
             sweeps,
-            "off",
+            "",
             SWEEPS_BAR,
         )
         .by("largest relative deviation over R of the sweeps to 10⁻⁶")
@@ -151,19 +151,13 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             "chain: Gauss-Seidel over groups",
             "ρ = R/(R + 1)",
             over_groups,
-            "off",
+            "",
             SWEEPS_BAR,
         )
         .by("largest relative deviation over R of the sweeps to 10⁻⁶")
         .noting(counted(chains, |r| r.groups_extrapolated)),
-        Check::off(
-            "chain: multipliers",
-            "λᵢ = g Σ m",
-            multipliers,
-            "off",
-            KKT_BAR,
-        )
-        .by("32 digits against the formula, relative"),
+        Check::off("chain: multipliers", "λᵢ = g Σ m", multipliers, "", KKT_BAR)
+            .by("32 digits against the formula, relative"),
     ];
     checks.push(finite_termination(chains));
     checks.push(eigenvalues(chains));

@@ -60,13 +60,21 @@ pub(super) fn in_motion(held: &[Held]) -> Vec<Check> {
     // The quick set has no such row.
     if let Some(measured) = cosserat.map(|h| h.straight_to) {
         let verdict = Verdict::or_only_if((2.4 / measured).ln().abs() < 0.1);
-        checks.push(Check::claim("twist, steel, N = 24: unstable at", "2.4 turns", format!("straight to {measured:.2} turns (Cosserat joint, the paper's step)"), verdict, format!(
-                "a rod without tension buckles, of any material and with any division: Greenhill's {:.2} turns between pinned \
-             ends, {:.2} clamped as here. The paper's number is of that size; but its ends are not described, and its 15 \
-             turns at N = 12 and 37 of rubber and nylon are beyond buckling: they went undisturbed, or briefly",
+        checks.push(Check::claim(
+            "twist, steel, N = 24: unstable at",
+            "2.4 turns",
+            format!("straight to {measured:.2} turns (Cosserat joint, the paper's step)"),
+            verdict,
+            format!(
+                "a rod without tension buckles, of any material and with any division: \
+                 Greenhill's {:.2} turns between pinned ends, {:.2} clamped as here. \
+                 The paper's number is of that size; but its ends are not described, \
+                 and its 15 turns at N = 12 and 37 of rubber and nylon are beyond \
+                 buckling: they went undisturbed, or briefly",
                 turns(TAU),
                 turns(exact)
-            )));
+            ),
+        ));
     }
     let buckles = turns(buckling_torque(12, SLENDERNESS, 0.0));
     checks.push(Check::claim(
@@ -87,19 +95,24 @@ pub(super) fn in_motion(held: &[Held]) -> Vec<Check> {
             f64::NAN
         };
         Check::within(
-            format!("twist, steel, N = {}, P = {} T²/(4YI)", h.segments, h.tension),
+            format!(
+                "twist, steel, N = {}, P = {} T²/(4YI)",
+                h.segments, h.tension
+            ),
             format!("{FARTHEST} rad, straight"),
             format!("{:.3} turns, off axis {:.0e} m", h.turns_read, h.off_axis_m),
             error,
             1e-6,
         )
         .by(
-            "linearly implicit step with geometric stiffness of weight 1, 1/60 s, disturbed all the time: within 10⁻⁴ m \
-             of the axis over the ramp of 10 s and 5 s more; relative error of the twist",
+            "linearly implicit step with geometric stiffness of weight 1, 1/60 s, \
+             disturbed all the time: within 10⁻⁴ m of the axis over the ramp of 10 s \
+             and 5 s more; relative error of the twist",
         )
         .noting(
-            "the tension of a long rod; this step damps, and keeps twelve segments straight at 0.6 of it too: it is no \
-             measure of where the rod itself would buckle",
+            "the tension of a long rod; this step damps, and keeps twelve segments \
+             straight at 0.6 of it too: it is no measure of where the rod itself \
+             would buckle",
         )
     }));
     checks
@@ -128,13 +141,14 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             format!("straight to {limit:.2} turns (buckling)"),
             format!("straight to {:.2} turns", h.straight_to),
             if h.straight_to > 0.95 * limit {
-            Verdict::Pass
+                Verdict::Pass
             } else {
-            Verdict::Limit
+                Verdict::Limit
             },
             format!(
-                "the turning of the joints' torques is explicit, and the third difference leaves a reserve of \
-                 4a + 8γ − 1 = 0.2 of the implicit stiffness against it, the linearly implicit step 1; the geometric \
+                "the turning of the joints' torques is explicit, and the third \
+                 difference leaves a reserve of 4a + 8γ − 1 = 0.2 of the implicit \
+                 stiffness against it, the linearly implicit step 1; the geometric \
                  stiffness holds what is beyond it. Straight up to, in turns: {}",
                 list(&cosserat)
             ),
@@ -146,8 +160,9 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "stable to 2.4 turns",
             format!("straight to {:.2} turns", h.straight_to),
             Verdict::of(h.straight_to >= 2.4),
-            "its single bend row resists one transverse direction only: disturbed out of a plane it is lost without any \
-             twist; undisturbed and exactly straight it goes to 37 turns",
+            "its single bend row resists one transverse direction only: disturbed \
+             out of a plane it is lost without any twist; undisturbed and exactly \
+             straight it goes to 37 turns",
         ));
     }
     if let Some(h) = held.iter().find(|h| h.tension > 1.0 && h.step == "paper") {
@@ -187,7 +202,8 @@ pub(super) fn of_leaks(leaks: &[Leak]) -> Vec<Check> {
             } else {
                 Verdict::DoesNotHold
             },
-            "bend axes across v: the angle between v_a and v_b is the whole bend about w, none about v",
+            "bend axes across v: the angle between v_a and v_b is the whole bend \
+             about w, none about v",
         ),
         Check::claim(
             "twist: bending in the ordinary angle",
@@ -280,9 +296,10 @@ pub(super) fn tables(results: &Results) -> String {
         ]);
     }
     let motion = format!(
-        "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of the axis; lost: 1e-2 m off it or a joint\n\
-         open; wavers: neither; redone: steps that the guard took back; stiffened: linearly implicit, geometric stiffness of\n\
-         weight 1; P: tension, T: torque\n{}",
+        "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of \
+         the axis; lost: 1e-2 m off it or a joint\nopen; wavers: neither; \
+         redone: steps that the guard took back; stiffened: linearly implicit, \
+         geometric stiffness of\nweight 1; P: tension, T: torque\n{}",
         text(&motion)
     );
     let parts = [text(&rest), text(&limits), motion, text(&leak)];
