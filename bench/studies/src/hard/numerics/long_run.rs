@@ -17,7 +17,7 @@ use taut_ground::trajectory::{gaps, load_position};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::{Check, ExperimentError, Outcome};
-use taut_output::table::{error, table, text};
+use taut_output::table::{error, of_records};
 
 /// Steps of a window: six swings.
 pub const WINDOW: usize = 2400;
@@ -182,28 +182,19 @@ const LESS: f64 = 0.95;
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let steps = if quick { 100_000 } else { 10_000_000 };
     let windows = run(steps, progress)?;
-    let mut t = table(&[
-        "steps",
-        "energy band",
-        "drift",
-        "predicted",
-        "largest kinetic",
-        "elongation m",
-        "growth",
-        "unaccounted",
-    ]);
-    for w in &windows {
-        t.add_row([
-            w.steps.to_string(),
-            error(Some(w.band)),
-            format!("{:+.3e}", w.drift),
-            format!("{:+.3e}", w.predicted),
-            format!("{:.6}", w.swing),
-            format!("{:.9e}", w.elongation_m),
-            format!("{:+.1e}", w.growth),
-            format!("{:+.1e}", w.drift_of_length),
-        ]);
-    }
+    let t = of_records(
+        &windows,
+        &[
+            ("steps", &|w| w.steps.to_string()),
+            ("energy band", &|w| error(Some(w.band))),
+            ("drift", &|w| format!("{:+.3e}", w.drift)),
+            ("predicted", &|w| format!("{:+.3e}", w.predicted)),
+            ("largest kinetic", &|w| format!("{:.6}", w.swing)),
+            ("elongation m", &|w| format!("{:.9e}", w.elongation_m)),
+            ("growth", &|w| format!("{:+.1e}", w.growth)),
+            ("unaccounted", &|w| format!("{:+.1e}", w.drift_of_length)),
+        ],
+    );
     // The first window is what the others are compared with.
     let largest = |of: fn(&Window) -> f64| {
         windows
@@ -250,7 +241,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         text: format!(
             "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of\n\
              them, Δt = 1/60 s; energies over the swing's\n{}\n",
-            text(&t)
+            t
         ),
         ..Outcome::default()
     })

@@ -7,7 +7,7 @@ use crate::paper::specimens::{BAR, Joint, MATERIALS, SEGMENTS, largest};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use taut_output::check::{Check, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::table::{error, table, text};
+use taut_output::table::{error, of_records, table, text};
 
 pub(super) fn at_rest(rows: &[Row]) -> Vec<Check> {
     let mut checks = Vec::new();
@@ -244,65 +244,50 @@ pub(super) fn tables(results: &Results) -> String {
     cells.extend(SEGMENTS.map(|n| format!("{:.2}", turns(buckling_torque(n, SLENDERNESS, 0.0)))));
     cells.push(format!("{:.2}", turns(greenhill())));
     limits.add_row(cells);
-    let mut motion = table(&[
-        "steel in motion",
-        "N",
-        "step",
-        "1/Δt Hz",
-        "4YI P/T²",
-        "disturbed",
-        "straight to",
-        "to turn",
-        "at s",
-        "",
-        "off axis",
-        "redone",
-    ]);
-    for h in &results.held {
-        let end = match (h.straight, h.lost) {
-            (true, _) => "straight",
-            (_, true) => "lost",
-            _ => "wavers",
-        };
-        motion.add_row([
-            h.joint.clone(),
-            h.segments.to_string(),
-            h.step.clone(),
-            format!("{:.0}", 1.0 / h.dt),
-            format!("{}", h.tension),
-            if h.disturbed { "yes" } else { "no" }.to_owned(),
-            format!("{:.2}", h.straight_to),
-            format!("{:.2}", h.turns),
-            format!("{:.1}", h.time_s),
-            end.to_owned(),
-            format!("{:.0e}", h.off_axis_m),
-            h.redone.to_string(),
-        ]);
-    }
-    let mut leak = table(&[
-        "bent by θ",
-        "axis from v",
-        "cosserat",
-        "ordinary",
-        "alternative",
-    ]);
-    for l in &results.leaks {
-        leak.add_row([
-            format!("{}", l.theta),
-            format!("{:.0}°", l.direction_rad.to_degrees()),
-            format!("{:.1e}", l.cosserat),
-            format!("{:.6}", l.ordinary),
-            format!("{:.6}", l.alternative),
-        ]);
-    }
+    let end = |h: &Held| match (h.straight, h.lost) {
+        (true, _) => "straight",
+        (_, true) => "lost",
+        _ => "wavers",
+    };
+    let motion = of_records(
+        &results.held,
+        &[
+            ("steel in motion", &|h| h.joint.clone()),
+            ("N", &|h| h.segments.to_string()),
+            ("step", &|h| h.step.clone()),
+            ("1/Δt Hz", &|h| format!("{:.0}", 1.0 / h.dt)),
+            ("4YI P/T²", &|h| format!("{}", h.tension)),
+            ("disturbed", &|h| {
+                if h.disturbed { "yes" } else { "no" }.to_owned()
+            }),
+            ("straight to", &|h| format!("{:.2}", h.straight_to)),
+            ("to turn", &|h| format!("{:.2}", h.turns)),
+            ("at s", &|h| format!("{:.1}", h.time_s)),
+            ("", &|h| end(h).to_owned()),
+            ("off axis", &|h| format!("{:.0e}", h.off_axis_m)),
+            ("redone", &|h| h.redone.to_string()),
+        ],
+    );
+    let leak = of_records(
+        &results.leaks,
+        &[
+            ("bent by θ", &|l| format!("{}", l.theta)),
+            ("axis from v", &|l| {
+                format!("{:.0}°", l.direction_rad.to_degrees())
+            }),
+            ("cosserat", &|l| format!("{:.1e}", l.cosserat)),
+            ("ordinary", &|l| format!("{:.6}", l.ordinary)),
+            ("alternative", &|l| format!("{:.6}", l.alternative)),
+        ],
+    );
     let motion = format!(
         "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of \
          the axis; lost: 1e-2 m off it or a joint\nopen; wavers: neither; \
          redone: steps that the guard took back; stiffened: linearly implicit, \
          geometric stiffness of\nweight 1; P: tension, T: torque\n{}",
-        text(&motion)
+        motion
     );
-    let parts = [text(&rest), text(&limits), motion, text(&leak)];
+    let parts = [text(&rest), text(&limits), motion, leak];
     parts.join("\n")
 }
 
