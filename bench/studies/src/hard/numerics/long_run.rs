@@ -212,9 +212,17 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let growth = largest(|w| w.drift_of_length.abs());
     let wider = largest(|w| w.band) / windows.first().map_or(f64::NAN, |w| w.band) - 1.0;
     let checks = vec![
-        Check::off(format!("{steps} steps: gain of energy"), "no gain", gain, "", GAIN)
+        Check::off(
+            format!("{steps} steps: gain of energy"),
+            "no gain",
+            gain,
+            "",
+            GAIN,
+        )
         .by("largest mean of a window less that of the first, over the swing's energy")
-        .noting(format!("{per_step:+.1e} a step: what the step damps of the swing")),
+        .noting(format!(
+            "{per_step:+.1e} a step: what the step damps of the swing"
+        )),
         Check::within(
             format!("{steps} steps: drift of the energy"),
             format!("{predicted:+.3e}"),
@@ -222,8 +230,11 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             off,
             LAW_BAR,
         )
-        .by("mean of a window less that of the first, over the swing's energy: relative to what the scheme's law makes \
-             of the swing's frequency, the largest of all windows; shown: the last"),
+        .by(
+            "mean of a window less that of the first, over the swing's energy: \
+         relative to what the scheme's law makes of the swing's frequency, the \
+         largest of all windows; shown: the last",
+        ),
         Check::off(
             format!("{steps} steps: drift of the length"),
             "no drift",
@@ -231,17 +242,26 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             "",
             growth_bar(steps),
         )
-        .by("mean elongation of a window less that of the first and less what the energy accounts for, the largest \
-             magnitude, over the cable's length; the bar: each step rounds it once, always the same way"),
-        Check::off(format!("{steps} steps: energy band"), "no wider", wider, "", BAND)
+        .by(
+            "mean elongation of a window less that of the first and less what the \
+         energy accounts for, the largest magnitude, over the cable's length; \
+         the bar: each step rounds it once, always the same way",
+        ),
+        Check::off(
+            format!("{steps} steps: energy band"),
+            "no wider",
+            wider,
+            "",
+            BAND,
+        )
         .by("largest band of a window over that of the first, less 1"),
     ];
     Ok(Outcome {
         checks,
         text: format!(
-            "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of\n\
-             them, Δt = 1/60 s; energies over the swing's\n{}\n",
-            t
+            "Windows of {WINDOW} steps at the end of each decade of steps, \
+             {SEGMENTS} segments, load of {RATIO} of\nthem, Δt = 1/60 s; energies \
+             over the swing's\n{t}\n"
         ),
         ..Outcome::default()
     })

@@ -150,7 +150,6 @@ pub(super) fn text(all: &[Scalars]) -> String {
         ],
     );
     format!(
-        "rms in m or rad; R²: prediction of a sample from the two before it; within 0.2 d: runs that keep Table I's bar\n{}\n",
-        t
+        "rms in m or rad; R²: prediction of a sample from the two before it; within 0.2 d: runs that keep Table I's bar\n{t}\n"
     )
 }

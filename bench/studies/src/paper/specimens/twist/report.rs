@@ -284,8 +284,7 @@ pub(super) fn tables(results: &Results) -> String {
         "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of \
          the axis; lost: 1e-2 m off it or a joint\nopen; wavers: neither; \
          redone: steps that the guard took back; stiffened: linearly implicit, \
-         geometric stiffness of\nweight 1; P: tension, T: torque\n{}",
-        motion
+         geometric stiffness of\nweight 1; P: tension, T: torque\n{motion}"
     );
     let parts = [text(&rest), text(&limits), motion, leak];
     parts.join("\n")
