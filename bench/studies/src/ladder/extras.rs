@@ -16,7 +16,7 @@ use taut_integrator::{GeometricStiffness, PhaseTimes, Scheme, StepError, StepOpt
 use taut_model::{HoistParams, Network, NetworkParams, Scene};
 use taut_solver::{BlockPattern, SymBlockMatrix};
 
-/// What [`measure`] found.
+/// What the rows of the main job do not hold.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Extras {
