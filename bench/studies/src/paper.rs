@@ -1,8 +1,10 @@
 //! The paper's tables, figures and claims, computed: what it prints beside what comes out here (\[SL §III, §VII, §VIII]).
 //!
-//! Each experiment is a module with a `Config` (whole and quick), a `run`, and records; it ends in an [`Outcome`]: rows
+//! Each experiment is a module with a `Config` (whole and quick), a `run`, and records; it ends in an [outcome]: rows
 //! of checks, tables for people, rows for programs, charts. The scan of the paper that the figures come from has lost
 //! most exponents: where one was inferred, the row says so.
+//!
+//! [outcome]: taut_output::check::Outcome
 
 pub mod chains;
 pub mod claims;
