@@ -4,31 +4,25 @@
 
 mod cli;
 
-use clap::{Args, Parser, Subcommand};
-use cli::bench::BenchArgs;
+use clap::{ArgMatches, Args, Parser, Subcommand};
 use cli::console::Console;
-use cli::hard::HardArgs;
 use cli::matrix::{DumpArgs, MatricesArgs, SolveArgs};
-use cli::paper::PaperArgs;
 use cli::parse;
 use cli::report::ReportArgs;
 use cli::scene::SceneArgs;
 use cli::study::StudyArgs;
 use cli::track::TrackArgs;
-use std::path::PathBuf;
 use std::process::ExitCode;
 use taut_ground::allocations::Counting;
-use taut_ground::files::Output;
 use taut_ground::{Choice, files};
 use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
-use taut_output::table::{self, MARK};
-use taut_studies::options::{choices, count, number, require_positive, steps};
-use taut_studies::statics;
+use taut_output::table;
+use taut_studies::options::{count, number, require_positive};
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// Sparse linear solvers on hoisting cables: speed against error.
+/// The command line without the options of experiments, which [`parse`] adds.
 #[derive(Debug, Parser)]
 #[command(
     name = "taut",
@@ -40,31 +34,23 @@ static ALLOCATOR: Counting = Counting;
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    #[command(flatten)]
-    bench: BenchArgs,
     /// Tables and data only: no progress, no notes of what was written where
-    #[arg(long, short, global = true)]
+    // The last, whatever others there are.
+    #[arg(long, short, global = true, display_order = 998)]
     quiet: bool,
+    /// What it was read from, with the options of experiments.
+    #[arg(skip)]
+    matches: ArgMatches,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Every solver, every mass ratio: what a step costs and how wrong it is (the default command)
-    ///
-    /// The answer goes to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables
-    /// to target/taut/report.html, with its data in bench.report.json beside it.
-    #[command(
-        after_help = "Examples:\n  taut bench --segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group\n  taut bench --scene ring,net --quick"
-    )]
-    Bench(BenchArgs),
+    // What has no text here is an experiment: `parse` adds what its study says.
+    Bench,
     /// The experiments beside the main job, each with options of its own; without a name, their list
     #[command(after_help = "Examples:\n  taut study\n  taut study kernels --segments 100")]
     Study(StudyArgs),
-    /// The cable hanging at rest: elongation of every direct solver, iterations that the others need
-    #[command(
-        after_help = "Example: taut static --segments 24 --ratios 1,1e3,1e5 --json static.json"
-    )]
-    Static(StaticArgs),
+    Static,
     /// Simulates a named scene or a TOML file
     #[command(
         after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --columns time,hook.z,bottom.tension,hoist_speed --out lift.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30"
@@ -75,12 +61,8 @@ enum Command {
         after_help = "Example: taut scene hoist --set segments=6 --explicit > six.toml && taut run six.toml"
     )]
     Scene(SceneArgs),
-    /// The paper's tables, figures and claims: what it prints beside what comes out here
-    #[command(after_help = "Example: taut paper table1 fig11 --out target/figures")]
-    Paper(PaperArgs),
-    /// Hard cases with known answers, or a known absence of one: reference, ours, error, bar, verdict
-    #[command(after_help = "Example: taut hard H42 --json hard.json")]
-    Hard(HardArgs),
+    Paper,
+    Hard,
     /// Writes the linear system of a step as Matrix Market files, S and the KKT matrix, with exact solutions
     #[command(
         after_help = "Example: taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems"
@@ -103,39 +85,6 @@ enum Command {
     /// Lists the backends, which are compiled in, and their licences
     #[command(after_help = "Example: taut backends")]
     Backends,
-}
-
-#[derive(Debug, Args)]
-struct StaticArgs {
-    /// Numbers of segments
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "24,100",
-        value_name = "N",
-        value_parser = count,
-        allow_negative_numbers = true
-    )]
-    segments: Vec<usize>,
-    /// Mass ratios load/segment
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "1,10,1e2,1e3,1e4,1e5",
-        value_name = "R",
-        value_parser = number,
-        allow_negative_numbers = true
-    )]
-    ratios: Vec<f64>,
-    /// Solvers (default: all but the dense one, whose cost is cubic)
-    #[arg(long, value_delimiter = ',', value_name = "B")]
-    backends: Vec<String>,
-    /// Most iterations tried for the iterative solvers
-    #[arg(long, default_value_t = 4096, value_name = "K", value_parser = count, allow_negative_numbers = true)]
-    limit: usize,
-    /// Writes the rows to a file as well (`-` for standard output, which then holds nothing else)
-    #[arg(long, value_name = "PATH")]
-    json: Option<PathBuf>,
 }
 
 /// Scheme, solver and time step of a simulation.
@@ -244,14 +193,12 @@ fn main() -> ExitCode {
     }
     let console = Console { quiet: cli.quiet };
     let done = match cli.command {
-        None => cli::bench::run(&cli.bench, console),
-        Some(Command::Bench(args)) => cli::bench::run(&args, console),
+        None | Some(Command::Bench | Command::Static | Command::Paper | Command::Hard) => {
+            cli::study::run_own(&cli.matches, console)
+        }
         Some(Command::Study(args)) => cli::study::run(&args, console),
-        Some(Command::Static(args)) => hang(&args, console),
         Some(Command::Run(args)) => cli::run::run(&args, console),
         Some(Command::Scene(args)) => cli::scene::run(&args),
-        Some(Command::Paper(args)) => cli::paper::run(&args, console),
-        Some(Command::Hard(args)) => cli::hard::run(&args, console),
         Some(Command::Dump(args)) => cli::matrix::dump(&args, console),
         Some(Command::Solve(args)) => cli::matrix::solve(&args),
         Some(Command::Matrices(args)) => cli::matrix::matrices(&args, console),
@@ -266,54 +213,6 @@ fn main() -> ExitCode {
 fn told(failure: &Failure) -> ExitCode {
     failure.tell();
     ExitCode::from(failure.code())
-}
-
-fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Failure> {
-    let split = |t: &String| Failure::Input(format!("`--set {t}` is not of the form KEY=VALUE"));
-    texts
-        .iter()
-        .map(|t| t.split_once('=').ok_or_else(|| split(t)))
-        .collect()
-}
-
-/// What the second table of the hanging cable is.
-const NEEDED_LEGEND: &str = "\
-Iterations a step (to 2 % above 64) that hold the hanging cable for half a second within a relative error of its length.
-A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
-joints; for a bent, swinging one see `taut bench`.";
-
-fn hang(args: &StaticArgs, console: Console) -> Result<(), Failure> {
-    let named = !args.backends.is_empty();
-    let fits = |c: &Choice| named || (c.check().is_ok() && c.backend.name() != "dense");
-    let config = statics::Config {
-        segments: args.segments.clone(),
-        ratios: args.ratios.clone(),
-        choices: choices(&args.backends)?.into_iter().filter(fits).collect(),
-        levels: vec![1e-3, 1e-6, 1e-9],
-        limit: args.limit,
-        dt: 1.0 / 60.0,
-    };
-    require_positive("a number of `--ratios`", &config.ratios)?;
-    if args.limit == 0 {
-        return Err(Failure::Input(
-            "`--limit` is 0: it must be at least 1".to_owned(),
-        ));
-    }
-    let [json] = files::open([("--json", args.json.as_deref())], &[])?;
-    let bar = console.progress(0).with_message("static");
-    let results = statics::sweep(&config, &bar)?;
-    bar.finish_and_clear();
-    if !json.as_ref().is_some_and(Output::is_stdout) {
-        files::print(&format!(
-            "Released unstretched and damped to rest, one refinement: elongation\n{MARK}\n{}\n{NEEDED_LEGEND}\n{}",
-            statics::settled(&results.settled),
-            statics::needed(&results.needed)
-        ))?;
-    }
-    if let Some(json) = json {
-        json.json(&results)?;
-    }
-    Ok(())
 }
 
 /// The guard with the tolerance of the text, or none.

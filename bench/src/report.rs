@@ -1,8 +1,7 @@
 //! The report that people look at: one HTML file of speed against error for every solver, with all that belongs to it.
 //!
 //! What is in it is data ([`Report`], which is written as JSON beside the page and read back by `taut report`). Of
-//! the main job `measure` adds to the rows what these do not hold, `score` ranks the solvers, `charts` draws,
-//! `main_job` puts them together. Of every other experiment the plots are those of its study, and `sheets` makes tables of its
+//! the main job `score` ranks the solvers, `charts` draws, `main_job` puts them together. Of every other experiment the plots are those of its study, and `sheets` makes tables of its
 //! rows. `page` writes, `cells` are its tables, `markdown` writes several reports as one text. `limits` is what the page
 //! says of known limits.
 
@@ -11,13 +10,11 @@ mod charts;
 mod limits;
 mod main_job;
 mod markdown;
-mod measure;
 mod page;
 mod score;
 mod sheets;
 
 pub use markdown::markdown;
-pub use measure::{Extras, measure};
 pub use page::{page, picture};
 
 use crate::machine::{self, Machine};
@@ -28,9 +25,9 @@ use std::path::{Path, PathBuf};
 use taut_ground::choice::Omission;
 use taut_ground::files::{self, FileError, Output};
 use taut_output::settings::Setting;
-use taut_studies::ladder::{Record, Results};
-use taut_studies::studies;
-use taut_studies::study::Found;
+use taut_studies::ladder::{Extras, Record};
+use taut_studies::studies::{self, BENCH};
+use taut_studies::study::{Found, Study};
 
 /// All that the page shows.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -79,55 +76,51 @@ pub struct Other {
 }
 
 impl Report {
-    /// Of nothing yet, on this machine.
-    fn here(arguments: &[String], settings: Vec<Setting>) -> Self {
+    /// Of what an experiment found on this machine, called with these arguments.
+    ///
+    /// # Errors
+    /// [`ReportError::Rows`].
+    pub fn new(study: &Study, found: Found, arguments: &[String]) -> Result<Self, ReportError> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
-        Self {
+        let report = Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: machine::command(arguments),
             machine: Machine::current().to_string(),
             compiler: machine::RUSTC.to_owned(),
             commit: machine::commit(),
-            settings,
+            settings: found.settings,
             unix_time: now.map_or(0, |t| t.as_secs()),
-            ..Self::default()
-        }
-    }
-
-    /// Of the results of the main job on this machine, which was called with these arguments.
-    #[must_use]
-    pub fn new(
-        results: &Results,
-        extras: Extras,
-        arguments: &[String],
-        settings: Vec<Setting>,
-    ) -> Self {
-        Self {
-            records: results.records.clone(),
-            omissions: results.omissions.clone(),
-            extras,
-            ..Self::here(arguments, settings)
-        }
-    }
-
-    /// Of what another experiment found on this machine, called with these arguments.
-    #[must_use]
-    pub fn of_study(name: &str, found: Found, arguments: &[String]) -> Self {
-        Self {
             omissions: found.omissions,
-            other: Some(Other {
-                name: name.to_owned(),
-                rows: found.rows,
-                printed: taut_output::table::plain(&found.text),
-            }),
-            ..Self::here(arguments, found.settings)
+            ..Self::default()
+        };
+        let mut report = report.holding(study.name, found.rows)?;
+        if let Some(other) = &mut report.other {
+            other.printed = taut_output::table::plain(&found.text);
         }
+        if !found.extras.is_null() {
+            report.extras = serde_json::from_value(found.extras)?;
+        }
+        Ok(report)
+    }
+
+    /// The same with the rows of an experiment. Those of the main job are records.
+    fn holding(mut self, name: &str, rows: Value) -> serde_json::Result<Self> {
+        if name == BENCH.name {
+            self.records = serde_json::from_value(rows)?;
+        } else {
+            self.other = Some(Other {
+                name: name.to_owned(),
+                rows,
+                printed: String::new(),
+            });
+        }
+        Ok(self)
     }
 
     /// The experiment's name, and that of its files.
     #[must_use]
     pub fn name(&self) -> &str {
-        self.other.as_ref().map_or("bench", |other| &other.name)
+        self.other.as_ref().map_or(BENCH.name, |other| &other.name)
     }
 
     /// From the text of a file: a report as it was written beside its page, or the rows that a benchmark wrote.
@@ -140,30 +133,19 @@ impl Report {
             reason: reason.to_string(),
         };
         let value: Value = serde_json::from_str(text).map_err(failed)?;
-        let is_report = value.get("command").is_some();
-        let rows_alone = |report: Self| Self {
-            command: "not recorded with the rows".to_owned(),
-            machine: "not recorded with the rows".to_owned(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            ..report
-        };
-        let report = if is_report {
-            serde_json::from_str(text).map_err(failed)?
-        } else if let Some(study) = studies::of_rows(&value) {
-            rows_alone(Self {
-                other: Some(Other {
-                    name: study.name.to_owned(),
-                    rows: value,
-                    printed: String::new(),
-                }),
-                ..Self::default()
-            })
+        let report = if value.get("command").is_some() {
+            serde_json::from_str(text)
         } else {
-            rows_alone(Self {
-                records: serde_json::from_str(text).map_err(failed)?,
+            let name = studies::of_rows(&value).unwrap_or(BENCH).name;
+            let alone = Self {
+                command: "not recorded with the rows".to_owned(),
+                machine: "not recorded with the rows".to_owned(),
+                version: env!("CARGO_PKG_VERSION").to_owned(),
                 ..Self::default()
-            })
+            };
+            alone.holding(name, value)
         };
+        let report = report.map_err(failed)?;
         let empty = match &report.other {
             None => report.records.is_empty(),
             Some(other) => sheets::sheets(other).is_empty(),
@@ -191,6 +173,8 @@ pub enum ReportError {
     NoPicture(String),
     /// A file that could not be read or written.
     File(FileError),
+    /// Rows of an experiment that are not what its page shows.
+    Rows(serde_json::Error),
     /// A chart that could not be drawn.
     Plot(taut_output::plot::PlotError),
 }
@@ -213,6 +197,7 @@ impl fmt::Display for ReportError {
                 "the rows of `{name}` hold no plot of work against precision: give a report of `taut bench`"
             ),
             Self::File(e) => e.fmt(f),
+            Self::Rows(e) => e.fmt(f),
             Self::Plot(e) => e.fmt(f),
         }
     }
@@ -223,6 +208,12 @@ impl std::error::Error for ReportError {}
 impl From<FileError> for ReportError {
     fn from(e: FileError) -> Self {
         Self::File(e)
+    }
+}
+
+impl From<serde_json::Error> for ReportError {
+    fn from(e: serde_json::Error) -> Self {
+        Self::Rows(e)
     }
 }
 

@@ -5,7 +5,7 @@ use taut_integrator::{StepOptions, Stepper};
 use taut_model::{ChainModel, ParticleChainParams};
 use taut_output::check::{Check, Outcome, Verdict, picture};
 use taut_studies::paper::table1::{self, BAR, ROWS};
-use taut_studies::paper::{Experiment, chains, claims};
+use taut_studies::paper::{self, chains, claims};
 
 fn verdict(checks: &[Check], case: &str) -> Verdict {
     let found = checks.iter().find(|c| c.case == case);
@@ -117,13 +117,9 @@ fn bending_stabilises_as_rows_and_not_as_a_force() {
 /// What every experiment hands over to its files: rows with a header, charts with data.
 #[test]
 fn the_figures_of_the_chains_have_rows_and_pictures() {
-    for experiment in [
-        Experiment::Fig2,
-        Experiment::Fig3,
-        Experiment::Fig4,
-        Experiment::Fig5,
-    ] {
-        let outcome = experiment.run(true, &ProgressBar::hidden()).expect("runs");
+    for name in ["fig2", "fig3", "fig4", "fig5"] {
+        let figure = paper::named(name).expect("a figure");
+        let outcome = figure.outcome(true, &ProgressBar::hidden()).expect("runs");
         let Outcome {
             checks,
             csv,

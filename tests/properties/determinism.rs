@@ -6,7 +6,7 @@ use taut_model::{Constraint, HoistParams, Network, NetworkParams, Scene, SceneSo
 use taut_studies::scenes::reference_choice;
 use taut_tests::machines::{random_machine, unbounded};
 use taut_tests::scenes::random_scene;
-use taut_tests::{bits, compiled, compiled_direct, paper, unguarded};
+use taut_tests::{bits, compiled, compiled_direct, compiled_iterative, paper, unguarded};
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -70,7 +70,12 @@ fn net() -> Scene {
 /// Twice in a row, and again while another thread does the same; unfinished solves as much as finished ones.
 #[test]
 fn the_same_run_gives_the_same_bits() {
-    for (choice, scene) in compiled()
+    let unfinished = compiled_iterative().into_iter().map(|choice| Choice {
+        backend: choice.backend.with_iterations(3),
+        ..choice
+    });
+    let choices: Vec<Choice> = compiled().into_iter().chain(unfinished).collect();
+    for (choice, scene) in choices
         .iter()
         .flat_map(|c| [(c, swinging()), (c, net()), (c, random_machine(3))])
     {

@@ -261,6 +261,23 @@ impl Sheet {
         self.of_rows(rows_of(data, self.list))
     }
 
+    /// The rows of the data as one Markdown table, numbers to the right.
+    #[must_use]
+    pub fn markdown(&self, data: &Value) -> String {
+        let rows = rows_of(data, self.list);
+        let rows: Vec<&Row> = rows.iter().collect();
+        let cells = self.cells(&rows);
+        let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+        let rule = |is_text: &bool| if *is_text { "---" } else { "---:" }.to_owned();
+        let rules: Vec<String> = cells.is_text.iter().map(rule).collect();
+        let heads = [line(&cells.headings), line(&rules)];
+        let escaped = |row: &Vec<String>| -> Vec<String> {
+            row.iter().map(|cell| cell.replace('|', "\\|")).collect()
+        };
+        let rows = cells.rows.iter().map(|row| line(&escaped(row)));
+        heads.into_iter().chain(rows).collect()
+    }
+
     /// The tables of records that are no data of their own.
     #[must_use]
     pub fn of(&self, records: &impl Serialize) -> String {
@@ -282,11 +299,7 @@ impl Sheet {
             if !self.shared.is_empty() {
                 let _ = writeln!(out, "\n{}", self.above(&own));
             }
-            let cells = match &self.across {
-                None => self.flat(&own),
-                Some(across) => self.pivot(across, &own),
-            };
-            out.push_str(&cells.text());
+            out.push_str(&self.cells(&own).text());
             for reason in self.reasons(&own) {
                 let _ = writeln!(out, "  {reason}");
             }
@@ -330,6 +343,13 @@ impl Sheet {
             .map(|key| row.get(*key).cloned().unwrap_or_default());
         let worth = column.worth(row).filter(|_| (self.counts)(row));
         (rivals.collect(), worth)
+    }
+
+    fn cells(&self, rows: &[&Row]) -> Cells {
+        match &self.across {
+            None => self.flat(rows),
+            Some(across) => self.pivot(across, rows),
+        }
     }
 
     fn flat(&self, rows: &[&Row]) -> Cells {
@@ -423,10 +443,11 @@ impl Cells {
     }
 }
 
-/// Whether a column holds names, not numbers.
+/// Whether a column holds names, not numbers; an empty text is neither.
 fn is_text(column: &Column, rows: &[&Row]) -> bool {
     let values = rows.iter().filter_map(|row| row.get(column.key));
-    values.clone().any(Value::is_string) || values.clone().all(Value::is_null)
+    let is_name = |value: &Value| value.as_str().is_some_and(|text| !text.is_empty());
+    values.clone().any(is_name) || values.clone().all(Value::is_null)
 }
 
 /// All of them, or so many at even distances, the first and the last among them.

@@ -53,6 +53,23 @@ pub fn text(table: &Table) -> String {
     out
 }
 
+/// How a cell of a record is written.
+type CellOf<'a, R> = &'a dyn Fn(&R) -> String;
+
+/// A table with a row for each record: what stands above each column, and how its cells are written.
+#[must_use]
+pub fn of_records<'a, R: 'a>(
+    records: impl IntoIterator<Item = &'a R>,
+    columns: &[(&str, CellOf<'_, R>)],
+) -> String {
+    let headings: Vec<&str> = columns.iter().map(|(heading, _)| *heading).collect();
+    let mut t = table(&headings);
+    for record in records {
+        t.add_row(columns.iter().map(|(_, cell)| cell(record)));
+    }
+    text(&t)
+}
+
 /// A text without ANSI sequences.
 #[must_use]
 pub fn plain(text: &str) -> String {

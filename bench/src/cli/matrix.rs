@@ -1,7 +1,7 @@
 //! `taut dump`, `taut solve`, `taut matrices`: linear systems as files.
 
 use super::console::Console;
-use crate::{Failure, StepArgs, overrides, step_options};
+use crate::{Failure, StepArgs, step_options};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use taut_bench::machine::Machine;
@@ -14,6 +14,7 @@ use taut_ground::pace;
 use taut_integrator::Stepper;
 use taut_output::table::MARK;
 use taut_studies::matrix::{self, suite};
+use taut_studies::options::overrides;
 
 /// Most steps before a dump.
 const MOST_STEPS: u64 = 10_000_000;

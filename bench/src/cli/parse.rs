@@ -1,14 +1,27 @@
 //! From the program's arguments to a command.
 
+use super::study::{described, with_options};
 use crate::Cli;
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, CommandFactory, FromArgMatches};
 use std::ffi::OsString;
+use taut_studies::studies::{BENCH, COMMANDS};
+
+/// The command line. The commands of experiments are those of their studies; the main job's options stand without a
+/// command too.
+fn command() -> clap::Command {
+    let cli = with_options(Cli::command(), BENCH)
+        .about("Sparse linear solvers on hoisting cables: speed against error")
+        .long_about(None);
+    COMMANDS.into_iter().fold(cli, |cli, study| {
+        cli.mut_subcommand(study.name, |own| described(own, study, study.name))
+    })
+}
 
 /// The arguments as a command. Options of the main job stand before no other command.
 pub(crate) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli, clap::Error> {
-    let mut cli = Cli::command();
+    let mut cli = command();
     let matches = cli.clone().try_get_matches_from(arguments)?;
     let given =
         |a: &&Arg| matches.value_source(a.get_id().as_str()) == Some(ValueSource::CommandLine);
@@ -21,20 +34,21 @@ pub(crate) fn parse(arguments: impl IntoIterator<Item = OsString>) -> Result<Cli
         let message = format!("`--{option}` stands before `{command}`: put it after it");
         return Err(cli.error(ErrorKind::ArgumentConflict, message));
     }
-    Cli::from_arg_matches(&matches)
+    let cli = Cli::from_arg_matches(&matches)?;
+    Ok(Cli { matches, ..cli })
 }
 
 /// The command that the arguments begin with, as it is called.
 pub(crate) fn asked_for() -> String {
     let names = std::env::args_os().skip(1);
     let names = names.filter(|a| a != "-q" && a != "--quiet");
-    let (mut command, mut asked) = (&Cli::command(), "taut".to_owned());
+    let (mut found, mut asked) = (&command(), "taut".to_owned());
     for name in names {
-        let Some(next) = command.find_subcommand(name) else {
+        let Some(next) = found.find_subcommand(name) else {
             break;
         };
         asked = format!("{asked} {}", next.get_name());
-        command = next;
+        found = next;
     }
     asked
 }
@@ -68,12 +82,7 @@ mod tests {
             assert!(!parsed(line).unwrap().quiet, "{line}");
         }
         let cli = parsed("taut -q bench --segments 3 --quick").unwrap();
-        match cli.command {
-            Some(Command::Bench(args)) => {
-                assert!(args.quick.quick && args.segments.segments == [3])
-            }
-            other => panic!("{other:?}"),
-        }
+        assert!(matches!(cli.command, Some(Command::Bench)), "{cli:?}");
     }
 
     #[test]
@@ -102,7 +111,7 @@ mod tests {
 
     #[test]
     fn every_help_ends_with_an_example_that_is_understood() {
-        let cli = Cli::command();
+        let cli = command();
         let mut seen = 0;
         let studies = cli.find_subcommand("study").expect("a command");
         let commands = cli.get_subcommands().chain(studies.get_subcommands());
@@ -135,6 +144,6 @@ mod tests {
 
     #[test]
     fn the_definition_of_the_command_line_is_sound() {
-        Cli::command().debug_assert();
+        command().debug_assert();
     }
 }

@@ -2,15 +2,12 @@
 //! the results of several as Markdown.
 
 use super::console::Console;
-use super::deliver::Way;
 use crate::Failure;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use taut_bench::report::{self, Report};
+use taut_bench::report::{self, Report, ReportError};
 use taut_ground::files::{self, Output};
-use taut_output::settings::Setting;
-use taut_studies::ladder::{Config, Results};
-use taut_studies::study::Found;
+use taut_studies::study::{Found, Study};
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
@@ -89,39 +86,18 @@ fn arguments() -> Vec<String> {
         .collect()
 }
 
-/// Measures what the rows do not hold and writes the page with its data; a note of where it is, unless standard output is
-/// for the rows only.
-pub(crate) fn of_main_job(
-    config: &Config,
-    results: &Results,
-    settings: Vec<Setting>,
-    quick: bool,
-    way: Way<'_>,
-) -> Result<(), Failure> {
-    let bar = way.console.progress(0);
-    let extras = report::measure(&config.choices, quick, &bar)?;
-    bar.finish_and_clear();
-    let report = Report::new(results, extras, &arguments(), settings);
-    write(&report, way)
-}
-
-/// Writes the page of another experiment, and its data.
-pub(crate) fn of_study(name: &str, found: Found, way: Way<'_>) -> Result<(), Failure> {
-    write(&Report::of_study(name, found, &arguments()), way)
-}
-
-/// Writes page and data. The tables are out by then: a page that cannot be written costs the page only.
-fn write(report: &Report, way: Way<'_>) -> Result<(), Failure> {
-    let written = Output::open(Path::new(PAGE)).map_err(report::ReportError::from);
-    let written = written.and_then(|page| {
-        report::write(report, &page)?;
-        let data = format!("target/taut/{}.report.json", report.name());
-        Ok(files::write_json(Path::new(&data), report)?)
-    });
-    match written {
+/// Writes the page of an experiment, and its data. The tables are out by then: a page that cannot be written costs the page
+/// only.
+pub(crate) fn write(study: &Study, found: Found, console: Console) -> Result<(), Failure> {
+    let write = || {
+        let report = Report::new(study, found, &arguments())?;
+        report::write(&report, &Output::open(Path::new(PAGE))?)?;
+        let data = format!("target/taut/{}.report.json", study.name);
+        Ok::<(), ReportError>(files::write_json(Path::new(&data), &report)?)
+    };
+    match write() {
         Err(e) => files::complain(&e.to_string()),
-        Ok(()) if way.is_rows_alone => {}
-        Ok(()) => way.console.note(&format!("report written to {PAGE}"))?,
+        Ok(()) => console.note(&format!("report written to {PAGE}"))?,
     }
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `taut run`: simulates a scene, or goes on with a run that was saved.
 
 use super::console::Console;
-use crate::{Failure, StepArgs, number, overrides, step_options, steps};
+use crate::{Failure, StepArgs, step_options};
 use clap::Args;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -15,6 +15,7 @@ use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
 use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{StepOptions, Stepper};
+use taut_studies::options::{number, overrides, steps};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {

@@ -1,11 +1,12 @@
 //! `taut scene`: scenes as TOML text.
 
-use crate::{Failure, overrides};
+use crate::Failure;
 use clap::Args;
 use taut_bench::run;
 use taut_ground::files;
 use taut_model::SceneSource;
 use taut_model::scene_file::SceneText;
+use taut_studies::options::overrides;
 
 #[derive(Debug, Args)]
 pub(crate) struct SceneArgs {

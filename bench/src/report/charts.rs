@@ -1,13 +1,12 @@
 //! The charts of the main job's report.
 
-use super::measure::{Extras, Pattern, Step, Trace};
 use super::score::Scores;
 use taut_output::notation::number;
 use taut_output::plan::FLOOR;
 use taut_output::plot::{Axis, Chart, Look, Mark, Series, Shape};
 use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::Record;
+use taut_studies::ladder::{Extras, Pattern, Record, Step, Trace};
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
     Series {
@@ -310,7 +309,7 @@ fn one(chart: Chart) -> Vec<Chart> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::report::measure::Rung;
+    use taut_studies::ladder::Rung;
 
     #[test]
     fn what_is_no_number_is_not_drawn_as_exact() {

@@ -2,7 +2,6 @@
 
 use super::cells::{Cell, sortable};
 use super::charts;
-use super::measure::{Extras, Trace};
 use super::page::{Section, figures};
 use super::score::{Scores, scores};
 use super::sheets::table;
@@ -14,7 +13,7 @@ use taut_output::notation::number;
 use taut_output::plot::Chart;
 use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{self, Answer, Record};
+use taut_studies::ladder::{self, Answer, Extras, Record, Trace};
 
 /// Work against precision of the report's scenes.
 pub(super) fn work_precision(report: &Report) -> Vec<Chart> {
@@ -85,23 +84,12 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
 /// Which solver to use: the fastest of each scene within each error, and who is next.
 fn answer(records: &[Record]) -> Option<Section> {
     let Answer { rows, advice } = Answer::of(records);
-    let cell = |(i, text): (usize, &String)| {
-        let number = text.parse().ok().filter(|_| !Answer::is_text(i));
-        Cell {
-            number,
-            ..Cell::text(text.as_str())
-        }
-    };
-    let cells = rows
-        .iter()
-        .map(|row| row.iter().enumerate().map(cell).collect());
-    let cells: Vec<Vec<Cell>> = cells.collect();
     let body = html! {
         p { (advice) " Errors are those of multipliers and elongation; next is the fastest of another family of solvers, and \
              how many times as long its step takes; k× are iterations a step." }
-        (sortable(&Answer::HEADINGS, &cells))
+        (table(&ladder::ANSWER, &rows))
     };
-    (!rows.is_empty()).then_some(Section {
+    (rows != json!([])).then_some(Section {
         id: "answer".to_owned(),
         title: "Which solver".to_owned(),
         body,

@@ -1,12 +1,14 @@
 //! What several runs found, as one Markdown text: where each was measured, the main job's answer, of checks how many came to
 //! what and those that do more than pass, of everything else the tables as they are printed.
 
+use super::Report;
 use super::page::{origin, title};
-use super::{Other, Report};
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::fmt::Write;
 use taut_output::check::Verdict;
-use taut_studies::ladder::Answer;
+use taut_output::row::{self, Row, number_of, text_of};
+use taut_output::sheet::{Across, PLAIN, Sheet, Show, column};
+use taut_studies::ladder::{ANSWER, Answer};
 
 /// The text.
 #[must_use]
@@ -26,9 +28,9 @@ pub fn markdown(reports: &[Report]) -> String {
         let _ = write!(out, "\n{}.\n\n", facts.join("; "));
         match &report.other {
             None => main_job(&mut out, report),
-            Some(other) => match checks(other) {
-                Some(all) => of_checks(&mut out, &all),
-                None => {
+            Some(other) => match row::rows_of(&other.rows, "") {
+                rows if are_checks(&rows) => of_checks(&mut out, &rows),
+                _ => {
                     let _ = writeln!(out, "```text\n{}\n```", other.printed.trim());
                 }
             },
@@ -43,133 +45,100 @@ fn capital(text: &str) -> String {
     first.chain(letters).collect()
 }
 
-/// A table, its numbers to the right.
-fn table<R: AsRef<[String]>>(
-    out: &mut String,
-    headings: &[&str],
-    is_text: &dyn Fn(usize) -> bool,
-    rows: &[R],
-) {
-    let line = |cells: &mut dyn Iterator<Item = String>| {
-        let cells: Vec<String> = cells.map(|cell| cell.replace('|', "\\|")).collect();
-        format!("| {} |\n", cells.join(" | "))
-    };
-    out.push_str(&line(&mut headings.iter().map(|h| (*h).to_owned())));
-    let rule = |i| if is_text(i) { "---" } else { "---:" }.to_owned();
-    out.push_str(&line(&mut (0..headings.len()).map(rule)));
-    for row in rows {
-        out.push_str(&line(&mut row.as_ref().iter().cloned()));
-    }
-}
-
 fn main_job(out: &mut String, report: &Report) {
     let Answer { rows, advice } = Answer::of(&report.records);
-    table(out, &Answer::HEADINGS, &Answer::is_text, &rows);
-    let _ = writeln!(out, "\n{advice}");
+    let _ = writeln!(out, "{}\n{advice}", ANSWER.markdown(&rows));
     for o in &report.omissions {
         let _ = writeln!(out, "\nLeft out: `{}`: {}.", o.backend, o.reason);
     }
 }
 
-/// A check as it is written: its experiment's name and title, and what stands in its columns.
-struct Row<'a> {
-    name: &'a str,
-    title: &'a str,
-    verdict: &'a str,
-    check: &'a Value,
+/// How many checks of each experiment came to what.
+const COUNTS: Sheet = Sheet {
+    columns: &[
+        column("experiment", "experiment"),
+        column("title", "about"),
+        column("checks", "checks"),
+    ],
+    across: Some(Across {
+        by: &[column("verdict", "{}")],
+        cells: &[column("count", "")],
+        several: false,
+        most: usize::MAX,
+    }),
+    ..PLAIN
+};
+
+/// Checks one by one.
+const CHECKS: Sheet = Sheet {
+    columns: &[
+        column("case", "check").shown(Show::Row(named)),
+        column("reference", "reference"),
+        column("ours", "ours"),
+        column("error", "error").shown(Show::Row(|row| small(row, "error"))),
+        column("bar", "bar").shown(Show::Row(|row| small(row, "bar"))),
+        column("verdict", "verdict")
+            .shown(Show::Row(|row| text_of(row, "verdict").replace('-', " "))),
+        column("note", "why"),
+    ],
+    ..PLAIN
+};
+
+fn named(row: &Row) -> String {
+    format!("{}: {}", text_of(row, "experiment"), text_of(row, "case"))
 }
 
-impl Row<'_> {
-    fn text(&self, key: &str) -> String {
-        self.check[key].as_str().unwrap_or_default().to_owned()
-    }
-
-    fn number(&self, key: &str) -> String {
-        self.check[key]
-            .as_f64()
-            .map_or(String::new(), |x| format!("{x:.1e}"))
-    }
+/// An error or a bar; nothing where there is none.
+fn small(row: &Row, key: &str) -> String {
+    number_of(row, key).map_or_else(String::new, |x| format!("{x:.1e}"))
 }
 
-/// The rows, where they are checks.
-fn checks(other: &Other) -> Option<Vec<Row<'_>>> {
-    fn row(check: &Value) -> Option<Row<'_>> {
-        let text = |key: &str| check[key].as_str();
-        Some(Row {
-            name: text("experiment")?,
-            title: text("title")?,
-            verdict: text("verdict")?,
-            check,
-        })
-    }
-    let rows: Option<Vec<Row<'_>>> = other.rows.as_array()?.iter().map(row).collect();
-    rows.filter(|rows| !rows.is_empty())
+/// Whether they are checks.
+fn are_checks(rows: &[Row]) -> bool {
+    let is_check = |row: &Row| {
+        let keys = ["experiment", "title", "verdict"];
+        keys.iter().all(|key| !text_of(row, key).is_empty())
+    };
+    !rows.is_empty() && rows.iter().all(is_check)
 }
 
 /// How many checks of each experiment came to what, and those that do more than pass.
-fn of_checks(out: &mut String, all: &[Row<'_>]) {
-    let verdicts = Verdict::ALL.map(|v| (v.to_string(), v.key()));
-    let used = verdicts
-        .iter()
-        .filter(|(_, key)| all.iter().any(|r| r.verdict == *key));
-    let used: Vec<_> = used.collect();
-    let mut headings = vec!["experiment", "about", "checks"];
-    headings.extend(used.iter().map(|(shown, _)| shown.as_str()));
-    let counts = |rows: &[Row<'_>]| {
-        let count = |key: &str| rows.iter().filter(|r| r.verdict == key).count();
-        let counts = used.iter().map(|(_, key)| match count(key) {
-            0 => String::new(),
-            n => n.to_string(),
-        });
-        counts.collect::<Vec<_>>()
+fn of_checks(out: &mut String, all: &[Row]) {
+    let is = |row: &Row, verdict: Verdict| text_of(row, "verdict") == verdict.key();
+    let used = Verdict::ALL.into_iter();
+    let used: Vec<Verdict> = used.filter(|v| all.iter().any(|r| is(r, *v))).collect();
+    let counts = |name: &str, title: &str, rows: &[Row]| {
+        let count = |verdict: &Verdict| match rows.iter().filter(|r| is(r, *verdict)).count() {
+            0 => "".into(),
+            n => Value::from(n),
+        };
+        let row = |verdict: &Verdict| {
+            json!({ "experiment": name, "title": title, "checks": rows.len(),
+                "verdict": verdict.to_string(), "count": count(verdict) })
+        };
+        used.iter().map(row).collect::<Vec<_>>()
     };
-    let mut rows: Vec<Vec<String>> = Vec::new();
-    for group in all.chunk_by(|a, b| a.name == b.name) {
-        let mut row = vec![
-            group[0].name.to_owned(),
-            group[0].title.to_owned(),
-            group.len().to_string(),
-        ];
-        row.extend(counts(group));
-        rows.push(row);
-    }
-    let mut total = vec!["all".to_owned(), String::new(), all.len().to_string()];
-    total.extend(counts(all));
-    rows.push(total);
-    table(out, &headings, &|i| i < 2, &rows);
-    let told = all.iter().filter(|r| r.verdict != Verdict::Pass.key());
-    let told: Vec<Vec<String>> = told
-        .map(|r| {
-            vec![
-                format!("{}: {}", r.name, r.text("case")),
-                r.text("reference"),
-                r.text("ours"),
-                r.number("error"),
-                r.number("bar"),
-                r.verdict.replace('-', " "),
-                r.text("note"),
-            ]
-        })
-        .collect();
+    let groups = all.chunk_by(|a, b| text_of(a, "experiment") == text_of(b, "experiment"));
+    let one = |rows: &[Row]| {
+        counts(
+            text_of(&rows[0], "experiment"),
+            text_of(&rows[0], "title"),
+            rows,
+        )
+    };
+    let rows = groups.flat_map(one).chain(counts("all", "", all));
+    out.push_str(&COUNTS.markdown(&rows.collect()));
+    let told = all.iter().filter(|row| !is(row, Verdict::Pass));
+    let told: Vec<Value> = told.cloned().map(Value::Object).collect();
     if !told.is_empty() {
-        out.push('\n');
-        let headings = [
-            "check",
-            "reference",
-            "ours",
-            "error",
-            "bar",
-            "verdict",
-            "why",
-        ];
-        table(out, &headings, &|i| !(3..5).contains(&i), &told);
+        let _ = write!(out, "\n{}", CHECKS.markdown(&told.into()));
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use serde_json::json;
+    use crate::report::Other;
 
     #[test]
     fn checks_are_counted_by_experiment_and_told_where_they_do_more_than_pass() {

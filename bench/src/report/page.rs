@@ -58,12 +58,7 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
 
 /// What the page of an experiment is called.
 pub(super) fn title(name: &str) -> &'static str {
-    match name {
-        "bench" => "speed against error of sparse solvers on hoisting cables",
-        "hard" => "hard cases with known answers",
-        "paper" => "the paper's tables, figures and claims",
-        name => studies::named(name).map_or("an experiment", |study| study.title),
-    }
+    studies::named(name).map_or("an experiment", |study| study.title)
 }
 
 /// The plots of a study that have something to show.

@@ -9,7 +9,11 @@ pub mod dynamics;
 pub mod numerics;
 mod special;
 pub mod statics;
+mod study;
 
+pub(crate) use study::STUDY;
+
+use crate::checks::Experiment;
 use indicatif::ProgressBar;
 use std::fmt;
 use taut_ground::choice::Choice;
@@ -34,18 +38,20 @@ pub struct Case {
 }
 
 impl Case {
-    /// Measures it, whole or quick. A case that comes to no check at all has failed.
+    /// Measures it, whole or quick.
     ///
     /// # Errors
-    /// As the case's own function.
+    /// As [`Experiment::outcome`].
     pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-        let mut outcome = (self.run)(quick, progress)?;
-        if outcome.checks.is_empty() {
-            let ours = "nothing was measured".to_owned();
-            let check = Check::claim(self.title, "", ours, Verdict::Fail, "");
-            outcome.checks.push(check);
+        self.experiment().outcome(quick, progress)
+    }
+
+    fn experiment(&self) -> Experiment {
+        Experiment {
+            name: self.name,
+            title: self.title,
+            run: self.run,
         }
-        Ok(outcome)
     }
 }
 

@@ -13,18 +13,20 @@
 
 mod answer;
 mod claims;
+mod extras;
 mod measure;
 mod record;
 mod settings;
+mod study;
 mod table;
 
-pub use answer::Answer;
+pub use answer::{ANSWER, Answer};
 pub use claims::{Claims, claims};
+pub use extras::{Energies, Extras, Pattern, Rung, Size, Step, Trace};
 pub use record::nan_for_null;
 pub use record::{Fastest, Record};
-pub use settings::settings;
-pub use table::{CLAIMS, ROWS, claim_rows, data_of};
-pub use table::{LEGEND, answer, rows};
+pub(crate) use study::STUDY;
+pub use table::{CLAIMS, LEGEND, ROWS, claim_rows, data_of};
 
 use indicatif::ProgressBar;
 use measure::{task_rows, time_rows};

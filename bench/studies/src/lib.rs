@@ -29,10 +29,12 @@
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
+//! | `checks` | experiments that end in checks: what `hard` and `paper` share |
 //! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
 //! | `options` | options that several experiments read |
 
 pub mod accuracy;
+pub mod checks;
 pub mod energy;
 pub mod engines;
 pub mod hard;

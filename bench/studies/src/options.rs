@@ -113,13 +113,22 @@ pub fn choices(names: &[String]) -> Result<Vec<Choice>, Refused> {
     }
     let mut choices = Vec::new();
     for name in names {
-        let choice: Choice = name.parse().map_err(Refused)?;
-        choice.check().map_err(|e| Refused(e.to_string()))?;
+        let choice = choice(name)?;
         if !choices.contains(&choice) {
             choices.push(choice);
         }
     }
     Ok(choices)
+}
+
+/// The solver of that name.
+///
+/// # Errors
+/// A name of no solver, and a solver that is not compiled in.
+pub fn choice(name: &str) -> Result<Choice, Refused> {
+    let choice: Choice = name.parse().map_err(Refused)?;
+    choice.check().map_err(|e| Refused(e.to_string()))?;
+    Ok(choice)
 }
 
 /// `--iterations`.
@@ -185,6 +194,18 @@ impl Quick {
     pub fn of<C: Default>(self, quick: fn() -> C) -> C {
         if self.quick { quick() } else { C::default() }
     }
+}
+
+/// Keys with their values, of `--set KEY=VALUE`.
+///
+/// # Errors
+/// A text of another form.
+pub fn overrides(texts: &[String]) -> Result<Vec<(&str, &str)>, Refused> {
+    let split = |t: &String| Refused(format!("`--set {t}` is not of the form KEY=VALUE"));
+    texts
+        .iter()
+        .map(|t| t.split_once('=').ok_or_else(|| split(t)))
+        .collect()
 }
 
 /// A number, or a fraction of two.

@@ -4,9 +4,10 @@
 //! along z exactly, so that x and y stay zero to the last bit and the step's transverse instability at large mass
 //! ratios has nothing to grow from: what is measured here is the solver.
 
+mod study;
 mod table;
 
-pub use table::{needed, settled};
+pub(crate) use study::STUDY;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;

@@ -1,19 +1,28 @@
-//! The experiments that `taut study` runs. A new one is a module `NAME` with its `STUDY` in `NAME/study.rs`, and an entry
-//! in [`STUDIES`]; the commands `bench`, `static`, `hard` and `paper` run the other experiments.
+//! All experiments: those that `taut study` runs, and those with a command of their own. A new one is a module `NAME` with
+//! its `STUDY` in `NAME/study.rs`, and an entry in [`STUDIES`].
 
 use crate::study::Study;
 use crate::{
-    accuracy, energy, engines, iterative, kernels, linear, matrix, scenes, shocks, stability,
+    accuracy, energy, engines, hard, iterative, kernels, ladder, linear, matrix, paper, scenes,
+    shocks, stability, statics,
 };
 use serde_json::Value;
 
-/// All of them, as they are listed.
+/// The main job.
+pub const BENCH: &Study = &ladder::STUDY;
+/// Branches and loops.
+pub const SCENES: &Study = &scenes::STUDY;
+
+/// Those with a command of their own.
+pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
+
+/// Those that `taut study` runs, as it lists them.
 pub const STUDIES: [&Study; 10] = [
     &accuracy::STUDY,
     &linear::STUDY,
     &kernels::STUDY,
     &iterative::STUDY,
-    &scenes::STUDY,
+    SCENES,
     &matrix::STUDY,
     &shocks::STUDY,
     &stability::STUDY,
@@ -21,13 +30,17 @@ pub const STUDIES: [&Study; 10] = [
     &engines::STUDY,
 ];
 
-/// The study of that name.
-#[must_use]
-pub fn named(name: &str) -> Option<&'static Study> {
-    STUDIES.into_iter().find(|study| study.name == name)
+fn all() -> impl Iterator<Item = &'static Study> {
+    COMMANDS.into_iter().chain(STUDIES)
 }
 
-/// The study whose rows these are.
+/// The experiment of that name.
+#[must_use]
+pub fn named(name: &str) -> Option<&'static Study> {
+    all().find(|study| study.name == name)
+}
+
+/// The experiment whose rows these are.
 #[must_use]
 pub fn of_rows(rows: &Value) -> Option<&'static Study> {
     let is = |study: &&Study| {
@@ -40,5 +53,5 @@ pub fn of_rows(rows: &Value) -> Option<&'static Study> {
         let first = list.and_then(Value::as_array).and_then(|rows| rows.first());
         first.is_some_and(|row| row.get(column).is_some())
     };
-    STUDIES.into_iter().find(is)
+    all().find(is)
 }

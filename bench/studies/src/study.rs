@@ -11,7 +11,7 @@ use taut_output::plan::Plan;
 use taut_output::settings::Setting;
 use taut_output::sheet::Sheet;
 
-/// An experiment that `taut study` runs.
+/// An experiment.
 #[derive(Debug)]
 pub struct Study {
     /// Its name on the command line, and that of its files.
@@ -20,21 +20,51 @@ pub struct Study {
     pub title: &'static str,
     /// What it measures, in a line.
     pub about: &'static str,
-    /// Arguments of a small run, for its help.
-    pub example: &'static str,
+    /// What its help says besides; nothing of most.
+    pub details: &'static str,
+    /// Arguments for its help, a line for each call.
+    pub examples: &'static [&'static str],
+    /// What `--json` writes, in its help.
+    pub writes: &'static str,
     /// A list of its rows and a column that no other experiment has, by which rows without a name are known. The list
-    /// without a name is the data itself.
+    /// without a name is the data itself. No column where rows alone make no page.
     pub mark: (&'static str, &'static str),
     /// Adds its options to a command.
     pub options: fn(Command) -> Command,
     /// The files that it reads, by its options.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
     /// Runs it.
-    pub run: fn(&ArgMatches, &ProgressBar) -> Result<Found, ExperimentError>,
+    pub run: fn(&ArgMatches, &mut Reporter<'_>) -> Result<Found, ExperimentError>,
     /// The tables of its rows.
     pub sheets: &'static [Sheet],
     /// The plots of its page; an experiment without plots has its tables alone.
     pub plots: &'static [Plan],
+}
+
+/// A study that reads no files and finds nothing.
+pub(crate) const PLAIN: Study = Study {
+    name: "",
+    title: "",
+    about: "",
+    details: "",
+    examples: &[],
+    writes: "all rows",
+    mark: ("", ""),
+    options: |command| command,
+    reads: |_| Vec::new(),
+    run: |_, _| Ok(Found::default()),
+    sheets: &[],
+    plots: &[],
+};
+
+/// Where a running experiment reports to.
+pub struct Reporter<'a> {
+    /// How far it is.
+    pub progress: &'a ProgressBar,
+    /// The machine, as results name it.
+    pub machine: String,
+    /// Prints a part of the experiment's text at once.
+    pub say: &'a mut dyn FnMut(&str) -> Result<(), ExperimentError>,
 }
 
 /// What an experiment found.
@@ -42,12 +72,16 @@ pub struct Study {
 pub struct Found {
     /// What it was set to.
     pub settings: Vec<Setting>,
-    /// Its tables with their legend.
+    /// Its tables with their legend, but for what [`Reporter::say`] has printed.
     pub text: String,
     /// Its rows, as they are written as JSON.
     pub rows: Value,
+    /// What its page shows beyond its rows; null for most.
+    pub extras: Value,
     /// What it left out.
     pub omissions: Vec<Omission>,
+    /// Which bars of ours were missed, in a sentence.
+    pub missed: Option<String>,
 }
 
 /// Rows as the data of an experiment; numbers that are not finite become null.
@@ -61,10 +95,4 @@ pub fn data(rows: &impl Serialize) -> Result<Value, ExperimentError> {
 /// The tables of the data.
 pub(crate) fn tables(sheets: &[Sheet], data: &Value) -> String {
     sheets.iter().map(|sheet| sheet.text(data)).collect()
-}
-
-/// Reads no files.
-#[must_use]
-pub fn no_files(_: &ArgMatches) -> Vec<PathBuf> {
-    Vec::new()
 }

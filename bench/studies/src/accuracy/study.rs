@@ -5,7 +5,7 @@ use super::{Config, cases};
 use crate::options::{
     Backends, Iterations, Quick, Ratios, Segments, Time, number as read, require_positive, sorted,
 };
-use crate::study::{Found, Study, data, no_files};
+use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
@@ -19,13 +19,13 @@ pub(crate) const STUDY: Study = Study {
     name: "accuracy",
     title: "error of whole motions against cost",
     about: "Error of whole motions against cost: every scheme, time step, solver and number of refinements",
-    example: "--quick --segments 4 --ratios 10,1e4",
+    examples: &["--quick --segments 4 --ratios 10,1e4"],
     mark: ("records", "horizontal_m"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -80,7 +80,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         settings: settings(&config),
         text,
         rows,
-        omissions: Vec::new(),
+        ..Found::default()
     })
 }
 

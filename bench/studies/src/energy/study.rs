@@ -3,7 +3,7 @@
 use super::table::{SHEETS, text_tables};
 use super::{Config, Setting};
 use crate::options::Quick;
-use crate::study::{Found, Study, data, no_files};
+use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
@@ -17,13 +17,13 @@ pub(crate) const STUDY: Study = Study {
     name: "energy",
     title: "amplitude, energy and angular momentum over time",
     about: "Swing amplitude over a minute, energy over a million steps, angular momentum of a free cable",
-    example: "--quick",
+    examples: &["--quick"],
     mark: ("bands", "first_band"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -41,7 +41,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         settings: set_to(&config),
         text: text_tables(&rows, &config),
         rows,
-        omissions: Vec::new(),
+        ..Found::default()
     })
 }
 

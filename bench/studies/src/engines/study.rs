@@ -3,7 +3,7 @@
 use super::Config;
 use super::table::{SHEETS, text};
 use crate::options::{Quick, Ratios, Segments, Time};
-use crate::study::{Found, Study, data, no_files};
+use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_ground::engine::motion::FRAME;
@@ -17,13 +17,13 @@ pub(crate) const STUDY: Study = Study {
     name: "engines",
     title: "whole engines",
     about: "Whole engines: what a frame costs, how wrong the motion is; with the feature `rapier` Rapier's too",
-    example: "--quick --segments 4 --ratios 10",
+    examples: &["--quick --segments 4 --ratios 10"],
     mark: ("", "over_ours"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -55,7 +55,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         settings: settings(&config),
         text: text(&rows, &records, &config),
         rows,
-        omissions: Vec::new(),
+        ..Found::default()
     })
 }
 

@@ -3,7 +3,7 @@
 use super::table::{SHEETS, conclusions};
 use super::{ANGLE, Config, WARM_UP};
 use crate::options::{Backends, Quick, Ratios, Segments, count};
-use crate::study::{Found, Study, data, no_files, tables};
+use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_model::Network;
@@ -17,13 +17,13 @@ pub(crate) const STUDY: Study = Study {
     name: "iterative",
     title: "time of iterations to an error",
     about: "Time and iterations of the iterative solvers to given errors, cold and warm, against the direct solver",
-    example: "--quick --backends cg:group",
+    examples: &["--quick --backends cg:group"],
     mark: ("", "target"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -67,6 +67,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         text,
         rows,
         omissions: results.omissions,
+        ..Found::default()
     })
 }
 

@@ -3,7 +3,7 @@
 use super::table::SHEETS;
 use super::{Config, Rival};
 use crate::options::{Quick, Ratios, Segments};
-use crate::study::{Found, Study, data, no_files, tables};
+use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
@@ -16,13 +16,13 @@ pub(crate) const STUDY: Study = Study {
     name: "kernels",
     title: "factorisation and solve alone",
     about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
-    example: "--backends banded,faer:llt",
+    examples: &["--backends banded,faer:llt"],
     mark: ("records", "ns_per_joint"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -74,6 +74,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         text,
         rows,
         omissions: results.omissions,
+        ..Found::default()
     })
 }
 

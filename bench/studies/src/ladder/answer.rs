@@ -2,7 +2,9 @@
 //! what factor it is behind, and the iteration that comes furthest; in a sentence, which solver to use.
 
 use super::{LEVELS, Record};
-use taut_output::table::{error, nanoseconds, ratio};
+use serde_json::{Value, json};
+use taut_output::sheet::{PLAIN, Sheet, Show, column};
+use taut_output::table::nanoseconds;
 
 /// A row and what its step costs within a level \[ns].
 type Placed<'a> = (&'a Record, f64);
@@ -72,33 +74,30 @@ fn levels(levels: &[f64]) -> String {
 
 /// The answer: a row for each scene and set of levels with the same outcome, and a sentence.
 pub struct Answer {
-    /// A row for each scene and set of levels.
-    pub rows: Vec<[String; 10]>,
+    /// A row for each scene and set of levels, of which [`ANSWER`] makes a table.
+    pub rows: Value,
     /// The sentence.
     pub advice: String,
 }
 
+/// The table of the answer. What a row does not repeat or has none of is an empty text.
+pub const ANSWER: Sheet = Sheet {
+    columns: &[
+        column("segments", "segments"),
+        column("mass_ratio", "ratio").shown(Show::Ratio),
+        column("within", "within"),
+        column("fastest", "fastest"),
+        column("step_ns", "step").shown(Show::Time),
+        column("next", "next"),
+        column("times", "times").shown(Show::Fixed(1)),
+        column("iteration", "best iteration"),
+        column("iteration_ns", "step").shown(Show::Time),
+        column("iteration_error", "error").shown(Show::Error(1)),
+    ],
+    ..PLAIN
+};
+
 impl Answer {
-    /// What stands above the columns.
-    pub const HEADINGS: [&str; 10] = [
-        "segments",
-        "ratio",
-        "within",
-        "fastest",
-        "step",
-        "next",
-        "times",
-        "best iteration",
-        "step",
-        "error",
-    ];
-
-    /// Whether a column holds names, not numbers.
-    #[must_use]
-    pub fn is_text(column: usize) -> bool {
-        matches!(column, 2 | 3 | 5 | 7)
-    }
-
     /// What the rows answer.
     #[must_use]
     pub fn of(records: &[Record]) -> Self {
@@ -109,32 +108,32 @@ impl Answer {
     }
 }
 
+/// A value, or the empty text.
+fn or_blank(value: Option<impl Into<Value>>) -> Value {
+    value.map_or_else(|| "".into(), Into::into)
+}
+
 /// The rows of a scene.
-fn rows(scene: &[Record]) -> Vec<[String; 10]> {
+fn rows(scene: &[Record]) -> Vec<Value> {
     let outcomes: Vec<Outcome<'_>> = LEVELS.iter().map(|l| (*l, places(scene, *l))).collect();
     let alike = |a: &Outcome<'_>, b: &Outcome<'_>| a.1.map(shown) == b.1.map(shown);
     let row = |(place, same): (usize, &[Outcome<'_>])| {
-        let own = |text: String| if place == 0 { text } else { String::new() };
+        let head = (place == 0).then_some(&scene[0]);
         let [first, next] = same[0].1;
         let within: Vec<f64> = same.iter().map(|(level, _)| *level).collect();
-        let times = first
-            .zip(next)
-            .map(|((_, a), (_, b))| format!("{:.1}", b / a));
         let iteration = best_iteration(scene).filter(|_| place == 0);
-        let [winner, second, iterative] =
-            [first, next, iteration].map(|placed| shown(placed).unwrap_or_default());
-        [
-            own(scene[0].segments.to_string()),
-            own(ratio(scene[0].mass_ratio)),
-            levels(&within),
-            first.map_or("none".to_owned(), |(r, _)| name(r)),
-            winner.1,
-            second.0,
-            times.unwrap_or_default(),
-            iterative.0,
-            iterative.1,
-            iteration.map_or(String::new(), |(r, _)| error(Some(r.forward_error))),
-        ]
+        json!({
+            "segments": or_blank(head.map(|r| r.segments)),
+            "mass_ratio": or_blank(head.map(|r| r.mass_ratio)),
+            "within": levels(&within),
+            "fastest": first.map_or("none".to_owned(), |(r, _)| name(r)),
+            "step_ns": or_blank(first.map(|(_, ns)| ns)),
+            "next": or_blank(next.map(|(r, _)| name(r))),
+            "times": or_blank(first.zip(next).map(|((_, a), (_, b))| b / a)),
+            "iteration": or_blank(iteration.map(|(r, _)| name(r))),
+            "iteration_ns": or_blank(iteration.map(|(_, ns)| ns)),
+            "iteration_error": or_blank(iteration.map(|(r, _)| r.forward_error)),
+        })
     };
     outcomes.chunk_by(alike).enumerate().map(row).collect()
 }
@@ -212,44 +211,12 @@ mod tests {
         ];
         let Answer { rows, advice } = Answer::of(&rows);
         let expected = [
-            [
-                "24",
-                "1",
-                "1e-3 … 1e-6",
-                "banded",
-                "4.00 µs",
-                "cg:group 7×",
-                "2.0",
-                "cg:group 7×",
-                "8.00 µs",
-                "1.0e-7",
-            ],
-            [
-                "",
-                "",
-                "1e-10",
-                "banded",
-                "4.00 µs",
-                "faer:ldlt",
-                "5.0",
-                "",
-                "",
-                "",
-            ],
-            [
-                "24",
-                "10",
-                "1e-3 … 1e-10",
-                "none",
-                "",
-                "",
-                "",
-                "cg:group 7×",
-                "8.00 µs",
-                "1.0e-2",
-            ],
+            "| 24 | 1 | 1e-3 … 1e-6 | banded | 4.00 µs | cg:group 7× | 2.0 | cg:group 7× | 8.00 µs | 1.0e-7 |",
+            "|  |  | 1e-10 | banded | 4.00 µs | faer:ldlt | 5.0 |  |  |  |",
+            "| 24 | 10 | 1e-3 … 1e-10 | none |  |  |  | cg:group 7× | 8.00 µs | 1.0e-2 |",
         ];
-        assert_eq!(rows, expected.map(|row| row.map(str::to_owned)));
+        let table = ANSWER.markdown(&rows);
+        assert!(table.lines().skip(2).eq(expected), "{table}");
         assert!(
             advice.starts_with("Use `banded`: the fastest in 3 of 6 combinations of scene and error, 2.0 to 5.0 times"),
             "{advice}"

@@ -11,7 +11,7 @@ use taut_output::settings::{
 ///
 /// # Errors
 /// A hoist whose parameters contradict each other.
-pub fn settings(config: &Config) -> Result<Vec<Setting>, SceneError> {
+pub(super) fn settings(config: &Config) -> Result<Vec<Setting>, SceneError> {
     let hoist = config.scene.resolve()?;
     Ok(set([
         ("scene", "hoist".to_owned()),

@@ -1,8 +1,7 @@
 //! The main job's rows and its answer as text.
 
-use super::{Answer, Record, Results, SceneNote};
+use super::{ANSWER, Answer, Record, Results, SceneNote};
 use crate::study::data;
-use comfy_table::CellAlignment;
 use serde_json::{Value, json};
 use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
 use taut_output::sheet::{self, Sheet, Show, column};
@@ -82,8 +81,7 @@ the reference motion; held: simulated time, or the time of the end; fastest 1e: 
 within 1e-3 and so on, refined or not";
 
 /// All rows of the main job, a table for each scene, then what the solvers claimed.
-#[must_use]
-pub fn rows(results: &Results) -> String {
+pub(super) fn rows(results: &Results) -> String {
     let mut shown = data_of(&once(&results.records));
     for row in &mut shown {
         row["note"] = note(row, &results.scenes).unwrap_or_default().into();
@@ -119,21 +117,13 @@ fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
 }
 
 /// What the main job answers, in a table and a sentence; what was left out.
-#[must_use]
-pub fn answer(results: &Results) -> String {
+pub(super) fn answer(results: &Results) -> String {
     let Answer { rows, advice } = Answer::of(&results.records);
-    let mut t = wrapped(&Answer::HEADINGS);
-    for (i, column) in t.column_iter_mut().enumerate() {
-        if Answer::is_text(i) {
-            column.set_cell_alignment(CellAlignment::Left);
-        }
-    }
-    t.add_rows(rows);
     let mut sentence = wrapped(&[]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
-        text(&t),
+        ANSWER.text(&rows),
         text(&sentence),
         omissions(&results.omissions)
     )

@@ -2,8 +2,8 @@
 
 use super::table::{SHEETS, bars};
 use super::{Config, patient, verdicts};
-use crate::options::{Backends, Quick, Ratios, Segments, choices};
-use crate::study::{Found, Study, data, no_files, tables};
+use crate::options::{Backends, Quick, Ratios, Segments, choice};
+use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
@@ -17,13 +17,13 @@ pub(crate) const STUDY: Study = Study {
     name: "linear",
     title: "errors of the multipliers against mass ratio",
     about: "Forward errors of the multipliers with 0, 1 and 2 refinements, mass ratios 1 to 10¹²",
-    example: "--segments 24",
+    examples: &["--segments 24"],
     mark: ("", "pose"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -53,7 +53,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
     if !named.is_empty() {
         config.choices.clear();
         for name in named {
-            let choice = choices(std::slice::from_ref(name))?.remove(0);
+            let choice = choice(name)?;
             let choice = if name.contains("iterations=") {
                 choice
             } else {
@@ -81,6 +81,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         text,
         rows,
         omissions: config.omissions(),
+        ..Found::default()
     })
 }
 

@@ -3,7 +3,7 @@
 use super::compared;
 use super::table::SHEETS;
 use crate::options::{Iterations, Quick};
-use crate::study::{Found, Study, data};
+use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use std::path::PathBuf;
@@ -22,16 +22,17 @@ pub(crate) const STUDY: Study = Study {
     name: "matrix",
     title: "systems from files",
     about: "Systems from Matrix Market files: every backend, speed against error",
-    example: "bcsstk14.mtx.gz sherman1.mtx",
+    examples: &["bcsstk14.mtx.gz sherman1.mtx"],
     mark: ("", "about"),
     options: Options::augment_args,
     reads: |matches| {
         let paths = matches.get_many("matrices");
         paths.into_iter().flatten().cloned().collect()
     },
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -74,7 +75,9 @@ pub fn backends(names: &[String]) -> Result<Config, ExperimentError> {
         }
         let backend: Backend = name.parse()?;
         backend.create()?;
-        config.backends.push(backend);
+        if !config.backends.contains(&backend) {
+            config.backends.push(backend);
+        }
     }
     Ok(config)
 }
@@ -122,7 +125,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         settings: settings(&config),
         text: format!("{LEGEND}\n{MARK}\n{tables}"),
         rows: data(&results)?,
-        omissions: Vec::new(),
+        ..Found::default()
     })
 }
 

@@ -247,7 +247,8 @@ pub fn bending_checks(records: &[Record]) -> Vec<Check> {
                 power(none)
             ),
             Verdict::of(explicit < none + 0.25),
-            "stiff bending is unstable by itself, soft bending holds no tension; chain (a), 5 particles, 1/60 s",
+            "stiff bending is unstable by itself, soft bending holds no tension; \
+             chain (a), 5 particles, 1/60 s",
         ),
         Check::claim(
             "bending as regularised rows",
@@ -384,22 +385,19 @@ fn cost(records: &[timing::Record], config: &timing::Config) -> Vec<Check> {
 }
 
 fn text(records: &[Record]) -> String {
-    let mut t = table::table(&[
-        "bending",
-        "ε rad/(N m)",
-        "particles",
-        "largest stable ratio",
-    ]);
-    for r in records {
-        t.add_row([
-            r.bending.clone(),
-            r.compliance
-                .map_or_else(String::new, |c| format!("{c:.0e}")),
-            r.particles.to_string(),
-            power(decade(r)),
-        ]);
-    }
-    table::text(&t) + "\n"
+    let t = table::of_records(
+        records,
+        &[
+            ("bending", &|r| r.bending.clone()),
+            ("ε rad/(N m)", &|r| {
+                r.compliance
+                    .map_or_else(String::new, |c| format!("{c:.0e}"))
+            }),
+            ("particles", &|r| r.particles.to_string()),
+            ("largest stable ratio", &|r| power(decade(r))),
+        ],
+    );
+    t + "\n"
 }
 
 fn chart(records: &[Record]) -> Chart {

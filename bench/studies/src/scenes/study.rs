@@ -3,7 +3,7 @@
 use super::Config;
 use super::table::{LEGEND, SHEETS, bar};
 use crate::options::{Backends, Iterations, Quick, Ratios, Segments, sorted};
-use crate::study::{Found, Study, data, no_files, tables};
+use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_model::Network;
@@ -19,13 +19,13 @@ pub(crate) const STUDY: Study = Study {
     name: "scenes",
     title: "branches and loops",
     about: "Cables with branches and loops: every solver, cost against size",
-    example: "--scene ring --quick --segments 8,12",
+    examples: &["--scene ring --quick --segments 8,12"],
     mark: ("records", "solve_ns_per_row"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -92,6 +92,7 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, Experimen
         text,
         rows,
         omissions: results.omissions,
+        ..Found::default()
     })
 }
 

@@ -3,7 +3,7 @@
 use super::Config;
 use super::table::{SHEETS, text};
 use crate::options::{Quick, Ratios, Time};
-use crate::study::{Found, Study, data, no_files};
+use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
@@ -15,13 +15,13 @@ pub(crate) const STUDY: Study = Study {
     name: "shocks",
     title: "kicks, jerks and drops",
     about: "Kicks, jerks and drops: what survives them, how well, at what cost",
-    example: "--quick --ratios 100 --time 1",
+    examples: &["--quick --ratios 100 --time 1"],
     mark: ("outcomes", "excess_gap"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -49,7 +49,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         settings: set_to(&config),
         text: text(&results),
         rows: data(&results)?,
-        omissions: Vec::new(),
+        ..Found::default()
     })
 }
 

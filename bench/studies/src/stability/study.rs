@@ -3,7 +3,7 @@
 use super::Config;
 use super::tables::{SHEETS, text_tables};
 use crate::options::Quick;
-use crate::study::{Found, Study, data, no_files};
+use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
@@ -15,13 +15,13 @@ pub(crate) const STUDY: Study = Study {
     name: "stability",
     title: "largest stable mass ratios",
     about: "Largest stable mass ratio of schemes, stiffness, joints, segments and materials",
-    example: "--quick",
+    examples: &["--quick"],
     mark: ("", "stable_to"),
     options: Options::augment_args,
-    reads: no_files,
-    run: |matches, progress| run(&Options::from_arg_matches(matches)?, progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
     plots: PLOTS,
+    ..study::PLAIN
 };
 
 /// What it reads.
@@ -39,7 +39,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         settings: settings(&config),
         text: text_tables(&rows, &config),
         rows,
-        omissions: Vec::new(),
+        ..Found::default()
     })
 }
 

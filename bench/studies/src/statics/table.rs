@@ -1,6 +1,5 @@
 //! The resting cables and the iterations that hold them, as text.
 
-use super::{Needed, Settled};
 use taut_output::row::{Row, is, number_of};
 use taut_output::sheet::{self, Across, Column, Sheet, Show, column};
 
@@ -8,7 +7,11 @@ const SOLVER: Column = column("backend", "solver");
 const SEGMENTS: Column = column("segments", "segments");
 const RATIO: Column = column("mass_ratio", "ratio").shown(Show::Ratio);
 
+/// The cables damped to rest, and the iterations needed, the levels side by side.
+pub(super) const SHEETS: &[Sheet; 2] = &[SETTLED, NEEDED];
+
 const SETTLED: Sheet = Sheet {
+    list: "settled",
     columns: &[
         SOLVER,
         SEGMENTS,
@@ -28,6 +31,7 @@ const SETTLED: Sheet = Sheet {
 };
 
 const NEEDED: Sheet = Sheet {
+    list: "needed",
     columns: &[
         SOLVER,
         SEGMENTS,
@@ -59,16 +63,4 @@ fn iterations(row: &Row) -> String {
     let [needed, limit] = ["iterations", "limit"].map(|key| number_of(row, key));
     let more = || format!("> {}", limit.unwrap_or(f64::NAN));
     needed.map_or_else(more, |n| n.to_string())
-}
-
-/// Cables damped to rest.
-#[must_use]
-pub fn settled(rows: &[Settled]) -> String {
-    SETTLED.of(&rows)
-}
-
-/// Iterations needed, the levels side by side.
-#[must_use]
-pub fn needed(rows: &[Needed]) -> String {
-    NEEDED.of(&rows)
 }

@@ -252,7 +252,7 @@ pub(super) fn winch(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Ex
         let case = format!("load hauled from the start, 1/{:.0} s", 1.0 / dt);
         checks.extend(each_solver(&case, |choice| {
             let worst = tension_error(choice.options(dt))?;
-            let check = Check::off("", "m (g cos θ + v²/l)", worst, "off", TENSION);
+            let check = Check::off("", "m (g cos θ + v²/l)", worst, "", TENSION);
             Ok(check.by("largest in 1 s, relative"))
         })?);
     }

@@ -142,7 +142,7 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
                 let [modulus, phase] = law_error(&MODES[0], options, omega, 0.0)?;
                 worst = worse(worst, modulus + phase);
             }
-            let check = Check::off("", "roots of the polynomial", worst, "off", LAW_BAR);
+            let check = Check::off("", "roots of the polynomial", worst, "", LAW_BAR);
             Ok(check)
         },
     )?);
@@ -215,7 +215,7 @@ pub(super) fn gaps(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Exp
                 format!("{scheme}, τ = {theta} Δt: gap step by step"),
                 "φ̄ + τ r = 0",
                 worst,
-                "off",
+                "",
                 GAP_BAR,
             );
             checks.push(check.by("largest over 40 steps, over the initial gap"));
@@ -225,7 +225,7 @@ pub(super) fn gaps(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, Exp
     checks.extend(each_solver("third-difference, every solver", |choice| {
         let options = with_scheme(Scheme::default(), choice.plain_options(DT));
         let worst = closing(options, 2.5)?;
-        let check = Check::off("", "φ̄ + τ r = 0", worst, "off", GAP_BAR);
+        let check = Check::off("", "φ̄ + τ r = 0", worst, "", GAP_BAR);
         Ok(check)
     })?);
     Ok(checks.into())

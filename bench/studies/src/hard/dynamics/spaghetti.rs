@@ -189,7 +189,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
             "angular momentum: its drift at 1/240 s",
             "kept",
             coarse.angular,
-            "off",
+            "",
             ANGULAR_BAR,
         )
         .by("largest change after the throw, relative"),
@@ -214,7 +214,7 @@ fn kept(name: &str, error: f64) -> Check {
         name,
         format!("F t = {} N s", FORCE * THROW),
         error,
-        "off",
+        "",
         MOMENTUM_BAR,
     );
     check.by("relative, largest after the throw")

@@ -167,7 +167,7 @@ fn kept(speed: f64, steps: usize) -> Result<Vec<Check>, ExperimentError> {
             name("angular momentum"),
             "kept",
             found.momentum,
-            "off",
+            "",
             MOMENTUM_BAR,
         )
         .by("largest change, relative"),

@@ -217,7 +217,7 @@ const UNDAMPED: f64 = 1.0 + 1e-6;
 fn at_sixty(quick: bool) -> Result<Vec<Check>, ExperimentError> {
     let dt = 1.0 / 60.0;
     let check = |worst: f64| {
-        Check::off("", "static elongation", worst, "from rest", RINGING_BAR)
+        Check::off("", "static elongation", worst, "", RINGING_BAR)
             .by("largest over the last quarter of a second, over the static elongation")
     };
     let mut found = Vec::new();

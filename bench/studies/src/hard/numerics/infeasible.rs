@@ -230,7 +230,7 @@ fn drawn(choice: &Choice, seconds: Option<f64>) -> Check {
     let reference = format!("T = EA s = {:.0} N", EA * STRAIN);
     match compliant(choice, seconds) {
         Ok(error) => {
-            Check::off("", reference, error, "off", BAR).by("largest of all joints, relative")
+            Check::off("", reference, error, "", BAR).by("largest of all joints, relative")
         }
         Err(e) => Check::failed("", reference, &e),
     }

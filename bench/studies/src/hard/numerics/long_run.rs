@@ -17,7 +17,7 @@ use taut_ground::trajectory::{gaps, load_position};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::{Check, ExperimentError, Outcome};
-use taut_output::table::{error, table, text};
+use taut_output::table::{error, of_records};
 
 /// Steps of a window: six swings.
 pub const WINDOW: usize = 2400;
@@ -182,28 +182,19 @@ const LESS: f64 = 0.95;
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let steps = if quick { 100_000 } else { 10_000_000 };
     let windows = run(steps, progress)?;
-    let mut t = table(&[
-        "steps",
-        "energy band",
-        "drift",
-        "predicted",
-        "largest kinetic",
-        "elongation m",
-        "growth",
-        "unaccounted",
-    ]);
-    for w in &windows {
-        t.add_row([
-            w.steps.to_string(),
-            error(Some(w.band)),
-            format!("{:+.3e}", w.drift),
-            format!("{:+.3e}", w.predicted),
-            format!("{:.6}", w.swing),
-            format!("{:.9e}", w.elongation_m),
-            format!("{:+.1e}", w.growth),
-            format!("{:+.1e}", w.drift_of_length),
-        ]);
-    }
+    let t = of_records(
+        &windows,
+        &[
+            ("steps", &|w| w.steps.to_string()),
+            ("energy band", &|w| error(Some(w.band))),
+            ("drift", &|w| format!("{:+.3e}", w.drift)),
+            ("predicted", &|w| format!("{:+.3e}", w.predicted)),
+            ("largest kinetic", &|w| format!("{:.6}", w.swing)),
+            ("elongation m", &|w| format!("{:.9e}", w.elongation_m)),
+            ("growth", &|w| format!("{:+.1e}", w.growth)),
+            ("unaccounted", &|w| format!("{:+.1e}", w.drift_of_length)),
+        ],
+    );
     // The first window is what the others are compared with.
     let largest = |of: fn(&Window) -> f64| {
         windows
@@ -221,9 +212,17 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     let growth = largest(|w| w.drift_of_length.abs());
     let wider = largest(|w| w.band) / windows.first().map_or(f64::NAN, |w| w.band) - 1.0;
     let checks = vec![
-        Check::off(format!("{steps} steps: gain of energy"), "no gain", gain, "", GAIN)
+        Check::off(
+            format!("{steps} steps: gain of energy"),
+            "no gain",
+            gain,
+            "",
+            GAIN,
+        )
         .by("largest mean of a window less that of the first, over the swing's energy")
-        .noting(format!("{per_step:+.1e} a step: what the step damps of the swing")),
+        .noting(format!(
+            "{per_step:+.1e} a step: what the step damps of the swing"
+        )),
         Check::within(
             format!("{steps} steps: drift of the energy"),
             format!("{predicted:+.3e}"),
@@ -231,8 +230,11 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             off,
             LAW_BAR,
         )
-        .by("mean of a window less that of the first, over the swing's energy: relative to what the scheme's law makes \
-             of the swing's frequency, the largest of all windows; shown: the last"),
+        .by(
+            "mean of a window less that of the first, over the swing's energy: \
+         relative to what the scheme's law makes of the swing's frequency, the \
+         largest of all windows; shown: the last",
+        ),
         Check::off(
             format!("{steps} steps: drift of the length"),
             "no drift",
@@ -240,17 +242,26 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             "",
             growth_bar(steps),
         )
-        .by("mean elongation of a window less that of the first and less what the energy accounts for, the largest \
-             magnitude, over the cable's length; the bar: each step rounds it once, always the same way"),
-        Check::off(format!("{steps} steps: energy band"), "no wider", wider, "", BAND)
+        .by(
+            "mean elongation of a window less that of the first and less what the \
+         energy accounts for, the largest magnitude, over the cable's length; \
+         the bar: each step rounds it once, always the same way",
+        ),
+        Check::off(
+            format!("{steps} steps: energy band"),
+            "no wider",
+            wider,
+            "",
+            BAND,
+        )
         .by("largest band of a window over that of the first, less 1"),
     ];
     Ok(Outcome {
         checks,
         text: format!(
-            "Windows of {WINDOW} steps at the end of each decade of steps, {SEGMENTS} segments, load of {RATIO} of\n\
-             them, Δt = 1/60 s; energies over the swing's\n{}\n",
-            text(&t)
+            "Windows of {WINDOW} steps at the end of each decade of steps, \
+             {SEGMENTS} segments, load of {RATIO} of\nthem, Δt = 1/60 s; energies \
+             over the swing's\n{t}\n"
         ),
         ..Outcome::default()
     })

@@ -24,7 +24,7 @@ use taut_integrator::{Form, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::settings::distinct;
-use taut_output::table::{error, table, text};
+use taut_output::table::{error, of_records};
 
 /// Elements of the chain and of the hoists.
 pub(super) const ELEMENTS: usize = 24;
@@ -134,7 +134,7 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             "chain: condition",
             "4 N R + 2 N (N − 1)",
             condition,
-            "off",
+            "",
             CONDITION_BAR,
         )
         .by("largest relative deviation over R; S has rounded 1 + 1/R"),
@@ -142,7 +142,7 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             "chain: Gauss-Seidel",
             "ln 10⁶ / (−2 ln cos θ)",
             sweeps,
-            "off",
+            "",
             SWEEPS_BAR,
         )
         .by("largest relative deviation over R of the sweeps to 10⁻⁶")
@@ -151,19 +151,13 @@ fn predicted(chains: &[Row], capped: &[Row]) -> Vec<Check> {
             "chain: Gauss-Seidel over groups",
             "ρ = R/(R + 1)",
             over_groups,
-            "off",
+            "",
             SWEEPS_BAR,
         )
         .by("largest relative deviation over R of the sweeps to 10⁻⁶")
         .noting(counted(chains, |r| r.groups_extrapolated)),
-        Check::off(
-            "chain: multipliers",
-            "λᵢ = g Σ m",
-            multipliers,
-            "off",
-            KKT_BAR,
-        )
-        .by("32 digits against the formula, relative"),
+        Check::off("chain: multipliers", "λᵢ = g Σ m", multipliers, "", KKT_BAR)
+            .by("32 digits against the formula, relative"),
     ];
     checks.push(finite_termination(chains));
     checks.push(eigenvalues(chains));
@@ -408,39 +402,34 @@ fn chain_table(chains: &[Row], capped: &[Row]) -> String {
         "Chain of {ELEMENTS} particles, R: load/element; κ in the ∞-norm; sweeps of Gauss-Seidel and iterations of\n\
          CG to 10⁻⁶ of the multipliers from zero, ~: extrapolated from the rate measured over the sweeps made\n"
     );
-    let mut t = table(&[
-        "R",
-        "load/cable",
-        "ε/Δt²",
-        "κ formula",
-        "κ",
-        "sweeps formula",
-        "sweeps",
-        "groups formula",
-        "groups",
-        "CG",
-        "jacobi",
-        "group",
-    ]);
     let count = |n: Option<usize>| n.map_or_else(|| "-".to_owned(), |n| n.to_string());
-    for r in chains.iter().chain(capped) {
-        let mark = |extrapolated| if extrapolated { "~" } else { "" };
-        t.add_row([
-            format!("{:.0e}", r.ratio),
-            format!("{:.1e}", r.ratio / (ELEMENTS - 1) as f64),
-            format!("{:.0e}", r.cap),
-            format!("{:.3e}", r.predicted_condition),
-            format!("{:.3e}", r.condition),
-            format!("{:.2e}", r.predicted_sweeps),
-            format!("{}{:.2e}", mark(r.extrapolated), r.sweeps),
-            format!("{:.2e}", r.predicted_group_sweeps),
-            format!("{}{:.2e}", mark(r.groups_extrapolated), r.group_sweeps),
-            count(r.cg),
-            count(r.cg_jacobi),
-            count(r.cg_group),
-        ]);
-    }
-    out.push_str(&text(&t));
+    let mark = |extrapolated| if extrapolated { "~" } else { "" };
+    let t = of_records(
+        chains.iter().chain(capped),
+        &[
+            ("R", &|r| format!("{:.0e}", r.ratio)),
+            ("load/cable", &|r| {
+                format!("{:.1e}", r.ratio / (ELEMENTS - 1) as f64)
+            }),
+            ("ε/Δt²", &|r| format!("{:.0e}", r.cap)),
+            ("κ formula", &|r| format!("{:.3e}", r.predicted_condition)),
+            ("κ", &|r| format!("{:.3e}", r.condition)),
+            ("sweeps formula", &|r| format!("{:.2e}", r.predicted_sweeps)),
+            ("sweeps", &|r| {
+                format!("{}{:.2e}", mark(r.extrapolated), r.sweeps)
+            }),
+            ("groups formula", &|r| {
+                format!("{:.2e}", r.predicted_group_sweeps)
+            }),
+            ("groups", &|r| {
+                format!("{}{:.2e}", mark(r.groups_extrapolated), r.group_sweeps)
+            }),
+            ("CG", &|r| count(r.cg)),
+            ("jacobi", &|r| count(r.cg_jacobi)),
+            ("group", &|r| count(r.cg_group)),
+        ],
+    );
+    out.push_str(&t);
     out
 }
 

@@ -174,9 +174,13 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
                     "",
                     [relative(&ours, &curve), BAR],
                 )
-                    .by("largest relative error of a coordinate of the tip, against the continuum")
-                    .algebraic_part(relative(&ours, &exact)).space_part(relative(&exact, &curve))
-                    .noting("the continuum shears by 1/GA, the chain by 1/EA: 10⁻⁴ of the tip's way at most")
+                .by("largest relative error of a coordinate of the tip, against the continuum")
+                .algebraic_part(relative(&ours, &exact))
+                .space_part(relative(&exact, &curve))
+                .noting(
+                    "the continuum shears by 1/GA, the chain by 1/EA: 10⁻⁴ of the tip's way \
+                     at most",
+                )
             } else {
                 Check::vector(
                     case,

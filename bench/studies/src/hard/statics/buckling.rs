@@ -29,7 +29,7 @@ const ROUNDING: f64 = 1e-14;
 /// below 1 it fades. The first quarter is left to the stiff modes. Infinite where the equilibrium is left for good.
 pub(super) fn growth(
     scene: Scene,
-    [dt, time]: [f64; 2],
+    Run { dt, time }: Run,
     off: fn(&Scene) -> f64,
 ) -> Result<f64, ExperimentError> {
     let options = StepOptions {
@@ -59,6 +59,15 @@ pub(super) fn growth(
     Ok(last / first.max(ROUNDING))
 }
 
+/// A run in which a disturbance fades or grows.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Run {
+    /// Time step \[s].
+    pub(super) dt: f64,
+    /// Duration \[s].
+    pub(super) time: f64,
+}
+
 /// How the load is found at which an equilibrium buckles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Search {
@@ -69,8 +78,8 @@ pub(super) struct Search {
     pub(super) bar: f64,
     /// Halvings of the bracket.
     pub(super) halvings: usize,
-    /// Time step and duration of a run \[s].
-    pub(super) run: [f64; 2],
+    /// Each of its runs.
+    pub(super) run: Run,
 }
 
 /// The scene under a load.
@@ -102,7 +111,7 @@ pub(super) fn check(
     )
     .noting(format!(
         "about the exact chain's {exact:.6}; its growth over {} s",
-        run[1]
+        run.time
     ));
     if !sound || halvings == 0 {
         return Ok(vec![bracket]);

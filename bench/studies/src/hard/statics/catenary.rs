@@ -190,7 +190,7 @@ fn checks_of(kind: Kind, n: usize, choices: &[Choice]) -> Result<Vec<Check>, Exp
     }
     let mut checks = Vec::new();
     let shapes = found.iter().map(|(solver, (off, _))| {
-        let check = Check::off("", "the exact chain", *off, "L from it", kind.bar);
+        let check = Check::off("", "the exact chain", *off, "L", kind.bar);
         let check = check.by("largest distance of a body from its place, over L");
         (solver.clone(), check.algebraic())
     });
@@ -282,7 +282,13 @@ pub(super) fn elastic(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         .space_part((exact / limit - 1.0).abs());
         let of_chain = (fine / exact - 1.0).abs() <= BAR;
         let needed = 64.0 * ((fine / limit - 1.0).abs() / CURVE_BAR).sqrt();
-        checks.push(check.limited(of_chain, format!("the exact chain of 64 straight rods is that far from the curve; at second order it takes {needed:.0}")));
+        checks.push(check.limited(
+            of_chain,
+            format!(
+                "the exact chain of 64 straight rods is that far from the curve; at \
+                 second order it takes {needed:.0}"
+            ),
+        ));
         let limit_of = (4.0 * fine - coarse) / 3.0;
         let check = Check::relative(
             format!("N = 32 and 64, extrapolated: {what}"),

@@ -15,7 +15,7 @@
 //! (c² + T²/4)^½ (χ_{j+1} + χ_{j−1}) = (2c + l P) χ_j, and the ends ask for χ ∝ cos(πj/n + …). Pinned ends carry
 //! torques of fixed direction on the outer segments; between clamped ends the twist T L/GJ is given.
 
-use super::buckling::{DISTURBANCE, Search, check, off_axis};
+use super::buckling::{DISTURBANCE, Run, Search, check, off_axis};
 use crate::hard::either;
 use crate::hard::special::bessel_zero;
 use crate::paper::specimens::twist::{buckling_torque, greenhill};
@@ -184,7 +184,10 @@ pub(super) fn thrust_and_weight(
             exact: euler(n),
             bar: BAR,
             halvings: halvings(quick),
-            run: [0.02, 20.0],
+            run: Run {
+                dt: 0.02,
+                time: 20.0,
+            },
         };
         let case = format!("thrust, pinned, N = {n}");
         checks.extend(check(&case, search, (&thrust, off_axis))?);
@@ -195,7 +198,10 @@ pub(super) fn thrust_and_weight(
             exact: own_weight(n),
             bar: BAR,
             halvings: halvings(quick),
-            run: [0.04, 80.0],
+            run: Run {
+                dt: 0.04,
+                time: 80.0,
+            },
         };
         let case = format!("own weight, clamped, N = {n}");
         checks.extend(check(&case, search, (&weight, off_axis))?);
@@ -214,7 +220,10 @@ pub(super) fn torque(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
     let mut checks = Vec::new();
     for &n in counts {
         // The tension's transverse stiffness is explicit.
-        let run = |tension: f64| [0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(), 10.0];
+        let run = |tension: f64| Run {
+            dt: 0.01 / (1.0 + tension.max(0.0) / 10.0).sqrt(),
+            time: 10.0,
+        };
         let clamped = |t: f64| Ok(scene(n, Ends::Clamped { twist: t }, 0.0)?);
         let search = Search {
             curve: greenhill(),

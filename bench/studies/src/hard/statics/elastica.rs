@@ -77,10 +77,12 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
                 Check::vector(
                     format!("α = {alpha}, N = {n}"),
                     [&reference, &ours],
-                    "x, y, slope",
+                    "",
                     [error, bar],
                 )
-                .by(format!("distance of the tip from {case}, over L"))
+                .by(format!(
+                    "distance of the tip from {case}, over L; shown: its place over L, its slope in rad"
+                ))
                 .algebraic_part(distance(ours, exact))
                 .space_part(distance(exact, curve)),
             );

@@ -63,7 +63,7 @@ pub(super) fn pulled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
                 (r.gap / exact - 1.0).abs()
             });
             let error = largest(errors);
-            let check = Check::off("", "gap F l/EA", error, "off", PULL_BAR);
+            let check = Check::off("", "gap F l/EA", error, "", PULL_BAR);
             Ok(check.by("largest relative error of a joint").algebraic())
         },
     )?);
@@ -92,7 +92,7 @@ pub(super) fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
             format!("{material}: end of the polygon, to a circle"),
             "where the angles M l/EI lead",
             error,
-            "L off",
+            "L",
             BEND_BAR,
         );
         checks.push(
@@ -108,7 +108,7 @@ pub(super) fn rolled(quick: bool, progress: &ProgressBar) -> Result<Outcome, Exp
             format!("{material}: M = 2π EI/L"),
             "end at the clamp",
             closed,
-            "L from it",
+            "L",
             BEND_BAR,
         );
         checks.push(check.by("largest distance over N, over L").algebraic());

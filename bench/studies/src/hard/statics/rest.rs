@@ -85,7 +85,7 @@ pub(super) fn loaded_at_once(
                 format!("{}, {what}, N = {sizes:?}", material.0),
                 "the load over the stiffness",
                 error,
-                "off",
+                "",
                 BAR,
             );
             checks.push(check.by("relative error of the whole").algebraic());
@@ -163,7 +163,7 @@ pub(super) fn from_one_point(
                 let [moved, _] = apart(&rest, &first[k]);
                 off = worse(off, moved.max(turned));
             }
-            let check = Check::off("", "the first solver's", off, "off", BAR)
+            let check = Check::off("", "the first solver's", off, "", BAR)
                 .by("positions over L, and the load's turning");
             found.push((choice.family(), check));
             progress.inc(1);

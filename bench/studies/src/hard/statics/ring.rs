@@ -7,7 +7,7 @@
 //! and the ring buckles where the 3 × 3 matrix of n = 2 gets singular. Its entries are differences of E, which is
 //! written here from the swing and the twist of the relative rotation.
 
-use super::buckling::{DISTURBANCE, Search, check};
+use super::buckling::{DISTURBANCE, Run, Search, check};
 use crate::hard::counted;
 use crate::hard::special::root;
 use crate::paper::specimens::largest;
@@ -196,7 +196,10 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
             exact: chain(n, 2),
             bar: BAR,
             halvings: if quick { 0 } else { 11 },
-            run: [0.05, 60.0],
+            run: Run {
+                dt: 0.05,
+                time: 60.0,
+            },
         };
         let ring = |turns: f64| Ok(scene(n, turns)?);
         let case = format!("GJ/EI = {RATIO}, N = {n}, turns");
@@ -224,7 +227,10 @@ mod tests {
 
     #[test]
     fn the_model_s_ring_leaves_its_plane_at_the_exact_twist() {
-        let run = [0.05, 60.0];
+        let run = Run {
+            dt: 0.05,
+            time: 60.0,
+        };
         let critical = chain(24, 2);
         let at = |part: f64| {
             let ring = scene(24, part * critical).expect("a scene");

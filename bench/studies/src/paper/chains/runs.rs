@@ -133,31 +133,23 @@ impl Scalars {
 }
 
 pub(super) fn text(all: &[Scalars]) -> String {
-    let mut t = table::table(&[
-        "chain",
-        "ε bend",
-        "signal",
-        "rms",
-        "peak share",
-        "R²",
-        "centroid Hz",
-        "within 0.2 d",
-    ]);
-    for s in all {
-        t.add_row([
-            format!("({})", s.model),
-            s.added_compliance
-                .map_or_else(String::new, |e| format!("{e}")),
-            s.signal.clone(),
-            span(s.rms_min, s.rms_max, 3),
-            s.peaks(),
-            s.order(),
-            s.centroids(),
-            format!("{} of {}", s.kept, s.runs),
-        ]);
-    }
+    let t = table::of_records(
+        all,
+        &[
+            ("chain", &|s| format!("({})", s.model)),
+            ("ε bend", &|s| {
+                s.added_compliance
+                    .map_or_else(String::new, |e| format!("{e}"))
+            }),
+            ("signal", &|s| s.signal.clone()),
+            ("rms", &|s| span(s.rms_min, s.rms_max, 3)),
+            ("peak share", &|s| s.peaks()),
+            ("R²", &|s| s.order()),
+            ("centroid Hz", &|s| s.centroids()),
+            ("within 0.2 d", &|s| format!("{} of {}", s.kept, s.runs)),
+        ],
+    );
     format!(
-        "rms in m or rad; R²: prediction of a sample from the two before it; within 0.2 d: runs that keep Table I's bar\n{}\n",
-        table::text(&t)
+        "rms in m or rad; R²: prediction of a sample from the two before it; within 0.2 d: runs that keep Table I's bar\n{t}\n"
     )
 }

@@ -2,10 +2,11 @@
 
 use super::{Config, Results, Run};
 use std::fmt::Write;
+use taut_ground::modes::Mode;
 use taut_ground::trajectory::steps_in;
 use taut_output::check::{Check, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::table::{error, table, text};
+use taut_output::table::{error, of_records};
 
 /// Nothing where there is no number.
 fn percent(share: f64) -> String {
@@ -44,67 +45,53 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
         half as f64 * config.dt,
         config.time
     );
-    let mut t = table(&[
-        "run",
-        "EI (N m²)",
-        "amplitude",
-        "half",
-        "predicted",
-        "end",
-        "predicted",
-        "lost at",
-    ]);
-    for run in results
-        .runs
-        .iter()
-        .chain(std::iter::once(&results.damped))
-        .chain(&results.others)
-    {
-        let predicted = |i| percent(run.predicted_loss(i));
-        t.add_row([
-            run.name.clone(),
-            format!("{:.0}", run.ei),
-            run.amplitude.to_string(),
-            percent(run.loss(half)),
-            predicted(half),
-            percent(run.loss(last)),
-            predicted(last),
-            lost_at(run),
-        ]);
-    }
-    out.push_str(&text(&t));
+    let t = of_records(
+        results
+            .runs
+            .iter()
+            .chain(std::iter::once(&results.damped))
+            .chain(&results.others),
+        &[
+            ("run", &|run| run.name.clone()),
+            ("EI (N m²)", &|run| format!("{:.0}", run.ei)),
+            ("amplitude", &|run| run.amplitude.to_string()),
+            ("half", &|run| percent(run.loss(half))),
+            ("predicted", &|run| percent(run.predicted_loss(half))),
+            ("end", &|run| percent(run.loss(last))),
+            ("predicted", &|run| percent(run.predicted_loss(last))),
+            ("lost at", &|run| lost_at(run)),
+        ],
+    );
+    out.push_str(&t);
     let _ = writeln!(out, "\nModes with most of the energy");
-    let mut t = table(&[
-        "share of energy",
-        "ω (1/s)",
-        "ω_e (1/s)",
-        "energy kept a step",
-    ]);
     let all: f64 = results.modes.iter().map(|m| m.energy).sum();
-    for m in results.modes.iter().take(4) {
-        let kept = 1.0 / (1.0 + m.elastic * config.dt * config.dt);
-        t.add_row([
-            format!("{:.6}", m.energy / all),
-            format!("{:.4}", m.total.max(0.0).sqrt()),
-            format!("{:.4}", m.elastic.max(0.0).sqrt()),
-            format!("{kept:.6}"),
-        ]);
-    }
-    out.push_str(&text(&t));
+    let kept = |m: &Mode| 1.0 / (1.0 + m.elastic * config.dt * config.dt);
+    let t = of_records(
+        results.modes.iter().take(4),
+        &[
+            ("share of energy", &|m| format!("{:.6}", m.energy / all)),
+            ("ω (1/s)", &|m| format!("{:.4}", m.total.max(0.0).sqrt())),
+            ("ω_e (1/s)", &|m| {
+                format!("{:.4}", m.elastic.max(0.0).sqrt())
+            }),
+            ("energy kept a step", &|m| format!("{:.6}", kept(m))),
+        ],
+    );
+    out.push_str(&t);
     let _ = writeln!(out, "\nSingle deformation modes");
-    let mut t = table(&["mode", "ωΔt", "amplitude", "law", "phase", "law", "error"]);
-    for l in &results.laws {
-        t.add_row([
-            l.mode.to_owned(),
-            l.frequency.to_string(),
-            format!("{:.9}", l.amplitude),
-            format!("{:.9}", l.amplitude_law),
-            format!("{:.9}", l.phase),
-            format!("{:.9}", l.phase_law),
-            error(Some(l.error())),
-        ]);
-    }
-    out.push_str(&text(&t));
+    let t = of_records(
+        &results.laws,
+        &[
+            ("mode", &|l| l.mode.to_owned()),
+            ("ωΔt", &|l| l.frequency.to_string()),
+            ("amplitude", &|l| format!("{:.9}", l.amplitude)),
+            ("law", &|l| format!("{:.9}", l.amplitude_law)),
+            ("phase", &|l| format!("{:.9}", l.phase)),
+            ("law", &|l| format!("{:.9}", l.phase_law)),
+            ("error", &|l| error(Some(l.error()))),
+        ],
+    );
+    out.push_str(&t);
     out
 }
 

@@ -4,7 +4,7 @@ use super::{Config, PAPER_MANY, Record, exponent, relative_line};
 use std::fmt::Write;
 use taut_output::check::{Check, Measure};
 use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::table::{nanoseconds, ratio, table, text};
+use taut_output::table::{nanoseconds, of_records, ratio};
 
 /// The paper's time for the cable in a step \[ns], the elements that fit into it there, and its processor.
 const PAPER_NS: f64 = 1e7;
@@ -27,31 +27,21 @@ fn totals(
 #[must_use]
 pub fn text_tables(records: &[Record], config: &Config) -> String {
     let mut out = "Median times of a step, one run after the other\n".to_owned();
-    let mut t = table(&[
-        "solver",
-        "elements",
-        "M/m",
-        "building",
-        "factors",
-        "iterations",
-        "total",
-        "a element",
-        "least",
-    ]);
-    for r in records {
-        t.add_row([
-            r.solver.clone(),
-            r.elements.to_string(),
-            ratio(r.ratio),
-            nanoseconds(r.building),
-            nanoseconds(r.factorisation),
-            nanoseconds(r.iterations),
-            nanoseconds(r.total),
-            nanoseconds(r.total / r.elements as f64),
-            nanoseconds(r.least),
-        ]);
-    }
-    out.push_str(&text(&t));
+    let t = of_records(
+        records,
+        &[
+            ("solver", &|r| r.solver.clone()),
+            ("elements", &|r| r.elements.to_string()),
+            ("M/m", &|r| ratio(r.ratio)),
+            ("building", &|r| nanoseconds(r.building)),
+            ("factors", &|r| nanoseconds(r.factorisation)),
+            ("iterations", &|r| nanoseconds(r.iterations)),
+            ("total", &|r| nanoseconds(r.total)),
+            ("a element", &|r| nanoseconds(r.total / r.elements as f64)),
+            ("least", &|r| nanoseconds(r.least)),
+        ],
+    );
+    out.push_str(&t);
     for (name, sweeps) in [("iterative", config.sweeps[0]), ("direct", 0)] {
         let points = totals(records, config, sweeps, |r| r.least);
         let [a, b] = relative_line(&points);

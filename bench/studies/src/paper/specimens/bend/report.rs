@@ -21,7 +21,7 @@ pub(super) fn checks(rows: &[Row]) -> Result<Vec<Check>, ExperimentError> {
         };
         let row = |what: &str, reference: &str, error: f64| {
             let case = format!("bend, {material}: {what}");
-            Check::off(case, reference, error, "off", BAR).by(
+            Check::off(case, reference, error, "", BAR).by(
                 "largest error over N, joints, directions of the moment and loads to the circle",
             )
         };
@@ -56,7 +56,7 @@ pub(super) fn checks(rows: &[Row]) -> Result<Vec<Check>, ExperimentError> {
             "bend: M = 2π YI/L closes",
             "a closed circle",
             closing,
-            "L open",
+            "L",
             BAR,
         )
         .by("distance of the ends over L, for every N, moment along an axis of the section"),

@@ -7,7 +7,7 @@ use crate::paper::specimens::{BAR, Joint, MATERIALS, SEGMENTS, largest};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 use taut_output::check::{Check, Verdict};
 use taut_output::plot::{Axis, Chart, Mark, Series};
-use taut_output::table::{error, table, text};
+use taut_output::table::{error, of_records, table, text};
 
 pub(super) fn at_rest(rows: &[Row]) -> Vec<Check> {
     let mut checks = Vec::new();
@@ -60,13 +60,21 @@ pub(super) fn in_motion(held: &[Held]) -> Vec<Check> {
     // The quick set has no such row.
     if let Some(measured) = cosserat.map(|h| h.straight_to) {
         let verdict = Verdict::or_only_if((2.4 / measured).ln().abs() < 0.1);
-        checks.push(Check::claim("twist, steel, N = 24: unstable at", "2.4 turns", format!("straight to {measured:.2} turns (Cosserat joint, the paper's step)"), verdict, format!(
-                "a rod without tension buckles, of any material and with any division: Greenhill's {:.2} turns between pinned \
-             ends, {:.2} clamped as here. The paper's number is of that size; but its ends are not described, and its 15 \
-             turns at N = 12 and 37 of rubber and nylon are beyond buckling: they went undisturbed, or briefly",
+        checks.push(Check::claim(
+            "twist, steel, N = 24: unstable at",
+            "2.4 turns",
+            format!("straight to {measured:.2} turns (Cosserat joint, the paper's step)"),
+            verdict,
+            format!(
+                "a rod without tension buckles, of any material and with any division: \
+                 Greenhill's {:.2} turns between pinned ends, {:.2} clamped as here. \
+                 The paper's number is of that size; but its ends are not described, \
+                 and its 15 turns at N = 12 and 37 of rubber and nylon are beyond \
+                 buckling: they went undisturbed, or briefly",
                 turns(TAU),
                 turns(exact)
-            )));
+            ),
+        ));
     }
     let buckles = turns(buckling_torque(12, SLENDERNESS, 0.0));
     checks.push(Check::claim(
@@ -87,19 +95,24 @@ pub(super) fn in_motion(held: &[Held]) -> Vec<Check> {
             f64::NAN
         };
         Check::within(
-            format!("twist, steel, N = {}, P = {} T²/(4YI)", h.segments, h.tension),
+            format!(
+                "twist, steel, N = {}, P = {} T²/(4YI)",
+                h.segments, h.tension
+            ),
             format!("{FARTHEST} rad, straight"),
             format!("{:.3} turns, off axis {:.0e} m", h.turns_read, h.off_axis_m),
             error,
             1e-6,
         )
         .by(
-            "linearly implicit step with geometric stiffness of weight 1, 1/60 s, disturbed all the time: within 10⁻⁴ m \
-             of the axis over the ramp of 10 s and 5 s more; relative error of the twist",
+            "linearly implicit step with geometric stiffness of weight 1, 1/60 s, \
+             disturbed all the time: within 10⁻⁴ m of the axis over the ramp of 10 s \
+             and 5 s more; relative error of the twist",
         )
         .noting(
-            "the tension of a long rod; this step damps, and keeps twelve segments straight at 0.6 of it too: it is no \
-             measure of where the rod itself would buckle",
+            "the tension of a long rod; this step damps, and keeps twelve segments \
+             straight at 0.6 of it too: it is no measure of where the rod itself \
+             would buckle",
         )
     }));
     checks
@@ -128,13 +141,14 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             format!("straight to {limit:.2} turns (buckling)"),
             format!("straight to {:.2} turns", h.straight_to),
             if h.straight_to > 0.95 * limit {
-            Verdict::Pass
+                Verdict::Pass
             } else {
-            Verdict::Limit
+                Verdict::Limit
             },
             format!(
-                "the turning of the joints' torques is explicit, and the third difference leaves a reserve of \
-                 4a + 8γ − 1 = 0.2 of the implicit stiffness against it, the linearly implicit step 1; the geometric \
+                "the turning of the joints' torques is explicit, and the third \
+                 difference leaves a reserve of 4a + 8γ − 1 = 0.2 of the implicit \
+                 stiffness against it, the linearly implicit step 1; the geometric \
                  stiffness holds what is beyond it. Straight up to, in turns: {}",
                 list(&cosserat)
             ),
@@ -146,8 +160,9 @@ fn numerical_checks(held: &[Held]) -> Vec<Check> {
             "stable to 2.4 turns",
             format!("straight to {:.2} turns", h.straight_to),
             Verdict::of(h.straight_to >= 2.4),
-            "its single bend row resists one transverse direction only: disturbed out of a plane it is lost without any \
-             twist; undisturbed and exactly straight it goes to 37 turns",
+            "its single bend row resists one transverse direction only: disturbed \
+             out of a plane it is lost without any twist; undisturbed and exactly \
+             straight it goes to 37 turns",
         ));
     }
     if let Some(h) = held.iter().find(|h| h.tension > 1.0 && h.step == "paper") {
@@ -187,7 +202,8 @@ pub(super) fn of_leaks(leaks: &[Leak]) -> Vec<Check> {
             } else {
                 Verdict::DoesNotHold
             },
-            "bend axes across v: the angle between v_a and v_b is the whole bend about w, none about v",
+            "bend axes across v: the angle between v_a and v_b is the whole bend \
+             about w, none about v",
         ),
         Check::claim(
             "twist: bending in the ordinary angle",
@@ -228,64 +244,49 @@ pub(super) fn tables(results: &Results) -> String {
     cells.extend(SEGMENTS.map(|n| format!("{:.2}", turns(buckling_torque(n, SLENDERNESS, 0.0)))));
     cells.push(format!("{:.2}", turns(greenhill())));
     limits.add_row(cells);
-    let mut motion = table(&[
-        "steel in motion",
-        "N",
-        "step",
-        "1/Δt Hz",
-        "4YI P/T²",
-        "disturbed",
-        "straight to",
-        "to turn",
-        "at s",
-        "",
-        "off axis",
-        "redone",
-    ]);
-    for h in &results.held {
-        let end = match (h.straight, h.lost) {
-            (true, _) => "straight",
-            (_, true) => "lost",
-            _ => "wavers",
-        };
-        motion.add_row([
-            h.joint.clone(),
-            h.segments.to_string(),
-            h.step.clone(),
-            format!("{:.0}", 1.0 / h.dt),
-            format!("{}", h.tension),
-            if h.disturbed { "yes" } else { "no" }.to_owned(),
-            format!("{:.2}", h.straight_to),
-            format!("{:.2}", h.turns),
-            format!("{:.1}", h.time_s),
-            end.to_owned(),
-            format!("{:.0e}", h.off_axis_m),
-            h.redone.to_string(),
-        ]);
-    }
-    let mut leak = table(&[
-        "bent by θ",
-        "axis from v",
-        "cosserat",
-        "ordinary",
-        "alternative",
-    ]);
-    for l in &results.leaks {
-        leak.add_row([
-            format!("{}", l.theta),
-            format!("{:.0}°", l.direction_rad.to_degrees()),
-            format!("{:.1e}", l.cosserat),
-            format!("{:.6}", l.ordinary),
-            format!("{:.6}", l.alternative),
-        ]);
-    }
-    let motion = format!(
-        "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of the axis; lost: 1e-2 m off it or a joint\n\
-         open; wavers: neither; redone: steps that the guard took back; stiffened: linearly implicit, geometric stiffness of\n\
-         weight 1; P: tension, T: torque\n{}",
-        text(&motion)
+    let end = |h: &Held| match (h.straight, h.lost) {
+        (true, _) => "straight",
+        (_, true) => "lost",
+        _ => "wavers",
+    };
+    let motion = of_records(
+        &results.held,
+        &[
+            ("steel in motion", &|h| h.joint.clone()),
+            ("N", &|h| h.segments.to_string()),
+            ("step", &|h| h.step.clone()),
+            ("1/Δt Hz", &|h| format!("{:.0}", 1.0 / h.dt)),
+            ("4YI P/T²", &|h| format!("{}", h.tension)),
+            ("disturbed", &|h| {
+                if h.disturbed { "yes" } else { "no" }.to_owned()
+            }),
+            ("straight to", &|h| format!("{:.2}", h.straight_to)),
+            ("to turn", &|h| format!("{:.2}", h.turns)),
+            ("at s", &|h| format!("{:.1}", h.time_s)),
+            ("", &|h| end(h).to_owned()),
+            ("off axis", &|h| format!("{:.0e}", h.off_axis_m)),
+            ("redone", &|h| h.redone.to_string()),
+        ],
     );
-    let parts = [text(&rest), text(&limits), motion, text(&leak)];
+    let leak = of_records(
+        &results.leaks,
+        &[
+            ("bent by θ", &|l| format!("{}", l.theta)),
+            ("axis from v", &|l| {
+                format!("{:.0}°", l.direction_rad.to_degrees())
+            }),
+            ("cosserat", &|l| format!("{:.1e}", l.cosserat)),
+            ("ordinary", &|l| format!("{:.6}", l.ordinary)),
+            ("alternative", &|l| format!("{:.6}", l.alternative)),
+        ],
+    );
+    let motion = format!(
+        "disturbed: by 0.01 N sideways; straight to: last turn within 1e-4 m of \
+         the axis; lost: 1e-2 m off it or a joint\nopen; wavers: neither; \
+         redone: steps that the guard took back; stiffened: linearly implicit, \
+         geometric stiffness of\nweight 1; P: tension, T: torque\n{motion}"
+    );
+    let parts = [text(&rest), text(&limits), motion, leak];
     parts.join("\n")
 }
 

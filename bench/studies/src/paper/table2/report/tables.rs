@@ -3,7 +3,7 @@
 use super::{PAPER, find, find_with, log};
 use crate::paper::table2::{Config, DT, Ends, LENGTH, ROWS, Record, Row, Setting, Solver};
 use std::fmt::Write;
-use taut_output::table::{table, text};
+use taut_output::table::{of_records, table, text};
 
 /// What the scan shows and how it is read; the limits by joint and step, by solver, from other starts and at the fitted
 /// length. Every cell is a row of the CSV file.
@@ -135,22 +135,20 @@ fn others(records: &[Record]) -> String {
     }
     let mut out =
         "\nFrom the last step's multipliers; at the length that fits the paper's column (its joint in the plane)\n".to_owned();
-    let mut t = table(&[
-        "solver", "length", "Y", "ζ", "N", "paper", "Euler", "linear", "limit",
-    ]);
-    for r in others() {
-        t.add_row([
-            r.solver.replace("Gauss–Seidel, ", ""),
-            format!("{:.2} m", r.length),
-            r.young.to_string(),
-            format!("{:.0e}", r.zeta),
-            r.segments.to_string(),
-            log(r.paper),
-            log(r.euler),
-            r.predicted.map_or_else(String::new, log),
-            r.cell(),
-        ]);
-    }
-    out.push_str(&text(&t));
+    let t = of_records(
+        others(),
+        &[
+            ("solver", &|r| r.solver.replace("Gauss–Seidel, ", "")),
+            ("length", &|r| format!("{:.2} m", r.length)),
+            ("Y", &|r| r.young.to_string()),
+            ("ζ", &|r| format!("{:.0e}", r.zeta)),
+            ("N", &|r| r.segments.to_string()),
+            ("paper", &|r| log(r.paper)),
+            ("Euler", &|r| log(r.euler)),
+            ("linear", &|r| r.predicted.map_or_else(String::new, log)),
+            ("limit", &|r| r.cell()),
+        ],
+    );
+    out.push_str(&t);
     out
 }

@@ -1,6 +1,8 @@
 //! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
 //! the time step, the times of single steps, energies, patterns.
 
+use super::nan_for_null;
+use crate::linear;
 use indicatif::ProgressBar;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
@@ -13,10 +15,8 @@ use taut_ground::trajectory::{Timing, simulate, steps_in};
 use taut_integrator::{GeometricStiffness, PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Network, NetworkParams, Scene};
 use taut_solver::{BlockPattern, SymBlockMatrix};
-use taut_studies::ladder;
-use taut_studies::linear;
 
-/// What [`measure`] found.
+/// What the rows of the main job do not hold.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Extras {
@@ -57,7 +57,7 @@ pub struct Rung {
     /// Refinements from the pieces.
     pub refinements: usize,
     /// Relative error of the multipliers against 32 digits.
-    #[serde(deserialize_with = "ladder::nan_for_null")]
+    #[serde(deserialize_with = "nan_for_null")]
     pub forward_error: f64,
 }
 
@@ -139,13 +139,13 @@ const DT: f64 = 1.0 / 60.0;
 ///
 /// # Errors
 /// Where a scene or a step of the default solver fails; another solver's failure leaves its point out.
-pub fn measure(
+pub(super) fn measure(
     choices: &[Choice],
     quick: bool,
     progress: &ProgressBar,
 ) -> Result<Extras, StepError> {
     progress.set_length(6);
-    progress.set_position(0);
+    progress.reset();
     let done = |what: &'static str| {
         progress.inc(1);
         progress.set_message(what);

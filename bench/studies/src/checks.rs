@@ -1,0 +1,125 @@
+//! Experiments that end in checks: run one after the other, told, counted, judged. What `hard` and `paper` share.
+
+use crate::study::{Found, Reporter, data};
+use indicatif::ProgressBar;
+use serde::Serialize;
+use std::collections::HashSet;
+use std::fmt::Write;
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_output::settings::set;
+use taut_output::table;
+
+/// An experiment that ends in checks.
+#[derive(Debug, Clone, Copy)]
+pub struct Experiment {
+    /// Its name on the command line, and of its files.
+    pub name: &'static str,
+    /// What it shows.
+    pub title: &'static str,
+    /// Runs it, whole or quick; the bar gets its length from the experiment. A run that becomes unstable is a result,
+    /// not an error.
+    pub run: fn(bool, &ProgressBar) -> Result<Outcome, ExperimentError>,
+}
+
+impl Experiment {
+    /// Runs it, whole or quick. An experiment that comes to no check at all has failed.
+    ///
+    /// # Errors
+    /// As the experiment's own function.
+    pub fn outcome(&self, quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+        let mut outcome = (self.run)(quick, progress)?;
+        if outcome.checks.is_empty() {
+            let ours = "nothing was measured";
+            let check = Check::claim(self.title, "", ours, Verdict::Fail, "");
+            outcome.checks.push(check);
+        }
+        Ok(outcome)
+    }
+}
+
+/// Experiments that are told together.
+pub(crate) struct Catalogue {
+    /// What the columns of its checks are, and what ours is compared with.
+    pub(crate) legend: &'static str,
+    pub(crate) reference: &'static str,
+    pub(crate) experiments: Vec<Experiment>,
+    pub(crate) quick: bool,
+}
+
+/// A check as it is written.
+#[derive(Serialize)]
+struct Row {
+    experiment: &'static str,
+    title: &'static str,
+    #[serde(flatten)]
+    check: Check,
+}
+
+/// What an experiment that could not be run to its end comes to.
+fn failed(e: &ExperimentError) -> Outcome {
+    let ended = Check::claim(
+        "the case itself",
+        "runs to its end",
+        "an error",
+        Verdict::Fail,
+        e.to_string(),
+    );
+    vec![ended].into()
+}
+
+/// Runs the experiments, each once, tells their tables, gives each outcome to `write`.
+pub(crate) fn run(
+    catalogue: &Catalogue,
+    reporter: &mut Reporter<'_>,
+    write: &dyn Fn(&Experiment, &Outcome) -> Result<(), ExperimentError>,
+) -> Result<Found, ExperimentError> {
+    (reporter.say)(&format!("{}\n", catalogue.legend))?;
+    let mut seen = HashSet::new();
+    let mut rows: Vec<Row> = Vec::new();
+    for experiment in &catalogue.experiments {
+        let Experiment { name, title, .. } = *experiment;
+        if !seen.insert(name) {
+            continue;
+        }
+        reporter.progress.reset();
+        reporter.progress.set_message(name);
+        // The others are still told.
+        let outcome = experiment.outcome(catalogue.quick, reporter.progress);
+        let outcome = outcome.unwrap_or_else(|e| failed(&e));
+        write(experiment, &outcome)?;
+        let shown = table::checks(&outcome, catalogue.reference);
+        (reporter.say)(&format!("\n{name}: {title}\n{shown}"))?;
+        rows.extend(outcome.checks.into_iter().map(|check| Row {
+            experiment: name,
+            title,
+            check,
+        }));
+    }
+    let failed = rows.iter().filter(|r| r.check.verdict == Verdict::Fail);
+    let (failed, count) = (failed.count(), rows.len());
+    Ok(Found {
+        settings: set([("quick", catalogue.quick.to_string())]),
+        text: summary(&rows),
+        rows: data(&rows)?,
+        missed: (failed > 0).then(|| format!("{failed} of {count} checks miss their bar")),
+        ..Found::default()
+    })
+}
+
+/// How many checks came to what.
+fn summary(rows: &[Row]) -> String {
+    let mut out = format!("\n{} checks:", rows.len());
+    for verdict in Verdict::ALL {
+        let own = || rows.iter().filter(|r| r.check.verdict == verdict);
+        let count = own().count();
+        if count > 0 {
+            let _ = write!(out, " {count} {verdict}");
+            let beyond = own().filter(|r| r.check.is_beyond()).count();
+            if verdict == Verdict::Limit && beyond > 0 {
+                let _ = write!(out, " ({beyond} beyond the catalogue's bar)");
+            }
+            out.push(',');
+        }
+    }
+    format!("{}\n", out.trim_end_matches(','))
+}

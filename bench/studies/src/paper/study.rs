@@ -1,0 +1,96 @@
+//! The study of the paper: its options, the experiments that it runs, the files that each writes.
+
+use super::{EXPERIMENTS, named};
+use crate::checks::{self, Catalogue, Experiment};
+use crate::study::{self, Found, Reporter, Study};
+use clap::{Args, FromArgMatches};
+use serde::Serialize;
+use std::path::PathBuf;
+use taut_ground::files;
+use taut_output::check::{self, Check, ExperimentError, Outcome};
+
+/// `taut paper`.
+pub(crate) const STUDY: Study = Study {
+    name: "paper",
+    title: "the paper's tables, figures and claims",
+    about: "The paper's tables, figures and claims: what it prints beside what comes out here",
+    examples: &["table1 fig11 --out target/figures"],
+    writes: "all checks",
+    options: Options::augment_args,
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
+    ..study::PLAIN
+};
+
+/// What it reads.
+#[derive(Debug, Args)]
+struct Options {
+    /// What to reproduce: table1, fig2, fig3, fig4, fig5, fig10, fig11, fig12, table2, fig13, fig16, claims (default: all)
+    #[arg(value_name = "NAME", value_parser = named)]
+    names: Vec<Experiment>,
+    /// A short form, some seconds altogether
+    #[arg(long)]
+    quick: bool,
+    /// Folder for the CSV, JSON and SVG files
+    #[arg(long, value_name = "DIR", default_value = "target/taut/paper")]
+    out: PathBuf,
+}
+
+/// What the columns of the checks are.
+const LEGEND: &str = "\
+pass, FAIL: our own bar on our error; limit: where something of ours ends; holds, holds only if, does not hold: what
+the paper says, in our measurement. Numbers at the end of a row: the notes below the table that it needs";
+
+/// What `NAME.json` holds.
+#[derive(Serialize)]
+struct Record<'a> {
+    experiment: &'static str,
+    title: &'static str,
+    machine: &'a str,
+    quick: bool,
+    checks: &'a [Check],
+}
+
+fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
+    // Before minutes of work, not after them.
+    files::make_folder(&options.out)?;
+    let mut experiments = options.names.clone();
+    if experiments.is_empty() {
+        experiments.extend(EXPERIMENTS);
+    }
+    let catalogue = Catalogue {
+        legend: LEGEND,
+        reference: "paper, theory",
+        experiments,
+        quick: options.quick,
+    };
+    let machine = reporter.machine.clone();
+    checks::run(&catalogue, reporter, &|experiment, outcome| {
+        write(options, &machine, experiment, outcome)
+    })
+}
+
+/// Writes the rows, checks and charts of an experiment.
+fn write(
+    options: &Options,
+    machine: &str,
+    experiment: &Experiment,
+    outcome: &Outcome,
+) -> Result<(), ExperimentError> {
+    let file = |end: &str| options.out.join(format!("{}{end}", experiment.name));
+    files::write_text(&file(".csv"), &outcome.csv)?;
+    for (ending, rows) in &outcome.more_csv {
+        files::write_text(&file(&format!("-{ending}.csv")), rows)?;
+    }
+    let record = Record {
+        experiment: experiment.name,
+        title: experiment.title,
+        machine,
+        quick: options.quick,
+        checks: &outcome.checks,
+    };
+    files::write_json(&file(".json"), &record)?;
+    if let Some(picture) = check::picture(outcome)? {
+        files::write_text(&file(".svg"), &picture)?;
+    }
+    Ok(())
+}
