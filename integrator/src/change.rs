@@ -5,60 +5,10 @@
 //! those after it. The linear system is planned anew, as for a new scene, and the balance of energy begins anew.
 
 use crate::StepError;
+use crate::identity::{BodyId, ConstraintId, Identities};
 use crate::stepper::{Stage, Stepper};
 use taut_model::{Body, BodyVectors, Cable, CableParts, Constraint, Event, Scene};
 use taut_solver::SolveError;
-
-/// A body of a stepper, whatever its number. It stays valid as long as the body is there, and is never that of another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct BodyId(u64);
-
-/// A constraint of a stepper, whatever its number. It stays valid as long as the constraint is there, and is never that of
-/// another.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct ConstraintId(u64);
-
-/// Identities of a scene's bodies and constraints, ascending: what is added later has a higher one.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct Identities {
-    bodies: Vec<u64>,
-    constraints: Vec<u64>,
-    next: u64,
-}
-
-impl Identities {
-    pub(crate) fn new(scene: &Scene) -> Self {
-        let (bodies, constraints) = (scene.bodies.len() as u64, scene.constraints.len() as u64);
-        Self {
-            bodies: (0..bodies).collect(),
-            constraints: (0..constraints).collect(),
-            next: bodies.max(constraints),
-        }
-    }
-
-    fn body(&self, id: BodyId) -> Result<usize, StepError> {
-        let found = self.bodies.binary_search(&id.0);
-        found.map_err(|_| StepError::Gone { kind: "body" })
-    }
-
-    fn constraint(&self, id: ConstraintId) -> Result<usize, StepError> {
-        let found = self.constraints.binary_search(&id.0);
-        found.map_err(|_| StepError::Gone { kind: "constraint" })
-    }
-
-    /// Identities of what a scene has more than is known.
-    fn extend(&mut self, scene: &Scene) {
-        for (known, count) in [
-            (&mut self.bodies, scene.bodies.len()),
-            (&mut self.constraints, scene.constraints.len()),
-        ] {
-            while known.len() < count {
-                known.push(self.next);
-                self.next += 1;
-            }
-        }
-    }
-}
 
 /// A scene that is being changed: [`Stepper::change`].
 #[derive(Debug)]
@@ -79,7 +29,7 @@ impl Edit {
     /// # Errors
     /// [`StepError::Scene`] with the names of the first bodies.
     pub fn body(&self, name: &str) -> Result<BodyId, StepError> {
-        Ok(BodyId(self.ids.bodies[self.scene.body(name)?]))
+        Ok(self.ids.of_body(self.scene.body(name)?))
     }
 
     /// The constraint of that name.
@@ -88,7 +38,7 @@ impl Edit {
     /// [`StepError::Scene`] with the names of the first constraints.
     pub fn constraint(&self, name: &str) -> Result<ConstraintId, StepError> {
         let number = self.scene.constraint(name)?;
-        Ok(ConstraintId(self.ids.constraints[number]))
+        Ok(self.ids.of_constraint(number))
     }
 
     /// Number of the body in [`scene`](Self::scene).
@@ -111,7 +61,7 @@ impl Edit {
     pub fn add_body(&mut self, name: impl Into<String>, body: Body) -> BodyId {
         let number = self.scene.add_body(name, body);
         self.ids.extend(&self.scene);
-        BodyId(self.ids.bodies[number])
+        self.ids.of_body(number)
     }
 
     /// Adds a constraint of group `group`; its frames hold bodies by their numbers ([`body_index`](Self::body_index)).
@@ -123,7 +73,7 @@ impl Edit {
     ) -> ConstraintId {
         let number = self.scene.add_constraint(name, constraint, group);
         self.ids.extend(&self.scene);
-        ConstraintId(self.ids.constraints[number])
+        self.ids.of_constraint(number)
     }
 
     /// Lays a cable: [`Scene::add_cable`]. Its segments are at rest.
@@ -197,18 +147,7 @@ impl Edit {
         constraints: &[usize],
     ) -> Result<(), StepError> {
         self.scene.remove(bodies, constraints)?;
-        for (ids, removed) in [
-            (&mut self.ids.bodies, bodies),
-            (&mut self.ids.constraints, constraints),
-        ] {
-            let mut removed = removed.to_vec();
-            removed.sort_unstable();
-            let mut number = 0..;
-            ids.retain(|_| {
-                let i: usize = number.next().unwrap_or_default();
-                removed.binary_search(&i).is_err()
-            });
-        }
+        self.ids.remove(bodies, constraints);
         Ok(())
     }
 }
@@ -219,7 +158,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Scene`] with the names of the first bodies.
     pub fn body(&self, name: &str) -> Result<BodyId, StepError> {
-        Ok(BodyId(self.ids.bodies[self.scene.body(name)?]))
+        Ok(self.ids.of_body(self.scene.body(name)?))
     }
 
     /// The constraint of that name.
@@ -228,7 +167,7 @@ impl Stepper {
     /// [`StepError::Scene`] with the names of the first constraints.
     pub fn constraint(&self, name: &str) -> Result<ConstraintId, StepError> {
         let number = self.scene.constraint(name)?;
-        Ok(ConstraintId(self.ids.constraints[number]))
+        Ok(self.ids.of_constraint(number))
     }
 
     /// Number of the body in the scene as it is now.
@@ -314,10 +253,7 @@ pub(crate) struct Moved {
 
 impl Moved {
     fn new(old: &Stepper, edit: &Edit) -> Self {
-        let of = |ids: &[u64], old: &[u64]| -> Vec<Option<usize>> {
-            ids.iter().map(|id| old.binary_search(id).ok()).collect()
-        };
-        let constraints = of(&edit.ids.constraints, &old.ids.constraints);
+        let [bodies, constraints] = edit.ids.numbers_in(&old.ids);
         let (mut rows, mut bounded) = (Vec::new(), Vec::new());
         let old_bounds = &old.pieces.rows.bounds;
         for (constraint, before) in edit.scene.constraints.iter().zip(constraints) {
@@ -329,7 +265,7 @@ impl Moved {
             }
         }
         Self {
-            bodies: of(&edit.ids.bodies, &old.ids.bodies),
+            bodies,
             rows,
             bounded,
         }

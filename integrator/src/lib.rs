@@ -71,6 +71,7 @@
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `change` | what may be added and removed between steps, and what follows |
 //! | `events` | what happens by itself after a step: ropes that break, hooks that catch |
+//! | `identity` | what bodies and constraints are called whatever their numbers |
 //! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
@@ -105,6 +106,7 @@ mod events;
 mod geometric;
 mod gyroscopic;
 mod history;
+mod identity;
 mod imbalance;
 mod inertia;
 mod motion;
@@ -119,10 +121,11 @@ mod saved;
 mod serde_forms;
 mod stepper;
 
-pub use change::{BodyId, ConstraintId, Edit};
+pub use change::Edit;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
+pub use identity::{BodyId, ConstraintId};
 pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};

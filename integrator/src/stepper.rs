@@ -7,10 +7,10 @@ mod potential;
 mod system;
 
 use crate::bounded::Bounded;
-use crate::change::Identities;
 use crate::closing::Closing;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
+use crate::identity::Identities;
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;

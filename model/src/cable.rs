@@ -36,7 +36,7 @@ use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
-use crate::scene::Scene;
+use crate::scene::{CableParts, Scene};
 use route::{Laid, Route};
 use strand::Strand;
 
@@ -93,19 +93,6 @@ impl End {
             Self::Clamped => inner,
         }
     }
-}
-
-/// What belongs to a cable of a scene.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
-pub struct CableParts {
-    /// Its name.
-    pub name: String,
-    /// Numbers of its segments' bodies, from its start.
-    pub bodies: Vec<usize>,
-    /// Numbers of its joints in the order of the scene, those at its ends included.
-    pub joints: Vec<usize>,
 }
 
 /// Where a cable begins or ends, and how it is held there.

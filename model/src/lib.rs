@@ -118,7 +118,7 @@ pub mod unlimited;
 
 pub use body::{Bodies, Body, Mobility};
 pub use body_vectors::{BodyVectors, FourBodies, PACK};
-pub use cable::{Cable, CableEnd, CableParts, Damping, End, JointKind, Rest, Segments};
+pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Loads, Lock,
@@ -139,7 +139,7 @@ pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
 pub use packs::{Four, FourJoints, Joint, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
-pub use scene::{Action, Control, Drive, Event, Scene, When};
+pub use scene::{Action, CableParts, Control, Drive, Event, Scene, When};
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};

@@ -9,7 +9,6 @@ pub use event::{Action, Event, When};
 use nalgebra::Vector3;
 
 use crate::body::{Bodies, Body};
-use crate::cable::CableParts;
 use crate::constraint::{Constraint, Target};
 use crate::error::SceneError;
 
@@ -44,6 +43,19 @@ pub struct Drive {
     /// Speed of the motor, or at which the winch pays out, over the value of the control:
     /// without unit where the control is a speed in m/s, rad/m where a motor turns.
     pub gain: f64,
+}
+
+/// What belongs to a cable of a scene.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct CableParts {
+    /// Its name.
+    pub name: String,
+    /// Numbers of its segments' bodies, from its start.
+    pub bodies: Vec<usize>,
+    /// Numbers of its joints in the order of the scene, those at its ends included.
+    pub joints: Vec<usize>,
 }
 
 /// Everything that a simulation starts from. The vectors `body_names` and `constraint_names`, `groups` run parallel to

@@ -3,12 +3,12 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{CableParts, JointKind};
+use super::JointKind;
 use crate::body::Body;
 use crate::constraint::{Constraint, JointLaw, TwistDefinition};
 use crate::frame::{Frame, hanging_axes};
 use crate::material::Stiffness;
-use crate::scene::Scene;
+use crate::scene::{CableParts, Scene};
 
 /// How the segments of a cable are joined.
 pub(crate) struct Strand {

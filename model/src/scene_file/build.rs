@@ -6,13 +6,12 @@ use super::cable::CableEntry;
 use super::entries::SceneText;
 use super::motion::MotionEntry;
 use super::places::Fault;
-use crate::cable::CableParts;
 use crate::cable::strand::Strand;
 use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Side;
 use crate::motion::Motion;
-use crate::scene::{Scene, first_names};
+use crate::scene::{CableParts, Scene, first_names};
 
 /// The name that stands for the world in a constraint.
 pub(super) const WORLD: &str = "world";
