@@ -1,8 +1,9 @@
-//! Hard cases in motion: H20 to H39, and the gantry crane driven for a minute.
+//! Hard cases in motion: H20 to H39 and H57, and the gantry crane driven for a minute.
 
 mod beam;
 mod bounce;
 mod chain;
+mod changes;
 mod crane;
 mod damping;
 mod falling;
@@ -162,6 +163,12 @@ pub const CASES: &[Case] = &[
         title: "a winch that hauls in a moving load from the start",
         run: bounce::winch,
         scenes: || Ok(vec![bounce::hauled()]),
+    },
+    Case {
+        name: "H57",
+        title: "hooked on, let go, cut and broken while it moves",
+        run: changes::outcome,
+        scenes: changes::scenes,
     },
 ];
 

@@ -1,4 +1,4 @@
-//! Hard cases at rest: H01 to H16.
+//! Hard cases at rest: H01 to H16 and H58.
 //!
 //! References are formulas of the continuum and of the chain of rigid segments itself, which most of these cases have
 //! exactly: what separates the two is what the segments cost.
@@ -14,6 +14,7 @@ mod independence;
 pub mod rest;
 mod ring;
 mod rod;
+mod routed;
 
 use super::{Case, no_scenes};
 use taut_output::check::Check;
@@ -115,6 +116,12 @@ pub const CASES: &[Case] = &[
         title: "two slings from one point: rest with a direction that nothing resists",
         run: rest::from_one_point,
         scenes: no_scenes,
+    },
+    Case {
+        name: "H58",
+        title: "cables along routes, and of unlike segments",
+        run: routed::outcome,
+        scenes: routed::scenes,
     },
 ];
 
