@@ -98,6 +98,7 @@ impl Stepper {
         self.account.close();
         self.stage = Stage::Unsolved;
         self.started = true;
+        self.fresh.clear();
         self.holding = 0;
         self.closing.forget();
         let rows = &mut self.pieces.rows;

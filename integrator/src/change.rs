@@ -1,13 +1,18 @@
 //! Changes of a scene while it runs: loads that are hooked on and let go, ropes that are cut.
 //!
 //! What stays keeps its multipliers, its tension, its windings and its past, row by row: rows follow their constraint by
-//! its identity, not by its number. What is new has no past: its multipliers are zero, and its rates before the change are
-//! those after it. The linear system is planned anew, as for a new scene, and the balance of energy begins anew.
+//! its identity, not by its number. New rows start with zero multipliers, and as if their rates had always been the present
+//! ones. New bodies start in the state that is given: a staggered scheme, whose velocities are half a step old, takes half
+//! a step of their acceleration back, as at the start of a run. The linear system is planned anew, as for a new scene, and
+//! the balance of energy begins anew. Controls keep their order and their names; they are renumbered where one goes.
 
 use crate::StepError;
 use crate::identity::{BodyId, ConstraintId, Identities};
 use crate::stepper::{Stage, Stepper};
-use taut_model::{Body, BodyVectors, Cable, CableParts, Constraint, Event, Scene};
+use nalgebra::Vector3;
+use taut_model::{
+    Body, BodyVectors, Cable, CableParts, Constraint, Event, Frame, MasslessCable, Scene,
+};
 use taut_solver::SolveError;
 
 /// A scene that is being changed: [`Stepper::change`].
@@ -15,6 +20,10 @@ use taut_solver::SolveError;
 pub struct Edit {
     scene: Scene,
     ids: Identities,
+    /// The present \[s].
+    time: f64,
+    /// Whether anything was changed.
+    touched: bool,
 }
 
 impl Edit {
@@ -29,7 +38,7 @@ impl Edit {
     /// # Errors
     /// [`StepError::Scene`] with the names of the first bodies.
     pub fn body(&self, name: &str) -> Result<BodyId, StepError> {
-        Ok(self.ids.of_body(self.scene.body(name)?))
+        Ok(self.ids.body_named(&self.scene, name)?)
     }
 
     /// The constraint of that name.
@@ -37,8 +46,7 @@ impl Edit {
     /// # Errors
     /// [`StepError::Scene`] with the names of the first constraints.
     pub fn constraint(&self, name: &str) -> Result<ConstraintId, StepError> {
-        let number = self.scene.constraint(name)?;
-        Ok(self.ids.of_constraint(number))
+        Ok(self.ids.constraint_named(&self.scene, name)?)
     }
 
     /// Number of the body in [`scene`](Self::scene).
@@ -59,18 +67,43 @@ impl Edit {
 
     /// Adds a body in its state at this time.
     pub fn add_body(&mut self, name: impl Into<String>, body: Body) -> BodyId {
+        self.touched = true;
         let number = self.scene.add_body(name, body);
         self.ids.extend(&self.scene);
         self.ids.of_body(number)
     }
 
-    /// Adds a constraint of group `group`; its frames hold bodies by their numbers ([`body_index`](Self::body_index)).
+    /// Sets velocity \[m/s] and angular velocity \[rad/s] of a body, world frame: of the segments of a new cable, which are at
+    /// rest.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`].
+    pub fn set_velocity(
+        &mut self,
+        body: BodyId,
+        velocity: Vector3<f64>,
+        angular_velocity: Vector3<f64>,
+    ) -> Result<(), StepError> {
+        let number = self.ids.body(body)?;
+        self.touched = true;
+        self.scene.bodies.velocity[number] = velocity;
+        self.scene.bodies.angular_velocity[number] = angular_velocity;
+        Ok(())
+    }
+
+    /// Adds a constraint of group `group`; its frames hold bodies by their numbers ([`body_index`](Self::body_index)). A
+    /// massless cable has its length at this time.
     pub fn add_constraint(
         &mut self,
         name: impl Into<String>,
         constraint: impl Into<Constraint>,
         group: u32,
     ) -> ConstraintId {
+        self.touched = true;
+        let mut constraint = constraint.into();
+        if let Constraint::MasslessCable(MasslessCable { winch: Some(w), .. }) = &mut constraint {
+            w.since = self.time;
+        }
         let number = self.scene.add_constraint(name, constraint, group);
         self.ids.extend(&self.scene);
         self.ids.of_constraint(number)
@@ -81,7 +114,8 @@ impl Edit {
     /// # Errors
     /// [`StepError::Scene`] as there.
     pub fn add_cable(&mut self, cable: &Cable) -> Result<CableParts, StepError> {
-        let parts = self.scene.add_cable(cable)?;
+        self.touched = true;
+        let parts = self.scene.add_cable_at(cable, self.time)?;
         self.ids.extend(&self.scene);
         Ok(parts)
     }
@@ -104,12 +138,19 @@ impl Edit {
         self.remove(&[], &[number])
     }
 
-    /// Removes a cable with its segments and joints.
+    /// Removes a cable with its segments, its joints, and what else joins its segments to each other.
     ///
     /// # Errors
     /// [`StepError::Scene`] where there is no such cable, or something else holds on to a segment.
     pub fn remove_cable(&mut self, name: &str) -> Result<(), StepError> {
         let CableParts { bodies, joints, .. } = self.scene.cable(name)?.clone();
+        let within = |c: &Constraint| {
+            let mut sides = c.frames().iter().map(Frame::body_index);
+            sides.all(|body| body.is_some_and(|body| bodies.contains(&body)))
+        };
+        let all = self.scene.constraints.iter().enumerate();
+        let inner = all.filter_map(|(i, c)| within(c).then_some(i));
+        let joints: Vec<usize> = joints.into_iter().chain(inner).collect();
         self.remove(&bodies, &joints)
     }
 
@@ -127,6 +168,7 @@ impl Edit {
     /// # Errors
     /// [`StepError::Gone`].
     pub fn set_load_body(&mut self, body: Option<BodyId>) -> Result<(), StepError> {
+        self.touched = true;
         let body = body.map(|body| self.ids.body(body));
         self.scene.load = body.transpose()?;
         Ok(())
@@ -134,10 +176,12 @@ impl Edit {
 
     /// Adds an event.
     pub fn add_event(&mut self, event: Event) {
+        self.touched = true;
         self.scene.events.push(event);
     }
 
     pub(crate) fn drop_events(&mut self, events: &[Event]) {
+        self.touched = true;
         self.scene.events.retain(|event| !events.contains(event));
     }
 
@@ -147,6 +191,7 @@ impl Edit {
         constraints: &[usize],
     ) -> Result<(), StepError> {
         self.scene.remove(bodies, constraints)?;
+        self.touched = true;
         self.ids.remove(bodies, constraints);
         Ok(())
     }
@@ -158,7 +203,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Scene`] with the names of the first bodies.
     pub fn body(&self, name: &str) -> Result<BodyId, StepError> {
-        Ok(self.ids.of_body(self.scene.body(name)?))
+        Ok(self.ids.body_named(&self.scene, name)?)
     }
 
     /// The constraint of that name.
@@ -166,8 +211,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Scene`] with the names of the first constraints.
     pub fn constraint(&self, name: &str) -> Result<ConstraintId, StepError> {
-        let number = self.scene.constraint(name)?;
-        Ok(self.ids.of_constraint(number))
+        Ok(self.ids.constraint_named(&self.scene, name)?)
     }
 
     /// Number of the body in the scene as it is now.
@@ -186,8 +230,8 @@ impl Stepper {
         self.ids.constraint(constraint)
     }
 
-    /// Changes the scene between two steps and returns what `work` returns. A change that changes nothing leaves all bits
-    /// as they were. Allocates; the steps after it do not.
+    /// Changes the scene between two steps and returns what `work` returns. Where `work` changes nothing the run continues
+    /// bit for bit. Allocates; the steps after it do not.
     ///
     /// # Errors
     /// Those of `work`, [`StepError::Scene`] and [`StepError::Solve`] as [`Stepper::new`] for the changed scene, and
@@ -206,12 +250,17 @@ impl Stepper {
         let mut edit = Edit {
             scene: self.scene.clone(),
             ids: self.ids.clone(),
+            time: self.time,
+            touched: false,
         };
-        let value = work(&mut edit)?;
-        if edit.scene != self.scene {
+        let value = work(&mut edit);
+        self.ids.skip(&edit.ids);
+        let value = value?;
+        if edit.touched {
             let moved = Moved::new(self, &edit);
             let mut changed = Self::restore(self.run_of(edit.scene).moved(&moved))?;
             changed.begin_past(&moved);
+            changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
             *self = changed;
         }
@@ -241,6 +290,9 @@ impl Stepper {
         for k in new_ones(&moved.bounded) {
             self.bounded.start(k, &self.pieces);
         }
+        if self.options.energy_tolerance.is_some() {
+            self.account.begin(moved.rows.len());
+        }
     }
 }
 
@@ -269,6 +321,15 @@ impl Moved {
             rows,
             bounded,
         }
+    }
+
+    /// Numbers of the bodies that are new, or were so far.
+    fn fresh(&self, old: &[usize]) -> Vec<usize> {
+        let numbered = self.bodies.iter().enumerate();
+        let new = |before: &Option<usize>| before.is_none_or(|before| old.contains(&before));
+        numbered
+            .filter_map(|(i, before)| new(before).then_some(i))
+            .collect()
     }
 
     /// The numbers of the rows, in their new order; those of new rows are zero.

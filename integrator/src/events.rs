@@ -63,6 +63,7 @@ impl Stepper {
                 let [a, b] = between.map(|f| f.resolve(&self.scene.bodies, self.time).point());
                 (a - b).norm() < *below
             }
+            _ => false,
         }
     }
 }

@@ -1,20 +1,32 @@
 //! Identities of bodies and constraints, which stay while numbers change.
+//!
+//! A handle holds the stepper's own number and one that is given out once. So it keeps naming its body when numbers change,
+//! and is refused after the body is removed, by another stepper, and by a run that was taken up again, which gives out its
+//! own.
 
 use crate::StepError;
-use taut_model::Scene;
+use std::sync::atomic::{AtomicU64, Ordering};
+use taut_model::{Scene, SceneError};
 
-/// A body of a stepper, whatever its number. It stays valid as long as the body is there, and is never that of another.
+/// Handle of a body in a stepper. It keeps naming that body when numbers change, and is refused once the body is removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct BodyId(u64);
+pub struct BodyId {
+    stepper: u64,
+    id: u64,
+}
 
-/// A constraint of a stepper, whatever its number. It stays valid as long as the constraint is there, and is never that of
-/// another.
+/// Handle of a constraint in a stepper. It keeps naming that constraint when numbers change, and is refused once the
+/// constraint is removed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct ConstraintId(u64);
+pub struct ConstraintId {
+    stepper: u64,
+    id: u64,
+}
 
 /// Identities of a scene's bodies and constraints, ascending: what is added later has a higher one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identities {
+    stepper: u64,
     bodies: Vec<u64>,
     constraints: Vec<u64>,
     next: u64,
@@ -22,8 +34,10 @@ pub(crate) struct Identities {
 
 impl Identities {
     pub(crate) fn new(scene: &Scene) -> Self {
+        static STEPPERS: AtomicU64 = AtomicU64::new(0);
         let (bodies, constraints) = (scene.bodies.len() as u64, scene.constraints.len() as u64);
         Self {
+            stepper: STEPPERS.fetch_add(1, Ordering::Relaxed),
             bodies: (0..bodies).collect(),
             constraints: (0..constraints).collect(),
             next: bodies.max(constraints),
@@ -32,24 +46,54 @@ impl Identities {
 
     /// Identity of body number `number`.
     pub(crate) fn of_body(&self, number: usize) -> BodyId {
-        BodyId(self.bodies[number])
+        BodyId {
+            stepper: self.stepper,
+            id: self.bodies[number],
+        }
     }
 
     /// Identity of constraint number `number`.
     pub(crate) fn of_constraint(&self, number: usize) -> ConstraintId {
-        ConstraintId(self.constraints[number])
+        ConstraintId {
+            stepper: self.stepper,
+            id: self.constraints[number],
+        }
+    }
+
+    /// The body of that name.
+    pub(crate) fn body_named(&self, scene: &Scene, name: &str) -> Result<BodyId, SceneError> {
+        Ok(self.of_body(scene.body(name)?))
+    }
+
+    /// The constraint of that name.
+    pub(crate) fn constraint_named(
+        &self,
+        scene: &Scene,
+        name: &str,
+    ) -> Result<ConstraintId, SceneError> {
+        Ok(self.of_constraint(scene.constraint(name)?))
+    }
+
+    fn find(&self, ids: &[u64], stepper: u64, id: u64) -> Option<usize> {
+        let found = ids.binary_search(&id).ok();
+        found.filter(|_| stepper == self.stepper)
+    }
+
+    /// Takes over what `other` has given out, so that nothing is given out twice.
+    pub(crate) fn skip(&mut self, other: &Self) {
+        self.next = self.next.max(other.next);
     }
 
     /// Number of a body.
     pub(crate) fn body(&self, id: BodyId) -> Result<usize, StepError> {
-        let found = self.bodies.binary_search(&id.0);
-        found.map_err(|_| StepError::Gone { kind: "body" })
+        self.find(&self.bodies, id.stepper, id.id)
+            .ok_or(StepError::Gone { kind: "body" })
     }
 
     /// Number of a constraint.
     pub(crate) fn constraint(&self, id: ConstraintId) -> Result<usize, StepError> {
-        let found = self.constraints.binary_search(&id.0);
-        found.map_err(|_| StepError::Gone { kind: "constraint" })
+        self.find(&self.constraints, id.stepper, id.id)
+            .ok_or(StepError::Gone { kind: "constraint" })
     }
 
     /// Identities of what a scene has more than is known.

@@ -135,26 +135,35 @@ impl Stepper {
     }
 
     /// Tension in the middle of segment number `segment`, from 0, of the cable of segments called `cable` \[N]: the mean of
-    /// those of its joints at both ends of the segment, of which a free end has none. Exact for a cable at rest under its
-    /// own weight.
+    /// the pulls on its two ends along it, whatever holds them, negative where they push. A free end counts as zero. Exact
+    /// for a cable that hangs at rest under its own weight. Allocates.
     ///
     /// # Errors
     /// [`StepError::Scene`] with the names and the number of segments that there are.
     pub fn tension_in(&self, cable: &str, segment: usize) -> Result<f64, StepError> {
-        let parts = self.scene.cable(cable)?;
+        let (scene, rows) = (&self.scene, &self.pieces.rows);
+        let parts = scene.cable(cable)?;
         let body = parts.bodies.get(segment).copied();
         let body = body.ok_or_else(|| SceneError::TooLarge {
             what: "segment",
             value: segment,
             limit: parts.bodies.len().saturating_sub(1),
         })?;
-        let holds = |joint: &usize| {
-            let frames = self.scene.constraints[*joint].frames();
-            frames.iter().any(|frame| frame.body_index() == Some(body))
-        };
-        let joints = parts.joints.iter().filter(|joint| holds(joint));
-        let tensions = joints.filter_map(|joint| self.tension(*joint));
-        Ok(0.5 * tensions.sum::<f64>())
+        let held = rows.slots.iter().filter(|slot| slot.body == body);
+        let mut constraints: Vec<usize> = held.map(|slot| slot.constraint).collect();
+        // One may hold a body at several points.
+        constraints.dedup();
+        let mut pull = 0.0;
+        for constraint in constraints {
+            let frames = scene.constraints[constraint].frames().iter().enumerate();
+            for (side, frame) in frames.filter(|(_, f)| f.body_index() == Some(body)) {
+                let force = self.force_on(constraint, side);
+                let out = frame.resolve(&scene.bodies, self.time).lever;
+                let out = out.try_normalize(0.0).unwrap_or_default();
+                pull += force.map_or(0.0, |wrench| wrench.force.dot(&out));
+            }
+        }
+        Ok(0.5 * pull)
     }
 
     /// The order of the constraints in the linear system, and what it costs.

@@ -34,6 +34,8 @@ pub struct SavedRun {
     scene: Scene,
     time: f64,
     started: bool,
+    #[cfg_attr(feature = "serde", serde(default))]
+    fresh: Vec<usize>,
     advanced: f64,
     holding: usize,
     #[cfg_attr(feature = "serde", serde(default))]
@@ -102,6 +104,7 @@ impl SavedRun {
             velocity,
         } = self.past;
         Self {
+            fresh: Vec::new(),
             impulses: to.rows(&self.impulses),
             tension: self.tension.map(|tension| to.rows(&tension)),
             places: to.bounded(&self.places, Place::Inside),
@@ -167,6 +170,9 @@ impl SavedRun {
         for numbers in by_row.into_iter().filter(|numbers| !numbers.is_empty()) {
             count("account", numbers.len(), rows)?;
             finite("account", numbers.iter())?;
+        }
+        if let Some(body) = self.fresh.iter().find(|body| **body >= bodies) {
+            return Err(fault("fresh", format!("names body {body} of {bodies}")));
         }
         count("places", self.places.len(), bounded)?;
         count("ages", self.ages.len(), bounded)
@@ -246,6 +252,7 @@ impl Stepper {
             scene,
             time: self.time,
             started: self.started,
+            fresh: self.fresh.clone(),
             advanced: self.stage.advanced(),
             holding: self.holding,
             implicit: matches!(self.stage, Stage::Advanced { implicit: true, .. }),
@@ -279,6 +286,7 @@ impl Stepper {
         saved.check([stepper.mu.len(), stepper.scene.bodies.len(), bounded])?;
         stepper.time = saved.time;
         stepper.started = saved.started;
+        stepper.fresh = saved.fresh;
         if saved.advanced > 0.0 {
             stepper.stage = Stage::Advanced {
                 dt: saved.advanced,

@@ -58,6 +58,8 @@ pub struct Stepper {
     pub(crate) tension_known: bool,
     /// Whether the first step has begun.
     pub(crate) started: bool,
+    /// Bodies added since the last step, whose velocities are still those of the instant.
+    pub(crate) fresh: Vec<usize>,
     pub(crate) stage: Stage,
     /// Steps that the guard still takes implicitly.
     pub(crate) holding: usize,
@@ -153,6 +155,7 @@ impl Stepper {
             tension: vec![0.0; rows],
             tension_known: false,
             started: false,
+            fresh: Vec::new(),
             stage: Stage::Unsolved,
             holding: 0,
             account: Account::default(),
@@ -229,13 +232,13 @@ impl Stepper {
         done.map(|()| self.tally.report(self.time, self.options.refinements))
     }
 
-    /// What the first [`step`](Self::step) begins with: a staggered scheme's velocities go half a step back, and the
-    /// geometric stiffness gets its multipliers. Does nothing in a scene that has begun to move.
+    /// What the first [`step`](Self::step) begins with, of a run and after bodies were added: a staggered scheme's velocities
+    /// go half a step back, and the geometric stiffness gets its multipliers. Does nothing in a scene that has begun to move.
     ///
     /// # Errors
     /// [`StepError::Solve`].
     pub fn begin(&mut self) -> Result<(), StepError> {
-        if self.started {
+        if self.started && self.fresh.is_empty() {
             return Ok(());
         }
         self.tallied(Self::start).map(|_| ())
@@ -262,26 +265,43 @@ impl Stepper {
         self.solve_scheme(GeometricStiffness::Off)
     }
 
-    /// The multipliers of the geometric stiffness; before the first step also velocities half a step back for the schemes
-    /// that keep them there, v_0 − (Δt/2) a_0.
+    /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
+    /// the schemes that keep it there, v_0 − (Δt/2) a_0.
     fn start(&mut self) -> Result<(), StepError> {
         self.find_tension()?;
-        if self.started {
+        if self.started && self.fresh.is_empty() {
             return Ok(());
         }
         if self.options.scheme.is_staggered() {
+            let before = (&*self.mu, self.mu_dt);
+            self.substep_start
+                .save(&self.scene.bodies, self.time, before, &self.tension);
             self.solve_scheme(self.options.stiffness)?;
             self.pieces.update_velocity_change(&self.mu);
-            let bodies = &mut self.scene.bodies;
-            for i in 0..bodies.len() {
-                let [x, y, z, p, q, r] = self.pieces.dv.get(i);
-                bodies.velocity[i] -= Vector3::new(x, y, z) * 0.5;
-                bodies.angular_velocity[i] -= Vector3::new(p, q, r) * 0.5;
+            if self.started {
+                let fresh = std::mem::take(&mut self.fresh);
+                self.take_half_back(fresh.into_iter());
+                // What was there goes on as if nothing had been solved.
+                let (mu, tension) = (&mut self.mu, &mut self.tension);
+                self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
+            } else {
+                self.take_half_back(0..self.scene.bodies.len());
             }
         }
+        self.fresh.clear();
         self.stage = Stage::Unsolved;
         self.started = true;
         Ok(())
+    }
+
+    /// Velocities of the bodies v − Δv/2, half a step back.
+    pub(crate) fn take_half_back(&mut self, numbers: impl Iterator<Item = usize>) {
+        let bodies = &mut self.scene.bodies;
+        for i in numbers {
+            let [x, y, z, p, q, r] = self.pieces.dv.get(i);
+            bodies.velocity[i] -= Vector3::new(x, y, z) * 0.5;
+            bodies.angular_velocity[i] -= Vector3::new(p, q, r) * 0.5;
+        }
     }
 
     /// M̃, Δt f, Σ and c of the scheme at the present state.

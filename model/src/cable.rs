@@ -1,10 +1,11 @@
 //! Cables of rigid segments, laid along a route and joined end to end \[SL §IV]: [`Scene::add_cable`].
 //!
 //! A [`Cable`] runs from one end through given points to the other. Segments are the chords of this polyline between
-//! points at equal arc lengths, or at the arc lengths given: what is straight keeps its length, a curve loses a part of
-//! order 1/N². A joint stands for the cable between the centres of its two segments, a joint at an end for half a segment,
-//! each with the compliances l/EA, l/EI, l/GJ \[SL (34)–(36)]. The whole is then L/EA, and a clamped end bends with an error
-//! of second order.
+//! points at equal arc lengths, or at the arc lengths given. Mass and compliance are those of the arcs; the rods are the
+//! chords, equal to them where the route is straight, shorter by a part of order 1/N² on a curve and of order 1/N at a
+//! corner inside a segment. A joint stands for the cable between the centres of its two segments, a joint at an end for
+//! half a segment, each with the compliances l/EA, l/EI, l/GJ \[SL (34)–(36)]. The whole is then L/EA, and a clamped end
+//! bends with an error of second order.
 //!
 //! # Frames
 //! A segment lies along the z axis of its body, with the start of the cable at +z. Directions across the cable are carried
@@ -26,7 +27,6 @@
 mod route;
 pub(crate) mod strand;
 
-use std::collections::HashSet;
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::Vector3;
@@ -167,6 +167,8 @@ pub struct Cable {
     pub twist: bool,
     /// Its rest shape.
     pub rest: Rest,
+    /// Group of its joints, for block Gauss–Seidel over groups; see also [`Scene::group_by_topology`].
+    pub group: u32,
 }
 
 impl Cable {
@@ -193,6 +195,7 @@ impl Cable {
             bend: true,
             twist: true,
             rest: Rest::Straight,
+            group: 0,
         }
     }
 
@@ -201,6 +204,12 @@ impl Cable {
     }
 
     fn check_ranges(&self) -> Result<(), SceneError> {
+        if self.name.is_empty() {
+            return Err(SceneError::Conflict {
+                what: "a cable".into(),
+                reason: "needs a name: its segments and joints are called after it",
+            });
+        }
         let (damping, unit) = match self.damping {
             Damping::Time(time) => (time, "≥ 0 s"),
             Damping::Ratio(ratio) => (ratio, "≥ 0, a part of critical damping"),
@@ -255,14 +264,22 @@ impl Cable {
 }
 
 impl Scene {
-    /// Lays a cable with its segments and joints at the end of the scene, in group 0, and returns their numbers. The bodies
-    /// that hold its ends are there before it, in the pose in which it is laid.
+    /// Lays a cable with its segments and joints at the end of the scene, and returns their numbers. Add the bodies that
+    /// hold its ends first, in the pose in which the cable is laid.
     ///
     /// # Errors
     /// The number, point, end or name that is wrong. The scene is then as it was.
     pub fn add_cable(&mut self, cable: &Cable) -> Result<CableParts, SceneError> {
+        self.add_cable_at(cable, 0.0)
+    }
+
+    /// [`add_cable`](Self::add_cable) with moved points of the world where they are at `time` (s).
+    ///
+    /// # Errors
+    /// As there.
+    pub fn add_cable_at(&mut self, cable: &Cable, time: f64) -> Result<CableParts, SceneError> {
         cable.check_ranges()?;
-        let route = Route::of(cable, self)?;
+        let route = Route::of(cable, self, time)?;
         let laid = route.lay(cable)?;
         self.check_new_names(cable, laid.len())?;
         let (bodies, constraints) = (self.bodies.len(), self.constraints.len());
@@ -283,15 +300,15 @@ impl Scene {
         let number = Strand::begin(self, &*cable.name);
         let first = self.bodies.len();
         let rods = laid.iter().map(|segment| {
-            let rod = Body::rod(segment.length, cable.radius, cable.density * segment.length);
+            let rod = Body::rod(segment.chord, cable.radius, cable.density * segment.arc);
             rod.at(segment.centre).turned(segment.turn)
         });
         Strand::add_segments(self, number, &cable.name, rods);
-        let ends = |i: usize| strand.ends(first + i, laid[i].length);
+        let ends = |i: usize| strand.ends(first + i, laid[i].chord);
         let name = |of: &str| format!("{}-{of}", cable.name);
         if let Some((kind, frame)) = self.held(cable, route, &laid[0], 0) {
             let joint = (kind, [frame, ends(0)[0]]);
-            strand.join(self, number, name("start"), joint, 0.5 * laid[0].length);
+            strand.join(self, number, name("start"), joint, 0.5 * laid[0].arc);
         }
         for (i, pair) in laid.windows(2).enumerate() {
             let [mut a, mut b] = [ends(i)[1], ends(i + 1)[0]];
@@ -299,7 +316,7 @@ impl Scene {
                 let between = route::halfway(&pair[0], &pair[1]);
                 (a.axes, b.axes) = (pair[0].axes_of(&between), pair[1].axes_of(&between));
             }
-            let length = 0.5 * (pair[0].length + pair[1].length);
+            let length = 0.5 * (pair[0].arc + pair[1].arc);
             let joint = (cable.joint, [a, b]);
             strand.join(
                 self,
@@ -312,7 +329,10 @@ impl Scene {
         let last = laid.len() - 1;
         if let Some((kind, frame)) = self.held(cable, route, &laid[last], 1) {
             let joint = (kind, [ends(last)[1], frame]);
-            strand.join(self, number, name("end"), joint, 0.5 * laid[last].length);
+            strand.join(self, number, name("end"), joint, 0.5 * laid[last].arc);
+        }
+        for joint in &self.cables[number].joints {
+            self.groups[*joint] = cable.group;
         }
     }
 
@@ -342,24 +362,35 @@ impl Scene {
 
     /// Refuses names of a cable with so many segments that the scene has already.
     fn check_new_names(&self, cable: &Cable, segments: usize) -> Result<(), SceneError> {
-        let of_cable = |of: String| format!("{}-{of}", cable.name);
-        let numbered =
-            |prefix: &'static str| (1..=segments).map(move |i| of_cable(format!("{prefix}{i}")));
-        let taken = |names: &[String], mut new: Box<dyn Iterator<Item = String> + '_>| {
-            let known: HashSet<&str> = names.iter().map(String::as_str).collect();
-            new.find(|name| known.contains(name.as_str()))
+        let own = |name: &str| -> Option<String> {
+            Some(
+                name.strip_prefix(&*cable.name)?
+                    .strip_prefix('-')?
+                    .to_owned(),
+            )
         };
-        let ends = ["start", "end"].map(|end| of_cable(end.to_owned()));
-        let cables: Vec<String> = self.cables.iter().map(|c| c.name.clone()).collect();
-        let joints = numbered("joint-").chain(ends);
-        let name = std::iter::once(cable.name.clone());
-        let found = [
-            ("cable", taken(&cables, Box::new(name))),
-            ("body", taken(&self.body_names, Box::new(numbered("")))),
-            ("joint", taken(&self.constraint_names, Box::new(joints))),
-        ];
-        for (kind, name) in found {
-            if let Some(name) = name {
+        let counted = |number: &str| {
+            number
+                .parse()
+                .is_ok_and(|n: usize| (1..=segments).contains(&n))
+        };
+        let body = |name: &&String| own(name).is_some_and(|rest| counted(&rest));
+        let joint = |name: &&String| {
+            own(name).is_some_and(|rest| match rest.strip_prefix("joint-") {
+                Some(number) => counted(number),
+                None => rest == "start" || rest == "end",
+            })
+        };
+        let cables = self.cables.iter().map(|c| &c.name);
+        for (kind, taken) in [
+            (
+                "cable",
+                cables.into_iter().find(|name| **name == cable.name),
+            ),
+            ("body", self.body_names.iter().find(body)),
+            ("joint", self.constraint_names.iter().find(joint)),
+        ] {
+            if let Some(name) = taken.cloned() {
                 return Err(SceneError::Duplicate { kind, name });
             }
         }

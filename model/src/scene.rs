@@ -11,6 +11,7 @@ use nalgebra::Vector3;
 use crate::body::{Bodies, Body};
 use crate::constraint::{Constraint, Target};
 use crate::error::SceneError;
+use crate::frame::Frame;
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -185,24 +186,28 @@ impl Scene {
         })
     }
 
-    /// Number of the joint between segments `segment` and `segment + 1`, from 0, of the cable called `name`.
+    /// Number of the joint between segments `segment` and `segment + 1`, from 0, of the cable called `name`, whether or not
+    /// it was laid with the cable.
     ///
     /// # Errors
-    /// A name that no cable has, segments that it does not have or that are not joined.
+    /// A name that no cable has, a segment that has no next one, or two that are not joined.
     pub fn joint_after(&self, name: &str, segment: usize) -> Result<usize, SceneError> {
-        let cable = self.cable(name)?;
-        let ends = cable.bodies.get(segment..segment.saturating_add(2));
-        let joins = |joint: &&usize| {
-            let mut held = self.constraints[**joint].bodies();
-            ends.is_some_and(|ends| held.all(|body| ends.contains(&body)))
-                && self.constraints[**joint].bodies().count() == 2
+        let bodies = &self.cable(name)?.bodies;
+        let pair = bodies.windows(2).nth(segment);
+        let pair = pair.ok_or_else(|| SceneError::TooLarge {
+            what: "segment",
+            value: segment,
+            limit: bodies.len().saturating_sub(2),
+        })?;
+        let joins = |c: &Constraint| {
+            let sides = c.frames().iter().map(Frame::body_index);
+            c.frames().len() == 2 && sides.flatten().filter(|i| pair.contains(i)).count() == 2
         };
-        let found = cable.joints.iter().find(joins);
-        found.copied().ok_or_else(|| SceneError::Conflict {
+        let found = self.constraints.iter().position(joins);
+        found.ok_or_else(|| SceneError::Conflict {
             what: format!(
-                "cable `{name}`: segments {} and {}",
-                segment + 1,
-                segment + 2
+                "cable `{name}`: `{}` and `{}`",
+                self.body_names[pair[0]], self.body_names[pair[1]]
             ),
             reason: "are not joined: name a segment that has a joint to the next",
         })

@@ -116,8 +116,83 @@ fn what_is_removed_is_gone_for_good() {
     assert_eq!(stepper.constraint_index(before), Ok(1));
     stepper.change(|edit| edit.cut("cable", 1)).unwrap();
     let twice = stepper.change(|edit| edit.cut("cable", 1)).unwrap_err();
-    let words = "cable `cable`: segments 2 and 3: are not joined";
+    let words = "cable `cable`: `segment-2` and `segment-3`: are not joined";
     assert!(twice.to_string().starts_with(words), "{twice}");
+}
+
+/// A body added at rest moves as one that was there from the start.
+#[test]
+fn a_body_added_at_rest_falls_as_one_that_was_there() {
+    let scene = || {
+        let mut scene = Scene::new("fall");
+        scene.gravity = Vector3::z() * -WEIGHT;
+        scene.add_body("first", Body::sphere(0.1, 1.0));
+        scene
+    };
+    let mut stepper = Stepper::new(scene(), options()).unwrap();
+    let mut alone = Stepper::new(scene(), options()).unwrap();
+    steps(&mut stepper, 10);
+    let late = stepper.change(|edit| Ok(edit.add_body("late", Body::sphere(0.1, 1.0))));
+    let late = stepper.body_index(late.unwrap()).unwrap();
+    steps(&mut stepper, 30);
+    steps(&mut alone, 30);
+    let [ours, theirs] =
+        [(&stepper, late), (&alone, 0)].map(|(s, i)| s.scene().bodies.position[i].z);
+    assert!((ours - theirs).abs() < 1e-12, "{ours} {theirs}");
+}
+
+#[test]
+fn handles_are_of_one_body_and_one_stepper() {
+    let mut stepper = gantry();
+    let ball = || Body::sphere(1.0, 1.0);
+    let short = stepper.change(|edit| {
+        let body = edit.add_body("x", ball());
+        edit.remove_body(body)?;
+        Ok(body)
+    });
+    let mut leaked = None;
+    let failed = stepper.change(|edit| {
+        leaked = Some(edit.add_body("z", ball()));
+        edit.cut("cable", 99)
+    });
+    assert!(failed.is_err());
+    stepper
+        .change(|edit| Ok(edit.add_body("y", ball())))
+        .unwrap();
+    let gone = Err(StepError::Gone { kind: "body" });
+    assert_eq!(stepper.body_index(short.unwrap()), gone);
+    assert_eq!(stepper.body_index(leaked.unwrap()), gone);
+    let trolley = gantry().body("trolley").unwrap();
+    assert_eq!(stepper.body_index(trolley), gone);
+    // What is added in place of what was removed is new.
+    let rail = stepper.constraint("rail").unwrap();
+    let again = stepper.scene().constraints[stepper.constraint_index(rail).unwrap()].clone();
+    let new = stepper.change(|edit| {
+        edit.remove_constraint(rail)?;
+        Ok(edit.add_constraint("rail", again, 0))
+    });
+    assert!(stepper.constraint_index(new.unwrap()).is_ok());
+    assert_eq!(
+        stepper.constraint_index(rail),
+        Err(StepError::Gone { kind: "constraint" })
+    );
+}
+
+#[test]
+fn frames_of_bodies_that_are_not_there_are_refused_even_beside_a_removal() {
+    let mut stepper = gantry();
+    let visitor = stepper.change(|edit| Ok(edit.add_body("visitor", Body::sphere(1.0, 1.0))));
+    let visitor = visitor.unwrap();
+    let fault = stepper.change(|edit| {
+        let frames = [
+            Frame::world(Vector3::zeros()),
+            Frame::body(99, Vector3::zeros()),
+        ];
+        edit.add_constraint("x", lock(frames), 0);
+        edit.remove_body(visitor)
+    });
+    let fault = fault.unwrap_err().to_string();
+    assert!(fault.contains("names the body `number 99`"), "{fault}");
 }
 
 #[test]
@@ -143,8 +218,8 @@ fn what_does_not_go_is_refused_by_name_and_changes_nothing() {
             "two body entries are called `hook`",
         ),
         (
-            |edit| edit.cut("cable", 3),
-            "cable `cable`: segments 4 and 5: are not joined",
+            |edit| edit.cut("cable", usize::MAX),
+            "segment is 18446744073709551615: at most 2",
         ),
         (
             |edit| edit.cut("rope", 0),

@@ -73,6 +73,15 @@ impl Account {
         )
     }
 
+    /// A new balance of so many rows, whose steps allocate nothing.
+    pub(crate) fn begin(&mut self, rows: usize) {
+        *self = Self {
+            open: vec![0.0; rows],
+            lambda: vec![0.0; rows],
+            ..Self::default()
+        };
+    }
+
     /// The next step begins a new balance.
     pub(crate) fn close(&mut self) {
         let [mut open, mut lambda] = [&mut self.open, &mut self.lambda].map(std::mem::take);

@@ -10,8 +10,11 @@ use crate::scene::Scene;
 /// How far the lengths given may be from the length of the route, relative.
 const SUM_TOLERANCE: f64 = 1e-9;
 
-/// Part of an arc below which its chord has no direction to speak of.
-const SHORTEST_CHORD: f64 = 1e-6;
+/// Part of its arc that a chord is at least: a segment that cuts off more of its route is no picture of it.
+const SHORTEST_CHORD: f64 = 0.5;
+
+/// Cosine of the sharpest corner of a route: a fold has no plane to carry directions in.
+const FOLD: f64 = 1e-9 - 1.0;
 
 /// A polyline of straight legs.
 pub(super) struct Route {
@@ -24,7 +27,9 @@ pub(super) struct Route {
 pub(super) struct Laid {
     pub(super) centre: Vector3<f64>,
     pub(super) turn: UnitQuaternion<f64>,
-    pub(super) length: f64,
+    /// Length of the rod, the chord, and of the cable that it stands for, the arc \[m].
+    pub(super) chord: f64,
+    pub(super) arc: f64,
     direction: Vector3<f64>,
 }
 
@@ -62,11 +67,11 @@ fn first_rotation(direction: &Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 impl Route {
-    /// The route of a cable in the scene that holds its ends.
-    pub(super) fn of(cable: &Cable, scene: &Scene) -> Result<Self, SceneError> {
+    /// The route of a cable in the scene that holds its ends, at `time` (s).
+    pub(super) fn of(cable: &Cable, scene: &Scene, time: f64) -> Result<Self, SceneError> {
         let [start, end] = &cable.ends;
-        let start = place(cable, scene, start, "start")?;
-        let end = place(cable, scene, end, "end")?;
+        let start = place(cable, scene, start, ("start", time))?;
+        let end = place(cable, scene, end, ("end", time))?;
         let between = cable.points.iter().copied();
         let points: Vec<_> = std::iter::once(start).chain(between).chain([end]).collect();
         let mut arcs = vec![0.0; points.len()];
@@ -79,10 +84,24 @@ impl Route {
                 });
             }
             let needs = "finite coordinates, each point apart from the next by a length (m)";
-            check(cable.what("leg of the route"), leg, true, needs)?;
+            check(
+                cable.what(&format!("leg {} of the route", i + 1)),
+                leg,
+                true,
+                needs,
+            )?;
             arcs[i + 1] = arcs[i] + leg;
         }
-        Ok(Self { points, arcs })
+        let route = Self { points, arcs };
+        let legs = 0..route.points.len() - 1;
+        let folds = |leg: &usize| route.direction(leg - 1).dot(&route.direction(*leg)) < FOLD;
+        if let Some(leg) = legs.skip(1).find(folds) {
+            return Err(SceneError::Conflict {
+                what: cable.what(&format!("point {} of the route", leg + 1)),
+                reason: "is a fold: give the route a turn of less than 180° there",
+            });
+        }
+        Ok(route)
     }
 
     /// Length of the route \[m].
@@ -121,30 +140,27 @@ impl Route {
                 }
             };
             // On one leg, chord and arc are the same: to the last digit, too.
-            let (direction, length) = match first_leg == last_leg {
+            let (direction, chord) = match first_leg == last_leg {
                 true => (self.direction(first_leg), *length),
                 false => ((to - from).normalize(), (to - from).norm()),
             };
-            if length.is_nan() || length < SHORTEST_CHORD * lengths[i] {
+            let turned = laid.last().map(|b| b.direction.dot(&direction));
+            let sharp = turned.is_some_and(|cosine| cosine < FOLD);
+            if sharp || chord.is_nan() || chord < SHORTEST_CHORD * length {
                 return Err(SceneError::Conflict {
                     what: cable.what(&format!("segment {}", i + 1)),
-                    reason: "would end where it begins: divide the route into more segments",
+                    reason: "cuts off too much of its route: divide it into more segments",
                 });
             }
             let turn = match laid.last() {
                 None => first_rotation(&direction),
-                Some(before) if before.direction.dot(&direction) < 1e-9 - 1.0 => {
-                    return Err(SceneError::Conflict {
-                        what: cable.what(&format!("segments {i} and {}", i + 1)),
-                        reason: "fold back on each other: give the route a turn of less than 180°",
-                    });
-                }
                 Some(before) => before.carried(&direction),
             };
             laid.push(Laid {
                 centre: 0.5 * (from + to),
                 turn,
-                length,
+                chord,
+                arc: *length,
                 direction,
             });
             from = to;
@@ -216,7 +232,7 @@ fn place(
     cable: &Cable,
     scene: &Scene,
     end: &CableEnd,
-    which: &str,
+    (which, time): (&str, f64),
 ) -> Result<Vector3<f64>, SceneError> {
     let frame = match end {
         CableEnd::Free(point) => return Ok(*point),
@@ -226,6 +242,6 @@ fn place(
         Some(body) if body >= scene.bodies.len() => {
             Err(scene.unknown_body(&cable.what(which), body))
         }
-        _ => Ok(frame.resolve(&scene.bodies, 0.0).point()),
+        _ => Ok(frame.resolve(&scene.bodies, time).point()),
     }
 }

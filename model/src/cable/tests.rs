@@ -203,23 +203,31 @@ fn faults_name_the_cable_and_change_nothing() {
     );
     says(
         |c| c.points = vec![Vector3::z() * f64::NAN],
-        "leg of the route is NaN",
+        "leg 1 of the route is NaN",
+    );
+    says(
+        |c| c.points = vec![Vector3::z() * -4.0],
+        "point 2 of the route: is a fold",
     );
     says(
         |c| {
-            c.points = vec![Vector3::z() * -4.0];
-            c.segments = Segments::Lengths(vec![4.0, 1.0]);
-        },
-        "segments 1 and 2: fold back",
-    );
-    says(
-        |c| {
-            c.points = vec![Vector3::x(), Vector3::zeros() + Vector3::y() * 1e-9];
-            c.ends[1] = pinned(1e-9, 0.0, 0.0);
+            c.points = vec![Vector3::x(), Vector3::new(0.5, 0.8, 0.0)];
+            c.ends[1] = pinned(0.01, 0.0, 0.0);
             c.segments = Segments::Equal(1);
         },
-        "segment 1: would end where it begins",
+        "segment 1: cuts off too much",
     );
+    says(
+        |c| {
+            let teeth = (1..40).map(|k| Vector3::new(f64::from(k % 2), 0.0, f64::from(-k)));
+            c.points = teeth.collect();
+            c.ends[1] = pinned(9.0, 0.0, -40.0);
+            c.points[20].x = 30.0;
+            c.segments = Segments::Equal(2);
+        },
+        "cuts off too much",
+    );
+    says(|c| c.name.clear(), "a cable: needs a name");
     says(|c| c.radius = 0.0, "cable `rope`: radius is 0");
     says(|c| c.density = f64::NAN, "mass per length is NaN");
     says(|c| c.stiffness.gj = -1.0, "gj is -1");
@@ -254,10 +262,9 @@ fn segments_over_corners_are_chords() {
         ..cable([pinned(0.0, 0.0, 0.0), pinned(3.0, 0.0, 5.0)])
     };
     let scene = laid(&rope);
-    let chord = 10.0_f64.sqrt();
-    let masses = &scene.bodies.mass;
-    assert!((masses[0] / rope.density - chord).abs() < 1e-14);
-    assert!((masses[1] / rope.density - 4.0).abs() < 1e-14);
+    let (chord, masses) = (10.0_f64.sqrt(), &scene.bodies.mass);
+    assert!((scene.bodies.position[0].norm() - 0.5 * chord).abs() < 1e-14);
+    assert_eq!([masses[0], masses[1]].map(|m| m / rope.density), [4.0; 2]);
     let lin = phi(&scene);
     let gaps = (0..3).flat_map(|c| lin.row_range(c).take(3));
     assert!(gaps.map(|row| lin.phi[row]).all(|gap| gap.abs() < 1e-14));

@@ -21,6 +21,7 @@ pub struct Event {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum When {
     /// From this time on \[s].
     Time(f64),
@@ -44,6 +45,7 @@ pub enum When {
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
+#[non_exhaustive]
 pub enum Action {
     /// A constraint lets go: the number of the one that is removed.
     Release(usize),

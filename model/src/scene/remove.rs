@@ -26,21 +26,24 @@ impl Kept {
         items.retain(|_| kept.next().is_none_or(Option::is_some));
     }
 
-    fn renumber(&self, numbers: &mut Vec<usize>) {
-        numbers.retain_mut(|i| match self.0[*i] {
-            Some(new) => {
-                *i = new;
+    /// Gives a number its new value; whether what it names stays. One of what was never there stays as it is, to be found
+    /// by validation.
+    fn follow(&self, number: &mut usize) -> bool {
+        match self.0.get(*number) {
+            Some(Some(new)) => {
+                *number = *new;
                 true
             }
-            None => false,
-        });
+            Some(None) => false,
+            None => true,
+        }
     }
 }
 
 impl Scene {
     /// Removes bodies and constraints by their numbers. The others keep their order; drives, cables, events and the
-    /// load follow them. Controls that drive nothing any more, cables without parts and events that watch or act on what is
-    /// gone go, too.
+    /// load follow them. Controls whose last drive goes, cables whose last part goes, and events that watch or act on
+    /// what goes are removed as well.
     ///
     /// # Errors
     /// A number that is not there, a body that a constraint holds which stays, or the load. The scene is then as it was.
@@ -62,31 +65,33 @@ impl Scene {
         for constraint in &mut self.constraints {
             for frame in constraint.frames_mut() {
                 if let Side::Body(i) = &mut frame.side {
-                    *i = kept_bodies.0[*i].unwrap_or(*i);
+                    kept_bodies.follow(i);
                 }
             }
         }
-        for control in &mut self.controls {
-            control.drives.retain_mut(|drive| {
-                let new = kept.0[drive.constraint];
-                drive.constraint = new.unwrap_or(drive.constraint);
-                new.is_some()
-            });
+        let mut idle = Vec::new();
+        for (i, control) in self.controls.iter_mut().enumerate() {
+            let before = control.drives.len();
+            control
+                .drives
+                .retain_mut(|d| kept.follow(&mut d.constraint));
+            let left = control.drives.iter().any(|drive| drive.gain != 0.0);
+            idle.extend((control.drives.len() < before && !left).then_some(i));
         }
-        let idle = self.controls.iter().zip(0..);
-        let idle = idle.filter(|(control, _)| control.drives.is_empty());
-        let idle: Vec<usize> = idle.map(|(_, i)| i).collect();
         let kept_controls = Kept::without(self.controls.len(), &idle);
         kept_controls.filter(&mut self.controls);
         self.events
             .retain_mut(|event| follow(event, &kept_bodies, &kept, &kept_controls));
-        for cable in &mut self.cables {
-            kept_bodies.renumber(&mut cable.bodies);
-            kept.renumber(&mut cable.joints);
+        self.cables.retain_mut(|cable| {
+            let before = cable.bodies.len() + cable.joints.len();
+            cable.bodies.retain_mut(|i| kept_bodies.follow(i));
+            cable.joints.retain_mut(|i| kept.follow(i));
+            let left = cable.bodies.len() + cable.joints.len();
+            left > 0 || before == 0
+        });
+        if let Some(load) = &mut self.load {
+            kept_bodies.follow(load);
         }
-        self.cables
-            .retain(|cable| !cable.bodies.is_empty() || !cable.joints.is_empty());
-        self.load = self.load.and_then(|load| kept_bodies.0[load]);
         Ok(())
     }
 
@@ -114,26 +119,21 @@ impl Scene {
 
 /// Renumbers an event; whether anything of it is left.
 fn follow(event: &mut Event, bodies: &Kept, constraints: &Kept, controls: &Kept) -> bool {
-    let renumbered = |i: &mut usize, kept: &Kept| {
-        let new = kept.0.get(*i).copied().flatten();
-        *i = new.unwrap_or(*i);
-        new.is_some()
-    };
     let points = |between: &mut [Frame; 2]| {
         between.iter_mut().all(|frame| match &mut frame.side {
             Side::World(_) => true,
-            Side::Body(i) => renumbered(i, bodies),
+            Side::Body(i) => bodies.follow(i),
         })
     };
     let watched = match &mut event.when {
         When::Time(_) => true,
-        When::Force { constraint, .. } => renumbered(constraint, constraints),
+        When::Force { constraint, .. } => constraints.follow(constraint),
         When::Distance { between, .. } => points(between),
     };
     event.then.retain_mut(|action| match action {
-        Action::Release(constraint) => renumbered(constraint, constraints),
+        Action::Release(constraint) => constraints.follow(constraint),
         Action::Attach { between, .. } => points(between),
-        Action::Set { control, .. } => renumbered(control, controls),
+        Action::Set { control, .. } => controls.follow(control),
     });
     watched && !event.then.is_empty()
 }

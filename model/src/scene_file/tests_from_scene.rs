@@ -106,7 +106,8 @@ impl Random {
         match self.below(8) {
             0 => 0.0,
             1 => -0.0,
-            2 => (self.unit() - 0.5) * 10.0_f64.powi(self.below(60) as i32 - 30),
+            // Not so large that a point of its body is lost in it.
+            2 => (self.unit() - 0.5) * 10.0_f64.powi(self.below(40) as i32 - 30),
             _ => 10.0 * self.unit() - 5.0,
         }
     }
