@@ -83,7 +83,7 @@ fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
     }
 }
 
-/// On side b; a cable through any number of points has none that it would be.
+/// On side b; a massless cable may have more than two sides, so none is b.
 fn force(stepper: &Stepper, c: usize) -> Option<Wrench> {
     match cable(stepper, c) {
         Some(_) => None,

@@ -60,6 +60,11 @@ fn falls_snaps_and_flights() {
 
 /// H28: the amplitude of a swing that is hoisted follows the equation of its motion, and its adiabatic invariant.
 #[test]
+fn what_is_hooked_on_and_let_go_keeps_its_momentum() {
+    assert_eq!(checks("H59").len(), 8);
+}
+
+#[test]
 fn a_hoisted_swing_keeps_its_invariant() {
     let found = checks("H28");
     assert!(

@@ -19,6 +19,11 @@ fn loads_at_the_end_open_and_turn_every_joint_alike() {
 }
 
 #[test]
+fn cables_lie_along_their_routes() {
+    passing("H60", 5);
+}
+
+#[test]
 fn a_cantilever_bends_as_its_levers_say() {
     passing("H04", 9);
     passing("H14", 5);

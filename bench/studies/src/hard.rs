@@ -274,6 +274,16 @@ mod tests {
     }
 
     #[test]
+    fn every_case_has_a_name_of_its_own() {
+        let later = NOT_YET.iter().map(|(name, ..)| *name);
+        let mut names: Vec<&str> = cases().map(|c| c.name).chain(later).collect();
+        let all = names.len();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), all);
+    }
+
+    #[test]
     fn a_case_without_checks_has_failed() {
         let case = Case {
             run: |_, _| Ok(Outcome::default()),

@@ -1,4 +1,4 @@
-//! Hard cases in motion: H20 to H39 and H57, and the gantry crane driven for a minute.
+//! Hard cases in motion: H20 to H39 and H59, and the gantry crane driven for a minute.
 
 mod beam;
 mod bounce;
@@ -165,7 +165,7 @@ pub const CASES: &[Case] = &[
         scenes: || Ok(vec![bounce::hauled()]),
     },
     Case {
-        name: "H57",
+        name: "H59",
         title: "hooked on, let go, cut and broken while it moves",
         run: changes::outcome,
         scenes: changes::scenes,

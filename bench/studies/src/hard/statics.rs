@@ -1,4 +1,4 @@
-//! Hard cases at rest: H01 to H16 and H58.
+//! Hard cases at rest: H01 to H16 and H60.
 //!
 //! References are formulas of the continuum and of the chain of rigid segments itself, which most of these cases have
 //! exactly: what separates the two is what the segments cost.
@@ -118,7 +118,7 @@ pub const CASES: &[Case] = &[
         scenes: no_scenes,
     },
     Case {
-        name: "H58",
+        name: "H60",
         title: "cables along routes, and of unlike segments",
         run: routed::outcome,
         scenes: routed::scenes,

@@ -1,4 +1,4 @@
-//! H57: what is hooked on, let go, cut, or breaks while it moves.
+//! H59: what is hooked on, let go, cut, or breaks while it moves.
 //!
 //! A load let go at rest falls by n(n + 1)/2 g Δt² in n steps of v⁺ = v − g Δt, x⁺ = x + Δt v⁺. Where one of two equal
 //! ropes breaks, the other goes from W/2 to the new rest at W and as far beyond, to 3/2 W. A body of mass m₁ and speed v that

@@ -1,4 +1,4 @@
-//! H58: cables along routes. A helix laid of a cable that is straight at rest, and a cable of segments of unlike lengths.
+//! H60: cables along routes. A helix laid of a cable that is straight at rest, and a cable of segments of unlike lengths.
 //!
 //! A helix of radius R and rise p a turn has the curvature κ = R ω²/(R² ω² + p²) with ω = 2π a turn, and a cable that is bent
 //! along it without torsion stores ½ EI κ² L. The error of the segments is of second order, the twist none: parallel
@@ -31,10 +31,10 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
     let along = (TAU * radius).hypot(rise);
     let curvature = TAU * TAU * radius / (along * along);
     let exact = 0.5 * STIFFNESS.ei * curvature * curvature * along * turns;
-    let [coarse, fine] = [energies(&helix(50)?), energies(&helix(100)?)];
+    let [coarse, fine] = [energies(&helix(16)?), energies(&helix(32)?)];
     let error = |energies: [f64; 3]| energies[1] / exact - 1.0;
     let order = (error(coarse) / error(fine)).log2();
-    let case = "a helix, 100 segments";
+    let case = "a helix of 2½ turns, 32 segments";
     let mut checks = vec![
         Check::relative(
             format!("{case}: bending energy"),
@@ -58,7 +58,8 @@ pub(super) fn outcome(_quick: bool, _progress: &ProgressBar) -> Result<Outcome, 
             1e-14,
         )
         .by("energy over that of bending"),
-        Check::second_order("a helix: order of the bending energy in 1/N", order, 0.02),
+        Check::second_order("a helix: order of the bending energy in 1/N", order, 0.1)
+            .noting("16 and 32 segments; the direction of the last leg is 0.04 of it"),
     ];
     checks.push(uneven()?);
     Ok(checks.into())
