@@ -230,7 +230,7 @@ impl Columns {
         &self.headings
     }
 
-    /// The values after a step, in the units of the headings; `None` for what is not there.
+    /// The values after a step, in the units of the headings; `None` for what has been removed.
     pub fn values(&self, stepper: &Stepper, sample: &Sample) -> impl Iterator<Item = Option<f64>> {
         let sources = self.sources.iter();
         sources.map(|source| source.value(stepper, sample))

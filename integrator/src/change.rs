@@ -1,10 +1,9 @@
-//! Changes of a scene while it runs: loads that are hooked on and let go, ropes that are cut.
+//! Changes of a scene while it runs: attaching, releasing and cutting.
 //!
-//! What stays keeps its multipliers, its tension, its windings and its past, row by row: rows follow their constraint by
-//! its identity, not by its number. New rows start with zero multipliers, and as if their rates had always been the present
-//! ones. New bodies start in the state that is given: a staggered scheme, whose velocities are half a step old, takes half
+//! Surviving rows keep their multipliers, tension, windings and history: they follow their constraint by its identity, not
+//! by its number. New rows start with zero multipliers and a history of constant rates. New bodies start in the state that is given: a staggered scheme, whose velocities are half a step old, takes half
 //! a step of their acceleration back, as at the start of a run. The linear system is planned anew, as for a new scene, and
-//! the balance of energy begins anew. Controls keep their order and their names; they are renumbered where one goes.
+//! the energy balance restarts. Controls keep their order and their names; a removal renumbers them.
 
 use crate::StepError;
 use crate::identity::{BodyId, ConstraintId, Identities};
@@ -73,8 +72,8 @@ impl Edit {
         self.ids.of_body(number)
     }
 
-    /// Sets velocity \[m/s] and angular velocity \[rad/s] of a body, world frame: of the segments of a new cable, which are at
-    /// rest.
+    /// Sets velocity \[m/s] and angular velocity \[rad/s] of a body, world frame. Segments of a new cable start at rest:
+    /// this sets them moving.
     ///
     /// # Errors
     /// [`StepError::Gone`].
@@ -120,7 +119,7 @@ impl Edit {
         Ok(parts)
     }
 
-    /// Removes a body that nothing holds and that is not the load.
+    /// Removes an unconstrained body other than the load.
     ///
     /// # Errors
     /// [`StepError::Gone`]; [`StepError::Scene`] as [`Scene::remove`].
@@ -236,7 +235,7 @@ impl Stepper {
     /// # Errors
     /// Those of `work`, [`StepError::Scene`] and [`StepError::Solve`] as [`Stepper::new`] for the changed scene, and
     /// [`SolveError::OutOfOrder`] in [`StepError::Solve`] between [`solve`](Self::solve) and [`advance`](Self::advance).
-    /// Where it fails nothing has changed.
+    /// On error the stepper is unchanged.
     pub fn change<T>(
         &mut self,
         work: impl FnOnce(&mut Edit) -> Result<T, StepError>,

@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::change::Edit;
 use crate::stepper::Stepper;
-use taut_model::{Action, Constraint, Distance, Event, RowLaw, Spherical, When};
+use taut_model::{Action, CableParts, Constraint, Distance, Event, RowLaw, Spherical, When};
 
 impl Stepper {
     /// Names of the events of the last step.
@@ -12,17 +12,20 @@ impl Stepper {
         &self.fired
     }
 
-    /// Lets the events happen whose conditions hold, each once. Allocates where there are any. Returns their number.
+    /// Fires all due events, each once; of a cable only the joint breaks that is strained the most, which relieves the others.
+    /// Allocates where there are any. Returns their number.
     ///
     /// # Errors
-    /// As [`change`](Self::change); the events are then still to come.
+    /// As [`change`](Self::change); the events then stay pending.
     pub(crate) fn fire(&mut self) -> Result<usize, StepError> {
         self.fired.clear();
         if !self.scene.events.iter().any(|event| self.is_due(event)) {
             return Ok(0);
         }
-        let events = self.scene.events.iter();
-        let due: Vec<Event> = events.filter(|e| self.is_due(e)).cloned().collect();
+        let events = self.scene.events.iter().filter(|event| self.is_due(event));
+        let due: Vec<&Event> = events.collect();
+        let first = due.iter().filter(|event| !self.is_spared(event, &due));
+        let due: Vec<Event> = first.map(|event| (*event).clone()).collect();
         let actions = || due.iter().flat_map(|event| &event.then);
         let named = |control: usize| self.scene.controls[control].name.clone();
         let settings = actions().filter_map(|action| match action {
@@ -54,17 +57,40 @@ impl Stepper {
         match &event.when {
             // A time that steps add up to may fall short of it by rounding.
             When::Time(time) => self.time >= time - 1e-6 * self.options.dt,
-            When::Force { constraint, above } => {
-                let size = || Some(self.force(*constraint)?.force.norm());
-                let force = self.tension(*constraint).or_else(size);
-                force.is_some_and(|force| force > *above)
-            }
+            When::Force { constraint, above } => self.strain(*constraint) > *above,
             When::Distance { between, below } => {
                 let [a, b] = between.map(|f| f.resolve(&self.scene.bodies, self.time).point());
                 (a - b).norm() < *below
             }
             _ => false,
         }
+    }
+}
+
+impl Stepper {
+    /// Tension of a constraint, or the size of its force where it has none \[N].
+    fn strain(&self, constraint: usize) -> f64 {
+        let size = || Some(self.force(constraint)?.force.norm());
+        self.tension(constraint).or_else(size).unwrap_or(0.0)
+    }
+
+    /// Whether a joint of the same cable is strained more, or as much and before it, by another of the events that are due.
+    fn is_spared(&self, event: &Event, due: &[&Event]) -> bool {
+        let strained = |event: &Event| match &event.when {
+            When::Force { constraint, above } => {
+                let of = |cable: &CableParts| cable.joints.contains(constraint);
+                let cable = self.scene.cables.iter().position(of)?;
+                Some((cable, self.strain(*constraint) / above, *constraint))
+            }
+            _ => None,
+        };
+        let Some((cable, strain, joint)) = strained(event) else {
+            return false;
+        };
+        let worse = |(other, more, first): (usize, f64, usize)| {
+            other == cable && (more > strain || (more == strain && first < joint))
+        };
+        due.iter().filter_map(|event| strained(event)).any(worse)
     }
 }
 

@@ -1,8 +1,7 @@
 //! Identities of bodies and constraints, which stay while numbers change.
 //!
-//! A handle holds the stepper's own number and one that is given out once. So it keeps naming its body when numbers change,
-//! and is refused after the body is removed, by another stepper, and by a run that was taken up again, which gives out its
-//! own.
+//! A handle holds the stepper's number and a unique one. It keeps naming its body when numbers change, and is refused after
+//! the body is removed, and by any other stepper. A restored run issues new handles.
 
 use crate::StepError;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -125,7 +124,7 @@ impl Identities {
         }
     }
 
-    /// Old numbers, in `old`, of the bodies and constraints that there are now; none of what is new.
+    /// Numbers that the present bodies and constraints have in `old`; `None` for new ones.
     pub(crate) fn numbers_in(&self, old: &Self) -> [Vec<Option<usize>>; 2] {
         let of = |ids: &[u64], old: &[u64]| -> Vec<Option<usize>> {
             ids.iter().map(|id| old.binary_search(id).ok()).collect()

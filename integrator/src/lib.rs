@@ -71,7 +71,7 @@
 //! | `access` | what may be changed between steps: states, loads, motors, winches, controls |
 //! | `change` | what may be added and removed between steps, and what follows |
 //! | `events` | what happens by itself after a step: ropes that break, hooks that catch |
-//! | `identity` | what bodies and constraints are called whatever their numbers |
+//! | `identity` | stable handles of bodies and constraints |
 //! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |

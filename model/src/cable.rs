@@ -2,8 +2,8 @@
 //!
 //! A [`Cable`] runs from one end through given points to the other. Segments are the chords of this polyline between
 //! points at equal arc lengths, or at the arc lengths given. Mass and compliance are those of the arcs; the rods are the
-//! chords, equal to them where the route is straight, shorter by a part of order 1/N² on a curve and of order 1/N at a
-//! corner inside a segment. A joint stands for the cable between the centres of its two segments, a joint at an end for
+//! chords, equal to them on straight routes, shorter by a relative O(1/N²) on curves and by O(1/N) at a corner inside a
+//! segment. A joint stands for the cable between the centres of its two segments, a joint at an end for
 //! half a segment, each with the compliances l/EA, l/EI, l/GJ \[SL (34)–(36)]. The whole is then L/EA, and a clamped end
 //! bends with an error of second order.
 //!
@@ -107,7 +107,7 @@ pub enum CableEnd {
     Clamped(Frame),
 }
 
-/// How a cable is divided.
+/// Segmentation of a cable.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Segments {
@@ -127,7 +127,7 @@ pub enum Damping {
     Ratio(f64),
 }
 
-/// Shape in which a cable is without strain.
+/// Rest shape of a cable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "toml", serde(rename_all = "kebab-case"))]
@@ -149,7 +149,7 @@ pub struct Cable {
     pub ends: [CableEnd; 2],
     /// Points between its ends, world \[m].
     pub points: Vec<Vector3<f64>>,
-    /// How it is divided.
+    /// Its segmentation.
     pub segments: Segments,
     /// Mass per length \[kg/m].
     pub density: f64,
@@ -273,7 +273,7 @@ impl Scene {
         self.add_cable_at(cable, 0.0)
     }
 
-    /// [`add_cable`](Self::add_cable) with moved points of the world where they are at `time` (s).
+    /// [`add_cable`](Self::add_cable) with prescribed motions evaluated at `time` (s).
     ///
     /// # Errors
     /// As there.
@@ -360,7 +360,7 @@ impl Scene {
         }
     }
 
-    /// Refuses names of a cable with so many segments that the scene has already.
+    /// Refuses cable, segment and joint names that are in use.
     fn check_new_names(&self, cable: &Cable, segments: usize) -> Result<(), SceneError> {
         let own = |name: &str| -> Option<String> {
             Some(

@@ -95,7 +95,7 @@ pub struct Scene {
 }
 
 impl Scene {
-    /// An empty scene without gravity.
+    /// An empty scene without gravity; set [`gravity`](Self::gravity).
     #[must_use]
     pub fn new(name: impl Into<String>) -> Self {
         Self {

@@ -59,6 +59,7 @@
 //! | `twist_reference` | twist that the pose is counted from, rad: 2π for one whole turn; default 0 |
 //! | `motion` | of the world's side, m and s: `{ smooth = { displacement, start, duration } }` or |
 //! | | `{ circle = { radius, period, start, ramp } }` |
+//! | `breaks_at` | N: see `[[event]]` |
 //! | `group` | for block Gauss–Seidel over groups; default 0, but by topology ([`Scene::group_by_topology`]) where no |
 //! | | entry of the text has one |
 //!
@@ -82,8 +83,8 @@
 //! | `mass_per_length` | default those of a solid round cable of the material |
 //! | `damping` or `damping_ratio` | damping time, s; part of critical damping (module [`cable`](crate::cable)); default 0 |
 //! | `joint`, `bend`, `twist` | `cosserat` (default), `paper` or `spherical`; `false` leaves such rows out |
-//! | `rest` | shape without strain: `straight` (default) or `as-routed` |
-//! | `group` | as in a joint |
+//! | `rest` | rest shape: `straight` (default) or `as-routed` |
+//! | `breaks_at`, `group` | as in a joint |
 //!
 //! Bodies and joints written one by one name the cable that they belong to by the key `cable`.
 //!
@@ -96,7 +97,7 @@
 //! | `stretch` or `ea` | compliance, m/N; stiffness, N |
 //! | `tension_only` | `true` (default): it goes slack; `false`: it pushes |
 //! | `winch` | changes its length; see below |
-//! | `damping`, `group` | as in a joint |
+//! | `damping`, `breaks_at`, `group` | as in a joint |
 //!
 //! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
 //! |---|---|
@@ -119,7 +120,7 @@
 //! | `drives` | `{ joint = "…", gain = … }` each: a joint whose motor has a speed, or a cable with a winch; |
 //! | | its speed over the value of the control, default 1 |
 //!
-//! | `[[event]]` | happens once, at the end of the first step in which its condition holds; see [`EventEntry`] |
+//! | `[[event]]` | fires once, at the end of the first step that meets its condition; see [`EventEntry`] |
 //! |---|---|
 //! | `name` | |
 //! | `at` or | condition: from this time on, s |
@@ -130,7 +131,8 @@
 //! | `release` | names of constraints that let go |
 //! | `set` | controls, `{ control = "…", value = … }` each |
 //!
-//! `breaks_at` (N) of a joint or massless cable is such an event, called `NAME breaks`; of a cable one for each joint.
+//! `breaks_at` (N) of a joint or massless cable is such an event, called `NAME breaks`; of a cable one for
+//! each joint, of which only the most strained breaks in a step.
 //!
 //! A crane: its jib slews about the fixed tower, a trolley runs along the jib, a winch on it holds a hook on a massless
 //! cable, and a load hangs from the hook:

@@ -55,7 +55,7 @@ impl Case {
     }
 }
 
-/// All cases: statics, dynamics, numerics, in the order of their names.
+/// All cases: statics, dynamics, numerics.
 pub fn cases() -> impl Iterator<Item = Case> {
     [statics::CASES, dynamics::CASES, numerics::CASES]
         .into_iter()

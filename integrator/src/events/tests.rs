@@ -85,6 +85,21 @@ fn a_rope_breaks_at_its_limit_and_the_next_one_follows() {
     assert!(stepper.scene().constraints.is_empty());
 }
 
+/// All joints of a rope are beyond their limit at once, the upper ones the most: one of them breaks.
+#[test]
+fn a_rope_breaks_in_one_place() {
+    let mut scene = taut_model::HoistParams::default()
+        .hanging_equilibrium()
+        .unwrap();
+    for joint in scene.cables[0].joints.clone() {
+        scene.break_at(joint, 9000.0);
+    }
+    let mut stepper = Stepper::new(scene, options()).unwrap();
+    let log = run(&mut stepper, 30);
+    assert_eq!(log.len(), 1, "{log:?}");
+    assert_eq!(log[0].1, "anchor breaks");
+}
+
 #[test]
 fn a_hook_catches_what_comes_near_and_keeps_the_momentum() {
     let mut scene = Scene::new("catch");

@@ -1,10 +1,11 @@
-//! Events: what happens by itself, once, while a scene runs. A rope breaks, a load is let go, a hook catches it.
+//! Events: one-shot actions while a scene runs. A rope breaks, a load is let go, a hook catches it.
 
 use super::Scene;
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 
-/// Something that happens once, at the end of the first step in which its condition holds.
+/// A one-shot event. It fires at the end of the first step that meets its condition; of a cable of segments only the joint
+/// that is strained the most breaks in a step.
 #[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -25,7 +26,8 @@ pub struct Event {
 pub enum When {
     /// From this time on \[s].
     Time(f64),
-    /// The tension of constraint number `constraint` exceeds `above` \[N]; of one without a tension the size of its force.
+    /// The tension of constraint number `constraint` exceeds `above` \[N], or the size of its force if it has no
+    /// tension.
     Force {
         /// The constraint.
         constraint: usize,
@@ -47,9 +49,9 @@ pub enum When {
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Action {
-    /// A constraint lets go: the number of the one that is removed.
+    /// Removes the constraint of this number: it lets go.
     Release(usize),
-    /// A rigid link of the distance at that time ties two points together; a ball joint where they coincide.
+    /// Ties two points together by a rigid link of their present distance, or by a ball joint where they coincide.
     Attach {
         /// Name of the new constraint.
         name: String,
@@ -66,7 +68,8 @@ pub enum Action {
 }
 
 impl Scene {
-    /// Lets constraint number `constraint` break where its tension, or the force of one that has none, exceeds `force` (N): an event called `NAME breaks`.
+    /// Lets constraint number `constraint` break where its tension, or the size of its force if it has none, exceeds `force`
+    /// (N): an event called `NAME breaks`.
     ///
     /// # Panics
     /// When there is no such constraint.
