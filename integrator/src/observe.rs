@@ -7,7 +7,7 @@ use crate::stepper::{Stage, Stepper};
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
 use nalgebra::Vector3;
 use std::ops::Deref;
-use taut_model::{Linearized, Loads, MAX_ROWS, Scene, SceneError, Wrench};
+use taut_model::{Linearized, Loads, MAX_ROWS, Scene, Wrench};
 use taut_solver::{SolveError, SymBlockMatrix};
 
 /// Energies at one instant \[J].
@@ -139,16 +139,10 @@ impl Stepper {
     /// for a cable that hangs at rest under its own weight. Allocates.
     ///
     /// # Errors
-    /// [`StepError::Scene`] with the names and the number of segments that there are.
+    /// [`StepError::Scene`] for a cable or a segment that is not there.
     pub fn tension_in(&self, cable: &str, segment: usize) -> Result<f64, StepError> {
         let (scene, rows) = (&self.scene, &self.pieces.rows);
-        let parts = scene.cable(cable)?;
-        let body = parts.bodies.get(segment).copied();
-        let body = body.ok_or_else(|| SceneError::TooLarge {
-            what: "segment",
-            value: segment,
-            limit: parts.bodies.len().saturating_sub(1),
-        })?;
+        let body = scene.segment(cable, segment)?;
         let held = rows.slots.iter().filter(|slot| slot.body == body);
         let mut constraints: Vec<usize> = held.map(|slot| slot.constraint).collect();
         // One may hold a body at several points.
@@ -541,7 +535,7 @@ mod tests {
             assert!((tension / (9.81 * below) - 1.0).abs() < 1e-9, "{tension}");
         }
         for (cable, segment, words) in [
-            ("cable", 6, "segment is 6: at most 5"),
+            ("cable", 6, "cable `cable`: segment 6: is not there"),
             ("rope", 0, "cable `rope` is not known: choose one of cable"),
         ] {
             let fault = stepper.tension_in(cable, segment).unwrap_err().to_string();

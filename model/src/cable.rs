@@ -362,31 +362,20 @@ impl Scene {
 
     /// Refuses cable, segment and joint names that are in use.
     fn check_new_names(&self, cable: &Cable, segments: usize) -> Result<(), SceneError> {
-        let own = |name: &str| -> Option<String> {
-            Some(
-                name.strip_prefix(&*cable.name)?
-                    .strip_prefix('-')?
-                    .to_owned(),
-            )
-        };
+        let prefix = format!("{}-", cable.name);
         let counted = |number: &str| {
-            number
-                .parse()
-                .is_ok_and(|n: usize| (1..=segments).contains(&n))
+            let number = number.parse();
+            number.is_ok_and(|n: usize| (1..=segments).contains(&n))
         };
-        let body = |name: &&String| own(name).is_some_and(|rest| counted(&rest));
-        let joint = |name: &&String| {
-            own(name).is_some_and(|rest| match rest.strip_prefix("joint-") {
-                Some(number) => counted(number),
-                None => rest == "start" || rest == "end",
-            })
+        let body = |name: &&String| name.strip_prefix(&prefix).is_some_and(counted);
+        let joint = |name: &&String| match name.strip_prefix(&prefix) {
+            Some("start" | "end") => true,
+            Some(rest) => rest.strip_prefix("joint-").is_some_and(counted),
+            None => false,
         };
-        let cables = self.cables.iter().map(|c| &c.name);
+        let mut cables = self.cables.iter().map(|c| &c.name);
         for (kind, taken) in [
-            (
-                "cable",
-                cables.into_iter().find(|name| **name == cable.name),
-            ),
+            ("cable", cables.find(|name| **name == cable.name)),
             ("body", self.body_names.iter().find(body)),
             ("joint", self.constraint_names.iter().find(joint)),
         ] {

@@ -186,19 +186,27 @@ impl Scene {
         })
     }
 
+    /// Number of the body of segment `segment`, from 0, of the cable called `name`.
+    ///
+    /// # Errors
+    /// A name that no cable has, a segment that it does not have.
+    pub fn segment(&self, name: &str, segment: usize) -> Result<usize, SceneError> {
+        let found = self.cable(name)?.bodies.get(segment).copied();
+        found.ok_or_else(|| SceneError::Conflict {
+            what: format!("cable `{name}`: segment {segment}"),
+            reason: "is not there: its segments are numbered from 0",
+        })
+    }
+
     /// Number of the joint between segments `segment` and `segment + 1`, from 0, of the cable called `name`, whether or not
     /// it was laid with the cable.
     ///
     /// # Errors
     /// A name that no cable has, a segment that has no next one, or two that are not joined.
     pub fn joint_after(&self, name: &str, segment: usize) -> Result<usize, SceneError> {
-        let bodies = &self.cable(name)?.bodies;
-        let pair = bodies.windows(2).nth(segment);
-        let pair = pair.ok_or_else(|| SceneError::TooLarge {
-            what: "segment",
-            value: segment,
-            limit: bodies.len().saturating_sub(2),
-        })?;
+        // The last one has no next.
+        let next = segment.saturating_add(1);
+        let pair = [self.segment(name, segment)?, self.segment(name, next)?];
         let joins = |c: &Constraint| {
             let sides = c.frames().iter().map(Frame::body_index);
             c.frames().len() == 2 && sides.flatten().filter(|i| pair.contains(i)).count() == 2

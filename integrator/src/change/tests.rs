@@ -219,7 +219,7 @@ fn what_does_not_go_is_refused_by_name_and_changes_nothing() {
         ),
         (
             |edit| edit.cut("cable", usize::MAX),
-            "segment is 18446744073709551615: at most 2",
+            "cable `cable`: segment 18446744073709551615: is not there",
         ),
         (
             |edit| edit.cut("rope", 0),
