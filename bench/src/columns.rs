@@ -1,7 +1,7 @@
 //! The columns of `taut run --columns`: any quantity of a body, joint, cable or control, by name.
 //!
 //! `NAME.QUANTITY`, split at the last dot, is of what has that name; where a body and a joint share it the quantity
-//! decides. Of a cable of segments `NAME.tension` is its largest. A control and the quantities of the run itself are named
+//! decides. Of a cable of segments `NAME.tension` is its largest, `NAME.3.tension` that of segment 3, from 0. A control and the quantities of the run itself are named
 //! alone. All values are those at the end of a step:
 //! forces as [`Stepper::force`] and [`Stepper::loads`] say, a joint's on its side b.
 
@@ -121,6 +121,15 @@ pub enum ColumnError {
         /// Those that it has.
         known: Vec<&'static str>,
     },
+    /// A cable has fewer segments.
+    NoSegment {
+        /// The column.
+        column: String,
+        /// The cable.
+        cable: String,
+        /// Its segments.
+        segments: usize,
+    },
     /// The same column twice.
     Twice {
         /// Its name.
@@ -157,6 +166,14 @@ impl fmt::Display for ColumnError {
                 "column `{name}.{quantity}`: `{name}` has no `{quantity}`: choose one of {}",
                 known.join(", ")
             ),
+            Self::NoSegment {
+                column,
+                cable,
+                segments,
+            } => write!(
+                f,
+                "column `{column}`: cable `{cable}` has {segments} segments, numbered from 0"
+            ),
             Self::Twice { name } => write!(f, "column `{name}` is there twice: drop one"),
         }
     }
@@ -173,6 +190,8 @@ enum Source {
     Control(String),
     /// The largest tension of a cable of segments.
     Cable(String),
+    /// That of one of its segments.
+    Segment(String, usize),
 }
 
 impl Source {
@@ -192,6 +211,7 @@ impl Source {
                 let tensions = cable.joints.iter().filter_map(|c| stepper.tension(*c));
                 tensions.reduce(worse)
             }
+            Self::Segment(name, segment) => stepper.tension_in(name, *segment).ok(),
         }
     }
 }
@@ -294,6 +314,9 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
     if quantity == TENSION && scene.cable(owner).is_ok() && scene.constraint(owner).is_err() {
         return Ok(("N", Source::Cable(owner.to_owned())));
     }
+    if let Some(segment) = segment(name, scene) {
+        return segment.map(|source| ("N", source));
+    }
     let (body, constraint) = match (scene.body(owner), scene.constraint(owner)) {
         (Err(bodies), Err(constraints)) => {
             return Err(ColumnError::UnknownName {
@@ -326,6 +349,22 @@ fn find(name: &str, stepper: &Stepper) -> Result<(&'static str, Source), ColumnE
         name: owner.to_owned(),
         quantity: quantity.to_owned(),
         known: all.iter().map(|(known, ..)| *known).collect(),
+    })
+}
+
+/// The source of the column `CABLE.SEGMENT.tension`; `None` where `name` is no such column.
+fn segment(name: &str, scene: &Scene) -> Option<Result<Source, ColumnError>> {
+    let (cable, number) = name.strip_suffix(".tension")?.rsplit_once('.')?;
+    let number: usize = number.parse().ok()?;
+    let segments = scene.cable(cable).ok()?.bodies.len();
+    Some(if number < segments {
+        Ok(Source::Segment(cable.to_owned(), number))
+    } else {
+        Err(ColumnError::NoSegment {
+            column: name.to_owned(),
+            cable: cable.to_owned(),
+            segments,
+        })
     })
 }
 

@@ -2,9 +2,8 @@
 //! `cargo run -p taut-integrator --example tower_crane`
 
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::nalgebra::Vector3;
 use taut_model::{Body, Cable, CableEnd, Control, Frame, MasslessCable, Material, Motor};
-use taut_model::{RowLaw, Scene, SceneError, Segments, Slider};
+use taut_model::{RowLaw, Scene, SceneError, Segments, Slider, nalgebra::Vector3};
 
 fn crane() -> Result<Scene, SceneError> {
     let at = |x, z| Vector3::new(x, 0.0, z); // m

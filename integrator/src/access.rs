@@ -118,7 +118,7 @@ impl Stepper {
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`] where there is no body `body`, [`StepError::NotControllable`] with
-    /// its name where a component is not finite.
+    /// its name where a component is not finite, or a torque acts on a point mass.
     pub fn set_load(
         &mut self,
         body: usize,
@@ -142,6 +142,12 @@ impl Stepper {
             return Err(refused(
                 format!("body `{}`", self.scene.body_names[body]),
                 "got a force or a torque that is not finite",
+            ));
+        }
+        if bodies.is_point(body) && torque != Vector3::zeros() {
+            return Err(refused(
+                format!("body `{}`", self.scene.body_names[body]),
+                "is a point mass, which no torque turns: give it a shape or an inertia",
             ));
         }
         bodies.force[body] = force;
@@ -257,7 +263,8 @@ impl Stepper {
     }
 
     /// Sets control number `control` of the scene to `value`, a speed \[m/s or rad/s], from the next step on: see
-    /// [`Scene::controls`](taut_model::Scene::controls). Allocates nothing.
+    /// [`Scene::controls`](taut_model::Scene::controls), and [`control_index`](Self::control_index) for one that stays the
+    /// same while the scene changes. Allocates nothing.
     ///
     /// # Errors
     /// [`StepError::NotControllable`] where there is no such control or the value is not finite.

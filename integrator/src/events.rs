@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::change::Edit;
 use crate::stepper::Stepper;
-use taut_model::{Action, CableParts, Constraint, Distance, Event, RowLaw, Spherical, When};
+use taut_model::{Action, CableParts, Event, When};
 
 impl Stepper {
     /// Names of the events of the last step.
@@ -101,22 +101,8 @@ impl Edit {
             return;
         };
         let points = between.map(|f| f.resolve(&self.scene().bodies, time).point());
-        let (frames, law) = (**between, RowLaw::RIGID);
         let length = (points[0] - points[1]).norm();
-        let joint = if length > 0.0 {
-            Constraint::Distance(Distance {
-                frames,
-                length,
-                law,
-                transverse: false,
-            })
-        } else {
-            Constraint::Spherical(Spherical {
-                frames,
-                stretch: law,
-            })
-        };
-        self.add_constraint(name.clone(), joint, 0);
+        self.add_constraint(name.clone(), Action::tie(**between, length), 0);
     }
 }
 

@@ -37,7 +37,7 @@ const PARTS: f64 = 1e4;
 /// Newton passes at most: two to four are needed.
 const PASSES: usize = 12;
 
-/// Number of the axis of symmetry, and inertia about it over that across it.
+/// Number of the axis of symmetry, and inertia about it over that across it; a point is as symmetric as a ball.
 pub(crate) fn symmetry(inertia: &Matrix3<f64>) -> Option<(usize, f64)> {
     let i = inertia;
     let diagonal = i.m12 == 0.0 && i.m13 == 0.0 && i.m23 == 0.0;
@@ -47,7 +47,12 @@ pub(crate) fn symmetry(inertia: &Matrix3<f64>) -> Option<(usize, f64)> {
         i[(a, a)] == i[(b, b)]
     })?;
     let across = i[(other(axis).0, other(axis).0)];
-    diagonal.then(|| (axis, i[(axis, axis)] / across))
+    let ratio = if across == 0.0 {
+        1.0
+    } else {
+        i[(axis, axis)] / across
+    };
+    diagonal.then_some((axis, ratio))
 }
 
 /// Turns a body through a step with the angular velocity `omega` (rad/s, world), which then is that of its end.

@@ -1,4 +1,4 @@
-//! Identities of bodies and constraints, which stay while numbers change.
+//! Identities of bodies, constraints and controls, which stay while numbers change.
 //!
 //! A handle holds the stepper's number and a unique one. It keeps naming its body when numbers change, and is refused after
 //! the body is removed, and by any other stepper. A restored run issues new handles.
@@ -22,25 +22,36 @@ pub struct ConstraintId {
     id: u64,
 }
 
-/// Identities of a scene's bodies and constraints, ascending: what is added later has a higher one.
+/// Handle of a control in a stepper. It keeps naming that control when numbers change, and is refused once the control is
+/// gone with the last thing that it drove.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ControlId {
+    stepper: u64,
+    id: u64,
+}
+
+/// Identities of a scene's bodies, constraints and controls, ascending: what is added later has a higher one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identities {
     stepper: u64,
     bodies: Vec<u64>,
     constraints: Vec<u64>,
+    controls: Vec<u64>,
     next: u64,
 }
 
 impl Identities {
     pub(crate) fn new(scene: &Scene) -> Self {
         static STEPPERS: AtomicU64 = AtomicU64::new(0);
-        let (bodies, constraints) = (scene.bodies.len() as u64, scene.constraints.len() as u64);
-        Self {
+        let mut ids = Self {
             stepper: STEPPERS.fetch_add(1, Ordering::Relaxed),
-            bodies: (0..bodies).collect(),
-            constraints: (0..constraints).collect(),
-            next: bodies.max(constraints),
-        }
+            bodies: Vec::new(),
+            constraints: Vec::new(),
+            controls: Vec::new(),
+            next: 0,
+        };
+        ids.extend(scene);
+        ids
     }
 
     /// Identity of body number `number`.
@@ -59,6 +70,14 @@ impl Identities {
         }
     }
 
+    /// Identity of control number `number`.
+    pub(crate) fn of_control(&self, number: usize) -> ControlId {
+        ControlId {
+            stepper: self.stepper,
+            id: self.controls[number],
+        }
+    }
+
     /// The body of that name.
     pub(crate) fn body_named(&self, scene: &Scene, name: &str) -> Result<BodyId, SceneError> {
         Ok(self.of_body(scene.body(name)?))
@@ -71,6 +90,11 @@ impl Identities {
         name: &str,
     ) -> Result<ConstraintId, SceneError> {
         Ok(self.of_constraint(scene.constraint(name)?))
+    }
+
+    /// The control of that name.
+    pub(crate) fn control_named(&self, scene: &Scene, name: &str) -> Result<ControlId, SceneError> {
+        Ok(self.of_control(scene.control(name)?))
     }
 
     fn find(&self, ids: &[u64], stepper: u64, id: u64) -> Option<usize> {
@@ -95,11 +119,18 @@ impl Identities {
             .ok_or(StepError::Gone { kind: "constraint" })
     }
 
+    /// Number of a control.
+    pub(crate) fn control(&self, id: ControlId) -> Result<usize, StepError> {
+        self.find(&self.controls, id.stepper, id.id)
+            .ok_or(StepError::Gone { kind: "control" })
+    }
+
     /// Identities of what a scene has more than is known.
     pub(crate) fn extend(&mut self, scene: &Scene) {
         for (known, count) in [
             (&mut self.bodies, scene.bodies.len()),
             (&mut self.constraints, scene.constraints.len()),
+            (&mut self.controls, scene.controls.len()),
         ] {
             while known.len() < count {
                 known.push(self.next);
@@ -108,11 +139,12 @@ impl Identities {
         }
     }
 
-    /// Forgets bodies and constraints by their numbers.
-    pub(crate) fn remove(&mut self, bodies: &[usize], constraints: &[usize]) {
+    /// Forgets bodies, constraints and controls by their numbers.
+    pub(crate) fn remove(&mut self, bodies: &[usize], constraints: &[usize], controls: &[usize]) {
         for (ids, removed) in [
             (&mut self.bodies, bodies),
             (&mut self.constraints, constraints),
+            (&mut self.controls, controls),
         ] {
             let mut removed = removed.to_vec();
             removed.sort_unstable();

@@ -2,7 +2,8 @@
 //!
 //! M̃ = diag(m I₃, R I Rᵀ + α Δt² K) block by block, [SL (3)] with the geometric stiffness K of [`crate::geometric`].
 //! This is the one place where it is computed. Static and driven bodies are infinitely heavy: M̃⁻¹ = 0 and Δt f = 0; their
-//! M̃ is the identity, which the KKT matrix needs.
+//! M̃ is the identity, which the KKT matrix needs. Point masses have three degrees of freedom; where six stand in a
+//! vector, an inertia of 1 kg m² fills up the angular ones, on which nothing acts.
 
 use crate::gyroscopic::{self, About};
 use nalgebra::Matrix3;
@@ -78,10 +79,15 @@ impl Rods {
             let mut shapes = RodShape::default();
             for (lane, &i) in pack.iter().enumerate() {
                 if let Some((axis, ratio)) = shape(i) {
-                    let along = bodies.inertia[i][(axis, axis)];
+                    let inertia = if bodies.is_point(i) {
+                        Matrix3::identity()
+                    } else {
+                        bodies.inertia[i]
+                    };
+                    let along = inertia[(axis, axis)];
                     let other = (axis + 1) % 3;
                     shapes.axis[axis][lane] = 1.0;
-                    shapes.across[lane] = bodies.inertia[i][(other, other)];
+                    shapes.across[lane] = inertia[(other, other)];
                     shapes.excess[lane] = along - shapes.across[lane];
                     shapes.ratio[lane] = ratio - 1.0;
                 }

@@ -125,7 +125,7 @@ pub use change::Edit;
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use identity::{BodyId, ConstraintId};
+pub use identity::{BodyId, ConstraintId, ControlId};
 pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{Phase, PhaseTimes, StepReport};

@@ -115,7 +115,7 @@ impl Plan {
         })
     }
 
-    /// Bodies and constraints, each body just before the first constraint that acts on it: in this order no pivot
+    /// Bodies, six rows each and three of a point mass, and constraints, each body just before the first constraint that acts on it: in this order no pivot
     /// rests on Σ alone, so that rigid rows (Σ = 0) have one too.
     fn kkt(scene: &Scene, rows: &Linearized, order: &[usize]) -> Result<Self, SolveError> {
         let mut block = Vec::new();
@@ -142,6 +142,7 @@ impl Plan {
         let sizes: Vec<usize> = block
             .iter()
             .map(|b| match b {
+                BlockOf::Body(i) if scene.bodies.is_point(*i) => 3,
                 BlockOf::Body(_) => 6,
                 BlockOf::Constraint(c) => rows.row_range(*c).len(),
             })
@@ -207,7 +208,12 @@ impl Plan {
                 a.values_mut().fill(0.0);
                 for (i, &k) in body.iter().enumerate() {
                     let (block, angular) = (a.block_mut(k), unpacked(inertia.angular.get(i)));
+                    let is_point = block.len() == 9;
                     for r in 0..3 {
+                        if is_point {
+                            block[4 * r] = inertia.mass[i];
+                            continue;
+                        }
                         block[7 * r] = inertia.mass[i];
                         for c in 0..3 {
                             block[(3 + r) + 6 * (3 + c)] = angular[(r, c)];
@@ -220,10 +226,10 @@ impl Plan {
                     };
                     let n = rows.row_range(rows.slots[s].constraint).len();
                     let block = a.block_mut(k);
-                    // Two slots of a constraint on one body share a block.
+                    // Two slots of a constraint on one body share a block, which has three columns for a point mass.
                     for (r, row) in rows.block(s).rows().iter().enumerate() {
-                        for (c, j) in row.iter().enumerate() {
-                            block[r + n * c] += j;
+                        for (column, j) in block.chunks_exact_mut(n).zip(row) {
+                            column[r] += j;
                         }
                     }
                 }
@@ -254,7 +260,10 @@ impl Plan {
         for (k, block) in self.block.iter().enumerate() {
             let to = &mut b[self.pattern.rows(k)];
             match *block {
-                BlockOf::Body(i) => to.copy_from_slice(&bodies.map_or([0.0; 6], |b| b.get(i))),
+                BlockOf::Body(i) => {
+                    let six = bodies.map_or([0.0; 6], |b| b.get(i));
+                    to.copy_from_slice(&six[..to.len()]);
+                }
                 BlockOf::Constraint(c) => {
                     for (to, from) in to.iter_mut().zip(&multipliers[rows.row_range(c)]) {
                         *to = sign * from;

@@ -41,7 +41,7 @@ pub struct Body {
     pub angular_velocity: Vector3<f64>,
     /// Mass \[kg], > 0.
     pub mass: f64,
-    /// Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite.
+    /// Inertia about the centre of mass, body frame \[kg m²], symmetric positive definite; zero for a point mass.
     pub inertia: Matrix3<f64>,
     /// External force at the centre of mass besides gravity, world \[N].
     pub force: Vector3<f64>,
@@ -67,11 +67,11 @@ impl Body {
         }
     }
 
-    /// A point mass, `mass` in kg. A point has no inertia, and a body needs one: that of a solid sphere of radius 1 m
-    /// stands in. It takes no part as long as forces act at the centre only: a particle at rest never turns.
+    /// A point mass, `mass` in kg: it has no inertia and never turns. Links, massless cables, bends of links and ball joints
+    /// hold it, at its centre.
     #[must_use]
     pub fn particle(mass: f64) -> Self {
-        Self::sphere(1.0, mass)
+        Self::new(mass, Matrix3::zeros())
     }
 
     /// A solid cylinder with its axis along the body's z axis: a cable segment, a drum.
@@ -143,7 +143,7 @@ pub struct Bodies {
     pub angular_velocity: Vec<Vector3<f64>>,
     /// Masses \[kg], > 0.
     pub mass: Vec<f64>,
-    /// Inertias about the centres of mass, body frames \[kg m²], symmetric positive definite.
+    /// Inertias about the centres of mass, body frames \[kg m²], symmetric positive definite; zero for point masses.
     pub inertia: Vec<Matrix3<f64>>,
     /// External forces at the centres of mass besides gravity, world \[N].
     pub force: Vec<Vector3<f64>>,
@@ -212,6 +212,15 @@ impl Bodies {
         self.mobility[i] == Mobility::Dynamic
     }
 
+    /// Whether body `i` is a point mass that forces move: it has three degrees of freedom, for it never turns.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn is_point(&self, i: usize) -> bool {
+        self.is_dynamic(i) && self.inertia[i] == Matrix3::zeros()
+    }
+
     /// Rotation matrix R of body `i`, body to world.
     ///
     /// # Panics
@@ -265,7 +274,7 @@ mod tests {
         assert!((cube.inertia - Matrix3::identity() * 4.0).norm() < 1e-14);
         let ball = Body::sphere(0.5, 2.0);
         assert!((ball.inertia[(1, 1)] - 0.2).abs() < 1e-15);
-        assert_eq!(Body::particle(3.0), Body::sphere(1.0, 3.0));
+        assert_eq!(Body::particle(3.0).inertia, Matrix3::zeros());
     }
 
     #[test]

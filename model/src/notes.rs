@@ -220,7 +220,10 @@ impl Scene {
     fn external_force(&self) -> f64 {
         let bodies = &self.bodies;
         self.dynamic_bodies()
-            .map(|i| bodies.force[i].norm() + bodies.torque[i].norm() / self.size(i))
+            .map(|i| match bodies.torque[i].norm() {
+                0.0 => bodies.force[i].norm(),
+                torque => bodies.force[i].norm() + torque / self.size(i),
+            })
             .sum()
     }
 }

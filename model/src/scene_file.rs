@@ -30,7 +30,7 @@
 //! | `mobility` | `dynamic` (default): forces move it; `static`: nothing does; `driven`: its velocities do |
 //! | `mass` | kg; a static or driven body needs neither mass nor inertia |
 //! | `shape` or | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along |
-//! | | the body's z, which may be called `rod`, too |
+//! | | the body's z, which may be called `rod`, too; `"particle"`: a point mass |
 //! | `inertia` or | principal moments along the body's axes, kg m² |
 //! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
 //! | `position` | centre of mass, world, m; default the origin |

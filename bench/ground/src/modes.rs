@@ -89,9 +89,11 @@ pub fn modes(scene: &Scene) -> Vec<Mode> {
 pub fn natural(scene: &Scene, coordinates: &[usize]) -> Option<Natural> {
     let bodies = scene.bodies.len();
     let free = |i: &usize| scene.bodies.is_dynamic(*i);
+    let turns = |column: &usize| column % 6 < 3 || !scene.bodies.is_point(column / 6);
     let columns: Vec<usize> = (0..bodies)
         .filter(free)
         .flat_map(|i| coordinates.iter().map(move |c| 6 * i + c))
+        .filter(turns)
         .collect();
     let system = System::new(scene, &columns);
     let free = null_space(&system.rigid)?;
@@ -141,8 +143,13 @@ impl System {
         for i in 0..scene.bodies.len() {
             let (bodies, x, w) = (&scene.bodies, 6 * i, 6 * i + 3);
             mass.view_mut((x, x), (3, 3)).fill_diagonal(bodies.mass[i]);
-            mass.view_mut((w, w), (3, 3))
-                .copy_from(&bodies.inertia_world(i));
+            let mut angular = mass.view_mut((w, w), (3, 3));
+            if bodies.is_point(i) {
+                // Rotations that nothing resists and nothing excites.
+                angular.fill_diagonal(1.0);
+            } else {
+                angular.copy_from(&bodies.inertia_world(i));
+            }
             let mut own = force.rows_mut(x, 3);
             own += scene.gravity * bodies.mass[i] + bodies.force[i];
             let mut own = force.rows_mut(w, 3);

@@ -1,6 +1,7 @@
 //! Events: one-shot actions while a scene runs. A rope breaks, a load is let go, a hook catches it.
 
 use super::Scene;
+use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 
@@ -67,6 +68,24 @@ pub enum Action {
     },
 }
 
+impl Action {
+    /// What ties two points together that are `length` (m) apart: a rigid link, or a ball joint where that is 0.
+    #[must_use]
+    pub fn tie(frames: [Frame; 2], length: f64) -> Constraint {
+        let law = RowLaw::RIGID;
+        if length == 0.0 {
+            let stretch = law;
+            return Constraint::Spherical(Spherical { frames, stretch });
+        }
+        Constraint::Distance(Distance {
+            frames,
+            length,
+            law,
+            transverse: false,
+        })
+    }
+}
+
 impl Scene {
     /// Lets constraint number `constraint` break where its tension, or the size of its force if it has none, exceeds `force`
     /// (N): an event called `NAME breaks`.
@@ -87,6 +106,12 @@ impl Scene {
     pub(super) fn validate_events(&self) -> Result<(), SceneError> {
         let names: Vec<String> = self.events.iter().map(|e| e.name.clone()).collect();
         super::validate::unique("event", &names)?;
+        let actions = self.events.iter().flat_map(|event| &event.then);
+        let made = actions.filter_map(|action| match action {
+            Action::Attach { name, .. } => Some(name.clone()),
+            _ => None,
+        });
+        super::validate::unique("joint", &made.collect::<Vec<_>>())?;
         (0..self.events.len()).try_for_each(|i| self.validate_event(i))
     }
 
@@ -133,7 +158,7 @@ impl Scene {
                     let (kind, name) = ("joint", name.clone());
                     return Err(SceneError::Duplicate { kind, name });
                 }
-                points(between)
+                self.check_constraint(name, &Action::tie(**between, 1.0))
             }
             Action::Set { control, value } => {
                 if *control >= self.controls.len() {

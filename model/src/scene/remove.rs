@@ -43,11 +43,15 @@ impl Kept {
 impl Scene {
     /// Removes bodies and constraints by their numbers. The others keep their order; drives, cables, events and the
     /// load follow them. Controls whose last drive goes, cables whose last part goes, and events that watch or act on
-    /// what goes are removed as well.
+    /// what goes are removed as well. Returns the numbers that the removed controls had.
     ///
     /// # Errors
     /// A number that is not there, a body that a constraint holds which stays, or the load. The scene is then as it was.
-    pub fn remove(&mut self, bodies: &[usize], constraints: &[usize]) -> Result<(), SceneError> {
+    pub fn remove(
+        &mut self,
+        bodies: &[usize],
+        constraints: &[usize],
+    ) -> Result<Vec<usize>, SceneError> {
         if let Some(i) = bodies.iter().find(|i| **i >= self.bodies.len()) {
             return Err(self.unknown_body("removal", *i));
         }
@@ -92,7 +96,7 @@ impl Scene {
         if let Some(load) = &mut self.load {
             kept_bodies.follow(load);
         }
-        Ok(())
+        Ok(idle)
     }
 
     fn check_removal(&self, bodies: &Kept, constraints: &Kept) -> Result<(), SceneError> {

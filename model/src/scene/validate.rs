@@ -11,12 +11,15 @@ use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
 
+/// What an angular velocity or a torque of a point mass has to be.
+const NEVER_TURNS: &str = "0 for a point mass: give the body a shape or an inertia";
+
 /// Largest deviation of AᵀA from the identity that a frame's axes may have.
 const AXES_TOLERANCE: f64 = 1e-9;
 
 impl Bodies {
-    /// Checks position, orientation and velocities of body number `i`, which errors call `name`: finite, of unit norm, and
-    /// none of a static body. Allocates for an error only.
+    /// Checks position, orientation and velocities of body number `i`, which errors call `name`: finite, of unit norm, none of
+    /// a static body, and no rotation of a point mass. Allocates for an error only.
     ///
     /// # Errors
     /// [`SceneError::BadValue`] with the body and the quantity.
@@ -32,6 +35,10 @@ impl Bodies {
         if self.mobility[i] == Mobility::Static && rates != 0.0 {
             let needs = "0 for a static body: make it driven to move it";
             check(of("velocity"), rates, false, needs)?;
+        }
+        let turning = self.angular_velocity[i].amax();
+        if self.is_point(i) && turning != 0.0 {
+            check(of("angular velocity"), turning, false, NEVER_TURNS)?;
         }
         let norm = self.orientation[i].as_vector().norm();
         if norm.is_nan() || (norm - 1.0).abs() > 1e-9 {
@@ -171,7 +178,12 @@ impl Scene {
         finite(|| of("force"), b.force[i].iter())?;
         finite(|| of("torque"), b.torque[i].iter())?;
         finite(|| of("inertia"), b.inertia[i].iter())?;
-        if positive_definite(&b.inertia[i]) {
+        let torque = b.torque[i].amax();
+        if b.is_point(i) && torque != 0.0 {
+            check(of("torque"), torque, false, NEVER_TURNS)?;
+        }
+        // The inertia of a held body takes no part.
+        if positive_definite(&b.inertia[i]) || b.inertia[i] == Matrix3::zeros() {
             return Ok(());
         }
         Err(SceneError::Inertia {
@@ -180,12 +192,15 @@ impl Scene {
     }
 
     pub(crate) fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
-        let joint = &self.constraint_names[i];
+        self.check_constraint(&self.constraint_names[i], &self.constraints[i])
+    }
+
+    /// Checks a constraint called `joint` that is part of the scene, or is to be.
+    pub(super) fn check_constraint(&self, joint: &str, c: &Constraint) -> Result<(), SceneError> {
         let of = |quantity: &str| format!("joint `{joint}`: {quantity}");
-        let c = &self.constraints[i];
         if c.rows() == 0 {
             return Err(SceneError::NoRows {
-                joint: joint.clone(),
+                joint: joint.to_owned(),
             });
         }
         for (_, law) in (0..c.rows()).map(|row| c.row(row)) {
@@ -230,14 +245,14 @@ impl Scene {
         let dynamic = |i: usize| mobility.get(i).is_none_or(|m| *m == Mobility::Dynamic);
         if !c.bodies().any(dynamic) {
             return Err(SceneError::BothWorld {
-                joint: joint.clone(),
+                joint: joint.to_owned(),
             });
         }
         match bodies.next() {
             // All sides on one body: nothing moves against anything.
             Some(first) if c.bodies().count() == sides && bodies.all(|b| b == first) => {
                 return Err(SceneError::SameBody {
-                    joint: joint.clone(),
+                    joint: joint.to_owned(),
                     body: self.body_names.get(first).cloned().unwrap_or_default(),
                 });
             }
@@ -249,6 +264,29 @@ impl Scene {
                 .and_then(|i| char::from_digit(i + 10, 36));
             let side = letter.map_or_else(|| (i + 1).to_string(), String::from);
             self.validate_frame(joint, &side, frame)?;
+        }
+        self.check_points(joint, c)
+    }
+
+    /// Refuses a constraint that would turn a point mass.
+    fn check_points(&self, joint: &str, c: &Constraint) -> Result<(), SceneError> {
+        let pulls = matches!(
+            c,
+            Constraint::Spherical(_)
+                | Constraint::Distance(_)
+                | Constraint::MasslessCable(_)
+                | Constraint::LinkBend(_)
+        );
+        for frame in c.frames() {
+            let body = frame.body_index().filter(|body| *body < self.bodies.len());
+            let point = body.filter(|body| self.bodies.is_point(*body));
+            if let Some(body) = point.filter(|_| !pulls || frame.point.amax() != 0.0) {
+                return Err(SceneError::Conflict {
+                    what: format!("joint `{joint}` of body `{}`", self.body_names[body]),
+                    reason: "would turn a point mass: give the body a shape or an inertia, or attach a ball joint, link or \
+                             massless cable at its centre",
+                });
+            }
         }
         Ok(())
     }
@@ -450,6 +488,36 @@ mod tests {
     }
 
     #[test]
+    fn nothing_turns_a_point_mass() {
+        let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
+        let point = |s: &mut Scene| s.bodies.inertia[2] = Matrix3::zeros();
+        says(
+            after(|s| s.bodies.inertia[0] = Matrix3::zeros()),
+            "joint `anchor` of body `segment-1`: would turn a point mass",
+        );
+        let hung = |at: Vector3<f64>| {
+            move |s: &mut Scene| {
+                point(s);
+                let frames = pair(s, 2).map(|f| Frame { point: at, ..f });
+                let stretch = RowLaw::RIGID;
+                s.constraints[2] = Constraint::Spherical(crate::Spherical { frames, stretch });
+            }
+        };
+        says(after(hung(Vector3::x())), "`load`: would turn a point mass");
+        let turning = |s: &mut Scene| {
+            hung(Vector3::zeros())(s);
+            assert_eq!(s.validate(), Ok(()));
+            s.bodies.angular_velocity[2].x = 1.0;
+        };
+        says(after(turning), "angular velocity is 1: it has to be 0");
+        let twisted = |s: &mut Scene| {
+            hung(Vector3::zeros())(s);
+            s.bodies.torque[2].z = -2.0;
+        };
+        says(after(twisted), "torque is 2: it has to be 0 for a point");
+    }
+
+    #[test]
     fn faults_of_bodies() {
         let nan = f64::NAN;
         let says = |text: String, words: &str| assert!(text.contains(words), "{text}");
@@ -461,10 +529,8 @@ mod tests {
         says(after(|s| s.gravity.x = nan), "gravity is NaN");
         says(after(|s| s.bodies.inertia[0][(0, 0)] = -1.0), "inertia");
         says(after(|s| s.bodies.inertia[0][(0, 1)] = 1e-3), "symmetric");
-        says(
-            after(|s| s.bodies.inertia[0] = Matrix3::zeros()),
-            "definite",
-        );
+        let flat = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
+        says(after(|s| s.bodies.inertia[0] = flat), "definite");
         let long = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
         says(after(|s| s.bodies.orientation[0] = long), "unit quaternion");
         says(after(|s| s.body_names[1] = "load".into()), "called `load`");

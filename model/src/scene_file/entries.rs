@@ -82,7 +82,7 @@ pub struct BodyEntry {
     pub mobility: Mobility,
     /// Mass \[kg]; a static or driven body needs none.
     pub mass: Option<f64>,
-    /// A solid shape of that mass.
+    /// A solid shape of that mass, or `particle`.
     pub shape: Option<Shape>,
     /// Principal moments of inertia along the body axes \[kg m²].
     pub inertia: Option<[f64; 3]>,
@@ -111,11 +111,13 @@ pub struct BodyEntry {
     pub cable: Option<String>,
 }
 
-/// A solid shape.
+/// A solid shape, or none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 #[non_exhaustive]
 pub enum Shape {
+    /// A point mass, which has no inertia: what holds it acts at its centre.
+    Particle,
     /// A ball.
     Sphere {
         /// Radius \[m].
@@ -227,6 +229,7 @@ impl Shape {
     fn body(&self, mass: f64, of: &Entry<'_>) -> Result<Body, Fault> {
         let long = |key, value| of.check(key, value, value > 0.0, "> 0 m");
         Ok(match *self {
+            Self::Particle => Body::particle(mass),
             Self::Sphere { radius } => Body::sphere(long("shape.sphere.radius", radius)?, mass),
             Self::Rod { length, radius } => {
                 let length = long("shape.rod.length", length)
