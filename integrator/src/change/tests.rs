@@ -1,7 +1,9 @@
 use super::*;
 use crate::StepOptions;
 use nalgebra::Vector3;
-use taut_model::{CableEnd, Frame, GantryParams, JointKind, Lock, Material, RowLaw, Segments};
+use taut_model::{
+    CableEnd, Frame, GantryParams, JointKind, Lock, Material, Motor, RowLaw, Segments, Slider,
+};
 
 const WEIGHT: f64 = 9.81;
 
@@ -176,6 +178,46 @@ fn handles_are_of_one_body_and_one_stepper() {
         stepper.constraint_index(rail),
         Err(StepError::Gone { kind: "constraint" })
     );
+}
+
+/// The gantry's hoist follows its handle when the trolley's control goes, and no number can drive the wrong winch.
+#[test]
+fn a_control_keeps_its_handle_while_numbers_shift() {
+    let mut stepper = gantry();
+    let [trolley, hoist] =
+        ["trolley_speed", "hoist_speed"].map(|name| stepper.control(name).unwrap());
+    let brake = stepper.constraint("rail").unwrap();
+    let unwinding = stepper.change(|edit| {
+        edit.remove_constraint(brake)?;
+        let origin = Vector3::zeros();
+        let trolley = Frame::body(edit.body_index(edit.body("trolley")?)?, origin);
+        let frames = [Frame::world(origin), trolley].map(|f| f.along(&Vector3::x()));
+        let slider = Slider::new(frames).driven(Motor::speed(0.0));
+        let rail = edit.add_constraint("new-rail", slider, 0);
+        let rail = edit.constraint_index(rail)?;
+        Ok(edit.add_control(Control::of("new_speed", rail, 1.0)))
+    });
+    let added = unwinding.unwrap();
+    let gone = stepper.control_index(trolley);
+    assert_eq!(gone, Err(StepError::Gone { kind: "control" }));
+    assert_eq!(stepper.control_index(hoist), Ok(0));
+    assert_eq!(stepper.control_index(added), Ok(1));
+    assert_eq!(stepper.control("new_speed").unwrap(), added);
+    stepper.set_control(1, 0.5).unwrap();
+    let before = stepper.scene().bodies.position[1].x;
+    steps(&mut stepper, 12);
+    let moved = stepper.scene().bodies.position[1].x - before;
+    assert!((moved - 0.1).abs() < 1e-9, "{moved}");
+    let twice = stepper.change(|edit| {
+        let rail = edit.constraint_index(edit.constraint("new-rail")?)?;
+        Ok(edit.add_control(Control::of("second", rail, 1.0)))
+    });
+    let message = twice.unwrap_err().to_string();
+    assert!(
+        message.contains("`second`") && message.contains("`new-rail`"),
+        "{message}"
+    );
+    assert_eq!(stepper.scene().controls.len(), 2);
 }
 
 #[test]

@@ -207,6 +207,27 @@ fn events_of_what_is_not_there_are_refused_by_name() {
         vec![Action::Attach { name, between }],
         "names the body `number 9`",
     );
+    for (ends, words) in [
+        ([0, 0], "joint `hook` ties body `load` to itself"),
+        ([9, 9], "names the body `number 9`"),
+    ] {
+        let between = Box::new(ends.map(|i| Frame::body(i, Vector3::zeros())));
+        let name = "hook".to_owned();
+        says(now(), vec![Action::Attach { name, between }], words);
+    }
+    let between = Box::new([Vector3::x(), Vector3::y()].map(Frame::world));
+    let tie = |between: &Box<[Frame; 2]>| Action::Attach {
+        name: "hook".to_owned(),
+        between: between.clone(),
+    };
+    says(now(), vec![tie(&between)], "`hook`");
+    // Two that would have one name: whichever comes first, the other could not be carried out.
+    let sound = Box::new([Frame::world(Vector3::x()), Frame::body(0, Vector3::zeros())]);
+    says(
+        now(),
+        vec![tie(&sound), tie(&sound)],
+        "two joint entries are called `hook`",
+    );
     let (control, value) = (0, 1.0);
     says(
         now(),

@@ -249,11 +249,15 @@ impl Scene {
             });
         }
         match bodies.next() {
-            // All sides on one body: nothing moves against anything.
-            Some(first) if c.bodies().count() == sides && bodies.all(|b| b == first) => {
+            // All sides on one body: nothing moves against anything. One that is not there is found below.
+            Some(first)
+                if first < self.bodies.len()
+                    && c.bodies().count() == sides
+                    && bodies.all(|b| b == first) =>
+            {
                 return Err(SceneError::SameBody {
                     joint: joint.to_owned(),
-                    body: self.body_names.get(first).cloned().unwrap_or_default(),
+                    body: self.body_names[first].clone(),
                 });
             }
             _ => {}

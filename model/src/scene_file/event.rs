@@ -83,8 +83,13 @@ impl EventEntry {
     pub(super) fn build(&self, scene: &Scene, names: &Names<'_>) -> Result<Event, Fault> {
         let of = Entry::new("event", &self.name);
         let at = |key: &str| {
-            let key = key.to_owned();
-            move |error: SceneError| Fault::new(key, error)
+            let (key, what) = (key.to_owned(), format!("event `{}`", self.name));
+            move |error: SceneError| match error {
+                SceneError::UnknownJoint { name, known, .. } => {
+                    Fault::new(key, SceneError::UnknownJoint { what, name, known })
+                }
+                other => Fault::new(key, other),
+            }
         };
         let points = |key: &str, ends: [&PointEntry; 2]| -> Result<Box<[Frame; 2]>, Fault> {
             let [a, b] = ends;

@@ -103,7 +103,7 @@ fn faults_of_events_name_line_and_key() {
         (
             "\"sling\", \"rope-end\"",
             "\"slink\"",
-            "line 39, column 1: the program names `slink`",
+            "line 39, column 1: event `let go` names `slink`",
         ),
         (
             "release = [\"sling\", \"rope-end\"]",

@@ -167,7 +167,7 @@ const LINKS: &str = r#"
 [[body]]
 name = "bead"
 mass = 1
-shape = { sphere = { radius = 1 } }
+shape = "particle"
 position = [0, 0, -1.5]
 [[body]]
 name = "ball"
