@@ -117,12 +117,19 @@ impl Constraint {
 impl Scene {
     /// Gap of each constraint beyond which a motion of the scene is lost \[m]; infinite where it has none.
     ///
-    /// With its length ℓ, the sum of its bodies' radii of gyration where it has no length, and e = ε W of its compliance ε
-    /// and the scene's weight W (external forces included), a weight that falls by twice ℓ opens it by
-    /// e + √(e² + 4 e ℓ) < 2 (ℓ + e), which is the limit.
+    /// With its length ℓ, the sum of its bodies' radii of gyration where it has no length (of a point mass the longest link
+    /// that holds it), and e = ε W of its compliance ε and the scene's weight W (external forces included), a weight that
+    /// falls by twice ℓ opens it by e + √(e² + 4 e ℓ) < 2 (ℓ + e), which is the limit. A constraint without any length has
+    /// none.
     #[must_use]
     pub fn gap_limits(&self) -> Vec<f64> {
         let weight = self.mass() * self.gravity.norm() + self.external_force();
+        let mut sizes: Vec<f64> = (0..self.bodies.len()).map(|i| self.size(i)).collect();
+        for c in &self.constraints {
+            for body in c.bodies().filter(|body| self.bodies.is_point(*body)) {
+                sizes[body] = sizes[body].max(c.length());
+            }
+        }
         let limit = |c: &Constraint| {
             let gap = c.parts().find(|(kind, ..)| {
                 matches!(kind, RowKind::Stretch | RowKind::Length | RowKind::Across)
@@ -130,9 +137,10 @@ impl Scene {
             let (_, _, law) = gap?;
             let length = match c.length() {
                 length if length > 0.0 => length,
-                _ => c.bodies().map(|b| self.size(b)).sum(),
+                _ => c.bodies().map(|body| sizes[body]).sum(),
             };
-            Some(2.0 * (length + law.compliance * weight))
+            let limit = 2.0 * (length + law.compliance * weight);
+            (length > 0.0).then_some(limit)
         };
         self.constraints
             .iter()

@@ -72,7 +72,9 @@ pub fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
     let bodies = &mut scene.bodies;
     for i in 0..bodies.len() {
         bodies.velocity[i] += spin.cross(&bodies.position[i]);
-        bodies.angular_velocity[i] += spin;
+        if !bodies.is_point(i) {
+            bodies.angular_velocity[i] += spin;
+        }
     }
     Ok(scene)
 }

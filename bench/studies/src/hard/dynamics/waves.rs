@@ -62,7 +62,7 @@ fn bar(segments: usize, ratio: Option<f64>) -> Scene {
         bends: true,
         tension: 0.0,
         ends: [Hold::Clamped, ratio.map_or(Hold::Free, |_| Hold::Load)],
-        load: ratio.map(|r| Body::particle(density() * LENGTH / r)),
+        load: ratio.map(|r| Body::sphere(1.0, density() * LENGTH / r)),
     };
     line.scene("bar")
 }

@@ -325,7 +325,7 @@ mod tests {
         let (u, moment) = (Vector3::x(), Vector3::new(1.1, 0.7, -2.0));
         let turn = joint_turn(&u, &moment, &joint).expect("a turn");
         let mut scene = Scene::new("joint");
-        scene.add_body("b", Body::particle(1.0).turned(turn.into()));
+        scene.add_body("b", Body::sphere(1.0, 1.0).turned(turn.into()));
         let frames = [
             Frame::world(Vector3::zeros()),
             Frame::body(0, Vector3::zeros()),
