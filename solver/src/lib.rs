@@ -50,6 +50,7 @@
 //! | `pattern`, `matrix` | what a system is |
 //! | `general` | square matrices that are not symmetric, and who solves them |
 //! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
+//! | `entry`, `foreign`, `checked` | how a solver is listed; solvers of other crates; a guard around them |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
@@ -79,9 +80,12 @@ mod backends;
 mod batch;
 mod block_ldlt;
 mod chain;
+mod checked;
 mod claim;
 mod double_double;
+mod entry;
 mod error;
+mod foreign;
 mod general;
 #[allow(dead_code)] // where no backend that uses it is compiled in
 mod groups;
@@ -107,8 +111,11 @@ pub use backend::{Backend, ParseBackendError};
 pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
+pub use checked::{Checked, Fault};
 pub use double_double::DoubleDouble;
+pub use entry::Entry;
 pub use error::SolveError;
+pub use foreign::{Capabilities, Foreign, RegisterError, register};
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
 pub use options::{
