@@ -170,7 +170,7 @@ impl Checked {
             }));
         }
         self.solves = self.solves.wrapping_add(1);
-        if report.is_claim() && (self.solves <= FIRST || self.solves % EVERY == 0) {
+        if report.is_claim() && (self.solves <= FIRST || self.solves.is_multiple_of(EVERY)) {
             self.verify(a, b, x)?;
         }
         Ok(report)
