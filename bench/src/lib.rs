@@ -1,5 +1,5 @@
-//! Parts of the command line `taut` besides the experiments: runs of a scene, the report, per-step figures for CI. The
-//! commands are in `main.rs` and `cli/`.
+//! The command line `taut`, for solvers of other crates too ([`command_line`]), and its parts besides the experiments:
+//! runs of a scene, the report, per-step figures for CI.
 //! ```
 //! use taut_bench::machine::Machine;
 //!
@@ -13,11 +13,16 @@
 //! | `run`, `columns`, `run_file` | one scene, as `taut run` runs it; what its tables hold; runs saved to files and resumed |
 //! | `report` | the report as one HTML file |
 //! | `track` | per-step timing that CI can trust: instructions, allocations, errors, times against a baseline |
+//! | `cli` | the commands |
 //! | `machine` | what machine this is, and the command line that makes this build |
 
+mod cli;
 pub mod columns;
 pub mod machine;
 pub mod report;
 pub mod run;
 pub mod run_file;
 pub mod track;
+
+pub use cli::command_line;
+pub use taut_ground::allocations::Counting;

@@ -6,14 +6,14 @@
 //! the start of a run. The linear system is planned anew, as for a new scene: half a millisecond at 400 segments, of which
 //! kept buffers would save nothing. The energy balance restarts.
 
-use crate::StepError;
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};
+use crate::{SavedRun, StepError};
 use nalgebra::Vector3;
 use taut_model::{
     Body, BodyVectors, Cable, CableParts, Constraint, Control, Event, Frame, MasslessCable, Scene,
 };
-use taut_solver::SolveError;
+use taut_solver::{Backend, DenseOptions, SolveError};
 
 /// A scene that is being changed: [`Stepper::change`].
 #[derive(Debug)]
@@ -282,13 +282,31 @@ impl Stepper {
         let value = value?;
         if edit.touched {
             let moved = Moved::new(self, &edit);
-            let mut changed = Self::restore(self.run_of(edit.scene).moved(&moved))?;
+            let mut changed = self.rebuilt(self.run_of(edit.scene).moved(&moved))?;
             changed.begin_past(&moved);
             changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
             *self = changed;
         }
         Ok(value)
+    }
+
+    /// A stepper of this run with the solver of this one, which keeps it on error. No other may be made of a solver that
+    /// was handed over.
+    fn rebuilt(&mut self, run: SavedRun) -> Result<Self, StepError> {
+        if !matches!(self.options.backend, Backend::Foreign { .. }) {
+            return Self::restore(run);
+        }
+        let placeholder = Backend::Dense(DenseOptions::default()).create();
+        let placeholder = placeholder.map_err(|e| self.culprit(e))?;
+        let mut solver = Some(std::mem::replace(&mut self.solver, placeholder));
+        let changed = Self::restore_with(run, &mut solver);
+        if let Some(solver) = solver {
+            self.solver = solver;
+            // It may have analysed the other pattern. Each solve factorises first, and tells what fails here.
+            let _ = self.solver.analyze(&self.plan.pattern);
+        }
+        changed
     }
 
     /// The past of new rows and bodies is like the present.

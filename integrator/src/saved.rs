@@ -15,7 +15,7 @@ use crate::stepper::{Stage, Stepper};
 use crate::{StepError, StepOptions};
 use taut_model::BodyVectors;
 use taut_model::Scene;
-use taut_solver::SolveError;
+use taut_solver::{LinearSolver, SolveError};
 
 /// A run between two steps, as [`Stepper::save`] leaves it and [`Stepper::restore`] takes it.
 ///
@@ -278,12 +278,24 @@ impl Stepper {
     ///
     /// # Errors
     /// As [`Stepper::new`] for its scene and options; [`StepError::Saved`] where its parts do not fit together.
-    pub fn restore(mut saved: SavedRun) -> Result<Self, StepError> {
+    pub fn restore(saved: SavedRun) -> Result<Self, StepError> {
+        Self::restore_with(saved, &mut None)
+    }
+
+    /// The same with this solver, as [`build`](Self::build) takes it.
+    pub(crate) fn restore_with(
+        mut saved: SavedRun,
+        given: &mut Option<Box<dyn LinearSolver>>,
+    ) -> Result<Self, StepError> {
         let mut scene = std::mem::take(&mut saved.scene);
         scene.start_in_equilibrium = false;
-        let mut stepper = Self::new(scene, saved.options.clone())?;
+        let mut stepper = Self::build(scene, saved.options.clone(), given)?;
         let bounded = stepper.bounded.places().count();
-        saved.check([stepper.mu.len(), stepper.scene.bodies.len(), bounded])?;
+        let counts = [stepper.mu.len(), stepper.scene.bodies.len(), bounded];
+        if let Err(e) = saved.check(counts) {
+            *given = Some(stepper.solver);
+            return Err(e);
+        }
         stepper.time = saved.time;
         stepper.started = saved.started;
         stepper.fresh = saved.fresh;

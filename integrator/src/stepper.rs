@@ -18,7 +18,9 @@ use crate::report::Tally;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
-use taut_solver::{LinearSolver, RefineScratch, SolveError, SymBlockMatrix};
+use taut_solver::{
+    Backend, Capabilities, Foreign, LinearSolver, RefineScratch, SolveError, SymBlockMatrix,
+};
 
 use balance::Account;
 use potential::Search;
@@ -107,23 +109,65 @@ impl Stage {
     }
 }
 
+/// A solver's error before the first step.
+fn at_start(source: SolveError) -> StepError {
+    StepError::Solve {
+        source,
+        culprit: None,
+        time: 0.0,
+    }
+}
+
 impl Stepper {
     /// A stepper for a scene, at time 0. Allocates all memory of the steps except that of libraries. A
     /// scene that asks for its static equilibrium is put there.
     ///
     /// # Errors
     /// An invalid scene or option, a backend that is not compiled in or does not take the form, no equilibrium.
-    pub fn new(mut scene: Scene, options: StepOptions) -> Result<Self, StepError> {
+    pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
+        Self::build(scene, options, &mut None)
+    }
+
+    /// A stepper with a solver that is at hand as a value, of any crate, instead of the one that `options.backend` names,
+    /// which it then stands for. What the solver can do is believed: the form is refused that it does not take, its
+    /// iterations start from the last multipliers. It goes on through [`change`](Self::change). Equilibria are found with
+    /// the first direct backend compiled in. A run that was saved is restored where the solver is
+    /// [registered](taut_solver::register).
+    ///
+    /// A solver of unknown quality can be handed over as [`Checked`](taut_solver::Checked).
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn with_solver(
+        mut scene: Scene,
+        mut options: StepOptions,
+        solver: Box<dyn LinearSolver>,
+        capabilities: Capabilities,
+    ) -> Result<Self, StepError> {
+        options.backend = Backend::Foreign {
+            solver: Foreign::of(&*solver, capabilities),
+            options: String::new(),
+        };
+        scene.validate()?;
+        options.validate()?;
+        if std::mem::take(&mut scene.start_in_equilibrium) {
+            let direct = Backend::preferred().map_err(at_start)?;
+            scene = equilibrium::static_equilibrium(scene, &direct)?;
+        }
+        Self::build(scene, options, &mut Some(solver))
+    }
+
+    /// A stepper with the solver, which is taken where nothing fails, or else one that the options name.
+    pub(crate) fn build(
+        mut scene: Scene,
+        options: StepOptions,
+        given: &mut Option<Box<dyn LinearSolver>>,
+    ) -> Result<Self, StepError> {
         scene.validate()?;
         options.validate()?;
         if std::mem::take(&mut scene.start_in_equilibrium) {
             scene = equilibrium::static_equilibrium(scene, &options.backend)?;
         }
-        let at_start = |source| StepError::Solve {
-            source,
-            culprit: None,
-            time: 0.0,
-        };
         let mut pieces = Pieces::new(&scene);
         elimination::check_size(&scene, &pieces.rows)?;
         let elimination =
@@ -132,8 +176,14 @@ impl Stepper {
         let order = &elimination.constraints;
         let plan = Plan::new(options.form, &scene, &pieces.rows, order).map_err(at_start)?;
         elimination::check_fill(&options, &elimination, &plan.pattern).map_err(at_start)?;
-        let mut solver = options.backend.create().map_err(at_start)?;
-        solver.analyze(&plan.pattern).map_err(at_start)?;
+        let mut solver = match given.take() {
+            Some(solver) => solver,
+            None => options.backend.create().map_err(at_start)?,
+        };
+        if let Err(e) = solver.analyze(&plan.pattern) {
+            *given = Some(solver);
+            return Err(at_start(e));
+        }
         pieces.rows.update(&scene, 0.0);
         let (dim, rows) = (plan.pattern.dim(), pieces.rows.rows());
         let dt = options.dt / options.substeps as f64;

@@ -22,7 +22,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A backend written outside this crate goes the same way: see `solver/examples/skyline.rs`.
+//! A backend written outside this crate goes the same way: see the crate in `tests/skyline`.
 
 pub mod systems;
 

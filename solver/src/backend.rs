@@ -2,6 +2,8 @@
 
 use crate::backends::dense::Dense;
 use crate::backends::{self, General};
+use crate::entry::{self, Entry};
+use crate::foreign::{Foreign, option, registered, with_option};
 use crate::options::{
     CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, Partition,
     Precision, Preconditioner, Start, UmfpackOptions,
@@ -31,12 +33,29 @@ pub enum Backend {
     NalgebraSparse,
     /// Dense LU with partial pivoting, for small systems.
     Dense(DenseOptions),
+    /// A solver from another crate.
+    Foreign {
+        /// The solver.
+        solver: Foreign,
+        /// Its options, with colons between them.
+        options: String,
+    },
 }
 
 impl Backend {
-    /// All backends with their default options, in order of preference.
+    /// All backends with their default options: those of this crate in order of preference, then those
+    /// [registered](crate::register).
     #[must_use]
-    pub fn all() -> [Self; 7] {
+    pub fn all() -> Vec<Self> {
+        let foreign = registered().iter().map(|&solver| Self::Foreign {
+            solver,
+            options: String::new(),
+        });
+        Self::built_in().into_iter().chain(foreign).collect()
+    }
+
+    /// Those of this crate.
+    pub(crate) fn built_in() -> [Self; 7] {
         [
             Self::Banded,
             Self::Faer(FaerOptions::default()),
@@ -61,38 +80,37 @@ impl Backend {
         Self::all().into_iter().find(Self::is_compiled).ok_or(none)
     }
 
+    /// How it is listed.
+    #[must_use]
+    pub fn entry(&self) -> Entry {
+        match self {
+            Self::Banded => entry::BANDED,
+            Self::GaussSeidel(_) => entry::GAUSS_SEIDEL,
+            Self::ConjugateGradient(_) => entry::CONJUGATE_GRADIENT,
+            Self::Umfpack(_) => entry::UMFPACK,
+            Self::Faer(_) => entry::FAER,
+            Self::NalgebraSparse => entry::NALGEBRA_SPARSE,
+            Self::Dense(_) => entry::DENSE,
+            Self::Foreign { solver, .. } => solver.entry,
+        }
+    }
+
     /// Name, as on the command line.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self {
-            Self::Banded => "banded",
-            Self::GaussSeidel(_) => "gauss-seidel",
-            Self::ConjugateGradient(_) => "cg",
-            Self::Umfpack(_) => "umfpack",
-            Self::Faer(_) => "faer",
-            Self::NalgebraSparse => "nalgebra-sparse",
-            Self::Dense(_) => "dense",
-        }
+        self.entry().name
     }
 
     /// The Cargo feature that brings it; `None` where it is always there.
     #[must_use]
     pub fn feature(&self) -> Option<&'static str> {
-        match self {
-            Self::Dense(_) => None,
-            other => Some(other.name()),
-        }
+        self.entry().feature
     }
 
     /// Licence of the code behind it.
     #[must_use]
     pub fn licence(&self) -> &'static str {
-        match self {
-            Self::Umfpack(_) => "GPL-2.0-or-later",
-            Self::Faer(_) => "MIT",
-            Self::NalgebraSparse => "Apache-2.0",
-            _ => "MIT OR Apache-2.0",
-        }
+        self.entry().licence
     }
 
     /// Whether it accepts symmetric matrices that are not positive definite, such as the KKT matrix.
@@ -102,17 +120,23 @@ impl Backend {
             Self::Banded | Self::Umfpack(_) | Self::Dense(_) => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Llt,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::NalgebraSparse => false,
+            Self::Foreign { solver, .. } => solver.capabilities.indefinite,
         }
     }
 
     /// Whether it iterates, so that its error depends on its iterations.
     #[must_use]
     pub fn is_iterative(&self) -> bool {
-        matches!(self, Self::GaussSeidel(_) | Self::ConjugateGradient(_))
+        match self {
+            Self::GaussSeidel(_) | Self::ConjugateGradient(_) => true,
+            Self::Banded | Self::Umfpack(_) | Self::Faer(_) => false,
+            Self::NalgebraSparse | Self::Dense(_) => false,
+            Self::Foreign { solver, .. } => solver.capabilities.iterative,
+        }
     }
 
     /// Whether it reads the block that couples two block rows of the given groups: the iterative ones' factors hold no
-    /// more than their groups or single blocks.
+    /// more than their groups or single blocks, those of other crates the latter for all that is known.
     #[must_use]
     pub fn factorizes(&self, (i, group_i): (usize, u32), (j, group_j): (usize, u32)) -> bool {
         match self {
@@ -121,11 +145,14 @@ impl Backend {
                 group_i == group_j
             }
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) => i == j,
-            _ => true,
+            Self::Banded | Self::Umfpack(_) | Self::Faer(_) => true,
+            Self::NalgebraSparse | Self::Dense(_) => true,
+            Self::Foreign { .. } => !self.is_iterative() || i == j,
         }
     }
 
-    /// Whether it factorises, the whole matrix or its groups, in the order of the pattern.
+    /// Whether it factorises, the whole matrix or its groups, in the order of the pattern; of a direct solver of another
+    /// crate that is assumed, and it is given a good order.
     #[must_use]
     pub fn keeps_order(&self) -> bool {
         match self {
@@ -133,6 +160,7 @@ impl Backend {
             Self::Faer(o) => o.factorization != FaerFactorization::Lu,
             Self::Umfpack(_) | Self::Dense(_) => false,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) => self.factorizes_groups(),
+            Self::Foreign { .. } => !self.is_iterative(),
         }
     }
 
@@ -166,13 +194,48 @@ impl Backend {
         !matches!(self.create(), Err(SolveError::NotCompiled { .. }))
     }
 
+    /// Its limit of iterations; none of a direct one, and of one of another crate whose options name none.
+    #[must_use]
+    pub fn iterations(&self) -> Option<usize> {
+        match self {
+            Self::GaussSeidel(o) => Some(o.iterations),
+            Self::ConjugateGradient(o) => Some(o.iterations),
+            Self::Foreign { options, .. } if self.is_iterative() => option(options, "iterations"),
+            Self::Banded | Self::Umfpack(_) | Self::Faer(_) => None,
+            Self::NalgebraSparse | Self::Dense(_) | Self::Foreign { .. } => None,
+        }
+    }
+
+    /// Its tolerance, relative to ‖b‖₂; none of a direct one.
+    #[must_use]
+    pub fn tolerance(&self) -> Option<f64> {
+        match self {
+            Self::GaussSeidel(o) => Some(o.tolerance),
+            Self::ConjugateGradient(o) => Some(o.tolerance),
+            Self::Foreign { solver, options } => solver.tolerance(options),
+            Self::Banded | Self::Umfpack(_) | Self::Faer(_) => None,
+            Self::NalgebraSparse | Self::Dense(_) => None,
+        }
+    }
+
+    /// One of another crate with an option set; unchanged where it does not iterate.
+    fn with(&self, key: &str, value: &dyn fmt::Display) -> Self {
+        match self {
+            Self::Foreign { solver, options } if self.is_iterative() => Self::Foreign {
+                solver: *solver,
+                options: with_option(options, key, value),
+            },
+            other => other.clone(),
+        }
+    }
+
     /// The same backend with another limit of iterations; unchanged where it does not iterate.
     #[must_use]
     pub fn with_iterations(&self, iterations: usize) -> Self {
         match self {
             Self::GaussSeidel(o) => Self::GaussSeidel(GaussSeidelOptions { iterations, ..*o }),
             Self::ConjugateGradient(o) => Self::ConjugateGradient(CgOptions { iterations, ..*o }),
-            other => other.clone(),
+            other => other.with("iterations", &iterations),
         }
     }
 
@@ -182,14 +245,14 @@ impl Backend {
         match self {
             Self::GaussSeidel(o) => Self::GaussSeidel(GaussSeidelOptions { tolerance, ..*o }),
             Self::ConjugateGradient(o) => Self::ConjugateGradient(CgOptions { tolerance, ..*o }),
-            other => other.clone(),
+            other => other.with("tolerance", &format_args!("{tolerance:e}")),
         }
     }
 
-    /// A solver with these options.
+    /// A solver with these options; one of another crate is [`Checked`](crate::Checked).
     ///
     /// # Errors
-    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
+    /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`], [`SolveError::NotRegistered`].
     pub fn create(&self) -> Result<Box<dyn LinearSolver>, SolveError> {
         match self {
             #[cfg(feature = "banded")]
@@ -209,10 +272,16 @@ impl Backend {
                 backends::nalgebra_sparse::NalgebraSparse::default(),
             )),
             Self::Dense(o) => Ok(backends::dense::create(*o)),
-            #[allow(unreachable_patterns)] // with every feature on
-            other => Err(SolveError::NotCompiled {
-                backend: other.name(),
-                feature: other.name(),
+            Self::Foreign { solver, options } => Ok(Box::new(solver.make(options)?)),
+            #[allow(unreachable_patterns)] // those compiled in
+            Self::Banded
+            | Self::GaussSeidel(_)
+            | Self::ConjugateGradient(_)
+            | Self::Umfpack(_)
+            | Self::Faer(_)
+            | Self::NalgebraSparse => Err(SolveError::NotCompiled {
+                backend: self.name(),
+                feature: self.name(),
             }),
         }
     }
@@ -228,9 +297,16 @@ impl Backend {
             Self::Faer(_) => General::Faer(Box::new(backends::faer::Lu::general(a)?)),
             #[cfg(feature = "umfpack")]
             Self::Umfpack(o) => General::Umfpack(Box::new(backends::umfpack::General::new(*o, a)?)),
-            other => {
+            #[allow(unreachable_patterns)] // those compiled in
+            Self::Banded
+            | Self::GaussSeidel(_)
+            | Self::ConjugateGradient(_)
+            | Self::Umfpack(_)
+            | Self::Faer(_)
+            | Self::NalgebraSparse
+            | Self::Foreign { .. } => {
                 return Err(SolveError::NotSymmetric {
-                    backend: other.name(),
+                    backend: self.name(),
                 });
             }
         })
@@ -279,6 +355,8 @@ impl fmt::Display for Backend {
                 Precision::Double => ":double",
                 Precision::Extended => ":extended",
             }),
+            Self::Foreign { options, .. } if options.is_empty() => Ok(()),
+            Self::Foreign { options, .. } => write!(f, ":{options}"),
         }
     }
 }
@@ -301,15 +379,30 @@ pub enum ParseBackendError {
         /// What it knows.
         known: &'static str,
     },
+    /// A solver of another crate does not take its options.
+    Refused {
+        /// The solver.
+        backend: &'static str,
+        /// The options given.
+        options: String,
+        /// What it says, and which it knows.
+        reason: String,
+    },
 }
 
 impl fmt::Display for ParseBackendError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::UnknownName { name } => {
-                let names = Backend::all().map(|b| b.name()).join(", ");
+                let names: Vec<&str> = Backend::all().iter().map(Backend::name).collect();
+                let names = names.join(", ");
                 write!(f, "unknown backend `{name}`: choose one of {names}")
             }
+            Self::Refused {
+                backend,
+                options,
+                reason,
+            } => write!(f, "backend `{backend}` refuses `{options}`: {reason}"),
             Self::UnknownOption {
                 backend,
                 option,
@@ -339,9 +432,23 @@ impl FromStr for Backend {
             .into_iter()
             .find(|b| b.name() == name)
             .ok_or_else(unknown)?;
+        if let Self::Foreign { solver, options } = &mut backend {
+            *options = parts.collect::<Vec<_>>().join(":");
+            let refused = |e| ParseBackendError::Refused {
+                backend: solver.entry.name,
+                options: options.clone(),
+                reason: format!("{e} (it knows {})", solver.entry.options),
+            };
+            solver.make(options).map_err(refused)?;
+            return Ok(backend);
+        }
         for option in parts {
             if !backend.set(option) {
-                let (backend, known) = (backend.name(), backend.known_options());
+                let Entry {
+                    name: backend,
+                    options: known,
+                    ..
+                } = backend.entry();
                 return Err(ParseBackendError::UnknownOption {
                     backend,
                     option: option.to_owned(),
@@ -357,40 +464,41 @@ impl Backend {
     /// Sets one option from its text; `false` where there is no such option or value.
     fn set(&mut self, option: &str) -> bool {
         let (key, value) = option.split_once('=').unwrap_or((option, ""));
-        match (self, key) {
-            (Self::GaussSeidel(o), "joints") => o.partition = Partition::Joints,
-            (Self::GaussSeidel(o), "groups") => o.partition = Partition::Groups,
-            (Self::GaussSeidel(o), "guess") => o.start = Start::Guess,
-            (Self::GaussSeidel(o), "trial") => o.start = Start::Trial,
-            (Self::GaussSeidel(o), "iterations") => return assign(&mut o.iterations, value),
-            (Self::GaussSeidel(o), "tolerance") => return assign(&mut o.tolerance, value),
-            (Self::ConjugateGradient(o), "none") => o.preconditioner = Preconditioner::None,
-            (Self::ConjugateGradient(o), "jacobi") => {
-                o.preconditioner = Preconditioner::BlockJacobi
+        match self {
+            Self::GaussSeidel(o) => match key {
+                "joints" => o.partition = Partition::Joints,
+                "groups" => o.partition = Partition::Groups,
+                "guess" => o.start = Start::Guess,
+                "trial" => o.start = Start::Trial,
+                "iterations" => return assign(&mut o.iterations, value),
+                "tolerance" => return assign(&mut o.tolerance, value),
+                _ => return false,
+            },
+            Self::ConjugateGradient(o) => match key {
+                "none" => o.preconditioner = Preconditioner::None,
+                "jacobi" => o.preconditioner = Preconditioner::BlockJacobi,
+                "group" => o.preconditioner = Preconditioner::Group,
+                "iterations" => return assign(&mut o.iterations, value),
+                "tolerance" => return assign(&mut o.tolerance, value),
+                _ => return false,
+            },
+            Self::Umfpack(o) => {
+                return key == "refinement" && assign(&mut o.refinement_steps, value);
             }
-            (Self::ConjugateGradient(o), "group") => o.preconditioner = Preconditioner::Group,
-            (Self::ConjugateGradient(o), "iterations") => return assign(&mut o.iterations, value),
-            (Self::ConjugateGradient(o), "tolerance") => return assign(&mut o.tolerance, value),
-            (Self::Umfpack(o), "refinement") => return assign(&mut o.refinement_steps, value),
-            (Self::Faer(o), "llt") => o.factorization = FaerFactorization::Llt,
-            (Self::Faer(o), "ldlt") => o.factorization = FaerFactorization::Ldlt,
-            (Self::Faer(o), "lu") => o.factorization = FaerFactorization::Lu,
-            (Self::Dense(o), "double") => o.precision = Precision::Double,
-            (Self::Dense(o), "extended") => o.precision = Precision::Extended,
-            _ => return false,
+            Self::Faer(o) => match key {
+                "llt" => o.factorization = FaerFactorization::Llt,
+                "ldlt" => o.factorization = FaerFactorization::Ldlt,
+                "lu" => o.factorization = FaerFactorization::Lu,
+                _ => return false,
+            },
+            Self::Dense(o) => match key {
+                "double" => o.precision = Precision::Double,
+                "extended" => o.precision = Precision::Extended,
+                _ => return false,
+            },
+            Self::Banded | Self::NalgebraSparse | Self::Foreign { .. } => return false,
         }
         value.is_empty()
-    }
-
-    fn known_options(&self) -> &'static str {
-        match self {
-            Self::Banded | Self::NalgebraSparse => "none",
-            Self::GaussSeidel(_) => "joints, groups, guess, trial, iterations=N, tolerance=T",
-            Self::ConjugateGradient(_) => "none, jacobi, group, iterations=N, tolerance=T",
-            Self::Umfpack(_) => "refinement=N",
-            Self::Faer(_) => "llt, ldlt, lu",
-            Self::Dense(_) => "double, extended",
-        }
     }
 }
 
@@ -399,75 +507,4 @@ fn assign<V: FromStr>(to: &mut V, text: &str) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::options::{MOST_ITERATIONS, check_iteration};
-
-    #[test]
-    fn text_form_round_trips() {
-        let texts = [
-            "banded",
-            "gauss-seidel:groups:trial:iterations=7:tolerance=1e-3",
-            "cg:none:iterations=3:tolerance=0e0",
-            "cg:jacobi",
-            "umfpack:refinement=0",
-            "faer:lu",
-            "nalgebra-sparse",
-            "dense:extended",
-            "dense:double",
-        ];
-        for text in texts {
-            let backend: Backend = text.parse().unwrap();
-            assert_eq!(backend.to_string().parse(), Ok(backend), "{text}");
-        }
-    }
-
-    #[test]
-    fn unknown_names_and_options_list_what_is_known() {
-        let e = "superlu".parse::<Backend>().unwrap_err().to_string();
-        assert!(
-            e.contains("superlu") && e.contains("banded") && e.contains("umfpack"),
-            "{e}"
-        );
-        for text in [
-            "banded:fast",
-            "cg:iterations=x",
-            "cg:group=1",
-            "cg:matrix-free",
-            "faer:qr",
-            "",
-        ] {
-            assert!(text.parse::<Backend>().is_err(), "{text}");
-        }
-    }
-
-    #[test]
-    fn what_is_not_compiled_is_named_with_its_feature() {
-        for backend in Backend::all() {
-            match backend.create() {
-                Ok(solver) => assert_eq!(solver.name(), backend.name()),
-                Err(e) => {
-                    let feature = backend.feature().unwrap();
-                    assert_eq!(
-                        e,
-                        SolveError::NotCompiled {
-                            backend: backend.name(),
-                            feature
-                        }
-                    );
-                }
-            }
-        }
-        assert!(Backend::preferred().unwrap().is_compiled());
-    }
-
-    #[test]
-    fn iteration_options_are_checked() {
-        assert!(check_iteration(0, 0.1).is_err());
-        assert!(check_iteration(usize::MAX, 0.0).is_err());
-        assert!(check_iteration(MOST_ITERATIONS, 0.0).is_ok());
-        assert!(check_iteration(1, f64::NAN).is_err());
-        assert!(check_iteration(1, -1.0).is_err());
-        assert!(check_iteration(1, 0.0).is_ok());
-    }
-}
+mod tests;

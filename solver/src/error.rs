@@ -1,5 +1,6 @@
 //! What can go wrong in a solve, as data: block and row numbers that the caller turns into names of its own.
 
+use crate::Fault;
 use std::fmt;
 
 /// Why there is no solution to use. Running out of iterations is not among these: see [`crate::Status`].
@@ -76,6 +77,15 @@ pub enum SolveError {
         /// The limit.
         allowed: &'static str,
     },
+    /// A solver of another crate did what none may do.
+    Misbehaved {
+        /// Its name.
+        solver: &'static str,
+        /// What it did.
+        fault: Fault,
+    },
+    /// The solver was handed over as a value, and no other of its kind can be made.
+    NotRegistered,
     /// A library reported a failure that none of the variants above describes.
     Library {
         /// Its name.
@@ -157,6 +167,10 @@ impl fmt::Display for SolveError {
             Self::InvalidOption { option, allowed } => {
                 write!(f, "option `{option}` is out of range: {allowed}")
             }
+            Self::Misbehaved { solver, fault } => write!(f, "solver `{solver}` {fault}"),
+            Self::NotRegistered => f.write_str(
+                "the solver was handed over as a value, and no other can be made: register it and choose it by its name",
+            ),
             Self::Library { library, message } => write!(f, "{library}: {message}"),
         }
     }

@@ -160,7 +160,8 @@ impl Backend {
         match self {
             Self::Umfpack(_) | Self::Dense(_) => true,
             Self::Faer(o) => o.factorization == FaerFactorization::Lu,
-            _ => false,
+            Self::Banded | Self::NalgebraSparse | Self::Foreign { .. } => false,
+            Self::GaussSeidel(_) | Self::ConjugateGradient(_) => false,
         }
     }
 }

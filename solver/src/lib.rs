@@ -29,20 +29,23 @@
 //! ([`backward_error`], [`forward_error`]). Nothing here has a unit: numbers are in whatever units the caller's are.
 //!
 //! # Add a backend
-//! 1. Write `src/backends/NAME.rs`: a type that implements [`LinearSolver`] (`analyze` a pattern, `factorize` values,
-//!    `solve`), with [`Phases`] for the checks of its input. `examples/skyline.rs` is one, a profile Cholesky of 100 lines
-//!    against the public interface.
-//! 2. Give it to [`agreement::check`] with what it claims: random systems against 32 digits, analyses and factorisations
-//!    used again, bad input refused, nothing wrong called a solution. A backend in a crate of yours is done here.
-//! 3. Add the feature NAME, with its licence, to `Cargo.toml`, and pass it on in the manifests of `integrator`, `tests`,
-//!    `bench`, `bench/ground`, `bench/output` and `bench/studies`: the structure test names those that lack it.
-//! 4. Declare the module in `src/backends.rs` and add the variant to [`Backend`]. The compiler asks for its name, systems,
-//!    order and text form; `all`, `create`, `feature`, `licence`, `is_iterative` and `set` have catch-all arms: see to them
-//!    yourself. The tests of this crate run the check of step 2 on it.
-//! 5. In the workspace, add its measured errors to `tests/agreement/systems.rs`, its refusals to
-//!    `tests/bad_input/backends.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README's table of
-//!    solvers. `--backends NAME` then works everywhere; `Choice::all` (`bench/ground/src/choice.rs`) makes it a default,
-//!    and `bench/output/src/plot/look.rs` gives it a colour.
+//! In a crate of yours it takes three steps; `tests/skyline` is such a crate, to copy:
+//! 1. Implement [`LinearSolver`] (`analyze` a pattern, `factorize` values, `solve`), with [`Phases`] for the checks of its
+//!    input, and give it to [`agreement::check`] with what it claims: random systems against 32 digits, analyses and
+//!    factorisations used again, bad input refused, nothing wrong called a solution. This needs `taut-solver` alone.
+//! 2. Say in a [`Foreign`] what it is called, what it can do, and how it is made from its options.
+//! 3. Let `main` be `taut_bench::command_line(&[…])`: that is the program `taut`, with your solver in every table and under
+//!    its name wherever solvers are named. Its rows say what it does wrong, and the run goes on ([`Checked`]).
+//!    `Stepper::with_solver` steps with it in programs of yours.
+//!
+//! Into this crate it goes as follows:
+//! 1. Write `src/backends/NAME.rs` and declare it in `src/backends.rs`; add the feature NAME, with its licence, to
+//!    `Cargo.toml`, and pass it on in the manifests that the structure test names.
+//! 2. Write its [`Entry`] (`src/entry.rs`): name, licence, the variants worth a row, colour. Add the variant to [`Backend`],
+//!    where the compiler asks for the rest, and to `Backend::built_in`. Every table, default and page reads these; the tests
+//!    of this crate hold it to [`agreement::check`].
+//! 3. Add its measured errors to `tests/agreement/systems.rs`, its refusals to `tests/bad_input/backends.rs`, a tracked case
+//!    to `bench/src/track/cases.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README.
 //!
 //! # Map
 //! | module | holds |
@@ -50,6 +53,7 @@
 //! | `pattern`, `matrix` | what a system is |
 //! | `general` | square matrices that are not symmetric, and who solves them |
 //! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
+//! | `entry`, `foreign`, `checked` | how a solver is listed; solvers of other crates; a guard around them |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
@@ -79,9 +83,12 @@ mod backends;
 mod batch;
 mod block_ldlt;
 mod chain;
+mod checked;
 mod claim;
 mod double_double;
+mod entry;
 mod error;
+mod foreign;
 mod general;
 #[allow(dead_code)] // where no backend that uses it is compiled in
 mod groups;
@@ -107,8 +114,11 @@ pub use backend::{Backend, ParseBackendError};
 pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
+pub use checked::{Checked, Fault};
 pub use double_double::DoubleDouble;
+pub use entry::Entry;
 pub use error::SolveError;
+pub use foreign::{Capabilities, Foreign, RegisterError, register};
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
 pub use options::{

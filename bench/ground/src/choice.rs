@@ -4,10 +4,7 @@ use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
 use taut_integrator::{Form, StepOptions};
-use taut_solver::{
-    Backend, CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions,
-};
-use taut_solver::{Partition, Preconditioner, SolveError, UmfpackOptions};
+use taut_solver::{Backend, SolveError};
 
 /// A backend and a form. The text form is the backend's, with `/kkt` after it for the KKT form.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,44 +34,24 @@ impl Choice {
         }
     }
 
-    /// Every solver that is worth a row of its own, whether compiled in or not.
+    /// Every solver that is worth a row of its own, whether compiled in or not, direct ones first: the rows of all entries.
     #[must_use]
     pub fn all() -> Vec<Self> {
-        let faer = |factorization| Backend::Faer(FaerOptions { factorization });
-        let umfpack = Backend::Umfpack(UmfpackOptions::default());
-        let gauss_seidel = |partition| {
-            Backend::GaussSeidel(GaussSeidelOptions {
-                partition,
-                ..GaussSeidelOptions::default()
-            })
-        };
-        let cg = |preconditioner| {
-            Backend::ConjugateGradient(CgOptions {
-                preconditioner,
-                ..CgOptions::default()
-            })
-        };
-        vec![
-            Self::schur(Backend::Banded),
-            Self::kkt(Backend::Banded),
-            Self::schur(faer(FaerFactorization::Llt)),
-            Self::schur(faer(FaerFactorization::Ldlt)),
-            Self::kkt(faer(FaerFactorization::Ldlt)),
-            Self::schur(faer(FaerFactorization::Lu)),
-            Self::kkt(faer(FaerFactorization::Lu)),
-            Self::schur(Backend::NalgebraSparse),
-            // Its own refinement, against S, cannot bring back what forming S lost.
-            Self::schur(Backend::Umfpack(UmfpackOptions {
-                refinement_steps: 0,
-            })),
-            Self::kkt(umfpack),
-            Self::schur(Backend::Dense(DenseOptions::default())),
-            Self::schur(gauss_seidel(Partition::Joints)),
-            Self::schur(gauss_seidel(Partition::Groups)),
-            Self::schur(cg(Preconditioner::None)),
-            Self::schur(cg(Preconditioner::BlockJacobi)),
-            Self::schur(cg(Preconditioner::Group)),
-        ]
+        let mut all: Vec<Self> = Backend::all().into_iter().flat_map(Self::rows).collect();
+        all.sort_by_key(|choice| choice.backend.is_iterative());
+        all
+    }
+
+    /// The rows of a backend's entry.
+    fn rows(backend: Backend) -> Vec<Self> {
+        match backend.entry().rows {
+            [] if backend.accepts_indefinite() => {
+                vec![Self::schur(backend.clone()), Self::kkt(backend)]
+            }
+            [] => vec![Self::schur(backend)],
+            // That each is understood is checked where they are made known.
+            rows => rows.iter().filter_map(|row| row.parse().ok()).collect(),
+        }
     }
 
     /// Name without iterations and tolerance: one family of rows of a table.
@@ -169,6 +146,16 @@ pub struct Omission {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_row_of_an_entry_is_a_choice() {
+        for backend in Backend::all() {
+            let rows = backend.entry().rows.len();
+            let all = Choice::all().into_iter();
+            let own = all.filter(|c| c.backend.name() == backend.name()).count();
+            assert!(own > 0 && (rows == 0 || own == rows), "{backend}");
+        }
+    }
 
     #[test]
     fn text_form_round_trips() {

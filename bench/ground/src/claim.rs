@@ -3,20 +3,8 @@
 //! A claim is true where ‖r‖₂ ≤ τ ‖b‖₂ with the tolerance τ of an iteration, or where the normwise backward error is at most
 //! [`ROUNDING`]. A direct solver has the second alone.
 
-use taut_solver::Backend;
-
 /// What rounding leaves of a residual, as a normwise backward error.
 pub const ROUNDING: f64 = 1e-14;
-
-/// The tolerance of an iteration; none of a direct solver.
-#[must_use]
-pub fn tolerance(backend: &Backend) -> Option<f64> {
-    match backend {
-        Backend::GaussSeidel(o) => Some(o.tolerance),
-        Backend::ConjugateGradient(o) => Some(o.tolerance),
-        _ => None,
-    }
-}
 
 /// ‖r‖₂/‖b‖₂ over what a claim says of it, with what rounding excuses: at most 1 where the claim is true.
 #[must_use]

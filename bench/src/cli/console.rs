@@ -1,6 +1,6 @@
 //! What the program says besides what was asked for: progress bars and notes, on a terminal and unless `--quiet`.
 
-use crate::Failure;
+use super::Failure;
 use indicatif::style::ProgressTracker;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use std::fmt;

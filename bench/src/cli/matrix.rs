@@ -1,11 +1,11 @@
 //! `taut dump`, `taut solve`, `taut matrices`: linear systems as files.
 
 use super::console::Console;
-use crate::{Failure, StepArgs, step_options};
+use super::{Failure, StepArgs, step_options};
+use crate::machine::Machine;
+use crate::run;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use taut_bench::machine::Machine;
-use taut_bench::run;
 use taut_ground::files::{self, Output};
 use taut_ground::inputs::Inputs;
 use taut_ground::matrix::System;

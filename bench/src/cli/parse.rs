@@ -1,7 +1,7 @@
 //! From the program's arguments to a command.
 
+use super::Cli;
 use super::study::{described, with_options};
-use crate::Cli;
 use clap::error::ErrorKind;
 use clap::parser::ValueSource;
 use clap::{Arg, CommandFactory, FromArgMatches};
@@ -55,8 +55,8 @@ pub(crate) fn asked_for() -> String {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Command;
     use super::*;
-    use crate::Command;
 
     fn parsed(line: &str) -> Result<Cli, clap::Error> {
         parse(line.split_whitespace().map(OsString::from))

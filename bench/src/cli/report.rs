@@ -1,11 +1,11 @@
 //! The page that every experiment ends in, and `taut report`: the page of a report or of rows that were written before, and
 //! the results of several as Markdown.
 
+use super::Failure;
 use super::console::Console;
-use crate::Failure;
+use crate::report::{self, Report, ReportError};
 use clap::Args;
 use std::path::{Path, PathBuf};
-use taut_bench::report::{self, Report, ReportError};
 use taut_ground::files::{self, Output};
 use taut_studies::study::{Found, Study};
 

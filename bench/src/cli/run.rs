@@ -1,16 +1,16 @@
 //! `taut run`: simulates a scene, or goes on with a run that was saved.
 
 use super::console::Console;
-use crate::{Failure, StepArgs, step_options};
+use super::{Failure, StepArgs, step_options};
+use crate::columns::Columns;
+use crate::run::{self, Summary, Wishes, Yardstick};
+use crate::run_file::RunFile;
 use clap::Args;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use taut_bench::columns::Columns;
-use taut_bench::run::{self, Summary, Wishes, Yardstick};
-use taut_bench::run_file::RunFile;
 use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
 use taut_ground::trajectory::{self, Sample};

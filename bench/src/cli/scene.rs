@@ -1,8 +1,8 @@
 //! `taut scene`: scenes as TOML text.
 
-use crate::Failure;
+use super::Failure;
+use crate::run;
 use clap::Args;
-use taut_bench::run;
 use taut_ground::files;
 use taut_model::SceneSource;
 use taut_model::scene_file::SceneText;

@@ -1,13 +1,13 @@
 //! Experiments on the command line: `taut study NAME`, and the commands that run one experiment each. All are run, told
 //! and written here.
 
+use super::Failure;
 use super::console::Console;
 use super::report;
-use crate::Failure;
+use crate::machine::Machine;
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use std::path::{Path, PathBuf};
-use taut_bench::machine::Machine;
 use taut_ground::files::{self, Output};
 use taut_output::check::ExperimentError;
 use taut_output::row;

@@ -1,12 +1,12 @@
 //! `taut track`: per-step figures against the baseline.
 
+use super::Failure;
 use super::console::Console;
-use crate::Failure;
+use crate::machine::Machine;
+use crate::track::{self, CASES, Case, Config, Counter, Entry, Row, Verdict};
 use clap::Args;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use taut_bench::machine::Machine;
-use taut_bench::track::{self, CASES, Case, Config, Counter, Entry, Row, Verdict};
 use taut_ground::Choice;
 use taut_ground::files::{self, Output};
 use taut_solver::Backend;

@@ -297,6 +297,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn every_solver_but_the_dense_one_is_tracked() {
+        for backend in taut_solver::Backend::all() {
+            let tracked = CASES
+                .iter()
+                .any(|c| c.backend.split(':').next() == Some(backend.name()));
+            assert_eq!(tracked, backend.name() != "dense", "{backend}");
+        }
+    }
+
+    #[test]
     fn names_are_unique_and_lead_back() {
         let mut names = CASES.map(|case| case.name());
         for (case, name) in CASES.iter().zip(&names) {

@@ -36,7 +36,6 @@ use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::StepError;
 use taut_model::Network;
-use taut_solver::{Backend, CgOptions, GaussSeidelOptions, Partition, Preconditioner};
 
 /// Steps from the start to the state of a case.
 pub const WARM_UP: usize = 30;
@@ -96,28 +95,11 @@ impl Config {
     }
 }
 
-/// Every iterative solver: conjugate gradient with each preconditioner and Gauss–Seidel with each partition.
+/// Every iterative solver.
 #[must_use]
 pub fn choices() -> Vec<Choice> {
-    let cg = |preconditioner| {
-        Choice::schur(Backend::ConjugateGradient(CgOptions {
-            preconditioner,
-            ..CgOptions::default()
-        }))
-    };
-    let gauss_seidel = |partition| {
-        Choice::schur(Backend::GaussSeidel(GaussSeidelOptions {
-            partition,
-            ..GaussSeidelOptions::default()
-        }))
-    };
-    let preconditioners = [
-        Preconditioner::None,
-        Preconditioner::BlockJacobi,
-        Preconditioner::Group,
-    ];
-    let sweeps = [Partition::Joints, Partition::Groups].map(gauss_seidel);
-    preconditioners.map(cg).into_iter().chain(sweeps).collect()
+    let all = Choice::all().into_iter();
+    all.filter(|choice| choice.backend.is_iterative()).collect()
 }
 
 /// Where an iteration starts.

@@ -302,3 +302,93 @@ fn a_warm_start_is_the_default_and_saves_iterations() {
     });
     assert!(iterations[0] < iterations[1], "{iterations:?}");
 }
+
+fn hoist() -> Scene {
+    let params = taut_model::HoistParams {
+        segments: 4,
+        move_x: 0.5,
+        ..taut_model::HoistParams::default()
+    };
+    params.build().unwrap()
+}
+
+fn any() -> Capabilities {
+    Capabilities {
+        indefinite: true,
+        iterative: false,
+    }
+}
+
+/// The stepper with the solver that its options name, handed over as a value.
+fn given(scene: Scene, options: StepOptions) -> Stepper {
+    let solver = options.backend.create().unwrap();
+    Stepper::with_solver(scene, options, solver, any()).unwrap()
+}
+
+#[test]
+fn a_solver_handed_over_steps_as_the_one_of_that_name() {
+    for form in [Form::Schur, Form::Kkt] {
+        let mut scene = hoist();
+        scene.start_in_equilibrium = true;
+        let named = Stepper::new(scene.clone(), options(form)).unwrap();
+        let mut named = Stepper::new(named.into_scene(), options(form)).unwrap();
+        let mut given = given(named.scene().clone(), options(form));
+        let order = |stepper: &Stepper| stepper.elimination().constraints.clone();
+        assert_eq!(order(&given), order(&named));
+        for _ in 0..30 {
+            named.step().unwrap();
+            given.step().unwrap();
+        }
+        assert_eq!(given.scene(), named.scene());
+        assert_eq!(given.multipliers(), named.multipliers());
+        assert_eq!(given.options().backend.name(), "dense");
+        Stepper::with_solver(scene, options(form), named.solver, any()).unwrap();
+    }
+}
+
+#[test]
+fn a_solver_handed_over_is_not_given_what_it_does_not_take() {
+    let solver = options(Form::Kkt).backend.create().unwrap();
+    let definite = Capabilities::default();
+    let e = Stepper::with_solver(hoist(), options(Form::Kkt), solver, definite).err();
+    assert!(
+        matches!(e, Some(StepError::FormNotAccepted { .. })),
+        "{e:?}"
+    );
+}
+
+#[test]
+fn a_solver_handed_over_stays_through_changes_and_those_that_fail() {
+    let mut named = Stepper::new(hoist(), options(Form::Schur)).unwrap();
+    let mut given = given(hoist(), options(Form::Schur));
+    for stepper in [&mut named, &mut given] {
+        for pass in 0..3 {
+            stepper.step().unwrap();
+            let mass = if pass == 1 { f64::NAN } else { 2.0 };
+            let changed = stepper.change(|edit| {
+                let body = edit.add_body(format!("ball {pass}"), Body::sphere(0.1, mass));
+                let at = Frame::body(edit.body_index(body)?, Vector3::zeros());
+                let spring = Spherical {
+                    frames: [Frame::world(Vector3::zeros()), at],
+                    stretch: RowLaw::new(1e-3, 0.0),
+                };
+                edit.add_constraint(format!("spring {pass}"), Constraint::Spherical(spring), 0);
+                Ok(())
+            });
+            assert_eq!(changed.is_err(), pass == 1, "{changed:?}");
+        }
+        stepper.step().unwrap();
+    }
+    assert_eq!(given.scene(), named.scene());
+    assert_eq!(given.multipliers(), named.multipliers());
+}
+
+#[test]
+fn a_run_of_a_solver_handed_over_is_restored_where_that_is_registered() {
+    let run = given(hoist(), options(Form::Schur)).save().unwrap();
+    let e = Stepper::restore(run)
+        .err()
+        .expect("no such solver")
+        .to_string();
+    assert!(e.contains("register it"), "{e}");
+}

@@ -59,16 +59,21 @@ impl Default for Config {
 pub fn backends() -> Vec<Backend> {
     let mut backends: Vec<Backend> = Vec::new();
     for choice in Choice::all() {
-        // Of UMFPACK the default alone, which refines.
-        let backend = match choice.backend {
-            Backend::Umfpack(_) => Backend::Umfpack(taut_solver::UmfpackOptions::default()),
-            other => other,
-        };
+        let backend = refining(choice.backend);
         if !backends.contains(&backend) {
             backends.push(backend);
         }
     }
     backends
+}
+
+/// The backend; UMFPACK as it is by default, with the refinement that it has no use for where the pieces refine.
+#[must_use]
+pub fn refining(backend: Backend) -> Backend {
+    match backend {
+        Backend::Umfpack(_) => Backend::Umfpack(taut_solver::UmfpackOptions::default()),
+        other => other,
+    }
 }
 
 /// A system and what is known of it.
@@ -325,15 +330,6 @@ fn limits(backend: &Backend, config: &Config) -> Vec<usize> {
     }
 }
 
-/// The limit of iterations of a backend; 0 for direct ones.
-fn limit_of(backend: &Backend) -> usize {
-    match backend {
-        Backend::GaussSeidel(o) => o.iterations,
-        Backend::ConjugateGradient(o) => o.iterations,
-        _ => 0,
-    }
-}
-
 fn row(
     system: &System,
     problem: &Problem<'_>,
@@ -376,7 +372,7 @@ fn row(
         options: backend.to_string(),
         dim: n,
         blocks: system.matrix.blocks(),
-        iterations: limit_of(backend),
+        iterations: backend.iterations().unwrap_or(0),
         iterations_used: report.iterations,
         status: match report.status {
             Status::Direct => DIRECT,

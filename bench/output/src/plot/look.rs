@@ -5,6 +5,8 @@
 //! are near each other for a reader without green cones. What is no solver has other colours, and the forms in
 //! turn: it shares no plot with solvers. All can be read on white and on a dark page, where black is the page's ink.
 
+use taut_solver::Backend;
+
 /// What a point is drawn as.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Shape {
@@ -107,17 +109,24 @@ impl Look {
     pub fn of_solver(name: &str) -> Option<Self> {
         let mut words = name.split([':', '/', ' ', '+']);
         let library = words.next().unwrap_or_default();
-        let colour = match library {
-            "banded" | "batch" => [0, 114, 178],
-            "faer" => [0, 158, 115],
-            "nalgebra-sparse" => [40, 155, 215],
-            "umfpack" => [160, 80, 0],
-            "gauss-seidel" => [210, 130, 0],
-            "cg" => [204, 121, 167],
-            "dense" => [128, 128, 128],
-            "lapack" => [0, 0, 0],
+        let listed = if library == "batch" {
+            "banded"
+        } else {
+            library
+        };
+        let mut entries = Backend::all().into_iter().map(|backend| backend.entry());
+        let entry = entries.find(|entry| entry.name == listed);
+        let colour = match (entry, library) {
+            (Some(entry), _) => entry.colour,
+            (None, "lapack") => [0, 0, 0],
             _ => return None,
         };
+        // Variants whose words are not known take the forms in turn.
+        let rows = entry.map_or(&[][..], |entry| entry.rows).iter();
+        let schur = name.strip_suffix("/kkt").unwrap_or(name);
+        let place = rows
+            .filter(|row| !row.ends_with("/kkt"))
+            .position(|row| *row == schur);
         let variant = |word: &str| match word {
             "ldlt" | "jacobi" | "groups" | "refine" | "upper" | "border" | "extended" => {
                 Some(Shape::Triangle)
@@ -130,7 +139,7 @@ impl Look {
         let own = match library {
             "batch" => Shape::Square,
             "nalgebra-sparse" | "dense" => Shape::Diamond,
-            _ => Shape::Circle,
+            _ => FORMS[place.unwrap_or_default() % FORMS.len()].0,
         };
         let shape = words.clone().find_map(variant).unwrap_or(own);
         // On the KKT matrix.
@@ -161,6 +170,7 @@ mod tests {
     use super::*;
     use std::collections::HashSet;
     use taut_ground::choice::Choice;
+    use taut_solver::Entry;
 
     /// Relative luminance of a colour, as the Web Content Accessibility Guidelines have it.
     fn luminance(colour: [u8; 3]) -> f64 {
@@ -240,11 +250,11 @@ mod tests {
 
     #[test]
     fn colours_of_solvers_are_read_on_light_and_dark() {
-        for choice in Choice::all() {
-            let look = Look::of_solver(choice.backend.name()).expect("a solver");
+        let listed = Backend::all().into_iter().map(|backend| backend.entry());
+        for entry in listed.chain([Entry::new("of-another-crate")]) {
             for page in [[255; 3], [0x16; 3]] {
-                let contrast = contrast(look.colour, page);
-                assert!(contrast > 3.0, "{choice}: {contrast}");
+                let contrast = contrast(entry.colour, page);
+                assert!(contrast > 3.0, "{}: {contrast}", entry.name);
             }
         }
     }

@@ -5,7 +5,7 @@ use crate::statics;
 use indicatif::ProgressBar;
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
-use taut_ground::claim::{over, over_letter, tolerance};
+use taut_ground::claim::{over, over_letter};
 use taut_ground::errors::worse;
 use taut_ground::pace;
 use taut_ground::reference;
@@ -121,7 +121,7 @@ fn measure_algebra(
         refinements: 0,
         ..options.clone()
     };
-    let tolerance = tolerance(&choice.backend);
+    let tolerance = choice.backend.tolerance();
     let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
     let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
     row.backward_error = 0.0;

@@ -27,7 +27,7 @@ use crate::scenes::reference_choice;
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use taut_ground::choice::Choice;
-use taut_ground::claim::{ROUNDING, over, over_letter, tolerance};
+use taut_ground::claim::{ROUNDING, over, over_letter};
 use taut_ground::reference::Snapshot;
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
 use taut_model::Scene;
@@ -127,7 +127,7 @@ fn variants(all: impl Iterator<Item = Choice>) -> Vec<(Choice, String)> {
 /// The same of a solution that `backend` claims.
 #[must_use]
 pub fn over_claim(seen: &Verified, backend: &Backend) -> f64 {
-    over(seen.residual, seen.backward_error, tolerance(backend))
+    over(seen.residual, seen.backward_error, backend.tolerance())
 }
 
 /// What was solved, and why some scenes were not.
@@ -209,7 +209,7 @@ impl Solve {
             Ok(s) => (s.status.as_str(), s.told, s.seen, s.finding(choice)),
             Err(e) => (e.as_str(), None, Seen::NONE, Finding::Refused),
         };
-        let tolerance = tolerance(&choice.backend);
+        let tolerance = choice.backend.tolerance();
         Self {
             scene: place.name.to_owned(),
             step: place.step,
@@ -295,7 +295,7 @@ impl Seen {
 
 impl Done {
     fn finding(&self, choice: &Choice) -> Finding {
-        let good = self.seen.over(tolerance(&choice.backend)) <= 1.0;
+        let good = self.seen.over(choice.backend.tolerance()) <= 1.0;
         match (self.claimed, good) {
             (true, true) => Finding::True,
             (true, false) => Finding::False,

@@ -1,0 +1,92 @@
+use super::*;
+use crate::options::{MOST_ITERATIONS, check_iteration};
+
+#[test]
+fn text_form_round_trips() {
+    let texts = [
+        "banded",
+        "gauss-seidel:groups:trial:iterations=7:tolerance=1e-3",
+        "cg:none:iterations=3:tolerance=0e0",
+        "cg:jacobi",
+        "umfpack:refinement=0",
+        "faer:lu",
+        "nalgebra-sparse",
+        "dense:extended",
+        "dense:double",
+    ];
+    for text in texts {
+        let backend: Backend = text.parse().unwrap();
+        assert_eq!(backend.to_string().parse(), Ok(backend), "{text}");
+    }
+}
+
+#[test]
+fn unknown_names_and_options_list_what_is_known() {
+    let e = "superlu".parse::<Backend>().unwrap_err().to_string();
+    assert!(
+        e.contains("superlu") && e.contains("banded") && e.contains("umfpack"),
+        "{e}"
+    );
+    for text in [
+        "banded:fast",
+        "cg:iterations=x",
+        "cg:group=1",
+        "cg:matrix-free",
+        "faer:qr",
+        "",
+    ] {
+        assert!(text.parse::<Backend>().is_err(), "{text}");
+    }
+}
+
+#[test]
+fn what_iterates_has_limits_that_can_be_set() {
+    for backend in Backend::built_in() {
+        let set = backend.with_iterations(7).with_tolerance(1e-3);
+        let limits = (set.iterations(), set.tolerance());
+        let expected = backend.is_iterative().then_some((7, 1e-3));
+        assert_eq!(limits, expected.unzip(), "{backend}");
+    }
+}
+
+#[test]
+fn the_entry_of_each_backend_is_its_own() {
+    let named = |text: &str| text.strip_suffix("/kkt").unwrap_or(text).parse::<Backend>();
+    for backend in Backend::built_in() {
+        let entry = backend.entry();
+        assert_eq!(entry.name.parse(), Ok(backend.clone()));
+        for row in entry.rows {
+            assert_eq!(named(row).unwrap().name(), entry.name, "{row}");
+        }
+    }
+}
+
+#[test]
+fn what_is_not_compiled_is_named_with_its_feature() {
+    for backend in Backend::all() {
+        match backend.create() {
+            Ok(solver) => assert_eq!(solver.name(), backend.name()),
+            Err(e) => {
+                let feature = backend.feature().unwrap();
+                assert_eq!(
+                    e,
+                    SolveError::NotCompiled {
+                        backend: backend.name(),
+                        feature
+                    }
+                );
+            }
+        }
+    }
+    assert!(Backend::preferred().unwrap().is_compiled());
+}
+
+#[test]
+fn iteration_options_are_checked() {
+    assert!(check_iteration(0, 0.1).is_err());
+    assert!(check_iteration(usize::MAX, 0.0).is_err());
+    assert!(check_iteration(MOST_ITERATIONS, 0.0).is_ok());
+    assert!(check_iteration(1, f64::NAN).is_err());
+    assert!(check_iteration(1, -1.0).is_err());
+    assert!(check_iteration(1, 0.0).is_ok());
+}

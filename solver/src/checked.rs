@@ -1,0 +1,375 @@
+//! A guard around a solver of unknown quality: what it does wrong becomes an error with its name, never an answer.
+
+use crate::agreement::FALSE;
+use crate::{
+    AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
+    SymBlockMatrix, norm_inf,
+};
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+/// What a solver did that none may do.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Fault {
+    /// It panicked. It is not called again: what it left behind is unknown.
+    Panicked {
+        /// In which phase.
+        phase: &'static str,
+        /// What it said.
+        message: String,
+    },
+    /// Its solution holds a NaN or an infinity.
+    NotFinite {
+        /// Block row of the first one.
+        block: usize,
+    },
+    /// A direct solver left rows of `x` as they were given: its answer is shorter, or made from the guess.
+    Unwritten {
+        /// Rows left.
+        rows: usize,
+        /// Rows of the system.
+        of: usize,
+    },
+    /// It claims a solution that is none.
+    FalseClaim {
+        /// Normwise backward error of what it claims.
+        backward_error: f64,
+    },
+    /// It calls a pattern new, or a phase missing, that it was given.
+    Forgot {
+        /// In which phase.
+        phase: &'static str,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Panicked { phase, message } => write!(f, "panicked in `{phase}`: {message}"),
+            Self::NotFinite { block } => write!(
+                f,
+                "calls a solution what holds a NaN or an infinity in block {block}"
+            ),
+            Self::Unwritten { rows, of } => write!(
+                f,
+                "leaves {rows} of {of} rows of its solution unwritten, or reads the guess, which a direct solver ignores"
+            ),
+            Self::FalseClaim { backward_error } => write!(
+                f,
+                "claims a solution whose backward error is {backward_error:.1e}"
+            ),
+            Self::Forgot { phase } => write!(
+                f,
+                "refuses in `{phase}` the pattern that it was given to analyse, or the phase before"
+            ),
+        }
+    }
+}
+
+/// Claims of the first solves after an analysis are all verified.
+const FIRST: usize = 256;
+
+/// Of later ones, one in this many.
+const EVERY: usize = 16;
+
+/// What rows of `x` hold that a direct solver has not written: a quiet NaN like no other.
+const UNWRITTEN: u64 = 0x7ff8_7461_7574_0001;
+
+/// A solver whose faults are errors: [`SolveError::Misbehaved`] instead of a panic, of a solution with NaN or with rows
+/// left out, of a false claim, of a pattern forgotten. Its input is checked before it sees it.
+///
+/// A claim is false where the normwise backward error is beyond [`FALSE`], or beyond what the tolerance τ of an iteration
+/// allows, τ √n. All claims are verified of the first 256 solves after an analysis, then one in 16.
+///
+/// It costs a pass over the matrix a factorisation, two over `x` a solve, a product A x where a claim is verified, and no
+/// allocation after the analysis. Panics are caught where the program unwinds; their message goes to standard error too.
+pub struct Checked {
+    name: &'static str,
+    inner: Box<dyn LinearSolver>,
+    tolerance: Option<f64>,
+    phases: Phases,
+    /// Solves since the analysis.
+    solves: usize,
+    residual: Vec<f64>,
+    sums: Vec<f64>,
+    /// How it ended, if it did.
+    panicked: Option<SolveError>,
+}
+
+impl Checked {
+    /// Guards `inner`, which errors call `name`; `tolerance` is that of an iteration, relative to ‖b‖₂, `None` of a direct
+    /// solver.
+    #[must_use]
+    pub fn new(name: &'static str, inner: Box<dyn LinearSolver>, tolerance: Option<f64>) -> Self {
+        Self {
+            name,
+            inner,
+            tolerance,
+            phases: Phases::default(),
+            solves: 0,
+            residual: Vec::new(),
+            sums: Vec::new(),
+            panicked: None,
+        }
+    }
+
+    fn fault(&self, fault: Fault) -> SolveError {
+        SolveError::Misbehaved {
+            solver: self.name,
+            fault,
+        }
+    }
+
+    /// A phase of the solver, whose input is good.
+    fn call<R>(
+        &mut self,
+        phase: &'static str,
+        work: impl FnOnce(&mut dyn LinearSolver) -> Result<R, SolveError>,
+    ) -> Result<R, SolveError> {
+        if let Some(end) = &self.panicked {
+            return Err(end.clone());
+        }
+        let inner = &mut *self.inner;
+        let result = caught(self.name, phase, || work(inner));
+        if let Err(e) = &result {
+            match e {
+                SolveError::PatternChanged | SolveError::OutOfOrder { .. } => {
+                    return Err(self.fault(Fault::Forgot { phase }));
+                }
+                SolveError::Misbehaved { .. } => self.panicked = Some(e.clone()),
+                _ => {}
+            }
+        }
+        result
+    }
+
+    /// A solve, judged or not.
+    fn solve_by(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+        phase: &'static str,
+        work: impl FnOnce(&mut dyn LinearSolver, &mut [f64]) -> Result<SolveReport, SolveError>,
+    ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
+        if self.tolerance.is_none() {
+            x.fill(f64::from_bits(UNWRITTEN));
+        }
+        let report = self.call(phase, |inner| work(inner, x))?;
+        if let Some(row) = x.iter().position(|x| !x.is_finite()) {
+            let rows = x.iter().filter(|x| x.to_bits() == UNWRITTEN).count();
+            return Err(self.fault(if rows > 0 {
+                Fault::Unwritten { rows, of: x.len() }
+            } else {
+                Fault::NotFinite {
+                    block: a.pattern().block_of_row(row),
+                }
+            }));
+        }
+        self.solves = self.solves.wrapping_add(1);
+        if report.is_claim() && (self.solves <= FIRST || self.solves.is_multiple_of(EVERY)) {
+            self.verify(a, b, x)?;
+        }
+        Ok(report)
+    }
+
+    /// Whether `x` is a solution, as claimed.
+    fn verify(&mut self, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
+        let allowed = self.tolerance.map_or(0.0, |t| t * (x.len() as f64).sqrt());
+        let bar = FALSE.max(allowed);
+        a.subtract_product(b, x, &mut self.residual);
+        let (left, size) = (norm_inf(&self.residual), norm_inf(b));
+        if left <= bar * size {
+            return Ok(());
+        }
+        let error = left / (a.norm_inf_in(&mut self.sums) * norm_inf(x) + size);
+        if error <= bar {
+            return Ok(());
+        }
+        // What cannot be told is no solution either.
+        let backward_error = if error.is_nan() { f64::INFINITY } else { error };
+        Err(self.fault(Fault::FalseClaim { backward_error }))
+    }
+}
+
+impl LinearSolver for Checked {
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        self.phases = Phases::default();
+        let report = self.call("analyze", |inner| inner.analyze(pattern))?;
+        self.phases.analyzed(pattern);
+        self.solves = 0;
+        for buffer in [&mut self.residual, &mut self.sums] {
+            buffer.resize(pattern.dim(), 0.0);
+        }
+        Ok(report)
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.phases.begin_factorize(a)?;
+        let report = self.call("factorize", |inner| inner.factorize(a))?;
+        self.phases.factorized();
+        Ok(report)
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.solve_by(a, b, x, "solve", |inner, x| inner.solve(a, b, x))
+    }
+
+    fn solve_unjudged(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.solve_by(a, b, x, "solve_unjudged", |inner, x| {
+            inner.solve_unjudged(a, b, x)
+        })
+    }
+}
+
+/// What `work` returns; its panic as an error.
+pub(crate) fn caught<R>(
+    solver: &'static str,
+    phase: &'static str,
+    work: impl FnOnce() -> Result<R, SolveError>,
+) -> Result<R, SolveError> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let message = match (panic.downcast_ref::<&str>(), panic.downcast_ref::<String>()) {
+            (Some(text), _) => (*text).to_owned(),
+            (_, Some(text)) => text.clone(),
+            _ => "without a message".to_owned(),
+        };
+        Err(SolveError::Misbehaved {
+            solver,
+            fault: Fault::Panicked { phase, message },
+        })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::agreement::{Claims, adverse, check};
+    use crate::{Backend, DenseOptions};
+
+    /// The dense solver with a fault of that name.
+    struct Faulty(Box<dyn LinearSolver>, &'static str);
+
+    impl LinearSolver for Faulty {
+        fn name(&self) -> &'static str {
+            "faulty"
+        }
+
+        fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+            self.0.analyze(pattern)
+        }
+
+        fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+            match self.1 {
+                "forgets the pattern" => Err(SolveError::PatternChanged),
+                _ => self.0.factorize(a),
+            }
+        }
+
+        fn solve(
+            &mut self,
+            a: &SymBlockMatrix,
+            b: &[f64],
+            x: &mut [f64],
+        ) -> Result<SolveReport, SolveError> {
+            let given = x.to_vec();
+            let report = self.0.solve(a, b, x)?;
+            let last = x.len() - 1;
+            match self.1 {
+                "writes NaN" => x[last] = f64::NAN,
+                "writes less" => x[last] = given[last],
+                "writes more" => x[given.len()] = 0.0,
+                "reads the guess" => x[0] += given[0],
+                "claims falsely" => x[0] *= 1.0 + 1e-6,
+                _ => {}
+            }
+            Ok(report)
+        }
+    }
+
+    fn dense() -> Box<dyn LinearSolver> {
+        let backend = Backend::Dense(DenseOptions::default());
+        backend.create().unwrap()
+    }
+
+    fn faulty(fault: &'static str) -> Checked {
+        Checked::new("faulty", Box::new(Faulty(dense(), fault)), None)
+    }
+
+    fn solved(solver: &mut Checked) -> Result<SolveReport, SolveError> {
+        let system = adverse(0).unwrap();
+        solver.analyze(system.a.pattern())?;
+        solver.factorize(&system.a)?;
+        solver.solve(&system.a, &system.b, &mut vec![0.0; system.b.len()])
+    }
+
+    #[test]
+    fn each_fault_is_an_error_that_names_the_solver() {
+        for (fault, words) in [
+            ("forgets the pattern", "refuses in `factorize`"),
+            ("writes NaN", "NaN"),
+            ("writes less", "leaves 1 of"),
+            ("writes more", "panicked in `solve`: index out of bounds"),
+            ("reads the guess", "reads the guess"),
+            ("claims falsely", "backward error is"),
+        ] {
+            let e = solved(&mut faulty(fault)).unwrap_err().to_string();
+            assert!(
+                e.starts_with("solver `faulty` ") && e.contains(words),
+                "{e}"
+            );
+        }
+        assert!(solved(&mut faulty("none")).is_ok());
+    }
+
+    #[test]
+    fn what_panicked_is_not_called_again() {
+        let mut solver = faulty("writes more");
+        let first = solved(&mut solver).unwrap_err();
+        solver.inner = dense();
+        assert_eq!(solved(&mut solver), Err(first));
+    }
+
+    #[test]
+    fn claims_are_verified_for_ever() {
+        let system = adverse(0).unwrap();
+        let mut solver = faulty("none");
+        solver.analyze(system.a.pattern()).unwrap();
+        solver.factorize(&system.a).unwrap();
+        solver.solves = 10 * FIRST;
+        solver.inner = Box::new(Faulty(solver.inner, "claims falsely"));
+        let mut x = vec![0.0; system.b.len()];
+        let mut solve = || solver.solve(&system.a, &system.b, &mut x);
+        let first = (1..=EVERY).find(|_| solve().is_err());
+        assert_eq!(first, Some(EVERY));
+    }
+
+    /// What checks nothing itself keeps the contract behind the guard.
+    #[test]
+    fn a_sound_solver_agrees_as_it_does_alone() {
+        for backend in Backend::built_in() {
+            let backend = backend.with_iterations(10_000);
+            if let Ok(inner) = backend.create() {
+                let mut guarded = Checked::new("guarded", inner, backend.tolerance());
+                check(&mut guarded, &Claims::of(&backend)).unwrap_or_else(|e| panic!("{e}"));
+            }
+        }
+    }
+}
