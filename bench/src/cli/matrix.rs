@@ -8,8 +8,8 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use taut_bench::machine::Machine;
 use taut_ground::files::{self, Output};
-use taut_ground::matrix::System;
 use taut_ground::inputs::Inputs;
+use taut_ground::matrix::System;
 use taut_ground::matrix::dump::{self, Label};
 use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted};
 use taut_ground::{pace, source};
@@ -119,7 +119,11 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     let at = args.at.unwrap_or_default();
     let steps = args.steps.clone().unwrap_or(at..at + 1);
     if steps.end > MOST_STEPS {
-        let option = if args.steps.is_some() { "steps" } else { "step" };
+        let option = if args.steps.is_some() {
+            "steps"
+        } else {
+            "step"
+        };
         return Err(Failure::Input(format!(
             "`--{option}` goes to {}: at most {MOST_STEPS}",
             steps.end
@@ -165,9 +169,9 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
 /// Name of the files of a single step.
 fn name_of(args: &DumpArgs, at: u64) -> Result<String, Failure> {
     match &args.name {
-        Some(name) if name.is_empty() || name.contains(['/', '\\']) => Err(Failure::Input(format!(
-            "`--name {name}` is no name of a file in `--out`"
-        ))),
+        Some(name) if name.is_empty() || name.contains(['/', '\\']) => Err(Failure::Input(
+            format!("`--name {name}` is no name of a file in `--out`"),
+        )),
         Some(name) => Ok(name.clone()),
         None => {
             let stem = Path::new(&args.scene).file_stem().unwrap_or_default();

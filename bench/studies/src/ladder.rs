@@ -40,8 +40,8 @@ use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::trajectory::Failure;
-use taut_integrator::StepError;
 use taut_model::HoistParams;
+use taut_output::check::ExperimentError;
 
 /// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
 pub const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-10];
@@ -167,8 +167,9 @@ struct Task {
 /// Runs the main job. `progress` advances once for each reference, each solver and each timed row.
 ///
 /// # Errors
-/// A scene that cannot be built, or a reference motion that fails; a solver's own failure is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+/// A scene that cannot be built, or a reference motion that fails, with the name of the scene where that is not the hoist;
+/// a solver's own failure is a row.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
     let mut results = Results::default();
     let compiled = compiled_choices(config, &mut results.omissions);
     let scenes = config.subjects();
@@ -176,7 +177,10 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
     progress.set_message("reference motions");
     let cases: Vec<Case> = scenes
         .into_par_iter()
-        .map(|subject| Case::new(config, &subject).inspect(|_| progress.inc(1)))
+        .map(|subject| {
+            let case = Case::new(config, &subject).inspect(|_| progress.inc(1));
+            case.map_err(|e| subject.named(e))
+        })
         .collect::<Result<_, _>>()?;
     let tasks = tasks(config, &cases, &compiled, &mut results.omissions);
     progress.set_message("physics");

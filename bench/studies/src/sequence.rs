@@ -168,7 +168,10 @@ fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Record {
         let mut again = Steps::default();
         failed = failed.or(go_through(sequence, &choice, &mut again).err());
         let shorten = |times: &mut [f64], again: &[f64]| {
-            times.iter_mut().zip(again).for_each(|(a, b)| *a = a.min(*b));
+            times
+                .iter_mut()
+                .zip(again)
+                .for_each(|(a, b)| *a = a.min(*b));
         };
         shorten(&mut steps.analyze_ns, &again.analyze_ns);
         shorten(&mut steps.factorize_ns, &again.factorize_ns);
@@ -200,10 +203,8 @@ fn go_through(sequence: &Sequence, choice: &Choice, steps: &mut Steps) -> Result
             steps.solve_ns.push(since(start));
             steps.factorize_ns.push(factorized);
             steps.iterations.push(report.iterations);
-            steps.claimed += usize::from(matches!(
-                report.status,
-                Status::Direct | Status::Converged
-            ));
+            steps.claimed +=
+                usize::from(matches!(report.status, Status::Direct | Status::Converged));
             let errors = backward_error(&matrix, b, &x)?;
             steps.normwise = worse(steps.normwise, errors.normwise);
             steps.componentwise = worse(steps.componentwise, errors.componentwise);

@@ -71,7 +71,10 @@ impl Sequence {
     /// Number of systems.
     #[must_use]
     pub fn len(&self) -> usize {
-        self.stretches.iter().map(|stretch| stretch.time.len()).sum()
+        self.stretches
+            .iter()
+            .map(|stretch| stretch.time.len())
+            .sum()
     }
 
     /// Whether it has no systems; [`read`] gives none of these.
@@ -116,7 +119,10 @@ impl Systems {
     /// The values of a matrix of the pattern, in the order of the file.
     fn values_of(&self, matrix: &SymBlockMatrix) -> Vec<f64> {
         let values = matrix.values();
-        self.places.iter().map(|[place, _]| values[*place]).collect()
+        self.places
+            .iter()
+            .map(|[place, _]| values[*place])
+            .collect()
     }
 }
 
@@ -326,7 +332,8 @@ fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, Sequ
     let mut systems = Systems::of(matrix);
     if systems.places.len() != market.entries.len() {
         let (found, all) = (market.entries.len(), systems.places.len());
-        let message = format!("{found} entries, where the blocks hold {all}: it has to hold them all");
+        let message =
+            format!("{found} entries, where the blocks hold {all}: it has to hold them all");
         return Err(shape(&path, message).into());
     }
     let array = |what: &str, rows: usize| {

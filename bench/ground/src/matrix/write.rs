@@ -83,7 +83,12 @@ pub fn vector(v: &[f64], comments: &[String]) -> String {
 #[must_use]
 pub fn array(columns: &[Vec<f64>], comments: &[String]) -> String {
     let mut out = head("array real general", comments);
-    let _ = writeln!(out, "{} {}", columns.first().map_or(0, Vec::len), columns.len());
+    let _ = writeln!(
+        out,
+        "{} {}",
+        columns.first().map_or(0, Vec::len),
+        columns.len()
+    );
     for value in columns.iter().flatten() {
         let _ = writeln!(out, "{value:e}");
     }

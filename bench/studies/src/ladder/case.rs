@@ -8,6 +8,7 @@ use taut_ground::source;
 use taut_ground::trajectory::{Failure, Limits, simulate_driven, steps_in};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
+use taut_output::check::ExperimentError;
 
 /// Frames of the reference motion that the algebra is measured on.
 const FRAMES: usize = 16;
@@ -55,6 +56,14 @@ pub(super) struct Case {
 }
 
 impl Subject {
+    /// An error, with the name of a scene that is not the hoist.
+    pub(super) fn named(&self, error: StepError) -> ExperimentError {
+        match self {
+            Self::Hoist(_) => error.into(),
+            Self::Own(own) => format!("{}: {error}", own.name).into(),
+        }
+    }
+
     /// How finely its reference is stepped, and what is stepped.
     fn motion(&self, config: &Config) -> Result<(Motion, usize), StepError> {
         match self {
@@ -90,7 +99,7 @@ impl Case {
         let first = (frames / 2).min(frames - FRAMES - 1);
         let kept = first..first + FRAMES + 1;
         let (reference, _) = reference::extrapolated(&motion, config.dt, substeps, frames, kept)?;
-        let mut common = common_scene(&name, &reference)?;
+        let mut common = common_scene(&reference)?;
         common.events.clear();
         let mut case = Self {
             name,
@@ -112,8 +121,7 @@ impl Case {
         }
         let mut stepper = case.at_start(plain)?;
         let (inputs, time) = (&case.motion.inputs, config.stability_time);
-        case.failure =
-            simulate_driven(&mut stepper, inputs, time, case.limits(), |_| {}).failure;
+        case.failure = simulate_driven(&mut stepper, inputs, time, case.limits(), |_| {}).failure;
         Ok(case)
     }
 
@@ -159,13 +167,14 @@ impl Case {
 }
 
 /// The scene of the common states.
-fn common_scene(name: &str, reference: &Reference) -> Result<Scene, StepError> {
+fn common_scene(reference: &Reference) -> Result<Scene, StepError> {
     let scene = reference.scene.clone();
     let scene = scene.filter(|_| reference.states.len() > 1);
     scene.ok_or_else(|| {
         StepError::Scene(SceneError::Conflict {
-            what: format!("scene `{name}`"),
-            reason: "has events in every frame from the middle of the run on: the algebra needs two frames without, give another `--time`",
+            what: "the scene".to_owned(),
+            reason: "has events in every frame from the middle of the run on, and the errors of solvers are measured on two \
+                     frames without: give another `--time`",
         })
     })
 }

@@ -180,7 +180,10 @@ pub(super) fn measure_own(config: &Config) -> Result<Extras, StepError> {
     let Some(first) = config.own.first() else {
         return Ok(Extras::default());
     };
-    let patterns = config.own.iter().map(|own| pattern(&own.name, own.scene.clone()));
+    let patterns = config
+        .own
+        .iter()
+        .map(|own| pattern(&own.name, own.scene.clone()));
     let patterns = patterns.collect::<Result<_, _>>()?;
     let title = format!("{}, solver {}", first.name, StepOptions::default().backend);
     let mut stepper = Stepper::new(first.scene.clone(), StepOptions::default())?;
@@ -342,7 +345,8 @@ fn time_steps(choices: &[Choice], quick: bool) -> Result<Vec<Step>, StepError> {
     let params = hoist(24, RATIO);
     let substeps = reference::stable_substeps(&params, DT)?;
     let frames = steps_in(time, DT);
-    let (exact, _) = reference::extrapolated(&Motion::of_hoist(&params)?, DT, substeps, frames, 0..0)?;
+    let (exact, _) =
+        reference::extrapolated(&Motion::of_hoist(&params)?, DT, substeps, frames, 0..0)?;
     let gap = reference::most_gap(&params)?;
     let step =
         |options: StepOptions, backend: Option<String>, rate: usize| -> Result<Step, StepError> {

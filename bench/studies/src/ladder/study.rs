@@ -135,7 +135,8 @@ pub(crate) fn are_networks(matches: &ArgMatches) -> Result<bool, Refused> {
     let Some(network) = networks.first() else {
         return Ok(false);
     };
-    let is_given = |id: &&(&str, &str)| matches.value_source(id.0) == Some(ValueSource::CommandLine);
+    let is_given =
+        |id: &&(&str, &str)| matches.value_source(id.0) == Some(ValueSource::CommandLine);
     let unread = [
         ("overrides", "--set"),
         ("controls", "--controls"),

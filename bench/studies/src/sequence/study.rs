@@ -9,6 +9,7 @@ use std::path::PathBuf;
 use taut_ground::matrix::sequence::{self, INDEX};
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, linear, positive};
+use taut_output::plot::Mark;
 use taut_output::row::{has_ended, has_no_error, iterations};
 use taut_output::settings::{counts, set, solvers};
 use taut_output::sheet::{self, Sheet, Show, column};
@@ -25,7 +26,10 @@ pub(crate) const STUDY: Study = Study {
     options: Options::augment_args,
     reads: |matches| {
         let folder = matches.get_one::<PathBuf>("folder");
-        folder.map(|folder| folder.join(INDEX)).into_iter().collect()
+        folder
+            .map(|folder| folder.join(INDEX))
+            .into_iter()
+            .collect()
     },
     run: |matches, reporter| perform(&Options::from_arg_matches(matches)?, reporter.progress),
     sheets: SHEETS,
@@ -47,9 +51,9 @@ struct Options {
 
 /// What the columns of the table are.
 const LEGEND: &str = "\
-iter: mean of a step, of the limit; analyse: the pattern, once; factorise, solve: medians of the steps; longest: both in the
-longest step; claims: steps whose solver claims a solution; compon.: componentwise backward error; error: relative error of
-x in the largest norm; errors are the largest of all steps";
+iter: mean of a step, of the limit; analyse: the pattern, once; factorise, solve: medians of the steps; longest: both in
+the longest step; claims: steps whose solver claims a solution; compon.: componentwise backward error; error: relative
+error of x in the largest norm; errors are the largest of all steps";
 
 fn perform(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut config = Config {
@@ -109,6 +113,7 @@ const BY_STEP: Plan = Plan {
     list: "records",
     panels: &["iterations"],
     x: linear(&[], "steps of the sequence (1)", 1.0),
+    mark: Mark::Line,
     ..PLAIN
 };
 

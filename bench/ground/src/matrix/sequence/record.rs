@@ -1,7 +1,7 @@
 //! Records the systems of a run as a [sequence](super).
 
 use super::{FORMS, HEADING, INDEX, SequenceError, Stretch, Systems, name};
-use crate::files::{Output, make_folder};
+use crate::files::{FileError, Output, make_folder};
 use crate::matrix::dump::{self, body_rows};
 use crate::matrix::prepared::Problem;
 use crate::matrix::{Matrix, exact, write};
@@ -42,12 +42,13 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// Of no steps so far.
+    /// Of no steps so far; what an earlier sequence left in the folder is no sequence any more.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// A folder that cannot be made, an index there that cannot be removed.
     pub fn new(wanted: Wanted) -> Result<Self, SequenceError> {
         make_folder(&wanted.folder)?;
+        remove(&wanted.folder.join(INDEX))?;
         Ok(Self {
             wanted,
             stretch: None,
@@ -101,7 +102,9 @@ impl Recorder {
         let path = self.wanted.folder.join(INDEX);
         Output::open(&path)?.write(|out| {
             writeln!(out, "{}", HEADING.join(","))?;
-            self.lines.iter().try_for_each(|line| writeln!(out, "{line}"))
+            self.lines
+                .iter()
+                .try_for_each(|line| writeln!(out, "{line}"))
         })?;
         self.files.push(path);
         Ok((self.files, self.written))
@@ -133,6 +136,11 @@ impl Recorder {
         } else {
             Vec::new()
         };
+        // An earlier sequence may have left solutions, and files of the other ending, which would be read with these.
+        for what in ["", "_values", "_rhs", "_exact"] {
+            remove(&folder.join(format!("{name}{what}.mtx")))?;
+            remove(&folder.join(format!("{name}{what}.mtx.gz")))?;
+        }
         let mut put = |what: &str, text: &str| {
             let path = write::file(folder, &format!("{name}{what}"), text, *gzip)?;
             self.files.push(path);
@@ -151,6 +159,18 @@ impl Recorder {
             put("_exact", &array(&x, told))?;
         }
         Ok(())
+    }
+}
+
+/// Removes a file if there is one.
+fn remove(path: &Path) -> Result<(), FileError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
+            path: path.to_owned(),
+            doing: "replace",
+            source,
+        }),
+        _ => Ok(()),
     }
 }
 

@@ -107,9 +107,8 @@ fn a_faulty_folder_is_refused_with_the_file_at_fault() {
         }
     };
     let cut = |text: String| text.get(..text.len() / 2).map(str::to_owned);
-    let swapped = |from: &'static str, to: &'static str| {
-        move |text: String| Some(text.replacen(from, to, 1))
-    };
+    let swapped =
+        |from: &'static str, to: &'static str| move |text: String| Some(text.replacen(from, to, 1));
     refused(INDEX, &|_| None, &["holds no sequence", "taut dump"]);
     refused(INDEX, &without("3,"), &[INDEX, "step 4 follows step 2"]);
     refused(INDEX, &without("step"), &[INDEX, "line 1", "step,time"]);
@@ -121,10 +120,34 @@ fn a_faulty_folder_is_refused_with_the_file_at_fault() {
     refused(INDEX, &without("7,"), &["schur_2_values.mtx", "× 3", "× 2"]);
     refused("kkt_1.mtx", &|_| None, &["kkt_1.mtx", "cannot be read"]);
     refused("schur_2_rhs.mtx", &|_| None, &["schur_2_rhs.mtx"]);
-    refused("schur_1_values.mtx", &cut, &["schur_1_values.mtx", "cut off"]);
+    refused(
+        "schur_1_values.mtx",
+        &cut,
+        &["schur_1_values.mtx", "cut off"],
+    );
     refused("kkt_2_rhs.mtx", &cut, &["kkt_2_rhs.mtx"]);
     let dense = swapped("coordinate real symmetric", "coordinate real general");
     refused("schur_1.mtx", &dense, &["schur_1.mtx"]);
     assert_eq!(read(&folder).expect("as it was").len(), 6);
+    fs::remove_dir_all(folder).expect("removed");
+}
+
+/// Solutions and files of the other ending that an earlier sequence left are not read with those of the next.
+#[test]
+fn a_sequence_takes_the_place_of_another() {
+    let (folder, _) = recorded("replaced-sequence", false);
+    let wanted = Wanted {
+        folder: folder.clone(),
+        gzip: true,
+        ..Wanted::default()
+    };
+    let mut recorder = Recorder::new(wanted).expect("a folder");
+    // Until it is finished there is none.
+    assert!(matches!(read(&folder), Err(SequenceError::None(_))));
+    recorder.take(0, &stepper()).expect("taken");
+    recorder.finish().expect("written");
+    let sequence = read(&folder).expect("reads");
+    assert_eq!((sequence.first, sequence.len()), (0, 1));
+    assert_eq!(sequence.stretches[0].systems[0].exact, None);
     fs::remove_dir_all(folder).expect("removed");
 }
