@@ -151,6 +151,8 @@ pub struct SceneNote {
     pub segments: Option<usize>,
     /// Load over segment mass; of another scene the heaviest over the lightest moving body.
     pub mass_ratio: f64,
+    /// Name of the body that stands in for a load that the scene does not name: the one that moves most.
+    pub stand_in: Option<String>,
     /// Time step of the reference motion, before its extrapolation from this and twice this \[s].
     pub reference_dt: f64,
     /// How the step itself, solved directly, ended before its 30 s.
@@ -266,6 +268,9 @@ impl Task {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taut_ground::inputs::Inputs;
+    use taut_model::{Action, Event, When};
+    use taut_solver::{Backend, DenseOptions};
 
     fn tiny() -> Config {
         Config {
@@ -315,5 +320,44 @@ mod tests {
                 1
             );
         }
+    }
+
+    /// Of a scene that changes while it is measured, the frames before the change count.
+    #[test]
+    fn another_scene_is_measured_up_to_its_event() {
+        let params = HoistParams {
+            segments: 4,
+            mass_ratio: 100.0,
+            initial_angle: 0.3,
+            ..HoistParams::default()
+        };
+        let mut scene = params.build().unwrap();
+        scene.load = None;
+        scene.events.push(Event {
+            name: "cut".to_owned(),
+            when: When::Time(20.5 / 60.0),
+            then: vec![Action::Release(2)],
+        });
+        let own = OwnScene {
+            name: "cut.toml".to_owned(),
+            scene,
+            inputs: Inputs::default(),
+        };
+        let config = Config {
+            own: vec![own],
+            choices: vec![Choice::schur(Backend::Dense(DenseOptions::default()))],
+            ..tiny()
+        };
+        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let [row] = &results.records[..] else {
+            panic!("one row: {results:?}")
+        };
+        assert_eq!((row.scene.as_str(), row.segments), ("cut.toml", None));
+        assert_eq!((&row.error, row.elongation_error), (&None, None));
+        // States before frames 13 to 19, the first of which is only started from; the event ends frame 20.
+        assert_eq!(row.frames, 6);
+        assert!(row.forward_error < 1e-12 && row.stable, "{row:?}");
+        assert_eq!(row.fastest_at.len(), LEVELS.len());
+        assert_eq!(results.scenes[0].stand_in.as_deref(), Some("load"));
     }
 }

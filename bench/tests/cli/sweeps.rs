@@ -363,6 +363,7 @@ fn the_main_job_takes_any_scene() {
         "balls.toml, gantry: Δt",
         "\n gantry ",
         "balls.toml, mass ratio 4, the step",
+        "balls.toml: no load is named, `lower` moves most",
     ] {
         assert!(answer.contains(words), "`{words}` is missing in {answer}");
     }

@@ -46,6 +46,8 @@ pub(super) struct Case {
     pub(super) mass_ratio: f64,
     /// Scene and drive, with the load or what stands in for it.
     pub(super) motion: Motion,
+    /// The body that stands in for a load.
+    stand_in: Option<String>,
     /// The scene in the first of the common states, without its events.
     common: Scene,
     pub(super) reference: Reference,
@@ -94,6 +96,11 @@ impl Case {
             }
             Subject::Own(own) => (own.name.clone(), None, source::mass_ratio(&own.scene)?),
         };
+        let stand_in = match subject {
+            Subject::Own(own) if own.scene.load.is_none() => motion.scene.load,
+            _ => None,
+        };
+        let stand_in = stand_in.map(|body| motion.scene.body_names[body].clone());
         let frames = steps_in(config.time, config.dt).max(FRAMES + 1);
         // From the middle of the run on, where the scene is in motion.
         let first = (frames / 2).min(frames - FRAMES - 1);
@@ -106,6 +113,7 @@ impl Case {
             hoist,
             mass_ratio,
             motion,
+            stand_in,
             common,
             reference,
             exact: Vec::new(),
@@ -160,6 +168,7 @@ impl Case {
             scene: self.name.clone(),
             segments: self.segments(),
             mass_ratio: self.mass_ratio,
+            stand_in: self.stand_in.clone(),
             reference_dt: self.reference.dt,
             failure: self.failure.clone(),
         }

@@ -3,7 +3,7 @@
 use super::extras::{Extras, measure, measure_own};
 use super::settings::settings;
 use super::table::{LEGEND, answer, rows};
-use super::{Config, OwnScene};
+use super::{Config, OwnScene, SceneNote};
 use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, Time, overrides};
 use crate::study::{self, Found, Reporter, Study, data};
 use clap::parser::ValueSource;
@@ -174,7 +174,7 @@ const MORE: &str =
     "Every row: `taut bench --rows`, target/taut/bench.json; plots: target/taut/report.html";
 
 /// What was run.
-fn about(config: &Config) -> Result<String, ExperimentError> {
+fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentError> {
     let rate = 1.0 / config.dt;
     let scene = if config.own.is_empty() {
         let (hoist, mass) = (&config.scene, config.scene.resolve()?.segment_mass);
@@ -186,13 +186,21 @@ fn about(config: &Config) -> Result<String, ExperimentError> {
         let names: Vec<&str> = config.own.iter().map(|own| own.name.as_str()).collect();
         format!("{}: Δt = 1/{rate:.0} s", names.join(", "))
     };
-    Ok(format!("{scene}; {} s simulated", config.time))
+    let stand_in = |note: &SceneNote| {
+        let body = note.stand_in.as_ref()?;
+        Some(format!(
+            "\n{}: no load is named, `{body}` moves most and stands in for it",
+            note.scene
+        ))
+    };
+    let stand_ins: String = scenes.iter().filter_map(stand_in).collect();
+    Ok(format!("{scene}; {} s simulated{stand_ins}", config.time))
 }
 
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     let config = config(options)?;
     let results = super::run(&config, reporter.progress)?;
-    let scene = about(&config)?;
+    let scene = about(&config, &results.scenes)?;
     let answer = answer(&results);
     (reporter.say)(&if options.rows {
         let rows = rows(&results);

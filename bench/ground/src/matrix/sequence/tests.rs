@@ -24,8 +24,11 @@ fn stepper() -> Stepper {
     Stepper::new(scene, options.options(1.0 / 60.0)).expect("starts")
 }
 
+/// Matrix and right-hand side of each form.
+type BothForms = [(SymBlockMatrix, Vec<f64>); 2];
+
 /// A folder with the systems of steps 2 to 7 of that hoist, and the stepper's own of both forms.
-fn recorded(name: &str, gzip: bool) -> (PathBuf, Vec<[(SymBlockMatrix, Vec<f64>); 2]>) {
+fn recorded(name: &str, gzip: bool) -> (PathBuf, Vec<BothForms>) {
     let folder = std::env::temp_dir().join(format!("taut-{name}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
     let mut recorder = Recorder::new(Wanted {
