@@ -41,7 +41,7 @@ pub(crate) struct DumpArgs {
     #[arg(long, value_name = "A..B", value_parser = range, conflicts_with_all = ["at", "name"])]
     steps: Option<Range<u64>>,
     /// Writes the exact solutions of a sequence, in 32 digits
-    #[arg(long, requires = "steps")]
+    #[arg(long, requires = "steps", conflicts_with = "at")]
     exact: bool,
     /// Folder of the files
     #[arg(long, value_name = "DIR")]

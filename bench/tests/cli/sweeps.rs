@@ -324,7 +324,7 @@ fn the_main_job_takes_any_scene() {
     let at = folder("own_scene");
     fs::write(at.join("balls.toml"), BALLS).expect("writable");
     // Speeds that change in every frame, so that the systems of the common states depend on the way there.
-    let drive = "time,trolley_speed,hoist_speed\n0,0,0\n0.5,0.5,0.4\n";
+    let drive = "time,trolley_speed,hoist_speed\n0,0,0\n0.5,0.5,0.4\n1,0,0\n";
     fs::write(at.join("drive.csv"), drive).expect("writable");
     let quick = "--quick --backends banded,dense,cg:group --iterations 50 --time 0.5";
     for (scene, name, ratio) in [
