@@ -57,7 +57,13 @@ fn recorded(name: &str, gzip: bool) -> (PathBuf, Vec<BothForms>) {
     (folder, systems)
 }
 
-/// The systems of an unrecorded run, to the last bit, in two stretches: the second without the load's joint.
+fn lower(a: &SymBlockMatrix) -> Vec<f64> {
+    let mut values = Vec::new();
+    a.for_each_lower(|_, _, value| values.push(value));
+    values
+}
+
+/// The systems of an unrecorded run, to the last bit but for the sign of zeros, in two stretches: the second without the load's joint.
 #[test]
 fn a_sequence_comes_back_as_it_was() {
     for gzip in [false, true] {
@@ -75,7 +81,9 @@ fn a_sequence_comes_back_as_it_was() {
                 for (systems, (a, b)) in stretch.systems.iter().zip(both) {
                     let mut matrix = systems.first();
                     systems.put(step, &mut matrix);
-                    assert_eq!(matrix, a);
+                    // Of diagonal blocks the lower triangle, which is all that counts and all that a file has.
+                    assert_eq!(matrix.pattern(), a.pattern());
+                    assert_eq!(lower(&matrix), lower(&a));
                     assert_eq!(systems.rhs[step], b);
                     let exact = &systems.exact.as_ref().expect("asked for")[step];
                     let found = taut_solver::reference_solution(&a, &b).expect("regular");
