@@ -2,7 +2,7 @@
 //!
 //! The systems are those of consecutive steps, as [`taut_ground::matrix::sequence`] reads them. A solver analyses each
 //! pattern once and factorises the matrix of every step; an iteration starts from its solution of the step before. The
-//! whole is done [`PASSES`] times, from a cold start each: times are the least of the passes, errors the same in all.
+//! whole is done three times, from a cold start each: times are the least of the passes, errors the same in all.
 
 mod study;
 
