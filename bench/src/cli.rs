@@ -66,9 +66,9 @@ enum Command {
     Scene(SceneArgs),
     Paper,
     Hard,
-    /// Writes the linear system of a step as Matrix Market files, S and the KKT matrix, with exact solutions
+    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions
     #[command(
-        after_help = "Example: taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems"
+        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence"
     )]
     Dump(DumpArgs),
     /// Solves a system from Matrix Market files with every backend: times, backward and forward errors
@@ -76,7 +76,7 @@ enum Command {
         after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz"
     )]
     Solve(SolveArgs),
-    /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances
+    /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances; and a sequence of 600
     #[command(after_help = "Example: taut matrices --out target/matrices --gzip")]
     Matrices(MatricesArgs),
     /// Instructions, allocations, errors and times of a step against the baseline: what CI fails on

@@ -5,12 +5,12 @@ use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
 use std::io;
-use std::path::{Path, PathBuf};
 use taut_ground::errors::worse;
-use taut_ground::inputs::{InputError, Inputs};
+use taut_ground::inputs::Inputs;
+use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
-use taut_model::{Scene, SceneError, SceneSource};
+use taut_model::{Scene, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -31,76 +31,12 @@ pub struct Prepared {
     pub yardstick: Yardstick,
 }
 
-/// Why a scene cannot be prepared.
-#[derive(Debug)]
-pub enum PrepareError {
-    /// The file of that name cannot be read.
-    File(taut_ground::files::FileError),
-    /// The scene is not sound.
-    Scene(SceneError),
-    /// The file of that name holds no scene, or none that is sound.
-    SceneFile(PathBuf, SceneError),
-    /// The table of inputs in the file of that name does not fit the scene.
-    Inputs(PathBuf, InputError),
-}
-
-impl std::fmt::Display for PrepareError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::File(e) => e.fmt(f),
-            Self::Scene(e) => e.fmt(f),
-            Self::SceneFile(path, e) => write!(f, "{}: {e}", path.display()),
-            Self::Inputs(path, e) => write!(f, "{}: {e}", path.display()),
-        }
-    }
-}
-
-impl std::error::Error for PrepareError {}
-
-/// Whether a scene is given as a file, not by its name.
-#[must_use]
-pub fn is_file(scene: &str) -> bool {
-    let named = taut_model::named::NAMES.contains(&scene);
-    !named && (Path::new(scene).exists() || scene.ends_with(".toml") || scene.contains('/'))
-}
-
-/// Reads a scene by name or from a TOML file, with overrides. What looks like a file is one; anything else is a name,
-/// and the error lists the names.
+/// What is run, and what the run is judged by: [`source::built`].
 ///
 /// # Errors
-/// [`PrepareError`].
-fn source(scene: &str, overrides: &[(&str, &str)]) -> Result<SceneSource, PrepareError> {
-    if is_file(scene) {
-        let text = taut_ground::files::read_text(Path::new(scene)).map_err(PrepareError::File)?;
-        let source = SceneSource::parse(&text, overrides);
-        source.map_err(|e| PrepareError::SceneFile(PathBuf::from(scene), e))
-    } else {
-        SceneSource::load(scene, overrides).map_err(PrepareError::Scene)
-    }
-}
-
-/// Reads and builds a scene by name or from a TOML file, with overrides.
-///
-/// # Errors
-/// [`PrepareError`].
-pub fn built(
-    scene: &str,
-    overrides: &[(&str, &str)],
-) -> Result<(SceneSource, Scene), PrepareError> {
-    let source = source(scene, overrides)?;
-    let built = source.build().map_err(|e| match is_file(scene) {
-        true => PrepareError::SceneFile(PathBuf::from(scene), e),
-        false => PrepareError::Scene(e),
-    })?;
-    Ok((source, built))
-}
-
-/// What is run, and what the run is judged by: [`built`].
-///
-/// # Errors
-/// [`PrepareError`].
-pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, PrepareError> {
-    let (source, built) = built(scene, overrides)?;
+/// [`SourceError`].
+pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, SourceError> {
+    let (source, built) = source::built(scene, overrides)?;
     let cable = match &source {
         SceneSource::Hoist(p) => Some((p.length, p.exact_elongation())),
         _ => None,
@@ -115,15 +51,6 @@ pub fn prepare(scene: &str, overrides: &[(&str, &str)]) -> Result<Prepared, Prep
         scene: built,
         yardstick: Yardstick { cable, planar },
     })
-}
-
-/// The inputs of the CSV file `path` for a scene: see [`Inputs`].
-///
-/// # Errors
-/// [`PrepareError::File`], [`PrepareError::Inputs`].
-pub fn inputs(path: &Path, scene: &Scene) -> Result<Inputs, PrepareError> {
-    let text = taut_ground::files::read_text(path).map_err(PrepareError::File)?;
-    Inputs::parse(&text, scene).map_err(|e| PrepareError::Inputs(path.to_owned(), e))
 }
 
 /// Positions of the load over time.

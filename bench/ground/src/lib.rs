@@ -29,6 +29,7 @@
 //! | `reference` | finely stepped motions to compare with |
 //! | `engine` | an engine on the hoist with its settings, and the motions that it goes through |
 //! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |
+//! | `source` | scenes by name or from TOML files, with what drives them |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix |
@@ -50,6 +51,7 @@ pub mod pace;
 pub mod poses;
 pub mod random;
 pub mod reference;
+pub mod source;
 pub mod trajectory;
 
 pub use choice::Choice;

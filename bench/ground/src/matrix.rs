@@ -13,12 +13,14 @@
 //! | `exact` | solutions in extended precision, and how ill-conditioned a matrix is |
 //! | `solve` | every backend on a system: times and errors |
 //! | `dump` | the system of a step as files |
+//! | `sequence` | the systems of consecutive steps as files |
 
 pub mod dump;
 pub mod exact;
 pub mod market;
 pub mod order;
 pub mod prepared;
+pub mod sequence;
 pub mod solve;
 pub mod write;
 

@@ -1,13 +1,16 @@
-//! The motion that the steps at Δt = 1/60 s are judged by: the paper's step at a time step so small that it is stable,
-//! sampled at the frames, and its first-order error taken away by extrapolation from two such time steps.
+//! The motion that the steps at Δt = 1/60 s are judged by: a step at a small Δt, sampled at the frames, its error of
+//! leading order taken away by extrapolation from two such time steps. On hoists that is the paper's step, stable at a Δt
+//! that their tension tells; on other scenes, where nothing tells it, the default step with its guard.
 
+use crate::choice::Choice;
+use crate::inputs::Inputs;
 use crate::pace;
 use crate::trajectory::load_position;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{Bodies, HoistParams, Scene, SceneError};
-use taut_solver::Backend;
+use taut_solver::{Backend, DenseOptions};
 
 /// A finely stepped motion.
 #[derive(Debug, Clone)]
@@ -16,8 +19,92 @@ pub struct Reference {
     pub dt: f64,
     /// Load position after each frame, from the first on \[m].
     pub load: Vec<Vector3<f64>>,
-    /// States at the frames wanted.
+    /// States at the frames wanted, up to the first event after two of them.
     pub states: Vec<Snapshot>,
+    /// The scene in the first of these states.
+    pub scene: Option<Scene>,
+}
+
+/// A scene, what drives it, and the step that goes through its motion finely.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// The scene.
+    pub scene: Scene,
+    /// What drives it.
+    pub inputs: Inputs,
+    /// The step, but for its Δt.
+    pub options: StepOptions,
+    /// Order of its error in Δt.
+    pub order: i32,
+}
+
+impl Motion {
+    /// A hoist, with the paper's step.
+    ///
+    /// # Errors
+    /// As [`scene`].
+    pub fn of_hoist(params: &HoistParams) -> Result<Self, SceneError> {
+        Ok(Self {
+            scene: scene(params)?,
+            inputs: Inputs::default(),
+            options: StepOptions {
+                backend: reference_choice().backend,
+                refinements: 0,
+                ..StepOptions::paper()
+            },
+            order: 1,
+        })
+    }
+
+    /// Any scene, with the default step.
+    #[must_use]
+    pub fn of_scene(scene: Scene, inputs: Inputs) -> Self {
+        Self {
+            scene,
+            inputs,
+            options: reference_choice().options(1.0),
+            order: 2,
+        }
+    }
+}
+
+/// The direct solver that makes references and common states: the fastest that is compiled in.
+#[must_use]
+pub fn reference_choice() -> Choice {
+    Choice::schur(if Backend::Banded.is_compiled() {
+        Backend::Banded
+    } else {
+        Backend::Dense(DenseOptions::default())
+    })
+}
+
+/// The moving body that comes furthest from where it starts in so many steps, or until the first event: what stands in for
+/// the load in a scene that names none.
+///
+/// # Errors
+/// As [`Stepper::step`], and [`SceneError::Conflict`] for a scene without moving bodies.
+pub fn moves_most(motion: &Motion, dt: f64, steps: usize) -> Result<usize, StepError> {
+    crate::source::mass_ratio(&motion.scene)?;
+    let options = StepOptions {
+        dt,
+        ..motion.options.clone()
+    };
+    let mut stepper = Stepper::new(motion.scene.clone(), options)?;
+    let start = stepper.scene().bodies.position.clone();
+    let mut way = vec![0.0_f64; start.len()];
+    for _ in 0..steps {
+        motion.inputs.apply(&mut stepper)?;
+        if pace::step(&mut stepper)?.events > 0 {
+            break;
+        }
+        let scene = stepper.scene();
+        for i in scene.dynamic_bodies() {
+            way[i] = way[i].max((scene.bodies.position[i] - start[i]).norm());
+        }
+    }
+    let most = motion.scene.dynamic_bodies();
+    let most = most.max_by(|&a, &b| way[a].total_cmp(&way[b]));
+    Ok(most.unwrap_or_default())
 }
 
 /// A state that solvers are compared on: with the tension it makes the same linear system for all.
@@ -129,7 +216,8 @@ pub fn converged(params: &HoistParams, frame: f64, frames: usize) -> Result<Conv
     let coarse = stable.max((0.5 * FINEST * frame).ceil() as usize);
     let key = format!("converged 1 {params:?} {frame:e} {frames} {coarse}");
     crate::cache::cached(&key, || {
-        let (finer, uncertainty) = extrapolated(params, frame, coarse, frames, 0..0)?;
+        let motion = Motion::of_hoist(params)?;
+        let (finer, uncertainty) = extrapolated(&motion, frame, coarse, frames, 0..0)?;
         Ok(Converged {
             frame,
             substeps: 2 * coarse,
@@ -145,20 +233,21 @@ pub fn converged(params: &HoistParams, frame: f64, frames: usize) -> Result<Conv
 /// # Errors
 /// As [`Stepper::step`].
 pub fn extrapolated(
-    params: &HoistParams,
+    motion: &Motion,
     frame: f64,
     substeps: usize,
     frames: usize,
     keep: std::ops::Range<usize>,
 ) -> Result<(Reference, f64), StepError> {
     let (coarse, finer) = rayon::join(
-        || compute(params, frame, substeps, frames, 0..0),
-        || compute(params, frame, 2 * substeps, frames, keep),
+        || compute(motion, frame, substeps, frames, 0..0),
+        || compute(motion, frame, 2 * substeps, frames, keep),
     );
     let (coarse, mut finer) = (coarse?, finer?);
+    let left = 2.0_f64.powi(motion.order) - 1.0;
     let mut moved = 0.0_f64;
     for (fine, coarse) in finer.load.iter_mut().zip(&coarse.load) {
-        let change = *fine - coarse;
+        let change = (*fine - coarse) / left;
         moved = moved.max(change.norm());
         *fine += change;
     }
@@ -170,43 +259,61 @@ pub fn extrapolated(
 ///
 /// # Errors
 /// As [`Stepper::step`].
-pub fn compute(
-    params: &HoistParams,
+fn compute(
+    motion: &Motion,
     frame: f64,
     substeps: usize,
     frames: usize,
     keep: std::ops::Range<usize>,
 ) -> Result<Reference, StepError> {
     let dt = frame / substeps as f64;
-    // Any direct solver serves; the banded one is the fastest where it is compiled in.
-    let backend = if Backend::Banded.is_compiled() {
-        Backend::Banded
-    } else {
-        StepOptions::default().backend
-    };
     let options = StepOptions {
         dt,
-        backend,
-        refinements: 0,
-        ..StepOptions::paper()
+        ..motion.options.clone()
     };
-    let mut stepper = Stepper::new(scene(params)?, options)?;
+    let mut stepper = Stepper::new(motion.scene.clone(), options)?;
     let mut reference = Reference {
         dt,
         load: Vec::with_capacity(frames),
         states: Vec::new(),
+        scene: None,
     };
+    let mut is_cut = false;
     for i in 0..frames {
-        if keep.contains(&i) {
-            reference.states.push(Snapshot {
-                time: i as f64 * frame,
-                ..Snapshot::of(&stepper)
-            });
+        if keep.contains(&i) && !is_cut {
+            reference.keep(&stepper, i as f64 * frame);
         }
+        let mut events = 0;
         for _ in 0..substeps {
-            pace::step(&mut stepper)?;
+            motion.inputs.apply(&mut stepper)?;
+            events += pace::step(&mut stepper)?.events;
+        }
+        if events > 0 {
+            is_cut |= reference.cut();
         }
         reference.load.push(load_position(stepper.scene()));
     }
     Ok(reference)
+}
+
+impl Reference {
+    fn keep(&mut self, stepper: &Stepper, time: f64) {
+        if self.states.is_empty() {
+            self.scene = Some(stepper.scene().clone());
+        }
+        self.states.push(Snapshot {
+            time,
+            ..Snapshot::of(stepper)
+        });
+    }
+
+    /// Takes back the last state, whose frame an event has ended: what follows is of another scene. Whether enough are left.
+    fn cut(&mut self) -> bool {
+        self.states.pop();
+        let enough = self.states.len() > 1;
+        if !enough {
+            self.states.clear();
+        }
+        enough
+    }
 }

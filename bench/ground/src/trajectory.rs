@@ -1,6 +1,7 @@
 //! Runs a stepper and records what a user of the simulation would see: the load, energies, gaps, times, stability.
 
 use crate::errors::worse;
+use crate::inputs::Inputs;
 use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -324,12 +325,30 @@ pub fn simulate(
     stepper: &mut Stepper,
     time: f64,
     max_gap: f64,
+    after_step: impl FnMut(&Sample),
+) -> Trajectory {
+    let limits = Limits::Sweep(max_gap);
+    simulate_driven(stepper, &Inputs::default(), time, limits, after_step)
+}
+
+/// Steps until `time`, driven by inputs, or until the run is lost by its limits, and keeps all samples.
+pub fn simulate_driven(
+    stepper: &mut Stepper,
+    inputs: &Inputs,
+    time: f64,
+    limits: Limits,
     mut after_step: impl FnMut(&Sample),
 ) -> Trajectory {
     let steps = steps_in(time, stepper.options().dt);
-    let mut simulation = Simulation::new(steps, Limits::Sweep(max_gap));
+    let mut simulation = Simulation::new(steps, limits);
     let mut samples = Vec::with_capacity(steps);
-    while let Some(sample) = simulation.step(stepper) {
+    while simulation.goes_on() {
+        if let Err(e) = inputs.apply(stepper) {
+            simulation.fail(stepper.time(), e);
+        }
+        let Some(sample) = simulation.step(stepper) else {
+            break;
+        };
         after_step(&sample);
         samples.push(sample);
     }

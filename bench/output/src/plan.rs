@@ -301,7 +301,7 @@ impl Plan {
         let values = list.iter().enumerate();
         let points = values.filter_map(|(i, value)| {
             let x = (i as f64 + 0.5) * each * self.x.factor;
-            Some([x, value.as_f64()? * self.y.factor])
+            Some([x, self.y.place(value.as_f64()?)])
         });
         points.collect()
     }
@@ -341,12 +341,17 @@ impl Quantity {
         for column in self.columns {
             sum += row.get(*column)?.as_f64()?;
         }
-        let value = sum * self.factor;
-        Some(if self.floor > 0.0 {
+        Some(self.place(sum))
+    }
+
+    /// The place of a value.
+    fn place(&self, value: f64) -> f64 {
+        let value = value * self.factor;
+        if self.floor > 0.0 {
             value.abs().max(self.floor)
         } else {
             value
-        })
+        }
     }
 }
 

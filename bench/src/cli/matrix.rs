@@ -3,14 +3,16 @@
 use super::console::Console;
 use super::{Failure, StepArgs, step_options};
 use crate::machine::Machine;
-use crate::run;
 use clap::Args;
+use indicatif::ProgressBar;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, Output};
 use taut_ground::inputs::Inputs;
 use taut_ground::matrix::System;
 use taut_ground::matrix::dump::{self, Label};
-use taut_ground::pace;
+use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted};
+use taut_ground::{pace, source};
 use taut_integrator::Stepper;
 use taut_output::table::MARK;
 use taut_studies::matrix::{self, suite};
@@ -32,8 +34,15 @@ pub(crate) struct DumpArgs {
     #[arg(long, value_name = "FILE.csv")]
     controls: Option<PathBuf>,
     /// Steps made before the one whose system is written: 0 for the first
-    #[arg(long = "step", value_name = "K")]
-    at: u64,
+    #[arg(long = "step", value_name = "K", required_unless_present = "steps")]
+    at: Option<u64>,
+    /// Writes a sequence instead, the systems of the steps after A, A + 1, … B − 1 others: one matrix for each pattern,
+    /// arrays of values and right-hand sides with a column a step, and `sequence.csv`
+    #[arg(long, value_name = "A..B", value_parser = range, conflicts_with_all = ["at", "name"])]
+    steps: Option<Range<u64>>,
+    /// Writes the exact solutions of a sequence, in 32 digits
+    #[arg(long, requires = "steps", conflicts_with = "at")]
+    exact: bool,
     /// Folder of the files
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
@@ -90,47 +99,59 @@ const SOLVE_LEGEND: &str = "\
 times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
 error: relative error of x in the largest norm";
 
-/// Writes the system of a step.
+/// Numbers of steps, `A..B`.
+fn range(text: &str) -> Result<Range<u64>, String> {
+    let ends = text.split_once("..");
+    let ends = ends.and_then(|(a, b)| a.parse().ok().zip(b.parse().ok()));
+    let (first, end) = ends.ok_or("give two whole numbers from 0 on, such as 0..600")?;
+    if first >= end {
+        return Err(format!(
+            "the range is empty: its end, {end}, has to be beyond {first}"
+        ));
+    }
+    Ok(first..end)
+}
+
+/// Writes the system of a step, or those of a sequence.
 pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
-    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
-    let inputs = match &args.controls {
-        None => Inputs::default(),
-        Some(path) => run::inputs(path, &prepared.scene)?,
-    };
-    if args.at > MOST_STEPS {
+    let (_, scene) = source::built(&args.scene, &overrides(&args.overrides)?)?;
+    let inputs = source::inputs(args.controls.as_deref(), &scene)?;
+    let at = args.at.unwrap_or_default();
+    let steps = args.steps.clone().unwrap_or(at..at + 1);
+    if steps.end > MOST_STEPS {
+        let option = if args.steps.is_some() {
+            "steps"
+        } else {
+            "step"
+        };
         return Err(Failure::Input(format!(
-            "`--step` is {}: at most {MOST_STEPS}",
-            args.at
+            "`--{option}` goes to {}: at most {MOST_STEPS}",
+            steps.end
         )));
     }
-    let name = match &args.name {
-        Some(name) if name.is_empty() || name.contains(['/', '\\']) => {
-            return Err(Failure::Input(format!(
-                "`--name {name}` is no name of a file in `--out`"
-            )));
-        }
-        Some(name) => name.clone(),
-        None => {
-            let stem = Path::new(&args.scene).file_stem().unwrap_or_default();
-            format!("{}_{}", stem.to_string_lossy(), args.at)
-        }
-    };
-    let options = step_options(&args.step)?;
-    let label = Label {
-        name,
-        comments: comments(args, &prepared.scene),
-    };
+    let comments = comments(args, source::mass_ratio(&scene)?);
+    let name = name_of(args, at)?;
+    let mut stepper = Stepper::new(scene, step_options(&args.step)?)?;
     files::make_folder(&args.out)?;
-    let mut stepper = Stepper::new(prepared.scene, options)?;
-    let bar = console.progress(args.at).with_message("dump");
-    for _ in 0..args.at {
-        inputs.apply(&mut stepper)?;
-        let stepped = pace::step(&mut stepper);
-        stepped.map_err(|e| Failure::Unstable(e.to_string()))?;
+    let bar = console.progress(steps.end).with_message("dump");
+    for _ in 0..steps.start {
+        advance(&mut stepper, &inputs)?;
         bar.inc(1);
+    }
+    if args.steps.is_some() {
+        let mut recorder = Recorder::new(Wanted {
+            folder: args.out.clone(),
+            comments,
+            exact: args.exact,
+            gzip: args.gzip,
+        })?;
+        record(&mut recorder, &mut stepper, &inputs, steps, &bar)?;
+        bar.finish_and_clear();
+        return tell(recorder.finish()?, console);
     }
     bar.finish_and_clear();
     inputs.apply(&mut stepper)?;
+    let label = Label { name, comments };
     for system in dump::systems(&mut stepper)? {
         if let Err(e) = &system.x {
             let form = system.form;
@@ -145,23 +166,73 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
+/// Name of the files of a single step.
+fn name_of(args: &DumpArgs, at: u64) -> Result<String, Failure> {
+    match &args.name {
+        Some(name) if name.is_empty() || name.contains(['/', '\\']) => Err(Failure::Input(
+            format!("`--name {name}` is no name of a file in `--out`"),
+        )),
+        Some(name) => Ok(name.clone()),
+        None => {
+            let stem = Path::new(&args.scene).file_stem().unwrap_or_default();
+            Ok(format!("{}_{at}", stem.to_string_lossy()))
+        }
+    }
+}
+
+/// Makes a step.
+fn advance(stepper: &mut Stepper, inputs: &Inputs) -> Result<(), Failure> {
+    inputs.apply(stepper)?;
+    let stepped = pace::step(stepper);
+    stepped.map_err(|e| Failure::Unstable(e.to_string()))?;
+    Ok(())
+}
+
+/// Records the systems of steps, the first of which comes next.
+fn record(
+    recorder: &mut Recorder,
+    stepper: &mut Stepper,
+    inputs: &Inputs,
+    steps: Range<u64>,
+    bar: &ProgressBar,
+) -> Result<(), Failure> {
+    for step in steps {
+        inputs.apply(stepper)?;
+        recorder.take(step, stepper)?;
+        advance(stepper, inputs)?;
+        bar.inc(1);
+    }
+    Ok(())
+}
+
+/// Names the files of a sequence, and the changes of its pattern.
+fn tell((files, stretches): (Vec<PathBuf>, usize), console: Console) -> Result<(), Failure> {
+    for path in files {
+        files::print(&format!("{}\n", path.display()))?;
+    }
+    if stretches > 1 {
+        let changes = stretches - 1;
+        console.doubt(format!(
+            "the pattern changes {changes} times: the files are numbered by pattern, {INDEX} says which step has which"
+        ));
+    }
+    Ok(())
+}
+
 /// Scene, step, masses and options, as comments.
-fn comments(args: &DumpArgs, scene: &taut_model::Scene) -> Vec<String> {
-    let bodies = &scene.bodies;
-    let masses = || scene.dynamic_bodies().map(|i| bodies.mass[i]);
-    let (least, most) = (
-        masses().fold(f64::INFINITY, f64::min),
-        masses().fold(0.0, f64::max),
-    );
+fn comments(args: &DumpArgs, mass_ratio: f64) -> Vec<String> {
     let set = args.overrides.join(" ");
     vec![
         format!("scene {} {set}", args.scene).trim_end().to_owned(),
-        format!("step {0}: the system of the step after {0} others", args.at),
+        match (&args.steps, args.at.unwrap_or_default()) {
+            (Some(steps), _) => format!("steps {} to {}", steps.start, steps.end - 1),
+            (None, at) => format!("step {at}: the system of the step after {at} others"),
+        },
         format!(
             "time step {:e} s, scheme {}, {} sub-steps",
             args.step.dt, args.step.scheme, args.step.substeps
         ),
-        format!("mass ratio {:e}: heaviest over lightest body", most / least),
+        format!("mass ratio {mass_ratio:e}: heaviest over lightest body"),
     ]
 }
 
@@ -191,16 +262,23 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Writes the graded set.
+/// Writes the graded set and the sequence.
 pub(crate) fn matrices(args: &MatricesArgs, console: Console) -> Result<(), Failure> {
     files::make_folder(&args.out)?;
     let [json] = files::open([("--json", args.json.as_deref())], &[])?;
     let bar = console.progress(0).with_message("matrices");
     let entries = suite::generate(&suite::cases(args.quick), &args.out, args.gzip, &bar)?;
+    let steps = if args.quick { 60 } else { 600 };
+    let sequence = suite::generate_sequence(steps, &args.out, args.gzip, &bar)?;
     bar.finish_and_clear();
     if !json.as_ref().is_some_and(Output::is_stdout) {
         let bytes: u64 = entries.iter().map(|e| e.bytes).sum();
         files::print(&matrix::suite_table(&entries))?;
+        files::print(&format!(
+            "sequence {}: {steps} systems, {:.1} MB\n",
+            suite::SEQUENCE,
+            sequence as f64 / 1e6
+        ))?;
         console.note(&format!(
             "\n{} systems, {:.1} MB, listed in {}",
             entries.len(),

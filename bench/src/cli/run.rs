@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
+use taut_ground::source;
 use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{StepOptions, Stepper};
 use taut_studies::options::{number, overrides, steps};
@@ -68,10 +69,7 @@ struct Prepared {
 }
 
 fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
-    let inputs = |scene| match &args.controls {
-        None => Ok(Inputs::default()),
-        Some(path) => run::inputs(path, scene),
-    };
+    let inputs = |scene| source::inputs(args.controls.as_deref(), scene);
     if let Some(path) = &args.resume {
         let (stepper, yardstick, mut driven) = RunFile::resume(path)?;
         if args.controls.is_none() && !args.hold_controls && !driven.is_empty() {
@@ -143,7 +141,7 @@ struct Outputs {
 
 impl Outputs {
     fn open(args: &RunArgs) -> Result<Self, FileError> {
-        let scene = args.scene.as_deref().filter(|scene| run::is_file(scene));
+        let scene = args.scene.as_deref().filter(|scene| source::is_file(scene));
         let mut read: Vec<&Path> = scene.map(Path::new).into_iter().collect();
         read.extend(args.controls.as_deref());
         // A run that goes on may take its own place.

@@ -1,9 +1,8 @@
 //! `taut scene`: scenes as TOML text.
 
 use super::Failure;
-use crate::run;
 use clap::Args;
-use taut_ground::files;
+use taut_ground::{files, source};
 use taut_model::SceneSource;
 use taut_model::scene_file::SceneText;
 use taut_studies::options::overrides;
@@ -23,7 +22,7 @@ pub(crate) struct SceneArgs {
 
 /// Writes the scene to standard output. One that cannot be built is refused, whatever is to be written.
 pub(crate) fn run(args: &SceneArgs) -> Result<(), Failure> {
-    let (mut source, scene) = run::built(&args.scene, &overrides(&args.overrides)?)?;
+    let (mut source, scene) = source::built(&args.scene, &overrides(&args.overrides)?)?;
     if args.explicit {
         source = SceneSource::Explicit(Box::new(SceneText::from_scene(&scene)?));
     }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use taut_ground::files::{self, Output};
 use taut_output::check::ExperimentError;
 use taut_output::row;
-use taut_studies::studies::{self, BENCH, SCENES, STUDIES};
+use taut_studies::studies::{self, BENCH, STUDIES};
 use taut_studies::study::{Found, Reporter, Study};
 
 /// The study asked for with its options; none for the list.
@@ -121,14 +121,12 @@ pub(crate) fn run(args: &StudyArgs, console: Console) -> Result<(), Failure> {
     }
 }
 
-/// Runs the experiment whose command was given; without a command the main job. On other scenes than the hoist that is the
-/// study of these, which reads the same options.
+/// Runs the experiment whose command was given; without a command the main job.
 pub(crate) fn run_own(matches: &ArgMatches, console: Console) -> Result<(), Failure> {
     let (name, matches) = matches.subcommand().unwrap_or((BENCH.name, matches));
     let study = match studies::named(name) {
         Some(study) if study.name != BENCH.name => study,
-        _ if matches.contains_id("scenes") => SCENES,
-        _ => BENCH,
+        _ => studies::main_job(matches)?,
     };
     perform(study, matches, console)
 }

@@ -6,7 +6,7 @@ use taut_output::plan::FLOOR;
 use taut_output::plot::{Axis, Chart, Look, Mark, Series, Shape};
 use taut_output::settings::distinct;
 use taut_output::table::nanoseconds;
-use taut_studies::ladder::{Extras, Pattern, Record, Step, Trace};
+use taut_studies::ladder::{Extras, Pattern, Record, SceneKey, Step, Trace};
 
 fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
     Series {
@@ -18,11 +18,11 @@ fn series(backend: &str, points: Vec<[f64; 2]>) -> Series {
 /// Work against precision: a step's time over the error of the multipliers, a curve for each solver over its iterations
 /// and refinements; one chart for each scene.
 pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
-    let scenes = distinct(records.iter().map(|r| (r.segments, r.mass_ratio)));
-    let chart = |(segments, ratio): (usize, f64)| {
+    let scenes = distinct(records.iter().map(|r| (r.scene_key(), r.scene_title())));
+    let chart = |(scene, title): (SceneKey<'_>, String)| {
         let own: Vec<&Record> = records
             .iter()
-            .filter(|r| (r.segments, r.mass_ratio) == (segments, ratio) && r.error.is_none())
+            .filter(|r| r.scene_key() == scene && r.error.is_none())
             .collect();
         let backends = distinct(own.iter().map(|r| r.backend.as_str()));
         let of = |backend: &str| {
@@ -55,7 +55,7 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
             }
         };
         Chart {
-            title: format!("{segments} segments, load/segment {}", number(ratio)),
+            title,
             x: Axis::log("relative error of the multipliers (1)"),
             y: Axis::log("whole step (µs)"),
             series: backends.into_iter().map(of).collect(),

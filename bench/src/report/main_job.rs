@@ -83,11 +83,15 @@ pub(super) fn sections(report: &Report) -> Result<Vec<Section>, ReportError> {
 
 /// Which solver to use: the fastest of each scene within each error, and who is next.
 fn answer(records: &[Record]) -> Option<Section> {
-    let Answer { rows, advice } = Answer::of(records);
+    let Answer {
+        sheet,
+        rows,
+        advice,
+    } = Answer::of(records);
     let body = html! {
         p { (advice) " Errors are those of multipliers and elongation; next is the fastest of another family of solvers, and \
              how many times as long its step takes; k× are iterations a step." }
-        (table(&ladder::ANSWER, &rows))
+        (table(sheet, &rows))
     };
     (rows != json!([])).then_some(Section {
         id: "answer".to_owned(),
@@ -240,7 +244,7 @@ fn rows(records: &[Record]) -> Option<Section> {
     let rows = Value::from(ladder::data_of(records));
     let body = html! {
         p { (ladder::LEGEND) ". Marked: the least of its scene. A heading sorts its column." }
-        (table(&ladder::ROWS, &rows))
+        (table(ladder::sheet_of(records), &rows))
     };
     (!records.is_empty()).then_some(Section {
         id: "rows".to_owned(),

@@ -8,7 +8,7 @@ use std::fmt::Write;
 use taut_output::check::Verdict;
 use taut_output::row::{self, Row, number_of, text_of};
 use taut_output::sheet::{Across, PLAIN, Sheet, Show, column};
-use taut_studies::ladder::{ANSWER, Answer};
+use taut_studies::ladder::Answer;
 
 /// The text.
 #[must_use]
@@ -46,8 +46,12 @@ fn capital(text: &str) -> String {
 }
 
 fn main_job(out: &mut String, report: &Report) {
-    let Answer { rows, advice } = Answer::of(&report.records);
-    let _ = writeln!(out, "{}\n{advice}", ANSWER.markdown(&rows));
+    let Answer {
+        sheet,
+        rows,
+        advice,
+    } = Answer::of(&report.records);
+    let _ = writeln!(out, "{}\n{advice}", sheet.markdown(&rows));
     for o in &report.omissions {
         let _ = writeln!(out, "\nLeft out: `{}`: {}.", o.backend, o.reason);
     }

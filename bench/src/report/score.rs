@@ -6,7 +6,7 @@
 //! costs is exp(mean ln(t + s)) − s, s = 1 µs; a problem that it does not solve counts as ten times the most expensive
 //! solution of it.
 
-use taut_studies::ladder::{LEVELS, Record};
+use taut_studies::ladder::{LEVELS, Record, SceneKey};
 
 /// Shift of the geometric mean \[ns].
 const SHIFT: f64 = 1e3;
@@ -30,21 +30,20 @@ pub(super) fn scores(records: &[Record]) -> Vec<Scores> {
 
 impl Scores {
     fn new(records: &[Record], level: f64) -> Self {
-        let scene = |r: &Record| (r.segments, r.mass_ratio.to_bits());
         let mut scenes = Vec::new();
         let mut solvers: Vec<&str> = Vec::new();
         for r in records {
-            if !scenes.contains(&scene(r)) {
-                scenes.push(scene(r));
+            if !scenes.contains(&r.scene_key()) {
+                scenes.push(r.scene_key());
             }
             if !solvers.contains(&r.backend.as_str()) {
                 solvers.push(&r.backend);
             }
         }
-        let cost = |solver: &str, at: (usize, u64)| {
+        let cost = |solver: &str, at: SceneKey<'_>| {
             let own = records
                 .iter()
-                .filter(|r| r.backend == solver && scene(r) == at);
+                .filter(|r| r.backend == solver && r.scene_key() == at);
             let costs = own.filter_map(|r| r.within(level)).map(|f| f.step_ns);
             costs.min_by(f64::total_cmp)
         };

@@ -1,17 +1,19 @@
-//! The main job: every solver on the hoist, speed against error, over mass ratios, in the default step.
+//! The main job: every solver on the hoist, speed against error, over mass ratios, in the default step; or on any other
+//! scene.
 //!
 //! Three measurements make a row. (1) *Algebra and time*: a sequence of consecutive frames of a finely stepped
 //! reference motion gives every solver the same states and the same tension for the geometric stiffness, and so the same
 //! linear systems; its multipliers are compared with those of the KKT system in extended precision, and the step is
 //! timed there. (2) *Physics*: the scene is run at Δt with the solver and compared with the reference motion.
 //! (3) *Statics*: the cable hangs at rest in its exact discrete equilibrium, the multipliers start cold, and half a
-//! second later its length is compared. Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the
+//! second later its length is compared; of the hoist alone. Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the
 //! step itself is stable, whatever the solver, is settled once a scene by 30 s with a direct solver.
 //!
 //! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
 //! stopped early would set it off and be paid for up to a hundred times a step.
 
 mod answer;
+mod case;
 mod claims;
 mod extras;
 mod measure;
@@ -20,14 +22,16 @@ mod settings;
 mod study;
 mod table;
 
-pub use answer::{ANSWER, Answer};
+pub use answer::Answer;
+pub use case::OwnScene;
 pub use claims::{Claims, claims};
 pub use extras::{Energies, Extras, Pattern, Rung, Size, Step, Trace};
 pub use record::nan_for_null;
-pub use record::{Fastest, Record};
-pub(crate) use study::STUDY;
-pub use table::{CLAIMS, LEGEND, ROWS, claim_rows, data_of};
+pub use record::{Fastest, Record, SceneKey};
+pub(crate) use study::{STUDY, are_networks};
+pub use table::{CLAIMS, LEGEND, claim_rows, data_of, sheet_of};
 
+use case::{Case, Subject};
 use indicatif::ProgressBar;
 use measure::{task_rows, time_rows};
 use rayon::prelude::*;
@@ -35,23 +39,20 @@ use record::mark_fastest;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
-use taut_ground::reference::{self, Reference};
-use taut_ground::trajectory::{Failure, simulate, steps_in};
-use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_ground::trajectory::Failure;
 use taut_model::HoistParams;
-use taut_solver::{Backend, DenseOptions};
+use taut_output::check::ExperimentError;
 
 /// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
 pub const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-10];
 
-/// Frames of the reference motion that the algebra is measured on.
-const FRAMES: usize = 16;
-
 /// What the main job runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Config {
-    /// The scene; segments and mass ratio are replaced by those below.
+    /// The hoist; segments and mass ratio are replaced by those below.
     pub scene: HoistParams,
+    /// Other scenes, in place of the hoist where there are any.
+    pub own: Vec<OwnScene>,
     /// Numbers of segments.
     pub segments: Vec<usize>,
     /// Mass ratios load/segment.
@@ -80,6 +81,7 @@ impl Default for Config {
                 move_duration: 1.5,
                 ..HoistParams::default()
             },
+            own: Vec::new(),
             segments: vec![24, 100],
             ratios: vec![1.0, 10.0, 1e2, 1e3, 1e4, 1e5],
             choices: Choice::all(),
@@ -110,13 +112,22 @@ impl Config {
         }
     }
 
-    fn params(&self, segments: usize, mass_ratio: f64) -> HoistParams {
-        HoistParams {
-            segments,
-            mass_ratio,
-            load_mass: None,
-            ..self.scene.clone()
+    /// The scenes: the others, else the hoist at all its segments and mass ratios.
+    fn subjects(&self) -> Vec<Subject> {
+        if !self.own.is_empty() {
+            let own = self.own.iter().cloned().map(Box::new);
+            return own.map(Subject::Own).collect();
         }
+        let hoist = |segments, mass_ratio| {
+            Subject::Hoist(Box::new(HoistParams {
+                segments,
+                mass_ratio,
+                load_mass: None,
+                ..self.scene.clone()
+            }))
+        };
+        let over_ratios = |&n: &usize| self.ratios.iter().map(move |&r| hoist(n, r));
+        self.segments.iter().flat_map(over_ratios).collect()
     }
 }
 
@@ -134,24 +145,18 @@ pub struct Results {
 /// What the rows of a scene share.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SceneNote {
-    /// Segments of the cable.
-    pub segments: usize,
-    /// Load over segment mass.
+    /// Its name.
+    pub scene: String,
+    /// Segments of the hoist's cable; none of another scene.
+    pub segments: Option<usize>,
+    /// Load over segment mass; of another scene the heaviest over the lightest moving body.
     pub mass_ratio: f64,
+    /// Name of the body that stands in for a load that the scene does not name: the one that moves most.
+    pub stand_in: Option<String>,
     /// Time step of the reference motion, before its extrapolation from this and twice this \[s].
     pub reference_dt: f64,
     /// How the step itself, solved directly, ended before its 30 s.
     pub failure: Option<Failure>,
-}
-
-/// A scene of the ladder with what all its rows share.
-struct Case {
-    params: HoistParams,
-    reference: Reference,
-    /// Exact multipliers of the states but the first, which iterations only start from.
-    exact: Vec<Vec<f64>>,
-    /// How the step itself, solved directly, ended early.
-    failure: Option<Failure>,
 }
 
 /// A row's work: case, solver, and for iterative ones the limits of iterations.
@@ -164,21 +169,20 @@ struct Task {
 /// Runs the main job. `progress` advances once for each reference, each solver and each timed row.
 ///
 /// # Errors
-/// A scene that cannot be built, or a reference motion that fails; a solver's own failure is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+/// A scene that cannot be built, or a reference motion that fails, with the name of the scene where that is not the hoist;
+/// a solver's own failure is a row.
+pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
     let mut results = Results::default();
     let compiled = compiled_choices(config, &mut results.omissions);
-    let scenes: Vec<HoistParams> = config
-        .segments
-        .iter()
-        .flat_map(|&n| config.ratios.iter().map(move |&r| (n, r)))
-        .map(|(n, r)| config.params(n, r))
-        .collect();
+    let scenes = config.subjects();
     progress.set_length((scenes.len() * (1 + compiled.len())) as u64);
     progress.set_message("reference motions");
     let cases: Vec<Case> = scenes
         .into_par_iter()
-        .map(|params| Case::new(config, params).inspect(|_| progress.inc(1)))
+        .map(|subject| {
+            let case = Case::new(config, &subject).inspect(|_| progress.inc(1));
+            case.map_err(|e| subject.named(e))
+        })
         .collect::<Result<_, _>>()?;
     let tasks = tasks(config, &cases, &compiled, &mut results.omissions);
     progress.set_message("physics");
@@ -225,12 +229,14 @@ fn tasks(
     omissions: &mut Vec<Omission>,
 ) -> Vec<Task> {
     let mut tasks = Vec::new();
-    for (case, Case { params, exact, .. }) in cases.iter().enumerate() {
-        let rows = exact.first().map_or(0, Vec::len);
+    for (case, of) in cases.iter().enumerate() {
+        let rows = of.exact.first().map_or(0, Vec::len);
+        let place = of.segments();
+        let place = place.map_or_else(|| of.name.clone(), |n| format!("{n} segments"));
         for choice in choices {
             if choice.backend.name() == "dense" && rows > DENSE_ROWS && choices.len() > 1 {
                 let reason = format!("cubic cost at {rows} rows; ask for it alone with --backends");
-                let backend = format!("{}, {} segments", choice.family(), params.segments);
+                let backend = format!("{}, {place}", choice.family());
                 omissions.push(Omission { backend, reason });
                 continue;
             }
@@ -250,56 +256,6 @@ fn tasks(
     tasks
 }
 
-impl Case {
-    fn new(config: &Config, params: HoistParams) -> Result<Self, StepError> {
-        let frames = steps_in(config.time, config.dt).max(FRAMES + 1);
-        let substeps = reference::stable_substeps(&params, config.dt)?;
-        // From the middle of the run on, where the cable is in motion.
-        let first = (frames / 2).min(frames - FRAMES - 1);
-        let kept = first..first + FRAMES + 1;
-        let (reference, _) = reference::extrapolated(&params, config.dt, substeps, frames, kept)?;
-        let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
-        let mut exact = Vec::new();
-        for state in &reference.states[1..] {
-            state.put(&mut stepper)?;
-            exact.push(stepper.reference_multipliers()?);
-        }
-        let mut stepper = Stepper::new(reference::scene(&params)?, direct(config.dt))?;
-        let time = config.stability_time;
-        let failure = simulate(&mut stepper, time, segment_length(&params), |_| {}).failure;
-        Ok(Self {
-            params,
-            reference,
-            exact,
-            failure,
-        })
-    }
-
-    fn note(&self) -> SceneNote {
-        SceneNote {
-            segments: self.params.segments,
-            mass_ratio: self.params.mass_ratio,
-            reference_dt: self.reference.dt,
-            failure: self.failure.clone(),
-        }
-    }
-}
-
-fn segment_length(params: &HoistParams) -> f64 {
-    params.length / params.segments as f64
-}
-
-/// The fastest direct solver that there is: where any direct one would do.
-fn direct(dt: f64) -> StepOptions {
-    let dense = Backend::Dense(DenseOptions::default());
-    let backend = if Backend::Banded.is_compiled() {
-        Backend::Banded
-    } else {
-        dense
-    };
-    Choice::schur(backend).plain_options(dt)
-}
-
 impl Task {
     fn choice_at(&self, rung: usize) -> Choice {
         Choice {
@@ -312,6 +268,9 @@ impl Task {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use taut_ground::inputs::Inputs;
+    use taut_model::{Action, Event, When};
+    use taut_solver::{Backend, DenseOptions};
 
     fn tiny() -> Config {
         Config {
@@ -361,5 +320,44 @@ mod tests {
                 1
             );
         }
+    }
+
+    /// Of a scene that changes while it is measured, the frames before the change count.
+    #[test]
+    fn another_scene_is_measured_up_to_its_event() {
+        let params = HoistParams {
+            segments: 4,
+            mass_ratio: 100.0,
+            initial_angle: 0.3,
+            ..HoistParams::default()
+        };
+        let mut scene = params.build().unwrap();
+        scene.load = None;
+        scene.events.push(Event {
+            name: "cut".to_owned(),
+            when: When::Time(20.5 / 60.0),
+            then: vec![Action::Release(2)],
+        });
+        let own = OwnScene {
+            name: "cut.toml".to_owned(),
+            scene,
+            inputs: Inputs::default(),
+        };
+        let config = Config {
+            own: vec![own],
+            choices: vec![Choice::schur(Backend::Dense(DenseOptions::default()))],
+            ..tiny()
+        };
+        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let [row] = &results.records[..] else {
+            panic!("one row: {results:?}")
+        };
+        assert_eq!((row.scene.as_str(), row.segments), ("cut.toml", None));
+        assert_eq!((&row.error, row.elongation_error), (&None, None));
+        // States before frames 13 to 19, the first of which is only started from; the event ends frame 20.
+        assert_eq!(row.frames, 6);
+        assert!(row.forward_error < 1e-12 && row.stable, "{row:?}");
+        assert_eq!(row.fastest_at.len(), LEVELS.len());
+        assert_eq!(results.scenes[0].stand_in.as_deref(), Some("load"));
     }
 }

@@ -27,6 +27,7 @@
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
 //! | `matrix` | every backend on systems from files; a graded set of systems |
+//! | `sequence` | every solver on the systems of consecutive steps from a folder |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
@@ -46,6 +47,7 @@ pub mod matrix;
 pub mod options;
 pub mod paper;
 pub mod scenes;
+pub mod sequence;
 pub mod shocks;
 pub mod stability;
 pub mod statics;

@@ -13,9 +13,10 @@ mod measure;
 mod study;
 mod table;
 
-pub use measure::{reference_choice, swinging};
+pub use measure::swinging;
 pub(crate) use study::STUDY;
-pub use study::{Options, network, run as run_study};
+pub use study::{Options, run as run_study};
+pub use taut_ground::reference::reference_choice;
 
 use indicatif::ProgressBar;
 use rayon::prelude::*;

@@ -1,11 +1,13 @@
 //! All experiments: those that `taut study` runs, and those with a command of their own. A new one is a module `NAME`,
 //! declared in `lib.rs` with a row of its map, its `STUDY` in `NAME/study.rs`, and an entry in [`STUDIES`].
 
+use crate::options::Refused;
 use crate::study::Study;
 use crate::{
     accuracy, energy, engines, hard, iterative, kernels, ladder, linear, matrix, paper, scenes,
-    shocks, stability, statics,
+    sequence, shocks, stability, statics,
 };
+use clap::ArgMatches;
 use serde_json::Value;
 
 /// The main job.
@@ -17,18 +19,30 @@ pub const SCENES: &Study = &scenes::STUDY;
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
 /// Those that `taut study` runs, as it lists them.
-pub const STUDIES: [&Study; 10] = [
+pub const STUDIES: [&Study; 11] = [
     &accuracy::STUDY,
     &linear::STUDY,
     &kernels::STUDY,
     &iterative::STUDY,
     SCENES,
     &matrix::STUDY,
+    &sequence::STUDY,
     &shocks::STUDY,
     &stability::STUDY,
     &energy::STUDY,
     &engines::STUDY,
 ];
+
+/// The study that `taut bench` runs: the main job, or on networks that of branches and loops, which reads the same options.
+///
+/// # Errors
+/// Networks with what their study does not read.
+pub fn main_job(matches: &ArgMatches) -> Result<&'static Study, Refused> {
+    Ok(match ladder::are_networks(matches)? {
+        true => SCENES,
+        false => BENCH,
+    })
+}
 
 fn all() -> impl Iterator<Item = &'static Study> {
     COMMANDS.into_iter().chain(STUDIES)

@@ -325,3 +325,103 @@ fn files_that_hold_no_system_are_refused_with_their_line() {
     let output = crate::taut(&at, "dump hoist --set segments=2 --step 0 --out file/x");
     assert_eq!(output.status.code(), Some(2), "{}", text(&output.stderr));
 }
+
+#[test]
+fn a_sequence_is_dumped_and_every_solver_goes_through_it() {
+    let at = folder("sequence");
+    write(&at, "drive.csv", "time,hoist_speed\n0,0\n1,0.4\n");
+    let dump = "dump gantry --set segments=4 --set mass_ratio=1e5 --controls drive.csv";
+    let files = good(&at, &format!("{dump} --steps 3..23 --out s --gzip --exact"));
+    // A matrix and three arrays of each form, and the index.
+    assert_eq!(files.lines().count(), 9, "{files}");
+    // One step is a system like any other.
+    let one = json(&at, "solve s/schur_1.mtx.gz --json -");
+    assert!(!rows(&one).is_empty(), "{one}");
+    let results = json(&at, "study sequence s --iterations 5,50 --json -");
+    let banded = row(&results, "banded");
+    for row in rows(&results) {
+        assert!(row["error"].is_null(), "{row}");
+        assert_eq!((&row["steps"], &row["analyses"]), (&20.into(), &1.into()));
+        for list in [
+            "factorize_ns_by_step",
+            "solve_ns_by_step",
+            "forward_error_by_step",
+        ] {
+            assert_eq!(
+                row[list].as_array().map(Vec::len),
+                Some(20),
+                "{list}: {row}"
+            );
+        }
+        if row["iterations"] == 0 {
+            assert!(row["backward_error"].as_f64() < Some(1e-13), "{row}");
+            assert_eq!(row["claimed"], 20, "{row}");
+        }
+    }
+    assert!(banded["forward_error"].as_f64() < Some(1e-6), "{banded}");
+    let table = good(&at, "study sequence s --backends banded,dense/kkt,cg:group");
+    assert!(table.contains("20 systems, patterns: 1"), "{table}");
+    assert!(table.lines().all(|l| l.chars().count() <= 120), "{table}");
+    let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+    assert!(page.contains("Error by step"), "the page of the sequence");
+    let csv = good(&at, "study sequence s --backends banded --csv -");
+    assert!(csv.starts_with("backend,") && csv.lines().count() == 2);
+}
+
+/// A rope that breaks changes the pattern, which is told.
+#[test]
+fn a_change_of_pattern_is_told() {
+    let at = folder("broken_sequence");
+    let scene = good(&at, "scene hoist --set segments=3 --explicit");
+    let event = "\n[[event]]\nname = \"snap\"\nat = 0.05\nrelease = [\"load\"]\n";
+    write(&at, "breaks.toml", &format!("{scene}{event}"));
+    let output = crate::taut(&at, "dump breaks.toml --steps 0..6 --out s");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("the pattern changes 1 time"));
+    assert_eq!(text(&output.stdout).lines().count(), 13);
+    let results = json(&at, "study sequence s --backends banded --json -");
+    let row = row(&results, "banded");
+    assert_eq!((&row["steps"], &row["analyses"]), (&6.into(), &2.into()));
+    assert!(row["forward_error"].as_f64() < Some(1e-10), "{row}");
+}
+
+#[test]
+fn what_is_no_sequence_is_refused() {
+    let at = folder("no_sequence");
+    let dump = "dump hoist --set segments=3 --out s";
+    for (steps, words) in [
+        ("--steps 9..3", &["--steps", "empty"][..]),
+        ("--steps 3..3", &["--steps", "empty"]),
+        ("--steps 3", &["--steps", "0..600"]),
+        ("--steps -1..3", &["-1"]),
+        ("--steps 0..99999999999", &["--steps", "at most"]),
+        ("--steps 0..3 --step 2", &["--steps", "--step"]),
+        ("--step 2 --exact", &["--step", "--exact"]),
+        ("", &["--step"]),
+    ] {
+        refused(&at, &format!("{dump} {steps}"), words);
+    }
+    refused(
+        &at,
+        "study sequence s",
+        &["`s`", "no sequence", "taut dump"],
+    );
+    refused(&at, "study sequence", &["DIR"]);
+    good(&at, &format!("{dump} --steps 0..4"));
+    let index = fs::read_to_string(at.join("s/sequence.csv")).expect("written");
+    let gap: String = index
+        .lines()
+        .filter(|l| !l.starts_with("2,"))
+        .map(|l| format!("{l}\n"))
+        .collect();
+    write(&at, "s/sequence.csv", &gap);
+    refused(
+        &at,
+        "study sequence s",
+        &["sequence.csv", "step 3 follows step 1"],
+    );
+    write(&at, "s/sequence.csv", &index);
+    let rhs = fs::read_to_string(at.join("s/kkt_1_rhs.mtx")).expect("written");
+    write(&at, "s/kkt_1_rhs.mtx", &rhs[..rhs.len() / 2]);
+    refused(&at, "study sequence s", &["kkt_1_rhs.mtx"]);
+}

@@ -265,7 +265,15 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         "study scenes --scene rung",
         &["rung", "ring", "ladder"],
     );
-    refused(&at, "bench --scene ring --time 3", &["--time", "--scene"]);
+    for other in ["--time 3", "--rows", "--set seed=2", "--scene gantry"] {
+        let words = [other.split(' ').next().unwrap_or_default(), "ring.toml"];
+        let words = if other.contains("gantry") {
+            ["gantry", "ring.toml"]
+        } else {
+            words
+        };
+        refused(&at, &format!("bench --scene ring {other}"), &words);
+    }
     refused(
         &at,
         "study scenes --time 3",
@@ -276,6 +284,121 @@ fn the_main_job_takes_scenes_with_branches_and_loops() {
         "study scenes --scene ring --segments 3",
         &["segments", "at least 8"],
     );
+}
+
+/// A double pendulum, released level; none of its bodies is called the load.
+const BALLS: &str = "\
+name = \"balls\"
+
+[[body]]
+name = \"upper\"
+mass = 2
+shape = { sphere = { radius = 0.1 } }
+position = [1, 0, 0]
+
+[[body]]
+name = \"lower\"
+mass = 8
+shape = { sphere = { radius = 0.1 } }
+position = [3, 0, 0]
+
+[[joint]]
+name = \"first\"
+kind = \"spherical\"
+a = \"world\"
+b = \"upper\"
+point = [0, 0, 0]
+stretch = 1e-6
+
+[[joint]]
+name = \"second\"
+kind = \"spherical\"
+a = \"upper\"
+b = \"lower\"
+point = [1, 0, 0]
+stretch = 1e-6
+";
+
+#[test]
+fn the_main_job_takes_any_scene() {
+    let at = folder("own_scene");
+    fs::write(at.join("balls.toml"), BALLS).expect("writable");
+    // Speeds that change in every frame, so that the systems of the common states depend on the way there.
+    let drive = "time,trolley_speed,hoist_speed\n0,0,0\n0.5,0.5,0.4\n1,0,0\n";
+    fs::write(at.join("drive.csv"), drive).expect("writable");
+    let quick = "--quick --backends banded,dense,cg:group --iterations 50 --time 0.5";
+    for (scene, name, ratio) in [
+        ("balls.toml", "balls.toml", 4.0),
+        (
+            "gantry --set segments=4 --controls drive.csv",
+            "gantry",
+            1000.0,
+        ),
+    ] {
+        let rows = json(&at, &format!("bench --scene {scene} {quick} --json -"));
+        let rows = rows.as_array().expect("a list");
+        assert_eq!(rows.len(), 3, "{name}");
+        for row in rows {
+            assert_eq!(row["scene"], name, "{row}");
+            assert_eq!(row["mass_ratio"].as_f64(), Some(ratio), "{row}");
+            assert!(row["segments"].is_null() && row["elongation_error"].is_null());
+            assert!(row["error"].is_null() && row["stable"] == true, "{row}");
+            assert!(row["joints"].as_u64() > Some(1) && row["step_ns"].as_f64() > Some(0.0));
+            // The load moves by half a metre and more; the step's own error is a part of that.
+            assert!(row["load_error_m"].as_f64() < Some(0.05), "{row}");
+            if row["iterations"] == 0 {
+                assert!(row["forward_error"].as_f64() < Some(1e-11), "{row}");
+            }
+        }
+        let fastest = rows.iter().filter_map(|r| r["fastest_at"].as_array());
+        assert_eq!(fastest.flatten().count(), 3, "{rows:?}");
+        let page = fs::read_to_string(at.join("target/taut/report.html")).expect("a page");
+        assert!(page.contains(&format!("{name}, mass ratio")), "{name}");
+    }
+    let answer = good(
+        &at,
+        &format!("bench --scene balls.toml,gantry {quick} --rows"),
+    );
+    for words in [
+        "balls.toml, gantry: Δt",
+        "\n gantry ",
+        "balls.toml, mass ratio 4, the step",
+        "balls.toml: no load is named, `lower` moves most",
+    ] {
+        assert!(answer.contains(words), "`{words}` is missing in {answer}");
+    }
+}
+
+#[test]
+fn what_is_no_scene_to_measure_is_refused() {
+    let at = folder("no_scene");
+    fs::write(at.join("notes.toml"), "colour = 3\n").expect("writable");
+    let wall = "name = \"wall\"\n[[body]]\nname = \"mast\"\nmobility = \"static\"\n";
+    fs::write(at.join("wall.toml"), wall).expect("writable");
+    fs::write(at.join("drive.csv"), "time,slew\n0,0\n").expect("writable");
+    for (line, words) in [
+        ("bench --scene notes.toml", &["notes.toml", "colour"][..]),
+        ("bench --scene none.toml", &["none.toml", "cannot read"]),
+        ("bench --scene crane", &["crane", "gantry"]),
+        ("bench --scene wall.toml", &["wall", "no moving bodies"]),
+        (
+            "dump wall.toml --steps 0..3 --out s",
+            &["wall", "no moving bodies"],
+        ),
+        (
+            "bench --scene gantry --segments 4",
+            &["--segments", "--set"],
+        ),
+        ("bench --scene gantry --ratios 4", &["--ratios", "--set"]),
+        ("bench --scene gantry --set sheaves=3", &["sheaves"]),
+        (
+            "bench --scene gantry --controls drive.csv",
+            &["drive.csv", "slew"],
+        ),
+        ("bench --controls drive.csv", &["--scene"]),
+    ] {
+        refused(&at, line, words);
+    }
 }
 
 #[test]

@@ -35,11 +35,7 @@ pub struct Dumped {
 /// # Errors
 /// As [`Stepper::solve`]; that there is no exact solution is none.
 pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
-    stepper.begin()?;
-    // A second solve would have another geometric stiffness, made of the tension of the first.
-    stepper.solve()?;
-    let (matrix, b) = in_form(stepper, Form::Schur)?;
-    let (kkt, kkt_b) = in_form(stepper, Form::Kkt)?;
+    let [(matrix, b), (kkt, kkt_b)] = assembled(stepper)?;
     let x = reference_solution(&kkt, &kkt_b);
     let signs = body_rows(&kkt);
     // The constraints stand in the same order in both forms.
@@ -67,6 +63,17 @@ pub fn systems(stepper: &mut Stepper) -> Result<[Dumped; 2], StepError> {
         signs,
     };
     Ok([schur, kkt])
+}
+
+/// Matrix and right-hand side of both forms, without their solutions: see [`systems`].
+///
+/// # Errors
+/// As [`Stepper::solve`].
+pub fn assembled(stepper: &mut Stepper) -> Result<[(SymBlockMatrix, Vec<f64>); 2], StepError> {
+    stepper.begin()?;
+    // A second solve would have another geometric stiffness, made of the tension of the first.
+    stepper.solve()?;
+    Ok([in_form(stepper, Form::Schur)?, in_form(stepper, Form::Kkt)?])
 }
 
 /// Matrix and right-hand side of the last solve.

@@ -79,6 +79,22 @@ pub fn vector(v: &[f64], comments: &[String]) -> String {
     out
 }
 
+/// Columns of equal length as an array, each number in the fewest digits that give the same bits.
+#[must_use]
+pub fn array(columns: &[Vec<f64>], comments: &[String]) -> String {
+    let mut out = head("array real general", comments);
+    let _ = writeln!(
+        out,
+        "{} {}",
+        columns.first().map_or(0, Vec::len),
+        columns.len()
+    );
+    for value in columns.iter().flatten() {
+        let _ = writeln!(out, "{value:e}");
+    }
+    out
+}
+
 /// Writes `text` to `folder/name.mtx`, or packed to `folder/name.mtx.gz`, and returns the path. What is packed is the
 /// same in every run.
 ///

@@ -3,7 +3,7 @@
 
 use super::{LEVELS, Record};
 use serde_json::{Value, json};
-use taut_output::sheet::{PLAIN, Sheet, Show, column};
+use taut_output::sheet::{Column, PLAIN, Sheet, Show, column};
 use taut_output::table::nanoseconds;
 
 /// A row and what its step costs within a level \[ns].
@@ -19,7 +19,7 @@ fn shown(placed: Option<Placed<'_>>) -> Option<(String, String)> {
 
 /// Rows of the same scene.
 fn scenes(records: &[Record]) -> impl Iterator<Item = &[Record]> {
-    records.chunk_by(|a, b| (a.segments, a.mass_ratio) == (b.segments, b.mass_ratio))
+    records.chunk_by(|a, b| a.scene_key() == b.scene_key())
 }
 
 /// A backend without its options and form: solvers of a family share their factorisation or their iteration.
@@ -74,26 +74,45 @@ fn levels(levels: &[f64]) -> String {
 
 /// The answer: a row for each scene and set of levels with the same outcome, and a sentence.
 pub struct Answer {
-    /// A row for each scene and set of levels, of which [`ANSWER`] makes a table.
+    /// The table of the rows. What a row does not repeat or has none of is an empty text.
+    pub sheet: &'static Sheet,
+    /// A row for each scene and set of levels.
     pub rows: Value,
     /// The sentence.
     pub advice: String,
 }
 
-/// The table of the answer. What a row does not repeat or has none of is an empty text.
-pub const ANSWER: Sheet = Sheet {
-    columns: &[
+/// The columns of the answer after those of the scene.
+const OUTCOME: [Column; 8] = [
+    column("within", "within"),
+    column("fastest", "fastest"),
+    column("step_ns", "step").shown(Show::Time),
+    column("next", "next"),
+    column("times", "times").shown(Show::Fixed(1)),
+    column("iteration", "best iteration"),
+    column("iteration_ns", "step").shown(Show::Time),
+    column("iteration_error", "error").shown(Show::Error(1)),
+];
+
+/// The columns of the answer.
+const fn columns(scene: [Column; 2]) -> [Column; 10] {
+    let [a, b] = scene;
+    let [c, d, e, f, g, h, i, j] = OUTCOME;
+    [a, b, c, d, e, f, g, h, i, j]
+}
+
+/// The answer on the hoist.
+const HOIST: Sheet = Sheet {
+    columns: &columns([
         column("segments", "segments"),
         column("mass_ratio", "ratio").shown(Show::Ratio),
-        column("within", "within"),
-        column("fastest", "fastest"),
-        column("step_ns", "step").shown(Show::Time),
-        column("next", "next"),
-        column("times", "times").shown(Show::Fixed(1)),
-        column("iteration", "best iteration"),
-        column("iteration_ns", "step").shown(Show::Time),
-        column("iteration_error", "error").shown(Show::Error(1)),
-    ],
+    ]),
+    ..PLAIN
+};
+
+/// The answer on other scenes.
+const OWN: Sheet = Sheet {
+    columns: &columns([column("scene", "scene"), column("mass_ratio", "ratio")]),
     ..PLAIN
 };
 
@@ -101,7 +120,9 @@ impl Answer {
     /// What the rows answer.
     #[must_use]
     pub fn of(records: &[Record]) -> Self {
+        let is_own = records.first().is_some_and(|r| r.segments.is_none());
         Self {
+            sheet: if is_own { &OWN } else { &HOIST },
             rows: scenes(records).flat_map(rows).collect(),
             advice: advice(records),
         }
@@ -123,7 +144,8 @@ fn rows(scene: &[Record]) -> Vec<Value> {
         let within: Vec<f64> = same.iter().map(|(level, _)| *level).collect();
         let iteration = best_iteration(scene).filter(|_| place == 0);
         json!({
-            "segments": or_blank(head.map(|r| r.segments)),
+            "scene": or_blank(head.map(|r| r.scene.as_str())),
+            "segments": or_blank(head.and_then(|r| r.segments)),
             "mass_ratio": or_blank(head.map(|r| r.mass_ratio)),
             "within": levels(&within),
             "fastest": first.map_or("none".to_owned(), |(r, _)| name(r)),
@@ -209,18 +231,47 @@ mod tests {
             row(10.0, "banded", 0, 4e3, f64::NAN),
             row(10.0, "cg:group", 7, 8e3, 1e-2),
         ];
-        let Answer { rows, advice } = Answer::of(&rows);
+        let Answer {
+            sheet,
+            rows,
+            advice,
+        } = Answer::of(&rows);
         let expected = [
             "| 24 | 1 | 1e-3 … 1e-6 | banded | 4.00 µs | cg:group 7× | 2.0 | cg:group 7× | 8.00 µs | 1.0e-7 |",
             "|  |  | 1e-10 | banded | 4.00 µs | faer:ldlt | 5.0 |  |  |  |",
             "| 24 | 10 | 1e-3 … 1e-10 | none |  |  |  | cg:group 7× | 8.00 µs | 1.0e-2 |",
         ];
-        let table = ANSWER.markdown(&rows);
+        let table = sheet.markdown(&rows);
         assert!(table.lines().skip(2).eq(expected), "{table}");
         assert!(
             advice.starts_with("Use `banded`: the fastest in 3 of 6 combinations of scene and error, 2.0 to 5.0 times"),
             "{advice}"
         );
+    }
+
+    /// Without a hoist's elongation the multipliers decide, and the scene stands by its name.
+    #[test]
+    fn another_scene_is_answered_by_its_name() {
+        let own = |scene: &str, backend: &str, ns: f64| Record {
+            scene: scene.to_owned(),
+            segments: None,
+            elongation_error: None,
+            ..row(1234.5678, backend, 0, ns, 1e-12)
+        };
+        let rows = [
+            own("gantry", "banded", 4e3),
+            own("gantry", "faer:ldlt", 8e3),
+            own("mast.toml", "banded", 5e3),
+        ];
+        let Answer { sheet, rows, .. } = Answer::of(&rows);
+        let expected = [
+            "| scene | ratio | within | fastest | step | next | times | best iteration | step | error |",
+            "| gantry | 1235 | 1e-3 … 1e-10 | banded | 4.00 µs | faer:ldlt | 2.0 |  |  |  |",
+            "| mast.toml | 1235 | 1e-3 … 1e-10 | banded | 5.00 µs |  |  |  |  |  |",
+        ];
+        let table = sheet.markdown(&rows);
+        let lines: Vec<&str> = table.lines().collect();
+        assert_eq!([lines[0], lines[2], lines[3]], expected, "{table}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
 //! the time step, the times of single steps, energies, patterns.
 
-use super::nan_for_null;
+use super::{Config, nan_for_null};
 use crate::linear;
 use indicatif::ProgressBar;
 use nalgebra::DMatrix;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_ground::poses::Pose;
-use taut_ground::reference;
+use taut_ground::reference::{self, Motion};
 use taut_ground::trajectory::{Timing, simulate, steps_in};
 use taut_integrator::{GeometricStiffness, PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Network, NetworkParams, Scene};
@@ -172,6 +172,42 @@ pub(super) fn measure(
     })
 }
 
+/// Of scenes other than the hoist: the patterns, and the step times of the first.
+///
+/// # Errors
+/// As [`Stepper::new`] and [`Stepper::solve`].
+pub(super) fn measure_own(config: &Config) -> Result<Extras, StepError> {
+    let Some(first) = config.own.first() else {
+        return Ok(Extras::default());
+    };
+    let patterns = config
+        .own
+        .iter()
+        .map(|own| pattern(&own.name, own.scene.clone()));
+    let patterns = patterns.collect::<Result<_, _>>()?;
+    let title = format!("{}, solver {}", first.name, StepOptions::default().backend);
+    let mut stepper = Stepper::new(first.scene.clone(), StepOptions::default())?;
+    let mut step_ns = Vec::new();
+    for _ in 0..steps_in(config.time, DT) {
+        first.inputs.apply(&mut stepper)?;
+        let start = Instant::now();
+        // Where the run is lost the rows say why.
+        if stepper.step().is_err() {
+            break;
+        }
+        step_ns.push(start.elapsed().as_nanos() as f64);
+    }
+    Ok(Extras {
+        trace: Trace {
+            title,
+            dt: DT,
+            step_ns,
+        },
+        patterns,
+        ..Extras::default()
+    })
+}
+
 /// A hoist in equilibrium whose anchor moves aside.
 fn hoist(segments: usize, mass_ratio: f64) -> HoistParams {
     HoistParams {
@@ -309,7 +345,8 @@ fn time_steps(choices: &[Choice], quick: bool) -> Result<Vec<Step>, StepError> {
     let params = hoist(24, RATIO);
     let substeps = reference::stable_substeps(&params, DT)?;
     let frames = steps_in(time, DT);
-    let (exact, _) = reference::extrapolated(&params, DT, substeps, frames, 0..0)?;
+    let (exact, _) =
+        reference::extrapolated(&Motion::of_hoist(&params)?, DT, substeps, frames, 0..0)?;
     let gap = reference::most_gap(&params)?;
     let step =
         |options: StepOptions, backend: Option<String>, rate: usize| -> Result<Step, StepError> {
@@ -410,31 +447,33 @@ fn patterns() -> Result<Vec<Pattern>, StepError> {
         ("ring of 24 segments", network(Network::Ring)?),
         ("net of 6 × 6 nodes", network(Network::Net)?),
     ];
-    let mut patterns = Vec::new();
-    for (name, scene) in scenes {
-        let mut stepper = Stepper::new(scene, StepOptions::default())?;
-        stepper.solve()?;
-        let order = stepper.elimination().taken;
-        let p = stepper.system().0.pattern();
-        let blocks = |p: &BlockPattern| -> Vec<[usize; 2]> {
-            let columns = 0..p.blocks();
-            let of = |j| p.column(j).map(move |k| [p.row(k), j]);
-            columns.flat_map(of).collect()
-        };
-        let matrix = blocks(p);
-        let factor = taut_solver::factor_pattern(p).map_err(|source| StepError::Solve {
-            source,
-            culprit: None,
-            time: 0.0,
-        })?;
-        let mut fill = blocks(&factor);
-        fill.retain(|at| !matrix.contains(at));
-        patterns.push(Pattern {
-            title: format!("{name}, order {order}"),
-            blocks: p.blocks(),
-            matrix,
-            fill,
-        });
-    }
-    Ok(patterns)
+    let patterns = scenes.into_iter();
+    patterns.map(|(name, scene)| pattern(name, scene)).collect()
+}
+
+/// Where S and its factor have blocks at the start of a scene.
+fn pattern(name: &str, scene: Scene) -> Result<Pattern, StepError> {
+    let mut stepper = Stepper::new(scene, StepOptions::default())?;
+    stepper.solve()?;
+    let order = stepper.elimination().taken;
+    let p = stepper.system().0.pattern();
+    let blocks = |p: &BlockPattern| -> Vec<[usize; 2]> {
+        let columns = 0..p.blocks();
+        let of = |j| p.column(j).map(move |k| [p.row(k), j]);
+        columns.flat_map(of).collect()
+    };
+    let matrix = blocks(p);
+    let factor = taut_solver::factor_pattern(p).map_err(|source| StepError::Solve {
+        source,
+        culprit: None,
+        time: 0.0,
+    })?;
+    let mut fill = blocks(&factor);
+    fill.retain(|at| !matrix.contains(at));
+    Ok(Pattern {
+        title: format!("{name}, order {order}"),
+        blocks: p.blocks(),
+        matrix,
+        fill,
+    })
 }

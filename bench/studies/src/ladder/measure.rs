@@ -1,6 +1,6 @@
 //! What makes a row of the main job: the errors on common states, the motion, the hanging cable, and the times.
 
-use super::{Case, Config, Record, Task, segment_length};
+use super::{Case, Config, Record, Task};
 use crate::statics;
 use indicatif::ProgressBar;
 use std::time::{Duration, Instant};
@@ -8,9 +8,8 @@ use taut_ground::choice::Choice;
 use taut_ground::claim::{over, over_letter};
 use taut_ground::errors::worse;
 use taut_ground::pace;
-use taut_ground::reference;
-use taut_ground::trajectory::{Timing, Trajectory, simulate, steps_in};
-use taut_integrator::{Phase, StepError, StepOptions, StepReport, Stepper};
+use taut_ground::trajectory::{Timing, Trajectory, simulate_driven, steps_in};
+use taut_integrator::{Phase, StepError, StepOptions, StepReport};
 use taut_solver::{backward_error, forward_error};
 
 /// The untimed part of all rows of a task.
@@ -37,9 +36,10 @@ impl Record {
     /// An empty row, to be filled in.
     fn new(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Self {
         Self {
-            scene: "hoist".to_owned(),
-            segments: case.params.segments,
-            mass_ratio: case.params.mass_ratio,
+            scene: case.name.clone(),
+            segments: case.segments(),
+            mass_ratio: case.mass_ratio,
+            joints: case.motion.scene.constraints.len(),
             backend: choice.family(),
             options: choice.to_string(),
             iterations: rung,
@@ -90,20 +90,24 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Re
             row.stable = run.failure.is_none() && case.failure.is_none();
             row.load_error_m = Some(run.max_load_error(&case.reference.load));
             row.max_violation_m = Some(run.max_violation());
-            let rest = config.scene.move_start + config.scene.move_duration;
-            let whole = run.failure.is_none();
-            row.energy_drift = whole.then(|| run.energy_drift(rest)).flatten();
+            // A drive that does not end has no energy to keep.
+            let hoist = case.hoist.as_ref().filter(|_| run.failure.is_none());
+            let rest = hoist.map(|hoist| hoist.move_start + hoist.move_duration);
+            row.energy_drift = rest.and_then(|rest| run.energy_drift(rest));
             row.failure = run.failure;
         }
         Err(e) => row.error = Some(e.to_string()),
     }
-    // A cable that is not held at all has no elongation, which is a result and no fault of the row's other figures.
-    if let Ok(held) = statics::hold(&case.params, &choice.plain_options(config.dt)) {
-        claimed += held.claimed;
-        row.elongation_error = Some(held.error);
-        row.elongation_error_continuum = Some(held.error_continuum);
+    let mut solves = row.frames + steps_in(config.time, config.dt);
+    if let Some(hoist) = &case.hoist {
+        solves += statics::HOLD_STEPS;
+        // A cable that is not held at all has no elongation, which is a result and no fault of the row's other figures.
+        if let Ok(held) = statics::hold(hoist, &choice.plain_options(config.dt)) {
+            claimed += held.claimed;
+            row.elongation_error = Some(held.error);
+            row.elongation_error_continuum = Some(held.error_continuum);
+        }
     }
-    let solves = row.frames + steps_in(config.time, config.dt) + statics::HOLD_STEPS;
     row.settled = row.iterations > 0 && row.error.is_none() && claimed == solves;
     row
 }
@@ -122,13 +126,13 @@ fn measure_algebra(
         ..options.clone()
     };
     let tolerance = choice.backend.tolerance();
-    let mut stepper = Stepper::new(reference::scene(&case.params)?, unrefined)?;
+    let mut stepper = case.at_common_states(unrefined)?;
     let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
     row.backward_error = 0.0;
     row.backward_error_componentwise = 0.0;
     row.forward_error_unrefined = 0.0;
     for (i, state) in case.reference.states.iter().enumerate() {
-        state.put(&mut stepper)?;
+        case.put(i, &mut stepper)?;
         let report = stepper.solve()?;
         let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
             continue;
@@ -161,10 +165,13 @@ fn measure_algebra(
     row.verified_to_rounding = Some(to_rounding);
     row.forward_error = row.forward_error_unrefined;
     if options.refinements > 0 {
-        let mut stepper = Stepper::new(reference::scene(&case.params)?, options)?;
+        let mut stepper = case.at_common_states(options)?;
         row.forward_error = 0.0;
-        for (state, exact) in case.reference.states[1..].iter().zip(&case.exact) {
-            state.put(&mut stepper)?;
+        for i in 0..case.reference.states.len() {
+            case.put(i, &mut stepper)?;
+            let Some(exact) = i.checked_sub(1).map(|i| &case.exact[i]) else {
+                continue;
+            };
             stepper.solve()?;
             let error = forward_error(stepper.multipliers(), exact);
             row.forward_error = worse(row.forward_error, error);
@@ -178,12 +185,15 @@ fn norm(v: &[f64]) -> f64 {
 }
 
 fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajectory, StepError> {
-    let mut stepper = Stepper::new(
-        reference::scene(&case.params)?,
-        choice.plain_options(config.dt),
-    )?;
-    let segment = segment_length(&case.params);
-    Ok(simulate(&mut stepper, config.time, segment, |_| {}))
+    let mut stepper = case.at_start(choice.plain_options(config.dt))?;
+    let (inputs, limits) = (&case.motion.inputs, case.limits());
+    Ok(simulate_driven(
+        &mut stepper,
+        inputs,
+        config.time,
+        limits,
+        |_| {},
+    ))
 }
 
 /// Times the rows of a task one after the other.
@@ -217,18 +227,20 @@ pub(super) fn time_rows(
 /// Steps from the common states in turn, warm started as in a run, taken as they come: [step, minimum, solve, refine]
 /// in ns.
 fn time_row(config: &Config, case: &Case, choice: &Choice) -> Result<[f64; 4], StepError> {
-    let mut stepper = Stepper::new(
-        reference::scene(&case.params)?,
-        choice.plain_options(config.dt),
-    )?;
+    let options = choice.plain_options(config.dt);
+    let mut stepper = case.at_common_states(options.clone())?;
     let cold = vec![0.0; stepper.multipliers().len()];
     let mut reports: Vec<StepReport> = Vec::new();
     let start = Instant::now();
     let mut warmed_up = false;
     while reports.is_empty() || start.elapsed() < config.timing_budget {
-        stepper.set_multipliers(&cold)?;
-        for (i, state) in case.reference.states.iter().enumerate() {
-            state.put(&mut stepper)?;
+        if case.motion.inputs.names().is_empty() {
+            stepper.set_multipliers(&cold)?;
+        } else {
+            stepper = case.at_common_states(options.clone())?;
+        }
+        for i in 0..case.reference.states.len() {
+            case.put(i, &mut stepper)?;
             let report = pace::step(&mut stepper)?;
             if i > 0 {
                 reports.push(report);

@@ -3,16 +3,20 @@
 use super::LEVELS;
 use serde::{Deserialize, Deserializer, Serialize};
 use taut_ground::trajectory::Failure;
+use taut_output::notation::number;
 
 /// One row: a solver with its options on one scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the scene.
     pub scene: String,
-    /// Segments of the cable.
-    pub segments: usize,
-    /// Load over segment mass.
+    /// Segments of the hoist's cable; none of another scene, which has no elongation either.
+    pub segments: Option<usize>,
+    /// Load over segment mass; of another scene the heaviest over the lightest moving body.
     pub mass_ratio: f64,
+    /// Constraints; 0 in rows that are older than the count.
+    #[serde(default)]
+    pub joints: usize,
     /// Backend and form, without iterations.
     pub backend: String,
     /// All options of the backend, as the command line reads them.
@@ -104,22 +108,16 @@ pub struct Fastest {
     pub step_ns: f64,
 }
 
+/// What rows of the same scene have in common: its name, segments and mass ratio.
+pub type SceneKey<'a> = (&'a str, Option<usize>, u64);
+
 /// Marks, for each scene and error level, the fastest row whose error is within the level.
 pub(super) fn mark_fastest(records: &mut [Record]) {
-    for level in LEVELS {
-        let mut scenes: Vec<(usize, u64)> = Vec::new();
-        for r in records.iter() {
-            let key = (r.segments, r.mass_ratio.to_bits());
-            if !scenes.contains(&key) {
-                scenes.push(key);
-            }
-        }
-        for (segments, ratio) in scenes {
-            let candidates = records.iter_mut().filter_map(|r| {
-                let same = (r.segments, r.mass_ratio.to_bits()) == (segments, ratio);
-                let fastest = r.within(level).filter(|_| same)?;
-                Some((r, fastest))
-            });
+    let same_scene = |a: &Record, b: &Record| a.scene_key() == b.scene_key();
+    for rows in records.chunk_by_mut(same_scene) {
+        for level in LEVELS {
+            let candidates = rows.iter_mut();
+            let candidates = candidates.filter_map(|r| r.within(level).map(|within| (r, within)));
             let fastest = candidates.min_by(|(_, a), (_, b)| a.step_ns.total_cmp(&b.step_ns));
             if let Some((row, fastest)) = fastest {
                 row.fastest_at.push(fastest);
@@ -129,11 +127,29 @@ pub(super) fn mark_fastest(records: &mut [Record]) {
 }
 
 impl Record {
+    /// Its scene.
+    #[must_use]
+    pub fn scene_key(&self) -> SceneKey<'_> {
+        (&self.scene, self.segments, self.mass_ratio.to_bits())
+    }
+
+    /// Its scene as plots call it.
+    #[must_use]
+    pub fn scene_title(&self) -> String {
+        let ratio = number(self.mass_ratio);
+        match self.segments {
+            Some(segments) => format!("{segments} segments, load/segment {ratio}"),
+            None => format!("{}, mass ratio {ratio}", self.scene),
+        }
+    }
+
     /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
     #[must_use]
     pub fn within(&self, level: f64) -> Option<Fastest> {
         let held = self.error.is_none() && self.failure.is_none();
-        let sound = held && self.elongation_error? <= level;
+        // Of a hoist that was not held there is none, and it is not sound.
+        let hangs = self.segments.is_none() || self.elongation_error.is_some_and(|e| e <= level);
+        let sound = held && hangs;
         if !sound || !self.step_ns.is_finite() {
             return None;
         }

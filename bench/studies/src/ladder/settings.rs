@@ -4,7 +4,7 @@ use super::Config;
 use taut_model::SceneError;
 use taut_output::notation::number;
 use taut_output::settings::{
-    ONE_REFINEMENT, Setting, counts, numbers, seconds, set, solvers, step,
+    ONE_REFINEMENT, Setting, counts, list, numbers, seconds, set, solvers, step,
 };
 
 /// The settings of a run, as its page shows them.
@@ -12,22 +12,29 @@ use taut_output::settings::{
 /// # Errors
 /// A hoist whose parameters contradict each other.
 pub(super) fn settings(config: &Config) -> Result<Vec<Setting>, SceneError> {
-    let hoist = config.scene.resolve()?;
-    Ok(set([
-        ("scene", "hoist".to_owned()),
-        ("length", format!("{} m", config.scene.length)),
-        ("segments of", format!("{} kg", hoist.segment_mass)),
-        ("YA", format!("{} N", number(hoist.stiffness.ea))),
-        ("anchor moved", format!("{} m", config.scene.move_x)),
-        ("segments", counts(&config.segments)),
-        ("load/segment", numbers(&config.ratios)),
+    let scene = if config.own.is_empty() {
+        let hoist = config.scene.resolve()?;
+        set([
+            ("scene", "hoist".to_owned()),
+            ("length", format!("{} m", config.scene.length)),
+            ("segments of", format!("{} kg", hoist.segment_mass)),
+            ("YA", format!("{} N", number(hoist.stiffness.ea))),
+            ("anchor moved", format!("{} m", config.scene.move_x)),
+            ("segments", counts(&config.segments)),
+            ("load/segment", numbers(&config.ratios)),
+        ])
+    } else {
+        set([("scenes", list(&config.own, |own| own.name.clone()))])
+    };
+    let run = set([
         ("solvers", solvers(&config.choices)),
         ("iterations", counts(&config.iterations)),
         ("refinements", ONE_REFINEMENT.to_owned()),
         ("Δt", step(config.dt)),
         ("simulated", seconds(config.time)),
         ("stable for", seconds(config.stability_time)),
-    ]))
+    ]);
+    Ok([scene, run].concat())
 }
 
 #[cfg(test)]

@@ -1,13 +1,15 @@
 //! The study of the main job: its options, what it says, its rows with what its page shows besides.
 
-use super::Config;
-use super::extras::measure;
+use super::extras::{Extras, measure, measure_own};
 use super::settings::settings;
 use super::table::{LEGEND, answer, rows};
+use super::{Config, OwnScene, SceneNote};
 use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, Time, overrides};
-use crate::scenes;
 use crate::study::{self, Found, Reporter, Study, data};
-use clap::{Args, FromArgMatches};
+use clap::parser::ValueSource;
+use clap::{ArgMatches, Args, FromArgMatches};
+use std::path::PathBuf;
+use taut_ground::source;
 use taut_model::{HoistParams, Network, SceneSource};
 use taut_output::check::ExperimentError;
 use taut_output::table::MARK;
@@ -20,10 +22,17 @@ pub(crate) const STUDY: Study = Study {
     details: "The answer goes to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables to target/taut/report.html, with its data in bench.report.json beside it.",
     examples: &[
         "--segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group",
+        "--scene tower_crane.toml,gantry --set gravity=3.7",
         "--scene ring,net --quick",
     ],
     mark: ("", "fastest_at"),
     options: Options::augment_args,
+    reads: |matches| {
+        let scenes = matches.get_many::<String>("scenes").into_iter().flatten();
+        let files = scenes.filter(|scene| source::is_file(scene));
+        let controls = matches.get_one("controls").cloned();
+        files.map(PathBuf::from).chain(controls).collect()
+    },
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter),
     ..study::PLAIN
 };
@@ -31,11 +40,13 @@ pub(crate) const STUDY: Study = Study {
 /// What it reads.
 #[derive(Debug, Args)]
 struct Options {
-    /// Cables with branches and loops instead of the hoist: ring, junction, cranes, ladder, net; `--segments` are the
-    /// ladder's cables, the net's rows and columns
-    #[arg(long = "scene", value_delimiter = ',', value_name = "NAME", value_parser = scenes::network,
-        conflicts_with_all = ["overrides", "time", "rows"])]
-    scenes: Vec<Network>,
+    /// Other scenes instead of the hoist, by name or as TOML files; the networks ring, junction, cranes, ladder, net as in
+    /// `taut study scenes`: `--segments` are the ladder's cables, the net's rows and columns
+    #[arg(long = "scene", value_delimiter = ',', value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// What the operator does in these scenes: a CSV file as for `taut run`
+    #[arg(long, value_name = "FILE.csv", requires = "scenes")]
+    controls: Option<PathBuf>,
     #[command(flatten)]
     segments: Segments,
     #[command(flatten)]
@@ -44,7 +55,7 @@ struct Options {
     backends: Backends,
     #[command(flatten)]
     iterations: Iterations,
-    /// Parameters of the hoist
+    /// Overrides a parameter of the hoist, or of each scene named
     #[arg(long = "set", value_name = "KEY=VALUE")]
     overrides: Vec<String>,
     #[command(flatten)]
@@ -69,6 +80,10 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
         .replace(&mut config.time, config.dt, 1, &needs)?;
     options.backends.refuse_limits()?;
     config.choices = options.backends.choices()?;
+    if !options.scenes.is_empty() {
+        config.own = own_scenes(options)?;
+        return Ok(config);
+    }
     let swept = |o: &&String| {
         let key = o.split('=').next().unwrap_or_default();
         ["segments", "mass_ratio", "load_mass"].contains(&key)
@@ -79,6 +94,62 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
     }
     config.scene = hoist(&config.scene, &overrides(&options.overrides)?)?;
     Ok(config)
+}
+
+/// The scenes named, each once.
+fn own_scenes(options: &Options) -> Result<Vec<OwnScene>, ExperimentError> {
+    let swept = [
+        ("--segments", options.segments.segments.is_empty()),
+        ("--ratios", options.ratios.ratios.is_empty()),
+    ];
+    if let Some((option, _)) = swept.iter().find(|(_, is_absent)| !is_absent) {
+        let reason = "is for the hoist and for networks: set what the scene has with `--set`";
+        return Err(Refused(format!("`{option}` {reason}")).into());
+    }
+    let overrides = overrides(&options.overrides)?;
+    let mut own: Vec<OwnScene> = Vec::new();
+    for name in &options.scenes {
+        if own.iter().any(|known| known.name == *name) {
+            continue;
+        }
+        let (_, scene) = source::built(name, &overrides)?;
+        source::mass_ratio(&scene)?;
+        own.push(OwnScene {
+            name: name.clone(),
+            inputs: source::inputs(options.controls.as_deref(), &scene)?,
+            scene,
+        });
+    }
+    Ok(own)
+}
+
+/// Whether networks are asked for, which the study of branches and loops runs: it sets them swinging, grows them, and
+/// compares orders of elimination.
+///
+/// # Errors
+/// Networks beside other scenes, or with options that their study does not read.
+pub(crate) fn are_networks(matches: &ArgMatches) -> Result<bool, Refused> {
+    let names = matches.get_many::<String>("scenes").into_iter().flatten();
+    let (networks, others): (Vec<&String>, Vec<&String>) =
+        names.partition(|name| Network::named(name).is_some());
+    let Some(network) = networks.first() else {
+        return Ok(false);
+    };
+    let is_given =
+        |id: &&(&str, &str)| matches.value_source(id.0) == Some(ValueSource::CommandLine);
+    let unread = [
+        ("overrides", "--set"),
+        ("controls", "--controls"),
+        ("time", "--time"),
+        ("rows", "--rows"),
+    ];
+    let unread = unread.iter().find(is_given).map(|(_, option)| *option);
+    match unread.or_else(|| others.first().map(|other| other.as_str())) {
+        None => Ok(true),
+        Some(what) => Err(Refused(format!(
+            "`--scene {network}` does not go with `{what}`: give the network as a file, `taut scene {network} > {network}.toml`"
+        ))),
+    }
 }
 
 /// The hoist with parameters overridden.
@@ -102,17 +173,34 @@ suffices; next: the same of another family of solvers, and how many times as lon
 const MORE: &str =
     "Every row: `taut bench --rows`, target/taut/bench.json; plots: target/taut/report.html";
 
+/// What was run.
+fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentError> {
+    let rate = 1.0 / config.dt;
+    let scene = if config.own.is_empty() {
+        let (hoist, mass) = (&config.scene, config.scene.resolve()?.segment_mass);
+        format!(
+            "hoist: L = {} m, segments of {mass} kg, Δt = 1/{rate:.0} s, anchor moved {} m",
+            hoist.length, hoist.move_x
+        )
+    } else {
+        let names: Vec<&str> = config.own.iter().map(|own| own.name.as_str()).collect();
+        format!("{}: Δt = 1/{rate:.0} s", names.join(", "))
+    };
+    let stand_in = |note: &SceneNote| {
+        let body = note.stand_in.as_ref()?;
+        Some(format!(
+            "\n{}: no load is named, `{body}` moves most and stands in for it",
+            note.scene
+        ))
+    };
+    let stand_ins: String = scenes.iter().filter_map(stand_in).collect();
+    Ok(format!("{scene}; {} s simulated{stand_ins}", config.time))
+}
+
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     let config = config(options)?;
     let results = super::run(&config, reporter.progress)?;
-    let scene = format!(
-        "hoist: L = {} m, segments of {} kg, Δt = 1/{:.0} s, anchor moved {} m; {} s simulated",
-        config.scene.length,
-        config.scene.resolve()?.segment_mass,
-        1.0 / config.dt,
-        config.scene.move_x,
-        config.time
-    );
+    let scene = about(&config, &results.scenes)?;
     let answer = answer(&results);
     (reporter.say)(&if options.rows {
         let rows = rows(&results);
@@ -120,9 +208,19 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
     } else {
         format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}\n")
     })?;
-    let extras = measure(&config.choices, options.quick.quick, reporter.progress)?;
+    let extras: Extras = if config.own.is_empty() {
+        measure(&config.choices, options.quick.quick, reporter.progress)?
+    } else {
+        measure_own(&config)?
+    };
+    let mut settings = settings(&config)?;
+    if !options.overrides.is_empty() {
+        settings.push(("set".to_owned(), options.overrides.join(", ")));
+    }
+    let controls = options.controls.iter();
+    settings.extend(controls.map(|path| ("controls".to_owned(), path.display().to_string())));
     Ok(Found {
-        settings: settings(&config)?,
+        settings,
         rows: data(&results.records)?,
         extras: data(&extras)?,
         omissions: results.omissions,

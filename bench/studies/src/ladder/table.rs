@@ -1,14 +1,14 @@
 //! The main job's rows and its answer as text.
 
-use super::{ANSWER, Answer, Record, Results, SceneNote};
+use super::{Answer, Record, Results, SceneNote};
 use crate::study::data;
 use serde_json::{Value, json};
 use taut_output::row::{Row, has_ended, has_no_error, iterations, number_of};
 use taut_output::sheet::{self, Sheet, Show, column};
 use taut_output::table::{omissions, text, wrapped};
 
-/// The rows of the main job.
-pub const ROWS: Sheet = Sheet {
+/// The rows of the main job on the hoist.
+const HOIST: Sheet = Sheet {
     shared: &[
         column("segments", "{} segments"),
         column("mass_ratio", "load/segment mass ratio {}").shown(Show::Ratio),
@@ -33,9 +33,29 @@ pub const ROWS: Sheet = Sheet {
     ..sheet::PLAIN
 };
 
+/// Its rows on other scenes.
+const OWN: Sheet = Sheet {
+    shared: &[
+        column("scene", "{}"),
+        column("mass_ratio", "mass ratio {}"),
+        column("note", "{}"),
+    ],
+    ..HOIST
+};
+
+/// The table of the rows.
+#[must_use]
+pub fn sheet_of(records: &[Record]) -> &'static Sheet {
+    match records.first() {
+        Some(Record { segments: None, .. }) => &OWN,
+        _ => &HOIST,
+    }
+}
+
 fn per_joint(row: &Row) -> String {
-    let time = number_of(row, "solve_ns").zip(number_of(row, "segments"));
-    time.map_or("-".to_owned(), |(ns, n)| format!("{:.0}", ns / (n + 1.0)))
+    let joints = number_of(row, "joints").filter(|n| *n > 0.0);
+    let time = number_of(row, "solve_ns").zip(joints);
+    time.map_or("-".to_owned(), |(ns, n)| format!("{:.0}", ns / n))
 }
 
 fn held(row: &Row) -> String {
@@ -78,7 +98,7 @@ step: median time of a whole step; ns/joint: of its linear solve, with one refin
 its own); backw.: componentwise backward error without that refinement, the worst row's; error: of the multipliers
 against extended precision (r0: without that refinement); elong.: of the hanging cable after ½ s; load m: distance from
 the reference motion; held: simulated time, or the time of the end; fastest 1e: of this scene, with error and elong.
-within 1e-3 and so on, refined or not";
+within 1e-3 and so on, refined or not; mass ratio of a scene other than the hoist: heaviest over lightest moving body";
 
 /// All rows of the main job, a table for each scene, then what the solvers claimed.
 pub(super) fn rows(results: &Results) -> String {
@@ -86,7 +106,7 @@ pub(super) fn rows(results: &Results) -> String {
     for row in &mut shown {
         row["note"] = note(row, &results.scenes).unwrap_or_default().into();
     }
-    ROWS.of(&shown) + &claims(&results.records)
+    sheet_of(&results.records).of(&shown) + &claims(&results.records)
 }
 
 /// Records as rows; of the levels at which they are the fastest the errors alone.
@@ -104,7 +124,10 @@ pub fn data_of(records: &[Record]) -> Vec<Value> {
 
 /// What the rows of a scene share.
 fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
-    let same = |n: &&SceneNote| row["segments"] == n.segments && row["mass_ratio"] == n.mass_ratio;
+    let same = |n: &&SceneNote| {
+        let segments = row["segments"].as_u64() == n.segments.map(|n| n as u64);
+        segments && row["scene"] == n.scene && row["mass_ratio"] == n.mass_ratio
+    };
     let note = scenes.iter().find(same)?;
     let verdict = note.failure.as_ref().map_or_else(
         || "stable for 30 s".to_owned(),
@@ -118,12 +141,16 @@ fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
 
 /// What the main job answers, in a table and a sentence; what was left out.
 pub(super) fn answer(results: &Results) -> String {
-    let Answer { rows, advice } = Answer::of(&results.records);
+    let Answer {
+        sheet,
+        rows,
+        advice,
+    } = Answer::of(&results.records);
     let mut sentence = wrapped(&[]);
     sentence.add_row([advice]);
     format!(
         "{}\n{}{}",
-        ANSWER.text(&rows),
+        sheet.text(&rows),
         text(&sentence),
         omissions(&results.omissions)
     )
@@ -132,10 +159,11 @@ pub(super) fn answer(results: &Results) -> String {
 /// The rows without the repetitions of an iteration that converged before an earlier limit.
 fn once(records: &[Record]) -> Vec<Record> {
     let mut rows = records.to_vec();
-    let key = |r: &Record| (r.segments, r.mass_ratio.to_bits(), r.step_ns.to_bits());
     rows.dedup_by(|r, last| {
         let converged = last.iterations_used < last.iterations as f64;
-        converged && r.backend == last.backend && key(r) == key(last)
+        let same_time = r.step_ns.to_bits() == last.step_ns.to_bits();
+        let same = r.backend == last.backend && r.scene_key() == last.scene_key();
+        converged && same && same_time
     });
     rows
 }

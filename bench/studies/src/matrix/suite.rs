@@ -18,6 +18,9 @@
 //! transverse rows, whose Σ is that of a filter, differ by up to 10²⁰; with rows and columns scaled to the same size
 //! what is left is what mass ratio, size and compliance do.
 //!
+//! Beside them stands a [sequence](taut_ground::matrix::sequence): the systems of a gantry that is driven for ten seconds at
+//! mass ratio 10⁵, in [`SEQUENCE`].
+//!
 //! Small systems come in both forms, and with every state and compliance; large ones in the hardest state alone, so that
 //! the set stays small. Random velocities are those of fixed seeds: the set is the same in every run.
 
@@ -27,13 +30,16 @@ use rayon::prelude::*;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use taut_ground::files::{FileError, Output, make_folder};
+use taut_ground::inputs::{InputError, Inputs};
 use taut_ground::matrix::Matrix;
 use taut_ground::matrix::dump::{self, Dumped, Label};
 use taut_ground::matrix::exact::condition;
 use taut_ground::matrix::prepared::Problem;
+use taut_ground::matrix::sequence::{Recorder, SequenceError, Wanted};
+use taut_ground::pace;
 use taut_ground::poses::{self, Pose};
 use taut_integrator::{Form, StepError, StepOptions, Stepper};
-use taut_model::{HoistParams, Network, NetworkParams, Scene};
+use taut_model::{GantryParams, HoistParams, Network, NetworkParams, Scene};
 
 /// Compliance of the stiff systems \[m/N].
 pub const STIFF: f64 = 1e-12;
@@ -141,6 +147,16 @@ pub enum SuiteError {
     Step(String, StepError),
     /// A file that cannot be written.
     File(FileError),
+    /// The sequence cannot be made or written.
+    Sequence(SequenceError),
+    /// Its gantry does not have the controls that drive it.
+    Inputs(InputError),
+}
+
+impl From<SequenceError> for SuiteError {
+    fn from(e: SequenceError) -> Self {
+        Self::Sequence(e)
+    }
 }
 
 impl std::fmt::Display for SuiteError {
@@ -148,6 +164,8 @@ impl std::fmt::Display for SuiteError {
         match self {
             Self::Step(name, e) => write!(f, "{name}: {e}"),
             Self::File(e) => e.fmt(f),
+            Self::Sequence(e) => write!(f, "{SEQUENCE}: {e}"),
+            Self::Inputs(e) => write!(f, "{SEQUENCE}: {e}"),
         }
     }
 }
@@ -395,6 +413,63 @@ pub fn generate(
     });
     index.map_err(SuiteError::File)?;
     Ok(entries)
+}
+
+/// Folder of the sequence, in that of the set.
+pub const SEQUENCE: &str = "gantry12_driven_r1e5";
+
+/// What the operator of its gantry does: ten seconds of 600 steps.
+const DRIVE: &str = "\
+time,trolley_speed,hoist_speed
+0,0,0
+2,0.5,0
+4,0.5,0.3
+7,0,0.3
+9,0,0
+";
+
+/// Writes the systems of the driven gantry's first steps. Returns the size of the files.
+///
+/// # Errors
+/// [`SuiteError::Sequence`].
+pub fn generate_sequence(
+    steps: u64,
+    folder: &Path,
+    gzip: bool,
+    progress: &ProgressBar,
+) -> Result<u64, SuiteError> {
+    let params = GantryParams {
+        mass_ratio: 1e5,
+        equilibrium: true,
+        seed: CHAIN_SEED,
+        ..GantryParams::default()
+    };
+    let options = reference_choice().options(1.0 / 60.0);
+    let scene = params.build().map_err(StepError::Scene);
+    let stepper = scene.and_then(|scene| Stepper::new(scene, options));
+    let mut stepper = stepper.map_err(SequenceError::Step)?;
+    let inputs = Inputs::parse(DRIVE, stepper.scene()).map_err(SuiteError::Inputs)?;
+    let told = format!(
+        "gantry of {} segments, mass ratio 1e5, time step 1/60 s, driven by trolley and hoist",
+        params.segments
+    );
+    let mut recorder = Recorder::new(Wanted {
+        folder: folder.join(SEQUENCE),
+        comments: vec![told],
+        exact: true,
+        gzip,
+    })?;
+    progress.set_length(steps);
+    progress.set_position(0);
+    for step in 0..steps {
+        inputs.apply(&mut stepper).map_err(SequenceError::Step)?;
+        recorder.take(step, &stepper)?;
+        pace::step(&mut stepper).map_err(SequenceError::Step)?;
+        progress.inc(1);
+    }
+    let (files, _) = recorder.finish()?;
+    let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
+    Ok(files.iter().map(size).sum())
 }
 
 #[cfg(test)]

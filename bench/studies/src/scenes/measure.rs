@@ -4,11 +4,11 @@ use super::{BAR, Config, ITERATIVE_RUN_ROWS, RUN_ROWS, Record, SWING, Task, WARM
 use nalgebra::Vector3;
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
-use taut_ground::reference::Snapshot;
+use taut_ground::reference::{Snapshot, reference_choice};
 use taut_ground::trajectory::{Timing, load_position, steps_in};
 use taut_integrator::{StepError, StepOptions, StepReport, Stepper};
 use taut_model::{Network, NetworkParams, Scene};
-use taut_solver::{Backend, DenseOptions, Status, forward_error};
+use taut_solver::{Status, forward_error};
 
 /// Fewest timed steps of a row.
 const REPEATS: usize = 3;
@@ -41,16 +41,6 @@ pub(super) fn at_rung(choice: &Choice, rung: usize) -> Choice {
         },
         form: choice.form,
     }
-}
-
-/// The solver that makes the common states and that the others are compared with.
-#[must_use]
-pub fn reference_choice() -> Choice {
-    Choice::schur(if Backend::Banded.is_compiled() {
-        Backend::Banded
-    } else {
-        Backend::Dense(DenseOptions::default())
-    })
 }
 
 /// The scene in its static equilibrium, with the velocities of a rigid swing about the x axis, on which its anchors

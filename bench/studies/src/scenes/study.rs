@@ -2,7 +2,7 @@
 
 use super::Config;
 use super::table::{LEGEND, SHEETS, bar};
-use crate::options::{Backends, Iterations, Quick, Ratios, Segments, sorted};
+use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, sorted};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
 use indicatif::ProgressBar;
@@ -33,8 +33,8 @@ pub(crate) const STUDY: Study = Study {
 pub struct Options {
     /// Cables with branches and loops: ring, junction, cranes, ladder, net; `--segments` are the ladder's cables, the
     /// net's rows and columns
-    #[arg(long = "scene", value_delimiter = ',', value_name = "NAME", value_parser = network)]
-    pub scenes: Vec<Network>,
+    #[arg(long = "scene", value_delimiter = ',', value_name = "NAME")]
+    pub scenes: Vec<String>,
     /// Numbers of segments
     #[command(flatten)]
     pub segments: Segments,
@@ -52,13 +52,10 @@ pub struct Options {
     pub quick: Quick,
 }
 
-/// The network of that name.
-///
-/// # Errors
-/// A name of none.
-pub fn network(name: &str) -> Result<Network, String> {
+fn network(name: &str) -> Result<Network, Refused> {
     let names = || Network::ALL.map(Network::name).join(", ");
-    Network::named(name).ok_or_else(|| format!("choose one of {}", names()))
+    let found = Network::named(name);
+    found.ok_or_else(|| Refused(format!("`--scene {name}`: choose one of {}", names())))
 }
 
 /// Runs it.
@@ -67,9 +64,10 @@ pub fn network(name: &str) -> Result<Network, String> {
 /// Bad options, and scenes that cannot be run.
 pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
     let mut networks = Vec::new();
-    for network in &options.scenes {
-        if !networks.contains(network) {
-            networks.push(*network);
+    for name in &options.scenes {
+        let network = network(name)?;
+        if !networks.contains(&network) {
+            networks.push(network);
         }
     }
     let sizes = sorted(&options.segments.segments, Vec::new());

@@ -1,0 +1,186 @@
+//! Records the systems of a run as a [sequence](super).
+
+use super::{FORMS, HEADING, INDEX, SequenceError, Stretch, Systems, name};
+use crate::files::{FileError, Output, make_folder};
+use crate::matrix::dump::{self, body_rows};
+use crate::matrix::prepared::Problem;
+use crate::matrix::{Matrix, exact, write};
+use rayon::prelude::*;
+use std::path::{Path, PathBuf};
+use taut_integrator::Stepper;
+use taut_solver::SymBlockMatrix;
+
+/// Most numbers of a stretch: half a gigabyte of doubles.
+const MOST_NUMBERS: usize = 1 << 26;
+
+/// How a sequence is written.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Wanted {
+    /// Folder of the files.
+    pub folder: PathBuf,
+    /// Lines about scene and step.
+    pub comments: Vec<String>,
+    /// Whether the exact solutions are written.
+    pub exact: bool,
+    /// Whether the files are compressed.
+    pub gzip: bool,
+}
+
+/// Takes the systems of consecutive steps and writes a stretch when it ends.
+#[derive(Debug)]
+pub struct Recorder {
+    wanted: Wanted,
+    stretch: Option<Stretch>,
+    /// Stretches that are written.
+    written: usize,
+    /// Numbers that are held.
+    numbers: usize,
+    /// Lines of the index.
+    lines: Vec<String>,
+    /// Files that are written.
+    files: Vec<PathBuf>,
+}
+
+impl Recorder {
+    /// Of no steps so far; what an earlier sequence left in the folder is no sequence any more.
+    ///
+    /// # Errors
+    /// A folder that cannot be made, an index there that cannot be removed.
+    pub fn new(wanted: Wanted) -> Result<Self, SequenceError> {
+        make_folder(&wanted.folder)?;
+        remove(&wanted.folder.join(INDEX))?;
+        Ok(Self {
+            wanted,
+            stretch: None,
+            written: 0,
+            numbers: 0,
+            lines: Vec::new(),
+            files: Vec::new(),
+        })
+    }
+
+    /// Takes the systems of the step that a stepper is about to make, which stays as it is.
+    ///
+    /// # Errors
+    /// A step that fails, a state that cannot be saved, a stretch of more than 2²⁶ numbers, a file that cannot be written.
+    pub fn take(&mut self, step: u64, stepper: &Stepper) -> Result<(), SequenceError> {
+        // A copy: a solve more would have another geometric stiffness in the next step.
+        let mut copy = Stepper::restore(stepper.save()?)?;
+        let systems = dump::assembled(&mut copy)?;
+        let continues = |stretch: &Stretch| {
+            let both = stretch.systems.iter().zip(&systems);
+            both.into_iter()
+                .all(|(known, (a, _))| known.matrix.pattern() == a.pattern())
+        };
+        if !self.stretch.as_ref().is_some_and(continues) {
+            self.end_stretch()?;
+        }
+        let stretch = self.stretch.get_or_insert_with(|| Stretch {
+            time: Vec::new(),
+            systems: [&systems[0].0, &systems[1].0].map(|a| Systems::of(a.clone())),
+        });
+        stretch.time.push(stepper.time());
+        for (own, (a, b)) in stretch.systems.iter_mut().zip(systems) {
+            self.numbers += own.places.len() + 2 * b.len();
+            own.values.push(own.values_of(&a));
+            own.rhs.push(b);
+        }
+        if self.numbers > MOST_NUMBERS {
+            return Err(SequenceError::TooLarge(MOST_NUMBERS));
+        }
+        let (time, number) = (stepper.time(), self.written + 1);
+        self.lines.push(format!("{step},{time:e},{number}"));
+        Ok(())
+    }
+
+    /// Writes what is left and the index. Returns the files, and the number of stretches.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(mut self) -> Result<(Vec<PathBuf>, usize), SequenceError> {
+        self.end_stretch()?;
+        let path = self.wanted.folder.join(INDEX);
+        Output::open(&path)?.write(|out| {
+            writeln!(out, "{}", HEADING.join(","))?;
+            self.lines
+                .iter()
+                .try_for_each(|line| writeln!(out, "{line}"))
+        })?;
+        self.files.push(path);
+        Ok((self.files, self.written))
+    }
+
+    fn end_stretch(&mut self) -> Result<(), SequenceError> {
+        let Some(stretch) = self.stretch.take() else {
+            return Ok(());
+        };
+        for (form, systems) in FORMS.into_iter().zip(&stretch.systems) {
+            let name = name(form, self.written);
+            self.write(&name, systems)?;
+        }
+        self.written += 1;
+        self.numbers = 0;
+        Ok(())
+    }
+
+    fn write(&mut self, name: &str, systems: &Systems) -> Result<(), SequenceError> {
+        let Wanted {
+            folder,
+            comments,
+            exact,
+            gzip,
+        } = &self.wanted;
+        let folder: &Path = folder;
+        let signs = if name.starts_with("kkt") {
+            body_rows(&systems.matrix)
+        } else {
+            Vec::new()
+        };
+        // An earlier sequence may have left solutions, and files of the other ending, which would be read with these.
+        for what in ["", "_values", "_rhs", "_exact"] {
+            remove(&folder.join(format!("{name}{what}.mtx")))?;
+            remove(&folder.join(format!("{name}{what}.mtx.gz")))?;
+        }
+        let mut put = |what: &str, text: &str| {
+            let path = write::file(folder, &format!("{name}{what}"), text, *gzip)?;
+            self.files.push(path);
+            Ok::<(), SequenceError>(())
+        };
+        put("", &write::symmetric(&systems.matrix, &signs, comments))?;
+        let array = |columns: &[Vec<f64>], told: &str| {
+            let told = [comments.as_slice(), &[told.to_owned()]].concat();
+            write::array(columns, &told)
+        };
+        let told = "values: a column a step, a row for each entry of the matrix file, in its order";
+        put("_values", &array(&systems.values, told))?;
+        put("_rhs", &array(&systems.rhs, "b: a column a step"))?;
+        if *exact && let Some(x) = solutions(systems) {
+            let told = "x: a column a step, the solution of A x = b in 32 digits, rounded";
+            put("_exact", &array(&x, told))?;
+        }
+        Ok(())
+    }
+}
+
+/// Removes a file if there is one.
+fn remove(path: &Path) -> Result<(), FileError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
+            path: path.to_owned(),
+            doing: "replace",
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// The solutions in extended precision; none where that of a step is out of reach.
+pub(super) fn solutions(systems: &Systems) -> Option<Vec<Vec<f64>>> {
+    let solution = |(step, b): (usize, &Vec<f64>)| {
+        let mut matrix: SymBlockMatrix = systems.first();
+        systems.put(step, &mut matrix);
+        let matrix = Matrix::Symmetric(matrix);
+        exact::solution(&Problem::new(&matrix), b).map(|(x, _)| x)
+    };
+    systems.rhs.par_iter().enumerate().map(solution).collect()
+}

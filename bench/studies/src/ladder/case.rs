@@ -1,0 +1,189 @@
+//! The cases of the main job: a scene with what all its rows share, its reference motion, common states and exact
+//! multipliers.
+
+use super::{Config, SceneNote};
+use taut_ground::inputs::Inputs;
+use taut_ground::reference::{self, Motion, Reference, reference_choice};
+use taut_ground::source;
+use taut_ground::trajectory::{Failure, Limits, simulate_driven, steps_in};
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::{HoistParams, Scene, SceneError};
+use taut_output::check::ExperimentError;
+
+/// Frames of the reference motion that the algebra is measured on.
+const FRAMES: usize = 16;
+
+/// Steps of a frame, of the coarser of the two runs that the reference motion of a scene other than the hoist comes from.
+const SUBSTEPS: usize = 16;
+
+/// A scene other than the hoist, and what drives it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OwnScene {
+    /// What its rows and plots call it.
+    pub name: String,
+    /// The scene.
+    pub scene: Scene,
+    /// What drives it.
+    pub inputs: Inputs,
+}
+
+/// A scene as the main job takes it.
+#[derive(Debug, Clone)]
+pub(super) enum Subject {
+    /// One of the family over segments and mass ratios.
+    Hoist(Box<HoistParams>),
+    /// Any other.
+    Own(Box<OwnScene>),
+}
+
+/// A scene of the main job with what all its rows share.
+pub(super) struct Case {
+    /// Its name.
+    pub(super) name: String,
+    /// Of a hoist its parameters, which tell its exact elongation.
+    pub(super) hoist: Option<HoistParams>,
+    /// Load over segment mass of a hoist; else of the moving bodies the heaviest over the lightest.
+    pub(super) mass_ratio: f64,
+    /// Scene and drive, with the load or what stands in for it.
+    pub(super) motion: Motion,
+    /// The body that stands in for a load.
+    stand_in: Option<String>,
+    /// The scene in the first of the common states, without its events.
+    common: Scene,
+    pub(super) reference: Reference,
+    /// Exact multipliers of the states but the first, which iterations only start from.
+    pub(super) exact: Vec<Vec<f64>>,
+    /// How the step itself, solved directly, ended early.
+    pub(super) failure: Option<Failure>,
+}
+
+impl Subject {
+    /// An error, with the name of a scene that is not the hoist.
+    pub(super) fn named(&self, error: StepError) -> ExperimentError {
+        match self {
+            Self::Hoist(_) => error.into(),
+            Self::Own(own) => format!("{}: {error}", own.name).into(),
+        }
+    }
+
+    /// How finely its reference is stepped, and what is stepped.
+    fn motion(&self, config: &Config) -> Result<(Motion, usize), StepError> {
+        match self {
+            Self::Hoist(params) => {
+                let substeps = reference::stable_substeps(params, config.dt)?;
+                Ok((Motion::of_hoist(params)?, substeps))
+            }
+            Self::Own(own) => {
+                let mut motion = Motion::of_scene(own.scene.clone(), own.inputs.clone());
+                if motion.scene.load.is_none() {
+                    let steps = steps_in(config.time, config.dt);
+                    let most = reference::moves_most(&motion, config.dt, steps)?;
+                    motion.scene.load = Some(most);
+                }
+                Ok((motion, SUBSTEPS))
+            }
+        }
+    }
+}
+
+impl Case {
+    pub(super) fn new(config: &Config, subject: &Subject) -> Result<Self, StepError> {
+        let (motion, substeps) = subject.motion(config)?;
+        let (name, hoist, mass_ratio) = match subject {
+            Subject::Hoist(params) => {
+                let hoist = (**params).clone();
+                ("hoist".to_owned(), Some(hoist), params.mass_ratio)
+            }
+            Subject::Own(own) => (own.name.clone(), None, source::mass_ratio(&own.scene)?),
+        };
+        let stand_in = match subject {
+            Subject::Own(own) if own.scene.load.is_none() => motion.scene.load,
+            _ => None,
+        };
+        let stand_in = stand_in.map(|body| motion.scene.body_names[body].clone());
+        let frames = steps_in(config.time, config.dt).max(FRAMES + 1);
+        // From the middle of the run on, where the scene is in motion.
+        let first = (frames / 2).min(frames - FRAMES - 1);
+        let kept = first..first + FRAMES + 1;
+        let (reference, _) = reference::extrapolated(&motion, config.dt, substeps, frames, kept)?;
+        let mut common = common_scene(&reference)?;
+        common.events.clear();
+        let mut case = Self {
+            name,
+            hoist,
+            mass_ratio,
+            motion,
+            stand_in,
+            common,
+            reference,
+            exact: Vec::new(),
+            failure: None,
+        };
+        let plain = reference_choice().plain_options(config.dt);
+        let mut stepper = case.at_common_states(plain.clone())?;
+        for i in 0..case.reference.states.len() {
+            case.put(i, &mut stepper)?;
+            if i > 0 {
+                case.exact.push(stepper.reference_multipliers()?);
+            }
+        }
+        let mut stepper = case.at_start(plain)?;
+        let (inputs, time) = (&case.motion.inputs, config.stability_time);
+        case.failure = simulate_driven(&mut stepper, inputs, time, case.limits(), |_| {}).failure;
+        Ok(case)
+    }
+
+    /// A stepper of the scene as it starts.
+    pub(super) fn at_start(&self, options: StepOptions) -> Result<Stepper, StepError> {
+        Stepper::new(self.motion.scene.clone(), options)
+    }
+
+    /// A stepper that [`put`](Self::put) takes from one common state to the next.
+    pub(super) fn at_common_states(&self, options: StepOptions) -> Result<Stepper, StepError> {
+        Stepper::new(self.common.clone(), options)
+    }
+
+    /// Puts a stepper into a common state, with the controls of its frame. Of a driven scene the states have to be taken in
+    /// turn: the length of a winch is of its past.
+    pub(super) fn put(&self, state: usize, stepper: &mut Stepper) -> Result<(), StepError> {
+        self.reference.states[state].put(stepper)?;
+        self.motion.inputs.apply(stepper)
+    }
+
+    /// When a run is lost: a hoist where a joint is open by a segment's length, any other by its own lengths.
+    pub(super) fn limits(&self) -> Limits {
+        match &self.hoist {
+            Some(hoist) => Limits::Sweep(hoist.length / hoist.segments as f64),
+            None => Limits::Scene(self.motion.scene.gap_limits()),
+        }
+    }
+
+    /// Segments of a hoist.
+    pub(super) fn segments(&self) -> Option<usize> {
+        self.hoist.as_ref().map(|hoist| hoist.segments)
+    }
+
+    pub(super) fn note(&self) -> SceneNote {
+        SceneNote {
+            scene: self.name.clone(),
+            segments: self.segments(),
+            mass_ratio: self.mass_ratio,
+            stand_in: self.stand_in.clone(),
+            reference_dt: self.reference.dt,
+            failure: self.failure.clone(),
+        }
+    }
+}
+
+/// The scene of the common states.
+fn common_scene(reference: &Reference) -> Result<Scene, StepError> {
+    let scene = reference.scene.clone();
+    let scene = scene.filter(|_| reference.states.len() > 1);
+    scene.ok_or_else(|| {
+        StepError::Scene(SceneError::Conflict {
+            what: "the scene".to_owned(),
+            reason: "has events in every frame from the middle of the run on, and the errors of solvers are measured on two \
+                     frames without: give another `--time`",
+        })
+    })
+}
