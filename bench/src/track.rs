@@ -12,33 +12,51 @@
 //! | `measures` | the figures of a case |
 //! | `start` | common states, errors, allocations |
 //! | `wall`, `calibration` | times, and the work that they are measured by |
+//! | `minute` | the steps of a driven minute |
 //! | `callgrind` | instructions |
 //! | `compare` | the verdicts |
 //! | `formats`, `table` | files for programs, tables for people |
+//! | `child` | programs that are run for a limited time |
+//! | `base` | what is compared with: a program, or a revision that is built |
+//! | `peer` | a program that times steps as it is asked to |
+//! | `against` | two programs in turns, `ratio` the statistics of it |
+//! | `history` | the figures of many runs |
 
+mod against;
+mod base;
 mod calibration;
 mod callgrind;
 mod cases;
+mod child;
 mod compare;
 mod formats;
+mod history;
 mod measures;
+mod minute;
+mod peer;
+mod ratio;
 mod start;
 mod table;
 mod wall;
 
+pub use against::{Compared, Effort, SLOWED, SelfTest, Versus, against, ratios, self_test};
+pub use base::{BaseError, Program, base};
 pub use callgrind::{CountError, Counter};
 pub use cases::{CASES, Case, DT, Place, UnknownCase, named};
 pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
 pub use formats::{Entry, Metric, bencher, entries};
+pub use history::{HISTORY, HistoryError, Run, append, data, read};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
+pub use peer::{PeerError, serve};
 pub use start::{PASS, steps};
 pub use table::{LEGEND, text};
 
 use crate::machine::{Machine, RUSTC, TARGET_CPU};
 use indicatif::ProgressBar;
+use minute::Minutes;
 use rayon::prelude::*;
 use start::Judged;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use wall::Summary;
 
 /// What [`run`] measures.
@@ -182,5 +200,31 @@ fn timed(
             ..figure(case, measure, value)
         }));
     }
+    if case.measures().any(|m| m == Measure::P99) {
+        figures.push(Figure {
+            condition: machine.to_string(),
+            ..figure(case, Measure::P99, minute(case, budget, judged))
+        });
+    }
     figures
+}
+
+/// Fewest minutes whose steps are timed.
+const MINUTES: usize = 3;
+
+fn minute(
+    case: &Case,
+    budget: Duration,
+    judged: &Result<Judged, Missing>,
+) -> Result<f64, Missing> {
+    let choice = case.choice().map_err(Missing::NotMeasured)?;
+    let scene = judged.as_ref().map_err(Clone::clone)?.start.scene();
+    let (clock, mut minutes) = (Instant::now(), Minutes::new());
+    let mut count = 0;
+    while count < MINUTES || clock.elapsed() < budget {
+        let driven = minutes.drive(scene, &choice, 0.0);
+        driven.map_err(|e| Missing::Failed(e.to_string()))?;
+        count += 1;
+    }
+    Ok(minutes.p99())
 }
