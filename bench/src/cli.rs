@@ -1,5 +1,6 @@
 //! Commands of `taut` with a file of their own.
 
+pub(crate) mod against;
 pub(crate) mod console;
 pub(crate) mod matrix;
 pub(crate) mod parse;

@@ -48,8 +48,9 @@ pub use formats::{Entry, Metric, bencher, entries};
 pub use history::{HISTORY, HistoryError, Run, append, data, read};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
 pub use peer::{PeerError, serve};
+pub use ratio::Ratio;
 pub use start::{PASS, steps};
-pub use table::{LEGEND, text};
+pub use table::{AGAINST_LEGEND, LEGEND, against_text, self_test_text, text};
 
 use crate::machine::{Machine, RUSTC, TARGET_CPU};
 use indicatif::ProgressBar;
