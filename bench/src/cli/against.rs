@@ -41,7 +41,11 @@ pub(crate) fn run(
     bar.finish_and_clear();
     let compared = compared?;
     let base = &versus.base;
-    if ![&json, &bencher].into_iter().flatten().any(Output::is_stdout) {
+    if ![&json, &bencher]
+        .into_iter()
+        .flatten()
+        .any(Output::is_stdout)
+    {
         files::print(&format!(
             "{}\n{}\n\nbase {} ({}), head {}\n{}",
             Machine::current(),
@@ -67,7 +71,11 @@ fn versus(args: &TrackArgs, base: Program) -> Result<Versus, Failure> {
     Ok(Versus {
         base,
         head: Program::this(0.0)?,
-        effort: if args.quick { Effort::QUICK } else { Effort::FULL },
+        effort: if args.quick {
+            Effort::QUICK
+        } else {
+            Effort::FULL
+        },
         limit: args.limit,
         counter: None,
     })

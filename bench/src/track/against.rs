@@ -4,11 +4,11 @@
 //! Some quads make a round. A round starts both programs anew, for where a process lies in memory costs or gains it a
 //! percent until it ends. [`Ratio`] is the median of all, with its interval.
 //!
-//! A figure fails where the interval is above 1 and the ratio above 1 + [`SLOWER`]. Instructions repeat, and fail above
-//! 1 + [`SMALL`] where a cable has 24 segments, above 1 + [`TOLERANCE`] elsewhere.
+//! A figure fails where the interval is above 1 and the ratio above 1 + [`SLOWER`]. Instructions nearly repeat, and fail
+//! above 1 + [`SMALL`] where a cable has 24 segments, above 1 + [`TOLERANCE`] elsewhere.
 
 use super::base::Program;
-use super::callgrind::{CountError, Counter};
+use super::callgrind::Counter;
 use super::cases::Case;
 use super::compare::{TOLERANCE, Verdict};
 use super::formats::{Entry, Metric};
@@ -27,8 +27,8 @@ pub(super) const SLOWER: f64 = 0.03;
 /// What instructions may grow by at 24 segments.
 pub(super) const SMALL: f64 = 0.01;
 
-/// The part that a self-test makes each step longer by.
-pub const SLOWED: f64 = 0.1;
+/// What counts of the same program differ by at most, with the seeds of hash tables, over the base.
+const REPEATS: f64 = 0.0015;
 
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -103,43 +103,42 @@ pub fn against(
 ) -> Result<Vec<Compared>, PeerError> {
     let mut samples: Vec<Sample<'_>> = cases.iter().flat_map(Sample::of).collect();
     progress.set_length((versus.effort.rounds * samples.len()) as u64);
-    let mut toolchains = Default::default();
+    let mut note = String::new();
     for round in 0..versus.effort.rounds {
-        // Neither is always the one that was started first.
-        let start = |program| Peer::start(program, versus.limit);
-        let (base, head);
-        if round % 2 == 0 {
-            base = start(&versus.base)?;
-            head = start(&versus.head)?;
-        } else {
-            head = start(&versus.head)?;
-            base = start(&versus.base)?;
+        let mut pair = started(versus, round)?;
+        let [base, head] = pair.each_ref().map(|peer| &peer.toolchain);
+        if base != head {
+            note = format!("the base is of {base}, the head of {head}");
         }
-        toolchains = [&base, &head].map(|peer| peer.toolchain.clone());
-        let mut pair = [base, head];
         for sample in &mut samples {
             sample.round(&mut pair, &versus.effort)?;
             progress.inc(1);
         }
     }
-    let note = if toolchains[0] == toolchains[1] {
-        String::new()
-    } else {
-        format!("the base is of {}, the head of {}", toolchains[0], toolchains[1])
-    };
     let mut all: Vec<Compared> = samples.iter().map(|s| s.compared(&note)).collect();
     if let Some(counter) = &versus.counter {
         progress.set_message("instructions");
+        // Not of what one of them does not have.
         let counted = cases.par_iter().filter(|case| {
             let known = |c: &Compared| c.case == case.name() && c.ratio.is_some();
             case.counts_instructions() && all.iter().any(known)
         });
-        let counted: Vec<_> = counted.map(|case| instructions(versus, counter, case)).collect();
+        let counted = counted.map(|case| instructions(versus, counter, case));
+        let counted: Vec<_> = counted.collect();
         all.extend(counted);
-        let order = |c: &Compared| cases.iter().position(|case| case.name() == c.case);
-        all.sort_by_key(order);
+        all.sort_by_key(|c| cases.iter().position(|case| case.name() == c.case));
     }
     Ok(all)
+}
+
+/// Base and head, of which neither is always the one that was started first.
+fn started(versus: &Versus, round: usize) -> Result<[Peer; 2], PeerError> {
+    let start = |program| Peer::start(program, versus.limit);
+    if round.is_multiple_of(2) {
+        return Ok([start(&versus.base)?, start(&versus.head)?]);
+    }
+    let head = start(&versus.head)?;
+    Ok([start(&versus.base)?, head])
 }
 
 /// What is measured of a time.
@@ -199,12 +198,20 @@ impl<'a> Sample<'a> {
                     return Ok(());
                 };
                 let fit = effort.block.as_nanos() as f64 / (ns * PASS as f64);
-                let fit = if is_minute { 1 } else { fit.clamp(1.0, 1e4) as usize };
+                let fit = if is_minute {
+                    1
+                } else {
+                    fit.clamp(1.0, 1e4) as usize
+                };
                 *self.repeats.insert(fit)
             }
         };
         // A minute is as long as many passes.
-        let quads = if is_minute { effort.quads.div_ceil(3) } else { effort.quads };
+        let quads = if is_minute {
+            effort.quads.div_ceil(3)
+        } else {
+            effort.quads
+        };
         let mut ratios = Vec::with_capacity(quads);
         for _ in 0..quads {
             let mut sums = [0.0, 0.0];
@@ -222,36 +229,50 @@ impl<'a> Sample<'a> {
     }
 
     fn compared(&self, note: &str) -> Compared {
-        let blank = Compared {
-            case: self.case.name(),
-            measure: self.measure,
+        let [base, head] = [0, 1].map(|one: usize| median(&mut self.times[one].clone()));
+        let ratio = Ratio::of(&self.ratios);
+        let found = match &self.missing {
+            Some(missing) => Err(missing.clone()),
+            None => Ok((base, head, ratio, judge(ratio, SLOWER))),
+        };
+        let mut compared = Compared::new(self.case, self.measure, found);
+        if compared.ratio.is_some() {
+            note.clone_into(&mut compared.note);
+        }
+        compared
+    }
+}
+
+impl Compared {
+    /// What was found of base and head, or why nothing was.
+    pub(super) fn new(
+        case: &Case,
+        measure: Measure,
+        found: Result<(f64, f64, Ratio, Verdict), Missing>,
+    ) -> Self {
+        let blank = Self {
+            case: case.name(),
+            measure,
             base: None,
             head: None,
             ratio: None,
             verdict: Verdict::Fail,
-            note: note.to_owned(),
+            note: String::new(),
         };
-        match &self.missing {
-            Some(Missing::NotMeasured(why)) => Compared {
+        match found {
+            Ok((base, head, ratio, verdict)) => Self {
+                base: Some(base),
+                head: Some(head),
+                ratio: Some(ratio),
+                verdict,
+                ..blank
+            },
+            Err(Missing::NotMeasured(note)) => Self {
                 verdict: Verdict::NotMeasured,
-                note: why.clone(),
+                note,
                 ..blank
             },
-            Some(Missing::Failed(why)) => Compared {
-                note: why.clone(),
-                ..blank
-            },
-            None => {
-                let ratio = Ratio::of(&self.ratios);
-                let [base, head] = [0, 1].map(|one: usize| median(&mut self.times[one].clone()));
-                Compared {
-                    base: Some(base),
-                    head: Some(head),
-                    ratio: Some(ratio),
-                    verdict: judge(ratio, SLOWER),
-                    ..blank
-                }
-            }
+            Err(Missing::Failed(note)) => Self { note, ..blank },
         }
     }
 }
@@ -270,39 +291,22 @@ fn judge(ratio: Ratio, bar: f64) -> Verdict {
 /// Instructions of a step of both programs.
 fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Compared {
     let count = |program: &Program| counter.of(&program.path).per_step(case);
-    let blank = Compared {
-        case: case.name(),
-        measure: Measure::Instructions,
-        base: None,
-        head: None,
-        ratio: None,
-        verdict: Verdict::Fail,
-        note: String::new(),
-    };
-    match count(&versus.base).and_then(|base| Ok((base, count(&versus.head)?))) {
-        Ok((base, head)) => {
-            let bar = if case.has_24_segments() { SMALL } else { TOLERANCE };
-            let ratio = Ratio::exact(head / base);
-            // What comes before the steps differs by less, with the seeds of hash tables.
-            let same = (ratio.value - 1.0).abs() < 0.002;
-            Compared {
-                base: Some(base),
-                head: Some(head),
-                ratio: Some(ratio),
-                verdict: if same { Verdict::Pass } else { judge(ratio, bar) },
-                ..blank
-            }
-        }
-        Err(e @ CountError::UnknownInstruction { .. }) => Compared {
-            verdict: Verdict::NotMeasured,
-            note: e.to_string(),
-            ..blank
-        },
-        Err(e) => Compared {
-            note: e.to_string(),
-            ..blank
-        },
-    }
+    let counts = count(&versus.base).and_then(|base| Ok((base, count(&versus.head)?)));
+    let found = counts.map(|(base, head)| {
+        let bar = if case.has_24_segments() {
+            SMALL
+        } else {
+            TOLERANCE
+        };
+        let value = head / base;
+        let ratio = Ratio {
+            value,
+            low: value - REPEATS,
+            high: value + REPEATS,
+        };
+        (base, head, ratio, judge(ratio, bar))
+    });
+    Compared::new(case, Measure::Instructions, found.map_err(Missing::from))
 }
 
 /// What a measure's ratio is called in files.
@@ -334,72 +338,12 @@ pub fn ratios(
             lower_value: Some(ratio.low),
             upper_value: Some(ratio.high),
         };
-        metrics.entry(c.case.clone()).or_default().insert(name, metric);
+        metrics
+            .entry(c.case.clone())
+            .or_default()
+            .insert(name, metric);
     }
     (entries, metrics)
-}
-
-/// How often comparisons came out as they have to.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct SelfTest {
-    /// Comparisons of each kind.
-    pub trials: usize,
-    /// Of this program with itself, those without a failure.
-    pub same: usize,
-    /// Of this program with itself made slower by [`SLOWED`], those in which every figure fails.
-    pub slowed: usize,
-    /// The least and the greatest ratio of the first kind.
-    pub same_ratios: [f64; 2],
-    /// Of the second.
-    pub slowed_ratios: [f64; 2],
-}
-
-impl SelfTest {
-    /// Whether all did.
-    #[must_use]
-    pub fn is_passed(&self) -> bool {
-        self.same == self.trials && self.slowed == self.trials
-    }
-}
-
-/// Compares this program so many times with itself, and as often with itself made slower by [`SLOWED`], in turns.
-///
-/// # Errors
-/// [`PeerError`]; a figure that cannot be measured is a comparison that came out wrong.
-pub fn self_test(
-    versus: &Versus,
-    cases: &[Case],
-    trials: usize,
-    progress: &ProgressBar,
-) -> Result<SelfTest, PeerError> {
-    let none = [f64::INFINITY, f64::NEG_INFINITY];
-    let mut test = SelfTest {
-        trials,
-        same_ratios: none,
-        slowed_ratios: none,
-        ..SelfTest::default()
-    };
-    let mut slower = versus.clone();
-    slower.head.slowed = SLOWED;
-    for trial in 1..=trials {
-        progress.set_message(format!("trial {trial} of {trials}"));
-        progress.reset();
-        let same = against(versus, cases, progress)?;
-        test.same += usize::from(same.iter().all(|c| c.ratio.is_some() && c.verdict != Verdict::Fail));
-        widen(&mut test.same_ratios, &same);
-        let slowed = against(&slower, cases, progress)?;
-        let fails = |c: &Compared| c.ratio.is_some() && c.verdict == Verdict::Fail;
-        test.slowed += usize::from(slowed.iter().all(fails));
-        widen(&mut test.slowed_ratios, &slowed);
-    }
-    Ok(test)
-}
-
-fn widen([least, most]: &mut [f64; 2], compared: &[Compared]) {
-    for ratio in compared.iter().filter_map(|c| c.ratio) {
-        *least = least.min(ratio.value);
-        *most = most.max(ratio.value);
-    }
 }
 
 #[cfg(test)]
@@ -444,6 +388,9 @@ mod tests {
         assert_eq!(entries[0].name, "gantry/banded/time-p99-against-base");
         assert_eq!(entries[0].range.as_deref(), Some("1.0104 to 1.0300"));
         let metric = &metrics["gantry/banded"]["time-p99-against-base"];
-        assert_eq!((metric.lower_value, metric.upper_value), (Some(1.0104), Some(1.03)));
+        assert_eq!(
+            (metric.lower_value, metric.upper_value),
+            (Some(1.0104), Some(1.03))
+        );
     }
 }

@@ -116,7 +116,9 @@ impl std::error::Error for BaseError {}
 pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
     if Path::new(name).is_file() {
         // With a folder, for else it would be looked for among the installed programs.
-        let path = Path::new(name).canonicalize().map_err(at(Path::new(name)))?;
+        let path = Path::new(name)
+            .canonicalize()
+            .map_err(at(Path::new(name)))?;
         return Ok(Program {
             path,
             name: name.to_owned(),
@@ -131,7 +133,11 @@ pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
     })?;
     let short: String = commit.chars().take(12).collect();
     let folder = std::path::absolute(FOLDER).map_err(at(Path::new(FOLDER)))?;
-    let sources = Worktree::new(name, &commit, &folder.join(format!("{short}-{}", std::process::id())))?;
+    let sources = Worktree::new(
+        name,
+        &commit,
+        &folder.join(format!("{short}-{}", std::process::id())),
+    )?;
     progress(&format!("building {short}"));
     let built = build(name, &sources.path, &folder)?;
     // The next build takes the place of this one.

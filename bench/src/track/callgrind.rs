@@ -6,6 +6,7 @@
 
 use super::cases::Case;
 use super::child;
+use super::measures::Missing;
 use std::fmt;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -86,6 +87,15 @@ impl fmt::Display for CountError {
 }
 
 impl std::error::Error for CountError {}
+
+impl From<CountError> for Missing {
+    fn from(e: CountError) -> Self {
+        match e {
+            CountError::UnknownInstruction { .. } => Self::NotMeasured(e.to_string()),
+            _ => Self::Failed(e.to_string()),
+        }
+    }
+}
 
 impl Counter {
     /// Checks that valgrind is there, and asks it for its version.

@@ -206,7 +206,10 @@ mod tests {
     use super::*;
 
     fn run(commit: &str, value: f64) -> Run {
-        let figures = [("gantry/banded/time-min", value), ("gantry/banded/allocations", 0.0)];
+        let figures = [
+            ("gantry/banded/time-min", value),
+            ("gantry/banded/allocations", 0.0),
+        ];
         let figures = figures.map(|(name, value)| Entry {
             name: name.to_owned(),
             unit: "ns/step".to_owned(),

@@ -383,7 +383,11 @@ impl fmt::Display for PeerError {
                 limit.as_secs()
             ),
             Self::Answer { line, .. } => {
-                write!(f, "`{program}` answered what is no time: {}", shortened(line))
+                write!(
+                    f,
+                    "`{program}` answered what is no time: {}",
+                    shortened(line)
+                )
             }
         }
     }
@@ -439,7 +443,11 @@ mod tests {
             return;
         }
         let question = json!({ "case": "ring-24/banded", "measure": "time-min", "repeats": 30 });
-        let time = |slowed| served(&question.to_string(), slowed)[1]["ns"].as_f64().unwrap();
+        let time = |slowed| {
+            served(&question.to_string(), slowed)[1]["ns"]
+                .as_f64()
+                .unwrap()
+        };
         // Threefold, so that no disturbance hides it.
         assert!(time(2.0) > 1.5 * time(0.0));
     }

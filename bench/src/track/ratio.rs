@@ -48,15 +48,6 @@ impl Ratio {
             high: at(1.0 - TAIL),
         }
     }
-
-    /// Of what repeats exactly.
-    pub(super) fn exact(value: f64) -> Self {
-        Self {
-            value,
-            low: value,
-            high: value,
-        }
-    }
 }
 
 /// The median; NaN of nothing. The values are left in order.

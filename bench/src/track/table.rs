@@ -1,9 +1,10 @@
 //! The comparison as a table for people.
 
-use super::against::{Compared, SLOWED, SelfTest};
+use super::against::Compared;
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
 use super::ratio::Ratio;
+use super::self_test::{SLOWED, SelfTest};
 use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
 use taut_output::table::{error, nanoseconds, table, verdict, wrapped};
