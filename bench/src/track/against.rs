@@ -27,6 +27,9 @@ pub(super) const SLOWER: f64 = 0.03;
 /// What instructions may grow by at 24 segments.
 pub(super) const SMALL: f64 = 0.01;
 
+/// Minutes at once: where the system interrupts more than a step in a hundred, it seldom meets the same three times.
+const MINUTES: usize = 3;
+
 /// What counts of the same program differ by at most, with the seeds of hash tables, over the base.
 const REPEATS: f64 = 0.0015;
 
@@ -51,7 +54,7 @@ impl Effort {
 
     /// What finds some percent.
     pub const QUICK: Self = Self {
-        rounds: 6,
+        rounds: 8,
         quads: 6,
         block: Duration::from_millis(3),
     };
@@ -190,6 +193,7 @@ impl<'a> Sample<'a> {
         for peer in &mut *pair {
             self.time(peer, 1)?;
         }
+        // A minute is as long as many passes.
         let is_minute = self.measure == Measure::P99;
         let repeats = match self.repeats {
             Some(known) => known,
@@ -199,16 +203,15 @@ impl<'a> Sample<'a> {
                 };
                 let fit = effort.block.as_nanos() as f64 / (ns * PASS as f64);
                 let fit = if is_minute {
-                    1
+                    MINUTES
                 } else {
                     fit.clamp(1.0, 1e4) as usize
                 };
                 *self.repeats.insert(fit)
             }
         };
-        // A minute is as long as many passes.
         let quads = if is_minute {
-            effort.quads.div_ceil(3)
+            effort.quads.div_ceil(6)
         } else {
             effort.quads
         };

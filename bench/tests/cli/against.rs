@@ -142,6 +142,60 @@ fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() 
     assert_eq!(trees, 0);
 }
 
+/// A package in place of this one, whose program says that each step takes a microsecond.
+const PACKAGE: &str = "[package]
+name = 'taut'
+version = '0.1.0'
+edition = '2024'
+[features]
+umfpack = []
+lapack = []
+rapier = []
+banded = []
+gauss-seidel = []
+cg = []
+faer = []
+nalgebra-sparse = []
+";
+
+const MAIN: &str = r#"fn main() {
+    let build = if cfg!(debug_assertions) { "debug" } else { "release" };
+    println!("{{\"schema\":1,\"build\":\"{build}\",\"toolchain\":\"another\"}}");
+    for _ in std::io::stdin().lines() {
+        println!("{{\"ns\":1000}}");
+    }
+}
+"#;
+
+#[test]
+fn a_revision_is_built_and_compared_with() {
+    if !cfg!(feature = "banded") {
+        return;
+    }
+    let at = folder("against_built");
+    git(&at, &["init", "--quiet"]);
+    let lock = "version = 4\n\n[[package]]\nname = \"taut\"\nversion = \"0.1.0\"\n";
+    fs::create_dir(at.join("src")).expect("a folder");
+    for (name, text) in [
+        ("Cargo.toml", PACKAGE),
+        ("Cargo.lock", lock),
+        ("src/main.rs", MAIN),
+    ] {
+        fs::write(at.join(name), text).expect("writes");
+    }
+    git(&at, &["add", "Cargo.toml", "Cargo.lock", "src"]);
+    git(&at, &["commit", "--quiet", "--message", "A stand-in"]);
+    git(&at, &["tag", "v1"]);
+    // What is not committed is not built.
+    fs::write(at.join("src/main.rs"), "no program").expect("writes");
+    let output = taut(&at, &format!("{CASE} --against v1"));
+    let (table, said) = (text(&output.stdout), text(&output.stderr));
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{table}{said}");
+    for word in ["1000.00", "the base is of another", "taut/against/taut-"] {
+        assert!(table.contains(word), "{word}: {table}{said}");
+    }
+}
+
 #[test]
 fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     if !cfg!(feature = "banded") {
