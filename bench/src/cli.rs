@@ -2,6 +2,7 @@
 //! for bad input and for results that could not be written, 1 for a run that became unstable or a check that failed, 3 for
 //! a check that could not be made, 128 + its number for a run that a signal ended.
 
+mod against;
 mod console;
 mod matrix;
 mod parse;

@@ -12,7 +12,7 @@
 //! |---|---|
 //! | `run`, `columns`, `run_file` | one scene, as `taut run` runs it; what its tables hold; runs saved to files and resumed |
 //! | `report` | the report as one HTML file |
-//! | `track` | per-step timing that CI can trust: instructions, allocations, errors, times against a baseline |
+//! | `track` | per-step figures that CI can trust: against a baseline, in turns with another program, run by run |
 //! | `cli` | the commands |
 //! | `machine` | what machine this is, and the command line that makes this build |
 

@@ -10,6 +10,13 @@ pub const RUSTC: &str = env!("TAUT_RUSTC");
 /// The processor that it was compiled for, as the compiler's `target-cpu` names it.
 pub const TARGET_CPU: &str = env!("TAUT_TARGET_CPU");
 
+/// `release` or `debug`.
+pub const PROFILE: &str = if cfg!(debug_assertions) {
+    "debug"
+} else {
+    "release"
+};
+
 /// The options of `cargo` that choose the features of this build.
 const FEATURES: &str = env!("TAUT_FEATURES");
 
@@ -20,25 +27,29 @@ pub fn command(arguments: &[String]) -> String {
     if let Ok(simd) = std::env::var("TAUT_SIMD") {
         words.push(format!("TAUT_SIMD={}", quoted(&simd)));
     }
-    if TARGET_CPU != "generic" {
-        words.push(format!(
-            "RUSTFLAGS={}",
-            quoted(&format!("-C target-cpu={TARGET_CPU}"))
-        ));
-    }
+    words.extend(rustflags().map(|flags| format!("RUSTFLAGS={}", quoted(&flags))));
     words.push("cargo run".to_owned());
-    if !cfg!(debug_assertions) {
-        words.push("--release".to_owned());
-    }
-    words.push("--locked".to_owned());
-    if !FEATURES.is_empty() {
-        words.push(FEATURES.to_owned());
-    }
+    words.extend(build_options().map(str::to_owned));
     if !arguments.is_empty() {
         words.push("--".to_owned());
         words.extend(arguments.iter().map(|a| quoted(a)));
     }
     words.join(" ")
+}
+
+/// The options of the compiler that choose the processor; none for the generic one.
+#[must_use]
+pub fn rustflags() -> Option<String> {
+    (TARGET_CPU != "generic").then(|| format!("-C target-cpu={TARGET_CPU}"))
+}
+
+/// The options of `cargo` that make this build.
+pub fn build_options() -> impl Iterator<Item = &'static str> {
+    let profile = (PROFILE == "release").then_some("--release");
+    profile
+        .into_iter()
+        .chain(["--locked"])
+        .chain(FEATURES.split_whitespace())
 }
 
 /// The commit that the folder of the sources is at now, and whether files differ from it, as `git describe` has it: what
@@ -100,11 +111,7 @@ impl Machine {
                 .to_owned(),
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             target: format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS),
-            profile: if cfg!(debug_assertions) {
-                "debug"
-            } else {
-                "release"
-            },
+            profile: PROFILE,
             simd: Level::best().to_string(),
         }
     }

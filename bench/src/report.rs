@@ -18,6 +18,7 @@ pub use markdown::markdown;
 pub use page::{page, picture};
 
 use crate::machine::{self, Machine};
+use crate::track::{self, HISTORY, HistoryError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use std::fmt;
@@ -173,6 +174,8 @@ pub enum ReportError {
     NoPicture(String),
     /// A file that could not be read or written.
     File(FileError),
+    /// A history that cannot be read.
+    History(HistoryError),
     /// Rows of an experiment that are not what its page shows.
     Rows(serde_json::Error),
     /// A chart that could not be drawn.
@@ -197,6 +200,7 @@ impl fmt::Display for ReportError {
                 "the rows of `{name}` hold no plot of work against precision: give a report of `taut bench`"
             ),
             Self::File(e) => e.fmt(f),
+            Self::History(e) => e.fmt(f),
             Self::Rows(e) => e.fmt(f),
             Self::Plot(e) => e.fmt(f),
         }
@@ -208,6 +212,12 @@ impl std::error::Error for ReportError {}
 impl From<FileError> for ReportError {
     fn from(e: FileError) -> Self {
         Self::File(e)
+    }
+}
+
+impl From<HistoryError> for ReportError {
+    fn from(e: HistoryError) -> Self {
+        Self::History(e)
     }
 }
 
@@ -239,10 +249,37 @@ pub fn write_picture(report: &Report, to: &Output) -> Result<(), ReportError> {
     Ok(to.text(&picture(report)?)?)
 }
 
-/// Reads a report or rows from a file.
+/// Reads a report or rows from a file, or from one whose name ends in `.jsonl` the runs of a history.
 ///
 /// # Errors
 /// [`ReportError`].
 pub fn read(path: &Path) -> Result<Report, ReportError> {
+    if path.extension().is_some_and(|e| e == "jsonl") {
+        return of_history(path);
+    }
     Report::parse(path, &files::read_text(path)?)
+}
+
+/// The figures of a history, run by run.
+fn of_history(path: &Path) -> Result<Report, ReportError> {
+    let runs = track::read(path)?;
+    let Some(last) = runs.last() else {
+        return Err(ReportError::Empty(path.to_owned()));
+    };
+    let report = Report {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        command: format!("taut track --history {}", path.display()),
+        machine: last.machine.clone(),
+        compiler: last.toolchain.clone(),
+        commit: last.commit.clone(),
+        unix_time: last.unix_time,
+        settings: vec![("runs".to_owned(), runs.len().to_string())],
+        ..Report::default()
+    };
+    Ok(report.holding(HISTORY.name, track::data(&runs))?)
+}
+
+/// The study of that name: an experiment, or the history of `taut track`.
+fn study(name: &str) -> Option<&'static Study> {
+    studies::named(name).or_else(|| (name == HISTORY.name).then_some(&HISTORY))
 }

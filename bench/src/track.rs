@@ -4,7 +4,7 @@
 //! All are of the default step at 1/60 s from a common state of the scene, [`WARM_UP`](taut_studies::scenes::WARM_UP) steps from
 //! its beginning. Instructions repeat from run to run and are judged against the baseline; errors and allocations have
 //! bars of their own; wall time depends on the machine and on what else it does, and is only shown: as nanoseconds, and
-//! as a ratio to a fixed piece of work beside it.
+//! as a ratio to a fixed piece of work beside it. Times are judged against another program, in turns with it.
 //!
 //! | module | holds |
 //! |---|---|
@@ -12,33 +12,55 @@
 //! | `measures` | the figures of a case |
 //! | `start` | common states, errors, allocations |
 //! | `wall`, `calibration` | times, and the work that they are measured by |
+//! | `minute` | the steps of a driven minute |
 //! | `callgrind` | instructions |
 //! | `compare` | the verdicts |
 //! | `formats`, `table` | files for programs, tables for people |
+//! | `child` | programs that are run for a limited time |
+//! | `base` | what is compared with: a program, or a revision that is built |
+//! | `peer` | a program that times steps as it is asked to |
+//! | `against`, `ratio` | two programs in turns, and the statistics of it |
+//! | `self_test` | this program in turns with itself |
+//! | `history` | the figures of many runs |
 
+mod against;
+mod base;
 mod calibration;
 mod callgrind;
 mod cases;
+mod child;
 mod compare;
 mod formats;
+mod history;
 mod measures;
+mod minute;
+mod peer;
+mod ratio;
+mod self_test;
 mod start;
 mod table;
 mod wall;
 
+pub use against::{Compared, Effort, Versus, against, ratios};
+pub use base::{BaseError, Program, base};
 pub use callgrind::{CountError, Counter};
 pub use cases::{CASES, Case, DT, Place, UnknownCase, named};
 pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
 pub use formats::{Entry, Metric, bencher, entries};
+pub use history::{HISTORY, HistoryError, Run, append, data, read};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
+pub use peer::{PeerError, serve};
+pub use ratio::Ratio;
+pub use self_test::{SelfTest, self_test};
 pub use start::{PASS, steps};
-pub use table::{LEGEND, text};
+pub use table::{AGAINST_LEGEND, LEGEND, against_text, self_test_text, text};
 
 use crate::machine::{Machine, RUSTC, TARGET_CPU};
 use indicatif::ProgressBar;
+use minute::Minutes;
 use rayon::prelude::*;
 use start::Judged;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use wall::Summary;
 
 /// What [`run`] measures.
@@ -142,10 +164,7 @@ fn instructions(case: &Case, counter: Option<&Counter>) -> Figure {
             condition: counter.toolchain().to_owned(),
             ..figure(case, measure, Ok(count))
         },
-        Err(e @ CountError::UnknownInstruction { .. }) => {
-            figure(case, measure, Err(Missing::NotMeasured(e.to_string())))
-        }
-        Err(e) => figure(case, measure, Err(Missing::Failed(e.to_string()))),
+        Err(e) => figure(case, measure, Err(e.into())),
     }
 }
 
@@ -182,5 +201,27 @@ fn timed(
             ..figure(case, measure, value)
         }));
     }
+    if case.measures().any(|m| m == Measure::P99) {
+        figures.push(Figure {
+            condition: machine.to_string(),
+            ..figure(case, Measure::P99, minute(case, budget, judged))
+        });
+    }
     figures
+}
+
+/// Fewest minutes whose steps are timed.
+const MINUTES: usize = 3;
+
+fn minute(case: &Case, budget: Duration, judged: &Result<Judged, Missing>) -> Result<f64, Missing> {
+    let choice = case.choice().map_err(Missing::NotMeasured)?;
+    let scene = judged.as_ref().map_err(Clone::clone)?.start.scene();
+    let (clock, mut minutes) = (Instant::now(), Minutes::new());
+    let mut count = 0;
+    while count < MINUTES || clock.elapsed() < budget {
+        let driven = minutes.drive(scene, &choice, 0.0);
+        driven.map_err(|e| Missing::Failed(e.to_string()))?;
+        count += 1;
+    }
+    Ok(minutes.p99())
 }

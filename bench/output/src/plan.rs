@@ -240,7 +240,8 @@ impl Plan {
         let mut series: Vec<Series> = Vec::new();
         for (place, name) in names.iter().enumerate() {
             // Beside each other where points of several series have the same place.
-            let aside = 0.1 * (series.len() as f64 - 0.5 * (in_panel as f64 - 1.0));
+            let apart = 0.1_f64.min(0.8 / in_panel as f64);
+            let aside = apart * (series.len() as f64 - 0.5 * (in_panel as f64 - 1.0));
             let points = own(name).into_iter().flat_map(|row| {
                 let mut points = self.points(row, &texts);
                 if self.x.is_text {

@@ -143,6 +143,26 @@ mod tests {
     }
 
     #[test]
+    fn workflows_to_copy_call_what_is_understood() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/ci");
+        let files = std::fs::read_dir(folder).expect("the folder").flatten();
+        let texts = files.map(|f| std::fs::read_to_string(f.path()).expect("a workflow"));
+        let mut seen = 0;
+        for line in texts.flat_map(|t| t.lines().map(str::to_owned).collect::<Vec<_>>()) {
+            let Some((_, arguments)) = line.split_once("- run: ").and_then(|(_, command)| {
+                command
+                    .split_once("-- track")
+                    .or_else(|| command.split_once("taut track"))
+            }) else {
+                continue;
+            };
+            parsed(&format!("taut track{arguments}")).unwrap_or_else(|e| panic!("{line}: {e}"));
+            seen += 1;
+        }
+        assert_eq!(seen, 4);
+    }
+
+    #[test]
     fn the_definition_of_the_command_line_is_sound() {
         command().debug_assert();
     }

@@ -15,12 +15,13 @@ Examples:
   taut report target/taut/bench.report.json
   taut bench --json rows.json && taut report rows.json --out rows.html
   taut report target/taut/bench.report.json --picture work-precision.svg
+  taut report track.jsonl --out track.html
   taut report target/taut/{bench,paper,hard}.report.json --markdown bench/RESULTS.md";
 
 #[derive(Debug, Args)]
 pub(crate) struct ReportArgs {
-    /// A `NAME.report.json`, or the rows of `taut bench --json`, of which the page then holds nothing else; several for
-    /// `--markdown`
+    /// A `NAME.report.json`, the rows of `taut bench --json`, of which the page then holds nothing else, or a FILE.jsonl of
+    /// `taut track --history`; several for `--markdown`
     #[arg(value_name = "FROM.json", required = true)]
     from: Vec<PathBuf>,
     /// The page (default: target/taut/report.html, or none beside other outputs)

@@ -1,27 +1,38 @@
 //! `taut track`: per-step figures against the baseline.
 
 use super::Failure;
+use super::against;
 use super::console::Console;
 use crate::machine::Machine;
-use crate::track::{self, CASES, Case, Config, Counter, Entry, Row, Verdict};
-use clap::Args;
+use crate::track::{self, CASES, Case, Config, Counter, Entry, Row, Run, Verdict};
+use clap::{Args, value_parser};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use taut_ground::Choice;
 use taut_ground::files::{self, Output};
 use taut_solver::Backend;
+use taut_studies::options::number;
 
 /// Where the baseline is, from the repository's root.
 const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
+`--against` starts the base and this program ten times each and times blocks of some milliseconds in turns: base, head, head,
+base. It prints the ratio of the times with a bootstrap interval of 99 %. Two builds of the same sources may differ by a
+percent, by where their code lies. `--self-test` checks this on this machine: the slowed program spins after each step for
+10 % of its time.
+
 Exit code 1: a figure fails. Exit code 3: none fails, but instructions that were to be counted are compared with nothing.
-A commit that changes the baseline says why.
+A commit that changes the baseline says why. Workflows to copy: `bench/ci`.
 Examples:
   taut track --quick
   taut track --instructions
-  taut track --instructions --update";
+  taut track --instructions --update
+  taut track --against origin/main --instructions
+  taut track hoist-24-1e3/banded --against target/taut/against/taut-0123456789ab
+  taut track --self-test
+  taut track --history track.jsonl && taut report track.jsonl --out track.html";
 
 #[derive(Debug, Args)]
 pub(crate) struct TrackArgs {
@@ -30,10 +41,10 @@ pub(crate) struct TrackArgs {
     cases: Vec<Case>,
     /// A few cases, some seconds
     #[arg(long)]
-    quick: bool,
+    pub(super) quick: bool,
     /// Counts instructions as well, under valgrind
     #[arg(long)]
-    instructions: bool,
+    pub(super) instructions: bool,
     /// What the figures are compared with
     #[arg(long, value_name = "FILE", default_value = BASELINE)]
     baseline: PathBuf,
@@ -43,10 +54,37 @@ pub(crate) struct TrackArgs {
     /// Writes the figures to a file as well, in github-action-benchmark's customSmallerIsBetter (`-` for standard output,
     /// which then holds nothing else)
     #[arg(long, value_name = "PATH")]
-    json: Option<PathBuf>,
+    pub(super) json: Option<PathBuf>,
     /// The same in Bencher's metric format
     #[arg(long, value_name = "PATH")]
-    bencher: Option<PathBuf>,
+    pub(super) bencher: Option<PathBuf>,
+    /// Compares with another program `taut` instead, or with a revision of the repository here, built as this program was:
+    /// fails where a step takes longer by 3 % and by more than chance
+    #[arg(long, value_name = "BINARY|REVISION", conflicts_with_all = ["update", "baseline"])]
+    against: Option<String>,
+    /// Compares this program so often with itself, which has to pass, and with itself made 10 % slower, which has to fail
+    #[arg(
+        long,
+        value_name = "TRIALS",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "20",
+        value_parser = value_parser!(u32).range(1..=1000),
+        conflicts_with_all = ["against", "update", "baseline", "json", "bencher", "history", "instructions"]
+    )]
+    self_test: Option<u32>,
+    /// Longest time in which a program that is compared has to answer (s)
+    #[arg(long, value_name = "S", default_value = "60", value_parser = seconds, allow_negative_numbers = true)]
+    pub(super) limit: Duration,
+    /// Adds the figures to a file as well, a line for each run; `taut report FILE.jsonl` is their page
+    #[arg(long, value_name = "FILE.jsonl")]
+    pub(super) history: Option<PathBuf>,
+    /// Answers on standard output how long steps take: what `--against` and `--self-test` start
+    #[arg(long, hide = true)]
+    measure: bool,
+    /// Spins after each of these steps for this part of its time
+    #[arg(long, hide = true, requires = "measure", default_value_t = 0.0)]
+    slowed: f64,
     /// Steps a case and prints nothing: what runs under valgrind
     #[arg(long, hide = true, value_name = "CASE", value_parser = track::named)]
     instructions_of: Option<Case>,
@@ -64,22 +102,33 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     if let Some(case) = &args.instructions_of {
         return track::steps(case, args.steps).map_err(Failure::Input);
     }
+    if args.measure {
+        return against::serve(args.slowed);
+    }
+    if let Some(trials) = args.self_test {
+        return against::self_test(args, trials as usize, &cases(args, true), console);
+    }
+    if let Some(base) = &args.against {
+        return against::run(args, base, &cases(args, args.quick), console);
+    }
     let read: Vec<&Path> = (!args.update)
         .then_some(&*args.baseline)
         .into_iter()
         .collect();
-    let [json, bencher, update] = files::open(
+    let [json, bencher, update, to] = files::open(
         [
             ("--json", args.json.as_deref()),
             ("--bencher", args.bencher.as_deref()),
             ("--update", args.update.then_some(&*args.baseline)),
+            ("--history", args.history.as_deref()),
         ],
         &read,
     )?;
+    let runs = history(args, to.as_ref())?;
     let baseline = baseline(args)?;
     let counter = args.instructions.then(Counter::new);
     let config = Config {
-        cases: cases(args),
+        cases: cases(args, args.quick),
         counter: counter.transpose()?,
         budget: if args.quick { QUICK_BUDGET } else { BUDGET },
     };
@@ -108,6 +157,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     if let Some(bencher) = bencher {
         bencher.json(&track::bencher(&figures))?;
     }
+    append(to, &runs, entries.clone())?;
     let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
     if let Some(to) = update {
         let updated = track::updated(&entries, &baseline);
@@ -134,11 +184,37 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
 }
 
 /// The cases named, each once; those of a quick run; or all.
-fn cases(args: &TrackArgs) -> Vec<Case> {
+fn cases(args: &TrackArgs, quick: bool) -> Vec<Case> {
     let all = CASES.into_iter();
     let named = |c: &Case| args.cases.is_empty() || args.cases.contains(c);
-    all.filter(|c| named(c) && (c.quick || !args.quick))
-        .collect()
+    all.filter(|c| named(c) && (c.quick || !quick)).collect()
+}
+
+/// The runs of the history before this one.
+pub(super) fn history(args: &TrackArgs, to: Option<&Output>) -> Result<Vec<Run>, Failure> {
+    if to.is_some_and(Output::is_stdout) {
+        let why = "`--history` adds to a file, and standard output is none: name one";
+        return Err(Failure::Input(why.to_owned()));
+    }
+    let runs = args.history.as_deref().map(track::read).transpose()?;
+    Ok(runs.unwrap_or_default())
+}
+
+/// Adds a run to the history, where there is one.
+pub(super) fn append(to: Option<Output>, runs: &[Run], figures: Vec<Entry>) -> Result<(), Failure> {
+    if let Some(to) = to {
+        track::append(&to, runs, &Run::new(figures))?;
+    }
+    Ok(())
+}
+
+/// A time of a millisecond to a day.
+fn seconds(text: &str) -> Result<Duration, String> {
+    let seconds = number(text)?;
+    if (1e-3..=86_400.0).contains(&seconds) {
+        return Ok(Duration::from_secs_f64(seconds));
+    }
+    Err("a time from 0.001 to 86400 s is needed".to_owned())
 }
 
 /// The baseline; an update may make the first one.

@@ -1,11 +1,10 @@
 //! The page: one file without network, light and dark, its tables sorted by a click on a heading.
 
-use super::{Other, Report, ReportError, limits, main_job, sheets};
+use super::{Other, Report, ReportError, limits, main_job, sheets, study};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use taut_output::plan::{PRECISION, Plot};
 use taut_output::plot::{self, Chart};
 use taut_output::settings::Setting;
-use taut_studies::studies;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
@@ -58,12 +57,12 @@ pub fn page(report: &Report) -> Result<String, ReportError> {
 
 /// What the page of an experiment is called.
 pub(super) fn title(name: &str) -> &'static str {
-    studies::named(name).map_or("an experiment", |study| study.title)
+    study(name).map_or("an experiment", |study| study.title)
 }
 
 /// The plots of a study that have something to show.
 fn plots(other: &Other) -> Vec<Plot> {
-    let plans = studies::named(&other.name).map_or(&[][..], |study| study.plots);
+    let plans = study(&other.name).map_or(&[][..], |study| study.plots);
     let plots = plans.iter().map(|plan| plan.plot(&other.rows));
     plots.filter(|plot| !plot.charts.is_empty()).collect()
 }

@@ -5,11 +5,13 @@
 //! so that wider ones may be timed than are counted.
 
 use super::cases::Case;
+use super::child;
+use super::measures::Missing;
 use std::fmt;
 use std::io::Read;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Longest time of one run.
 const LIMIT: Duration = Duration::from_secs(120);
@@ -86,6 +88,15 @@ impl fmt::Display for CountError {
 
 impl std::error::Error for CountError {}
 
+impl From<CountError> for Missing {
+    fn from(e: CountError) -> Self {
+        match e {
+            CountError::UnknownInstruction { .. } => Self::NotMeasured(e.to_string()),
+            _ => Self::Failed(e.to_string()),
+        }
+    }
+}
+
 impl Counter {
     /// Checks that valgrind is there, and asks it for its version.
     ///
@@ -101,6 +112,15 @@ impl Counter {
             program,
             toolchain: format!("{}, {}", super::toolchain(), valgrind.stdout.trim()),
         })
+    }
+
+    /// The same for another program, whose toolchain is taken to be this one's.
+    #[must_use]
+    pub fn of(&self, program: &Path) -> Self {
+        Self {
+            program: program.to_owned(),
+            ..self.clone()
+        }
     }
 
     /// What the counts hold for.
@@ -151,17 +171,8 @@ fn run(command: &mut Command) -> Result<Output, CountError> {
         program: program.clone(),
         source,
     })?;
-    let start = Instant::now();
-    let status = loop {
-        match child.try_wait().map_err(|e| failed(e.to_string()))? {
-            Some(status) => break status,
-            None if start.elapsed() > LIMIT => {
-                let _ = child.kill().and_then(|()| child.wait());
-                return Err(failed(format!("no end after {} s", LIMIT.as_secs())));
-            }
-            None => std::thread::sleep(Duration::from_millis(2)),
-        }
-    };
+    let ended = child::wait(&mut child, LIMIT).map_err(|e| failed(e.to_string()))?;
+    let status = ended.ok_or_else(|| failed(format!("no end after {} s", LIMIT.as_secs())))?;
     let mut output = Output {
         stdout: String::new(),
         stderr: String::new(),

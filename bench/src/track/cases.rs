@@ -225,6 +225,15 @@ impl Case {
             .any(|direct| self.backend.starts_with(direct))
     }
 
+    /// Whether its cable is as long as that of the paper's tests, for which the code is tuned.
+    #[must_use]
+    pub fn has_24_segments(&self) -> bool {
+        matches!(
+            self.place,
+            Place::Hoist { segments: 24, .. } | Place::Network(_, 24)
+        )
+    }
+
     /// Steps of the shorter of the two runs that instructions are counted in. What comes before the steps varies by some
     /// ten thousand, with the seeds of hash tables: the smaller the scene, the more steps are to outweigh that.
     #[must_use]
@@ -238,9 +247,11 @@ impl Case {
     /// What is measured of it, in the order of the tables.
     pub fn measures(&self) -> impl Iterator<Item = Measure> + use<> {
         let (counts, hoist) = (self.counts_instructions(), self.place.hoist().is_some());
+        let drives = self.place == Place::Gantry;
         Measure::ALL.into_iter().filter(move |m| match m {
             Measure::Instructions => counts,
             Measure::ElongationError => hoist,
+            Measure::P99 => drives,
             _ => true,
         })
     }

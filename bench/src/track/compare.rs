@@ -26,8 +26,11 @@ pub enum Verdict {
     Pass,
     /// Not so.
     Fail,
-    /// Fewer instructions by more than the tolerance: the baseline can be lowered.
+    /// Fewer instructions by more than the tolerance: the baseline can be lowered. Against another program: faster beyond the
+    /// interval.
     Better,
+    /// Slower than another program beyond the interval, but within the bar.
+    Slower,
     /// Not in the baseline.
     New,
     /// Instructions of another compiler or processor, within the tolerance or not.
@@ -44,6 +47,7 @@ impl fmt::Display for Verdict {
             Self::Pass => "pass",
             Self::Fail => "FAIL",
             Self::Better => "better",
+            Self::Slower => "slower",
             Self::New => "new",
             Self::OtherToolchain => "not compared",
             Self::NotMeasured => "not measured",

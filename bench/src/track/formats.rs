@@ -46,6 +46,9 @@ pub struct Metric {
     /// The least.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lower_value: Option<f64>,
+    /// The greatest.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub upper_value: Option<f64>,
 }
 
 /// Benchmarks `scene/backend`, each with its measures by name. Times are `latency` and `latency-2-threads`, the median
@@ -70,6 +73,7 @@ pub fn bencher(figures: &[Figure]) -> BTreeMap<String, BTreeMap<&'static str, Me
         let metric = Metric {
             value: *value,
             lower_value,
+            upper_value: None,
         };
         all.entry(figure.case.clone())
             .or_default()

@@ -27,6 +27,8 @@ pub enum Measure {
     Min2,
     /// Median time there.
     Median2,
+    /// The time that 99 % of the steps of a driven minute stay within, each step at its least.
+    P99,
 }
 
 /// How a figure is judged.
@@ -42,7 +44,7 @@ pub enum Kind {
 
 impl Measure {
     /// All, in the order of the tables.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Instructions,
         Self::Allocations,
         Self::ForwardError,
@@ -55,6 +57,7 @@ impl Measure {
         Self::Ratio2,
         Self::Min2,
         Self::Median2,
+        Self::P99,
     ];
 
     /// Its part of a figure's name.
@@ -73,6 +76,7 @@ impl Measure {
             Self::Ratio2 => "time-ratio-2-threads",
             Self::Min2 => "time-min-2-threads",
             Self::Median2 => "time-median-2-threads",
+            Self::P99 => "time-p99",
         }
     }
 

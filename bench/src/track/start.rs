@@ -52,6 +52,11 @@ impl Start {
         stepper.set_multipliers(&self.guess)
     }
 
+    /// The scene at its beginning.
+    pub(super) fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
     /// A stepper in the common state.
     pub(super) fn stepper(&self, choice: &Choice) -> Result<Stepper, StepError> {
         self.stepper_with(choice.options(DT))

@@ -1,7 +1,10 @@
 //! The comparison as a table for people.
 
+use super::against::Compared;
 use super::compare::{Row, TOLERANCE, Verdict};
 use super::measures::Measure;
+use super::ratio::Ratio;
+use super::self_test::{SLOWED, SelfTest};
 use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
 use taut_output::table::{error, nanoseconds, table, verdict, wrapped};
@@ -11,6 +14,12 @@ pub const LEGEND: &str = "\
 A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
 compiler; errors and the own backends' allocations: FAIL beyond the bar; time-ratio: time over that of a calibration
 kernel beside it (in brackets the least time itself), never a failure";
+
+/// What the columns of a comparison with another program are.
+pub const AGAINST_LEGEND: &str = "\
+Base and head in turns: base, head, head, base. ratio: the head over the base, the median with its bootstrap interval of
+99 %. time-min and time-p99 FAIL where the interval is above 1 and the ratio above 1.03, instructions above 1.01 at 24
+segments, above 1.02 elsewhere; slower: beyond the interval alone";
 
 /// A row for each figure under the name of its case, least and median times but for the least beside the ratio left out;
 /// then the notes and the counts of the verdicts.
@@ -34,15 +43,7 @@ pub fn text(rows: &[Row]) -> String {
             case = &row.case;
             t.add_row([case]);
         }
-        let mut judged = row.verdict.to_string();
-        if !row.note.is_empty() {
-            let known = notes.iter().position(|n| *n == row.note);
-            let index = known.unwrap_or_else(|| {
-                notes.push(&row.note);
-                notes.len() - 1
-            });
-            let _ = write!(judged, " ({})", index + 1);
-        }
+        let judged = noted(row.verdict, &row.note, &mut notes);
         let ratio = row.baseline.zip(row.now).map(|(before, now)| now / before);
         let ratio = ratio.filter(|r| r.is_finite());
         let good = match row.verdict {
@@ -59,18 +60,78 @@ pub fn text(rows: &[Row]) -> String {
             verdict(judged, good),
         ]);
     }
-    let mut out = taut_output::table::text(&t);
-    if !notes.is_empty() {
-        let mut list = wrapped(&[]);
-        for (i, note) in notes.iter().enumerate() {
-            list.add_row([format!("({})", i + 1), (*note).to_owned()]);
+    taut_output::table::text(&t) + &listed(&notes) + &summary(rows)
+}
+
+/// The same for two programs.
+#[must_use]
+pub fn against_text(compared: &[Compared]) -> String {
+    let mut t = table(&["", "base", "head", "ratio", "interval", "verdict"]);
+    let mut notes = Vec::new();
+    let mut case = "";
+    for c in compared {
+        if c.case != case {
+            case = &c.case;
+            t.add_row([case]);
         }
-        for column in list.column_iter_mut() {
-            column.set_cell_alignment(CellAlignment::Left);
-        }
-        out.push_str(&taut_output::table::text(&list));
+        let good = match c.verdict {
+            Verdict::Pass | Verdict::Better => Some(true),
+            Verdict::Fail | Verdict::Slower => Some(false),
+            _ => None,
+        };
+        let value = |value| number(c.measure.name(), value);
+        let ratio = |of: fn(&Ratio) -> f64| c.ratio.map(|r| format!("{:.4}", of(&r)));
+        let ends = ratio(|r| r.low).zip(ratio(|r| r.high));
+        t.add_row([
+            Cell::new(format!("  {}", c.measure.name())),
+            Cell::new(value(c.base)),
+            Cell::new(value(c.head)),
+            Cell::new(ratio(|r| r.value).unwrap_or_default()),
+            Cell::new(ends.map_or_else(String::new, |(low, high)| format!("{low} … {high}"))),
+            verdict(noted(c.verdict, &c.note, &mut notes), good),
+        ]);
     }
-    out + &summary(rows)
+    taut_output::table::text(&t) + &listed(&notes)
+}
+
+/// What a self-test found, in two lines.
+#[must_use]
+pub fn self_test_text(test: &SelfTest) -> String {
+    let trials = test.trials;
+    let line = |what: &str, count: usize, does: &str, [least, most]: [f64; 2]| {
+        format!("{what}: {count} of {trials} {does}, ratios {least:.4} … {most:.4}\n")
+    };
+    let slower = format!("{:.0} % slower", 100.0 * SLOWED);
+    line("the same program", test.same, "pass", test.same_ratios)
+        + &line(&slower, test.slowed, "fail", test.slowed_ratios)
+}
+
+/// A verdict with the number of its note.
+fn noted<'a>(verdict: Verdict, note: &'a str, notes: &mut Vec<&'a str>) -> String {
+    if note.is_empty() {
+        return verdict.to_string();
+    }
+    let known = notes.iter().position(|n| *n == note);
+    let index = known.unwrap_or_else(|| {
+        notes.push(note);
+        notes.len() - 1
+    });
+    format!("{verdict} ({})", index + 1)
+}
+
+/// The notes with their numbers; nothing where there are none.
+fn listed(notes: &[&str]) -> String {
+    if notes.is_empty() {
+        return String::new();
+    }
+    let mut list = wrapped(&[]);
+    for (i, note) in notes.iter().enumerate() {
+        list.add_row([format!("({})", i + 1), (*note).to_owned()]);
+    }
+    for column in list.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    taut_output::table::text(&list)
 }
 
 fn number(measure: &str, value: Option<f64>) -> String {

@@ -98,14 +98,31 @@ fn nanoseconds(since: Instant) -> f64 {
     since.elapsed().as_nanos() as f64
 }
 
-/// A pass, from the common state; `least` takes the least times of its steps. Mean time of a step \[ns].
-fn pass(start: &Start, stepper: &mut Stepper, least: &mut [f64; PASS]) -> Result<f64, StepError> {
+/// A step. Its time \[ns], which a spin makes longer by the part `slowed` of it, read from the clock and so some tens of
+/// nanoseconds more.
+pub(super) fn step(stepper: &mut Stepper, slowed: f64) -> Result<f64, StepError> {
+    let clock = Instant::now();
+    stepper.step()?;
+    let mut spent = nanoseconds(clock);
+    let end = spent * (1.0 + slowed);
+    while spent < end {
+        spent = nanoseconds(clock);
+    }
+    Ok(spent)
+}
+
+/// A pass, from the common state; `least` takes the least times of its steps, slowed as [`step`] has it. Mean time of a
+/// step \[ns].
+pub(super) fn pass(
+    start: &Start,
+    stepper: &mut Stepper,
+    least: &mut [f64; PASS],
+    slowed: f64,
+) -> Result<f64, StepError> {
     start.put(stepper)?;
     let mut sum = 0.0;
     for least in least {
-        let clock = Instant::now();
-        stepper.step()?;
-        let spent = nanoseconds(clock);
+        let spent = step(stepper, slowed)?;
         *least = least.min(spent);
         sum += spent;
     }
@@ -134,19 +151,19 @@ fn thread(
     let mut calibration = Calibration::new();
     let mut cold = [0.0; PASS];
     // Warms up, and finds how many slices last as long as a pass.
-    pass(start, stepper, &mut cold)?;
+    pass(start, stepper, &mut cold, 0.0)?;
     let unit = calibrate(&mut calibration, 4);
-    let mean = pass(start, stepper, &mut cold)?;
+    let mean = pass(start, stepper, &mut cold, 0.0)?;
     let slices = (mean * PASS as f64 / (unit * SLICE as f64)).clamp(1.0, 1e5) as usize;
     let mut times = Times::new();
     let (clock, mut own) = (Instant::now(), true);
     while own || done.load(Ordering::Relaxed) < threads {
         let unit = calibrate(&mut calibration, slices);
         if !own {
-            pass(start, stepper, &mut cold)?;
+            pass(start, stepper, &mut cold, 0.0)?;
             continue;
         }
-        let mean = pass(start, stepper, &mut times.least)?;
+        let mean = pass(start, stepper, &mut times.least, 0.0)?;
         times.passes.push(mean);
         times.unit = times.unit.min(unit);
         let enough = times.passes.len() >= PASSES && clock.elapsed() >= budget;

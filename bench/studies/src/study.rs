@@ -42,7 +42,7 @@ pub struct Study {
 }
 
 /// A study that reads no files and finds nothing.
-pub(crate) const PLAIN: Study = Study {
+pub const PLAIN: Study = Study {
     name: "",
     title: "",
     about: "",

@@ -1,5 +1,7 @@
 //! The command line as its users meet it: exit codes, what goes to which stream, files for programs.
 
+/// `taut track --against`, `--history`: other programs, revisions, many runs.
+mod against;
 /// What goes to which stream and how wide it is, colours, `--quiet`.
 mod appearance;
 /// The pages of reports in a browser.

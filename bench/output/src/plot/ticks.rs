@@ -37,9 +37,10 @@ impl Scale {
         }
     }
 
-    /// Of names at the places 0, 1 …
+    /// Of names at the places 0, 1 …; of many only some stand at ticks.
     pub(super) fn of_names(names: &[String]) -> Self {
-        let places = (0..names.len()).map(|place| place as f64);
+        let places = (0..names.len()).step_by(names.len().div_ceil(MOST).max(1));
+        let places = places.map(|place| place as f64);
         Self {
             ticks: places.collect(),
             names: names.to_vec(),

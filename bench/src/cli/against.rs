@@ -1,0 +1,121 @@
+//! `taut track --against` and `--self-test`: this program in turns with another one, or with itself.
+
+use super::Failure;
+use super::console::Console;
+use super::track::{TrackArgs, append, history};
+use crate::machine::Machine;
+use crate::track::{self, Case, Compared, Effort, Program, Verdict, Versus};
+use std::io;
+use taut_ground::files::{self, Output};
+
+/// What `--measure` does: answers on the streams of the program, whatever else stands there.
+pub(crate) fn serve(slowed: f64) -> Result<(), Failure> {
+    Ok(track::serve(slowed, io::stdin().lock(), io::stdout())?)
+}
+
+/// Compares with what `name` is, prints the comparison.
+pub(crate) fn run(
+    args: &TrackArgs,
+    name: &str,
+    cases: &[Case],
+    console: Console,
+) -> Result<(), Failure> {
+    let [json, bencher, to] = files::open(
+        [
+            ("--json", args.json.as_deref()),
+            ("--bencher", args.bencher.as_deref()),
+            ("--history", args.history.as_deref()),
+        ],
+        &[],
+    )?;
+    let runs = history(args, to.as_ref())?;
+    let counter = args.instructions.then(track::Counter::new).transpose()?;
+    let bar = console.progress(0);
+    let base = track::base(name, |doing| bar.set_message(doing.to_owned()))?;
+    let versus = Versus {
+        counter,
+        ..versus(args, base)?
+    };
+    bar.set_message("in turns");
+    let compared = track::against(&versus, cases, &bar);
+    bar.finish_and_clear();
+    let compared = compared?;
+    let base = &versus.base;
+    if ![&json, &bencher]
+        .into_iter()
+        .flatten()
+        .any(Output::is_stdout)
+    {
+        files::print(&format!(
+            "{}\n{}\n\nbase {} ({}), head {}\n{}",
+            Machine::current(),
+            track::AGAINST_LEGEND,
+            base.name,
+            base.path.display(),
+            versus.head.name,
+            track::against_text(&compared)
+        ))?;
+    }
+    let (entries, metrics) = track::ratios(&compared, &base.name);
+    if let Some(json) = json {
+        json.json(&entries)?;
+    }
+    if let Some(bencher) = bencher {
+        bencher.json(&metrics)?;
+    }
+    append(to, &runs, entries)?;
+    verdict(&compared)
+}
+
+fn versus(args: &TrackArgs, base: Program) -> Result<Versus, Failure> {
+    Ok(Versus {
+        base,
+        head: Program::this(0.0)?,
+        effort: if args.quick {
+            Effort::QUICK
+        } else {
+            Effort::FULL
+        },
+        limit: args.limit,
+        counter: None,
+    })
+}
+
+fn verdict(compared: &[Compared]) -> Result<(), Failure> {
+    let count = |verdict| compared.iter().filter(|c| c.verdict == verdict).count();
+    match (count(Verdict::Fail), count(Verdict::NotMeasured)) {
+        (0, n) if n == compared.len() => Err(Failure::NotChecked(
+            "nothing was compared: the notes say why".to_owned(),
+        )),
+        (0, _) => Ok(()),
+        (n, _) => Err(Failure::Check(format!(
+            "{n} of {} figures fail against the base",
+            compared.len()
+        ))),
+    }
+}
+
+/// Compares this program with itself, as it is and slowed, and says how often that came out.
+pub(crate) fn self_test(
+    args: &TrackArgs,
+    trials: usize,
+    cases: &[Case],
+    console: Console,
+) -> Result<(), Failure> {
+    let versus = versus(args, Program::this(0.0)?)?;
+    let bar = console.progress(0);
+    let test = track::self_test(&versus, cases, trials, &bar);
+    bar.finish_and_clear();
+    let test = test?;
+    files::print(&format!(
+        "{}\n{}",
+        Machine::current(),
+        track::self_test_text(&test)
+    ))?;
+    if test.is_passed() {
+        return Ok(());
+    }
+    Err(Failure::Check(
+        "the self-test fails: this machine is too unsteady for `--against`".to_owned(),
+    ))
+}

@@ -1,0 +1,98 @@
+//! Whether comparisons can be trusted on this machine: this program in turns with itself has to pass, and in turns with
+//! itself made slower has to fail, each time. The slower one spins after each step until its time is 10 % longer.
+
+use super::against::{Compared, Versus, against};
+use super::cases::Case;
+use super::compare::Verdict;
+use super::peer::PeerError;
+use indicatif::ProgressBar;
+
+/// The part that each step is made longer by.
+pub(super) const SLOWED: f64 = 0.1;
+
+/// How often comparisons came out as they have to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct SelfTest {
+    /// Comparisons of each kind.
+    pub trials: usize,
+    /// Of this program with itself, those without a failure.
+    pub same: usize,
+    /// Of this program with itself made slower by [`SLOWED`], those in which every figure fails.
+    pub slowed: usize,
+    /// The least and the greatest ratio of the first kind.
+    pub same_ratios: [f64; 2],
+    /// Of the second.
+    pub slowed_ratios: [f64; 2],
+}
+
+impl SelfTest {
+    /// Whether all did.
+    #[must_use]
+    pub fn is_passed(&self) -> bool {
+        self.same == self.trials && self.slowed == self.trials
+    }
+}
+
+/// Compares this program so many times with itself, and as often with itself made slower by [`SLOWED`], in turns.
+///
+/// # Errors
+/// [`PeerError`]; a figure that cannot be measured is a comparison that came out wrong.
+pub fn self_test(
+    versus: &Versus,
+    cases: &[Case],
+    trials: usize,
+    progress: &ProgressBar,
+) -> Result<SelfTest, PeerError> {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    let mut test = SelfTest {
+        trials,
+        same_ratios: none,
+        slowed_ratios: none,
+        ..SelfTest::default()
+    };
+    let mut slower = versus.clone();
+    slower.head.slowed = SLOWED;
+    for trial in 1..=trials {
+        progress.set_message(format!("trial {trial} of {trials}"));
+        progress.reset();
+        let same = against(versus, cases, progress)?;
+        test.same += usize::from(all(&same, |verdict| verdict != Verdict::Fail));
+        widen(&mut test.same_ratios, &same);
+        let slowed = against(&slower, cases, progress)?;
+        test.slowed += usize::from(all(&slowed, |verdict| verdict == Verdict::Fail));
+        widen(&mut test.slowed_ratios, &slowed);
+    }
+    Ok(test)
+}
+
+/// Whether there are figures and all have such a verdict, but for those that this build does not have.
+fn all(compared: &[Compared], is_right: fn(Verdict) -> bool) -> bool {
+    let verdicts = compared.iter().map(|c| c.verdict);
+    let mut judged = verdicts.filter(|v| *v != Verdict::NotMeasured).peekable();
+    judged.peek().is_some() && judged.all(is_right)
+}
+
+fn widen([least, most]: &mut [f64; 2], compared: &[Compared]) {
+    for ratio in compared.iter().filter_map(|c| c.ratio) {
+        *least = least.min(ratio.value);
+        *most = most.max(ratio.value);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cases::named;
+    use super::super::measures::{Measure, Missing};
+    use super::*;
+
+    #[test]
+    fn what_was_not_measured_is_no_trial() {
+        let case: Case = named("gantry/banded").unwrap();
+        let found = |missing| Compared::new(&case, Measure::Min, Err(missing));
+        let absent = || found(Missing::NotMeasured(String::new()));
+        let failed = || found(Missing::Failed(String::new()));
+        let fails = |verdict| verdict == Verdict::Fail;
+        assert!(!all(&[absent()], fails) && !all(&[absent()], |_| true));
+        assert!(all(&[absent(), failed()], fails));
+    }
+}
