@@ -273,6 +273,7 @@ impl fmt::Display for Backend {
             Self::Faer(o) => f.write_str(match o.factorization {
                 FaerFactorization::Llt => ":llt",
                 FaerFactorization::Ldlt => ":ldlt",
+                FaerFactorization::Lblt => ":lblt",
                 FaerFactorization::Lu => ":lu",
             }),
             Self::Dense(o) => f.write_str(match o.precision {
@@ -374,6 +375,7 @@ impl Backend {
             (Self::Umfpack(o), "refinement") => return assign(&mut o.refinement_steps, value),
             (Self::Faer(o), "llt") => o.factorization = FaerFactorization::Llt,
             (Self::Faer(o), "ldlt") => o.factorization = FaerFactorization::Ldlt,
+            (Self::Faer(o), "lblt") => o.factorization = FaerFactorization::Lblt,
             (Self::Faer(o), "lu") => o.factorization = FaerFactorization::Lu,
             (Self::Dense(o), "double") => o.precision = Precision::Double,
             (Self::Dense(o), "extended") => o.precision = Precision::Extended,
@@ -388,7 +390,7 @@ impl Backend {
             Self::GaussSeidel(_) => "joints, groups, guess, trial, iterations=N, tolerance=T",
             Self::ConjugateGradient(_) => "none, jacobi, group, iterations=N, tolerance=T",
             Self::Umfpack(_) => "refinement=N",
-            Self::Faer(_) => "llt, ldlt, lu",
+            Self::Faer(_) => "llt, ldlt, lblt, lu",
             Self::Dense(_) => "double, extended",
         }
     }
@@ -411,6 +413,7 @@ mod tests {
             "cg:none:iterations=3:tolerance=0e0",
             "cg:jacobi",
             "umfpack:refinement=0",
+            "faer:lblt",
             "faer:lu",
             "nalgebra-sparse",
             "dense:extended",

@@ -11,14 +11,16 @@ use taut_solver::{Backend, SolveError};
 pub const BATCH: usize = 8;
 
 /// What is solved side by side with the others when none is named: a further solver is a further line.
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 15] = [
     "banded",
     "banded+refine",
     "batch",
     "faer:llt",
     "faer:ldlt",
+    "faer:lblt",
     "faer:lu",
     "faer:ldlt/kkt",
+    "faer:lblt/kkt",
     "faer:lu/kkt",
     "nalgebra-sparse",
     "umfpack",
