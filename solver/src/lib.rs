@@ -171,6 +171,28 @@ pub trait LinearSolver: Send {
     ) -> Result<SolveReport, SolveError> {
         self.solve(a, b, x)
     }
+
+    /// Solves A X = B, with `a` as last factorised: `b` and `x` hold one or more columns of `a.dim()` numbers, one after
+    /// the other. The report is that of [`solve`](Self::solve) for all columns: the first status that is no claim, if any,
+    /// the most iterations and the largest residual.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve), at the first column without a solution, and [`SolveError::Dimension`] where `b` is not
+    /// whole columns or `x` is not as long.
+    fn solve_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        let dim = a.dim();
+        error::expect_columns(dim, b, x)?;
+        let mut report = self.solve(a, &b[..dim], &mut x[..dim])?;
+        for (b, x) in error::columns(dim, b, x).skip(1) {
+            report = report.and(self.solve(a, b, x)?);
+        }
+        Ok(report)
+    }
 }
 
 /// What an analysis found.
@@ -235,6 +257,21 @@ impl SolveReport {
     #[must_use]
     pub fn is_claim(&self) -> bool {
         matches!(self.status, Status::Direct | Status::Converged)
+    }
+
+    /// The report of two solves as one: the first status that is no claim, the larger numbers.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let status = if self.is_claim() {
+            other.status
+        } else {
+            self.status
+        };
+        Self {
+            status,
+            iterations: self.iterations.max(other.iterations),
+            residual: self.residual.max(other.residual),
+        }
     }
 
     /// The report of a direct solve.

@@ -128,7 +128,7 @@ impl Look {
             }
             "lu" | "group" | "minimum-degree" => Some(Shape::Square),
             "lblt" | "refinement=0" => Some(Shape::Diamond),
-            "none" | "scene" => Some(Shape::Cross),
+            "none" | "scene" | "many" => Some(Shape::Cross),
             _ => None,
         };
         let own = match library {
@@ -221,7 +221,7 @@ mod tests {
         names.sort();
         names.dedup();
         names.extend(["umfpack", "batch", "lapack:lower", "lapack:upper"].map(str::to_owned));
-        names.extend(["faer:lblt", "faer:lblt/kkt"].map(str::to_owned));
+        names.extend(["faer:lblt", "faer:lblt/kkt", "banded+many"].map(str::to_owned));
         let looks: Vec<Look> = names
             .iter()
             .map(|name| Look::of_solver(name).expect("a solver"))
