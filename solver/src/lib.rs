@@ -48,7 +48,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
-//! | `general` | square matrices that are not symmetric, and who solves them |
+//! | `general`, `convert` | square matrices that are not symmetric, and who solves them; matrices of other libraries |
 //! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
@@ -63,6 +63,12 @@
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
 //! | `serde_forms` (feature `serde`) | numbers that may be NaN, backends as text |
+//!
+//! # Left out
+//! - feral 0.22 (MIT, multifrontal L B Lᵀ): it fails [`agreement::check`]. It factorises a matrix of zeros as a regular
+//!   one, and a build with debug assertions panics inside it where numbers of a finite matrix overflow.
+//! - QDLDL: there is no crate of it by itself; Clarabel holds one as a part of its conic solver.
+//! - CHOLMOD: the bindings need a build of SuiteSparse, and its supernodal part is GPL.
 //!
 //! # Features
 //! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `faer`, `nalgebra-sparse`, `umfpack`.
@@ -80,6 +86,7 @@ mod batch;
 mod block_ldlt;
 mod chain;
 mod claim;
+mod convert;
 mod double_double;
 mod error;
 mod general;
@@ -107,6 +114,7 @@ pub use backend::{Backend, ParseBackendError};
 pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
+pub use convert::ConvertError;
 pub use double_double::DoubleDouble;
 pub use error::SolveError;
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};

@@ -11,6 +11,7 @@
 //! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the
 //! factors outgrow their memory. `solve` allocates nothing.
 
+mod convert;
 mod lblt;
 
 use super::csc::{Csc, Triangle, check_pivots, diagnose};
