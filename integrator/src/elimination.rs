@@ -263,6 +263,7 @@ mod tests {
             for (backend, is_refused) in [
                 ("banded", true),
                 ("faer:ldlt", true),
+                ("faer:lblt", true),
                 ("cg:group", true),
                 ("faer:lu", false),
                 ("umfpack", false),

@@ -105,7 +105,7 @@ impl fmt::Display for StepError {
             Self::FormNotAccepted { backend, form } => write!(
                 f,
                 "backend `{backend}` does not take the indefinite `{form}` form: use the `schur` form, or banded, \
-                 faer:ldlt, faer:lu, umfpack or dense"
+                 faer:ldlt, faer:lblt, faer:lu, umfpack or dense"
             ),
             Self::Scene(e) => e.fmt(f),
             Self::Solve {

@@ -225,9 +225,40 @@ impl Examination<'_> {
                 return Err(fault("direct solvers ignore the guess", name, found));
             }
         }
+        self.measure(a, b, &x, name)?;
+        self.agreement.iterations = self.agreement.iterations.max(report.iterations);
+        Ok(())
+    }
+
+    /// Solves for several right-hand sides at once, and compares each.
+    fn compare_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[Vec<f64>],
+        name: &str,
+    ) -> Result<(), Disagreement> {
+        let mut x = vec![0.0; b.len() * a.dim()];
+        let solved = self.solver.solve_many(a, &b.concat(), &mut x);
+        let report = Self::must(solved, "solve_many succeeds", name)?;
+        if !report.is_claim() {
+            let found = format!("{report:?}");
+            return Err(fault("solve_many ends in solutions", name, found));
+        }
+        let mut columns = b.iter().zip(x.chunks(a.dim()));
+        columns.try_for_each(|(b, x)| self.measure(a, b, x, name))
+    }
+
+    /// Holds the errors of x to the claims.
+    fn measure(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &[f64],
+        name: &str,
+    ) -> Result<(), Disagreement> {
         let exact = Self::must(reference_solution(a, b), "a reference", name)?;
-        let eta = Self::must(backward_error(a, b, &x), "a solution", name)?.normwise;
-        let forward = forward_error(&x, &exact);
+        let eta = Self::must(backward_error(a, b, x), "a solution", name)?.normwise;
+        let forward = forward_error(x, &exact);
         let Claims {
             backward_error,
             forward_error,
@@ -246,7 +277,6 @@ impl Examination<'_> {
         worst.systems += 1;
         worst.backward_error = worst.backward_error.max(eta);
         worst.forward_error = worst.forward_error.max(forward);
-        worst.iterations = worst.iterations.max(report.iterations);
         Ok(())
     }
 
@@ -271,10 +301,12 @@ impl Examination<'_> {
             let name = format!("{}, values {round}", system.name);
             let asked = "the analysis serves other values";
             Self::must(self.solver.factorize(&system.a), asked, &name)?;
-            for shift in [0.0, 0.5, -2.0] {
-                let b: Vec<f64> = system.b.iter().map(|b| b + shift).collect();
-                self.compare(&system.a, &b, &name)?;
+            let shifted = |shift| system.b.iter().map(|b| b + shift).collect();
+            let sides: [Vec<f64>; 3] = [0.0, 0.5, -2.0].map(shifted);
+            for b in &sides {
+                self.compare(&system.a, b, &name)?;
             }
+            self.compare_many(&system.a, &sides, &name)?;
         }
         Ok(())
     }
@@ -335,6 +367,19 @@ mod tests {
             }
             result
         }
+
+        fn solve_many(
+            &mut self,
+            a: &SymBlockMatrix,
+            b: &[f64],
+            x: &mut [f64],
+        ) -> Result<SolveReport, SolveError> {
+            let report = self.inner.solve_many(a, b, x);
+            if self.fault == "forgets the last column" {
+                x[b.len() - a.dim()..].fill(0.0);
+            }
+            report
+        }
     }
 
     #[test]
@@ -348,6 +393,7 @@ mod tests {
                 "factorize before analyze is refused",
             ),
             ("gives up", "a solve ends in a solution"),
+            ("forgets the last column", "the backward error is small"),
         ] {
             let mut faulty = Faulty {
                 inner: Backend::Dense(crate::DenseOptions::default())

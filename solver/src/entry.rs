@@ -56,11 +56,13 @@ pub(crate) const BANDED: Entry = Entry {
 
 pub(crate) const FAER: Entry = Entry {
     licence: "MIT",
-    options: "llt, ldlt, lu",
+    options: "llt, ldlt, lblt, lu",
     rows: &[
         "faer:llt",
         "faer:ldlt",
         "faer:ldlt/kkt",
+        "faer:lblt",
+        "faer:lblt/kkt",
         "faer:lu",
         "faer:lu/kkt",
     ],

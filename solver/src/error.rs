@@ -138,7 +138,7 @@ impl fmt::Display for SolveError {
                 write!(
                     f,
                     "the matrix is not positive definite at block {block}: choose a backend for indefinite systems \
-                     (umfpack, faer:lu, dense; banded and faer:ldlt where it is quasi-definite)"
+                     (umfpack, faer:lu, faer:lblt, dense; banded and faer:ldlt where it is quasi-definite)"
                 )
             }
             Self::OutOfRange { block } => {
@@ -187,6 +187,22 @@ pub(crate) fn expect_room<T>(numbers: usize) -> Result<(), SolveError> {
         limit: usize::MAX,
         what: "entries",
     })
+}
+
+/// Fails with [`SolveError::Dimension`] unless `b` is one or more columns of `dim` numbers and `x` is as long.
+pub(crate) fn expect_columns(dim: usize, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
+    let whole = b.len().div_ceil(dim.max(1)).max(1).saturating_mul(dim);
+    expect_len("right-hand sides", whole, b.len())?;
+    expect_len("solutions", b.len(), x.len())
+}
+
+/// The columns of `b` and `x`, of `dim` numbers each.
+pub(crate) fn columns<'a>(
+    dim: usize,
+    b: &'a [f64],
+    x: &'a mut [f64],
+) -> impl Iterator<Item = (&'a [f64], &'a mut [f64])> {
+    b.chunks(dim.max(1)).zip(x.chunks_mut(dim.max(1)))
 }
 
 /// Fails with [`SolveError::Dimension`] unless `found == expected`.

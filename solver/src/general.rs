@@ -84,6 +84,23 @@ impl GeneralMatrix {
         Ok(a)
     }
 
+    /// Takes columns that were checked.
+    pub(crate) fn of_columns(column_start: Vec<usize>, row: Vec<usize>, values: Vec<f64>) -> Self {
+        Self {
+            column_start,
+            row,
+            values,
+        }
+    }
+
+    /// Entry at row `r` and column `c`; zero where nothing is stored. O(log n).
+    #[must_use]
+    pub fn get(&self, r: usize, c: usize) -> f64 {
+        let column = self.column_start[c]..self.column_start[c + 1];
+        let at = self.row[column.clone()].binary_search(&r);
+        at.map_or(0.0, |at| self.values[column.start + at])
+    }
+
     /// Dimension of the matrix.
     #[must_use]
     pub fn dim(&self) -> usize {

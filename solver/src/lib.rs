@@ -51,7 +51,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `pattern`, `matrix` | what a system is |
-//! | `general` | square matrices that are not symmetric, and who solves them |
+//! | `general`, `convert` | square matrices that are not symmetric, and who solves them; matrices of other libraries |
 //! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
 //! | `entry`, `foreign`, `checked` | how a solver is listed; solvers of other crates; a guard around them |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
@@ -67,6 +67,12 @@
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
 //! | `serde_forms` (feature `serde`) | numbers that may be NaN, backends as text |
+//!
+//! # Left out
+//! - feral 0.22 (MIT, multifrontal L B Lᵀ): it fails [`agreement::check`]. It factorises a matrix of zeros as a regular
+//!   one, and a build with debug assertions panics inside it where numbers of a finite matrix overflow.
+//! - QDLDL: there is no crate of it by itself; Clarabel holds one as a part of its conic solver.
+//! - CHOLMOD: the bindings need a build of SuiteSparse, and its supernodal part is GPL.
 //!
 //! # Features
 //! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `faer`, `nalgebra-sparse`, `umfpack`.
@@ -85,6 +91,7 @@ mod block_ldlt;
 mod chain;
 mod checked;
 mod claim;
+mod convert;
 mod double_double;
 mod entry;
 mod error;
@@ -115,6 +122,7 @@ pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
 pub use checked::{Checked, Fault};
+pub use convert::ConvertError;
 pub use double_double::DoubleDouble;
 pub use entry::Entry;
 pub use error::SolveError;
@@ -181,6 +189,28 @@ pub trait LinearSolver: Send {
     ) -> Result<SolveReport, SolveError> {
         self.solve(a, b, x)
     }
+
+    /// Solves A X = B, with `a` as last factorised: `b` and `x` hold one or more columns of `a.dim()` numbers, one after
+    /// the other. The report is that of [`solve`](Self::solve) for all columns: the first status that is no claim, if any,
+    /// the most iterations and the largest residual.
+    ///
+    /// # Errors
+    /// As [`solve`](Self::solve), at the first column without a solution, and [`SolveError::Dimension`] where `b` is not
+    /// whole columns or `x` is not as long.
+    fn solve_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        let dim = a.dim();
+        error::expect_columns(dim, b, x)?;
+        let mut report = self.solve(a, &b[..dim], &mut x[..dim])?;
+        for (b, x) in error::columns(dim, b, x).skip(1) {
+            report = report.and(self.solve(a, b, x)?);
+        }
+        Ok(report)
+    }
 }
 
 /// What an analysis found.
@@ -245,6 +275,21 @@ impl SolveReport {
     #[must_use]
     pub fn is_claim(&self) -> bool {
         matches!(self.status, Status::Direct | Status::Converged)
+    }
+
+    /// The report of two solves as one: the first status that is no claim, the larger numbers.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        let status = if self.is_claim() {
+            other.status
+        } else {
+            self.status
+        };
+        Self {
+            status,
+            iterations: self.iterations.max(other.iterations),
+            residual: self.residual.max(other.residual),
+        }
     }
 
     /// The report of a direct solve.

@@ -106,6 +106,8 @@ pub enum FaerFactorization {
     /// LDLᵀ without pivoting: positive definite or quasi-definite matrices.
     #[default]
     Ldlt,
+    /// L B Lᵀ with Bunch–Kaufman pivoting inside the panels of the factor: symmetric matrices of any signs.
+    Lblt,
     /// LU with partial pivoting: any nonsingular matrix.
     Lu,
 }

@@ -15,7 +15,7 @@ type Errors = [f64; 3];
 /// oracle, and the backward error after one refinement; for definite systems, then for quasi-definite ones, where the
 /// backend takes them. Some of these have more rows than velocities, held by Σ alone: that costs up to four digits row
 /// by row, with pivoting and without, and the refinement brings them back.
-const DIRECT: [(&str, Errors, Option<Errors>); 8] = [
+const DIRECT: [(&str, Errors, Option<Errors>); 9] = [
     (
         "banded",
         [1.0e-15, 2.0e-15, 2.3e-16],
@@ -26,6 +26,11 @@ const DIRECT: [(&str, Errors, Option<Errors>); 8] = [
         "faer:ldlt",
         [4.8e-16, 3.1e-15, 1.5e-16],
         Some([8.4e-12, 1.1e-11, 1.6e-16]),
+    ),
+    (
+        "faer:lblt",
+        [3.7e-16, 7.8e-15, 2.3e-16],
+        Some([5.1e-12, 3.0e-12, 1.8e-16]),
     ),
     (
         "faer:lu",

@@ -46,6 +46,7 @@ pub fn backends() -> Vec<Backend> {
         "banded",
         "faer:llt",
         "faer:ldlt",
+        "faer:lblt",
         "faer:lu",
         "nalgebra-sparse",
         "umfpack:refinement=0",

@@ -273,18 +273,7 @@ fn symmetric(lower: &GeneralMatrix, market: &Market) -> Result<SymBlockMatrix, S
             ));
         }
     }
-    let mut block_of = Vec::with_capacity(n);
-    for (block, &size) in sizes.iter().enumerate() {
-        block_of.extend(std::iter::repeat_n(block, size));
-    }
-    let mut couplings = Vec::new();
-    lower.for_each(|r, c, _| {
-        let pair = (block_of[r], block_of[c]);
-        if r > c && pair.0 != pair.1 && couplings.last() != Some(&pair) {
-            couplings.push(pair);
-        }
-    });
-    let pattern = BlockPattern::new(&sizes, &couplings).map_err(|e| e.to_string())?;
+    let pattern = BlockPattern::of_lower(lower, &sizes).map_err(|e| e.to_string())?;
     let pattern = if market.groups.is_empty() {
         pattern
     } else {
@@ -298,26 +287,8 @@ fn symmetric(lower: &GeneralMatrix, market: &Market) -> Result<SymBlockMatrix, S
         ));
     }
     let mut a = SymBlockMatrix::try_zeros(Arc::new(pattern)).map_err(|e| e.to_string())?;
-    lower.for_each(|r, c, value| {
-        if r >= c {
-            set(&mut a, (block_of[r], r), (block_of[c], c), value);
-        }
-    });
+    a.set_lower(lower).map_err(|e| e.to_string())?;
     Ok(a)
-}
-
-/// Sets the entry at a row and a column, each with its block, in the lower triangle of blocks; on the diagonal both of
-/// its places.
-fn set(a: &mut SymBlockMatrix, (i, r): (usize, usize), (j, c): (usize, usize), value: f64) {
-    let p = a.pattern().clone();
-    let Some(k) = p.find(i, j) else { return };
-    let (r, c) = (r - p.rows(i).start, c - p.rows(j).start);
-    let rows = p.size(i);
-    let block = a.block_mut(k);
-    block[r + c * rows] = value;
-    if i == j {
-        block[c + r * rows] = value;
-    }
 }
 
 /// The vector of a file: one column of `n` rows.

@@ -92,9 +92,9 @@ pub struct Record {
     pub solver: String,
     /// All its options, as the command line reads them.
     pub options: String,
-    /// Cables that a pass solves.
+    /// Cables, or right-hand sides of one cable, that a pass solves.
     pub cables: usize,
-    /// Factorisation and solve for each joint of each cable, least of the samples \[ns].
+    /// Factorisation and solve for each joint of each cable or right-hand side, least of the samples \[ns].
     pub ns_per_joint: f64,
     /// The same, median.
     pub ns_per_joint_median: f64,

@@ -200,6 +200,7 @@ mod tests {
     fn no_claim_is_false() {
         let direct = [
             "faer:llt",
+            "faer:lblt",
             "faer:lu",
             "umfpack:refinement=0",
             "dense:double",

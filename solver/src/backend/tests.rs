@@ -9,6 +9,7 @@ fn text_form_round_trips() {
         "cg:none:iterations=3:tolerance=0e0",
         "cg:jacobi",
         "umfpack:refinement=0",
+        "faer:lblt",
         "faer:lu",
         "nalgebra-sparse",
         "dense:extended",

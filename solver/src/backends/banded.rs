@@ -14,6 +14,7 @@ use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::Bordered;
 use crate::chain::leaves::Leaves;
+use crate::error::columns;
 use crate::ordering::expect_affordable;
 use crate::singularity::{SingularityTest, WEAK};
 use crate::{AnalyzeReport, BlockPattern, FactorReport, SolveError, SymBlockMatrix};
@@ -179,6 +180,36 @@ impl Direct for Banded {
         }
         Ok(())
     }
+
+    /// A chain takes two right-hand sides at a time.
+    fn substitute_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<(), SolveError> {
+        let n = a.dim();
+        for (b, x) in columns(2 * n, b, x) {
+            match (self.last, &mut self.fast) {
+                (
+                    Way::Fast,
+                    Some(Fast {
+                        leaves: None,
+                        rest: Rest::Chain(chain),
+                    }),
+                ) if b.len() > n => {
+                    let (b, x) = (b.split_at(n), x.split_at_mut(n));
+                    chain.solve_two([b.0, b.1], [x.0, x.1]);
+                }
+                _ => {
+                    for (b, x) in columns(n, b, x) {
+                        self.substitute(a, b, x)?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]
@@ -200,6 +231,11 @@ mod tests {
         solver.factorize(a)?;
         solver.solve(a, b, &mut x)?;
         Ok(x)
+    }
+
+    #[test]
+    fn many_right_hand_sides_are_solved_as_each_alone() {
+        testing::solves_many(&mut Banded::default());
     }
 
     /// A chain from its last block on has no first pivot where that is rigid: masses come before what joins them.

@@ -2,6 +2,7 @@
 
 use super::check_solution;
 use crate::claim::Judge;
+use crate::error::{columns, expect_columns};
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
     Status, SymBlockMatrix,
@@ -32,6 +33,43 @@ pub(crate) trait Direct: Send {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<(), SolveError>;
+
+    /// The same for columns of `a.dim()` numbers.
+    fn substitute_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<(), SolveError> {
+        let mut columns = columns(a.dim(), b, x);
+        columns.try_for_each(|(b, x)| self.substitute(a, b, x))
+    }
+
+    /// What [`substitute`](Self::substitute) made of `b`, checked, and corrected where the elimination guarantees nothing.
+    fn accept(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        check_solution(a, x)?;
+        if self.is_stable() {
+            return Ok(SolveReport::DIRECT);
+        }
+        let mut common = std::mem::take(self.common());
+        let [r, d] = &mut common.buffers;
+        let judge = *common.judge.get_or_insert_with(|| Judge::of(a, r));
+        let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
+        let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
+        let settled = judge.settle(x, [r, d], f64::INFINITY, residual, correct);
+        *self.common() = common;
+        let status = settled?;
+        check_solution(a, x)?;
+        Ok(SolveReport {
+            status,
+            ..SolveReport::DIRECT
+        })
+    }
 }
 
 /// What a direct backend keeps besides its factor.
@@ -72,19 +110,9 @@ impl<D: Direct> LinearSolver for D {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
-        let mut report = self.solve_unjudged(a, b, x)?;
-        if report.status == Status::Unjudged {
-            let mut common = std::mem::take(self.common());
-            let [r, d] = &mut common.buffers;
-            let judge = *common.judge.get_or_insert_with(|| Judge::of(a, r));
-            let residual = |x: &[f64], r: &mut [f64]| a.subtract_product(b, x, r);
-            let correct = |r: &[f64], d: &mut [f64]| self.substitute(a, r, d);
-            let settled = judge.settle(x, [r, d], f64::INFINITY, residual, correct);
-            *self.common() = common;
-            report.status = settled?;
-            check_solution(a, x)?;
-        }
-        Ok(report)
+        self.common().phases.begin_solve(a, b, x)?;
+        self.substitute(a, b, x)?;
+        self.accept(a, b, x)
     }
 
     fn solve_unjudged(
@@ -105,5 +133,23 @@ impl<D: Direct> LinearSolver for D {
             status,
             ..SolveReport::DIRECT
         })
+    }
+
+    fn solve_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        expect_columns(a.dim(), b, x)?;
+        for (b, x) in columns(a.dim(), b, x) {
+            self.common().phases.begin_solve(a, b, x)?;
+        }
+        self.substitute_many(a, b, x)?;
+        let mut report = SolveReport::DIRECT;
+        for (b, x) in columns(a.dim(), b, x) {
+            report = report.and(self.accept(a, b, x)?);
+        }
+        Ok(report)
     }
 }

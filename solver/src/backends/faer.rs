@@ -1,15 +1,18 @@
-//! faer's sparse factorisations (MIT): Cholesky, LDLᵀ and LU, on one core.
+//! faer's sparse factorisations (MIT): Cholesky, LDLᵀ, L B Lᵀ and LU, on one core.
 //!
-//! Cholesky and LDLᵀ eliminate in the order of the pattern: for a chain it has no fill, and faer's reordering would only
+//! All but LU eliminate in the order of the pattern: for a chain it has no fill, and faer's reordering would only
 //! cost. The fill, the index maps and all memory are made in `analyze`; `factorize` and `solve` allocate nothing, except
 //! that faer's dense product, used where there is much fill, makes its work space at its first use in a thread. LDLᵀ does
-//! not pivot, so that it is for positive definite and quasi-definite matrices. Nothing is regularised. Both refuse matrices
+//! not pivot, so that it is for positive definite and quasi-definite matrices; L B Lᵀ pivots within panels (`lblt`). Nothing is regularised. All three refuse matrices
 //! that are singular to rounding, of which faer itself would take most (`singularity`); what an LDLᵀ with pivots of both signs
 //! loses shows in its residual alone.
 //!
 //! LU exchanges rows. From `analyze` it has the column order (COLAMD) and the work space; it fills in as the pivots fall,
 //! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the
 //! factors outgrow their memory. `solve` allocates nothing.
+
+mod convert;
+mod lblt;
 
 use super::csc::{Csc, Triangle, check_pivots, diagnose};
 use super::direct::{Common, Direct};
@@ -32,6 +35,7 @@ use ::faer::sparse::linalg::lu::simplicial::{self, SimplicialLu};
 use ::faer::sparse::linalg::{LuError, SupernodalThreshold, colamd};
 use ::faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use ::faer::{Conj, MatMut, Par, Side};
+use lblt::Lblt;
 use std::sync::Arc;
 
 /// Where faer's Cholesky goes over from single entries to dense panels, in units of 40 operations per entry of the
@@ -50,6 +54,7 @@ pub(crate) struct Faer {
 
 enum Work {
     Cholesky(Cholesky),
+    Lblt(Lblt),
     Lu(Lu),
 }
 
@@ -74,6 +79,7 @@ impl Direct for Faer {
             _ if pattern.dim() == 0 => None,
             FaerFactorization::Llt => Some(Work::Cholesky(Cholesky::new(pattern, true)?)),
             FaerFactorization::Ldlt => Some(Work::Cholesky(Cholesky::new(pattern, false)?)),
+            FaerFactorization::Lblt => Some(Work::Lblt(Lblt::new(pattern)?)),
             FaerFactorization::Lu => {
                 Some(Work::Lu(Lu::new(Matrix::new(pattern, Triangle::Full)?)?))
             }
@@ -81,6 +87,7 @@ impl Direct for Faer {
         let factor_entries = match &self.work {
             None => Some(0),
             Some(Work::Cholesky(work)) => Some(work.factor.len()),
+            Some(Work::Lblt(work)) => Some(work.entries()),
             Some(Work::Lu(_)) => None,
         };
         Ok(AnalyzeReport { factor_entries })
@@ -91,16 +98,19 @@ impl Direct for Faer {
         match &mut self.work {
             None => {}
             Some(Work::Cholesky(work)) => work.factorize(a)?,
+            Some(Work::Lblt(work)) => work.factorize(a)?,
             Some(Work::Lu(work)) => work.factorize(a.values(), |r| a.pattern().block_of_row(r))?,
         }
         Ok(FactorReport::default())
     }
 
     fn is_stable(&self) -> bool {
-        matches!(
-            &self.work,
-            None | Some(Work::Cholesky(Cholesky { positive: true, .. }))
-        )
+        match &self.work {
+            None => true,
+            Some(Work::Cholesky(work)) => work.positive,
+            Some(Work::Lblt(work)) => work.is_positive(),
+            Some(Work::Lu(_)) => false,
+        }
     }
 
     fn substitute(
@@ -113,6 +123,7 @@ impl Direct for Faer {
         match &mut self.work {
             None => {}
             Some(Work::Cholesky(work)) => work.solve(x),
+            Some(Work::Lblt(work)) => work.solve(x),
             Some(Work::Lu(work)) => work.solve(x),
         }
         Ok(())
@@ -464,9 +475,10 @@ mod tests {
         Faer::new(FaerOptions { factorization })
     }
 
-    const ALL: [FaerFactorization; 3] = [
+    const ALL: [FaerFactorization; 4] = [
         FaerFactorization::Llt,
         FaerFactorization::Ldlt,
+        FaerFactorization::Lblt,
         FaerFactorization::Lu,
     ];
 
@@ -479,15 +491,16 @@ mod tests {
 
     #[test]
     fn quasi_definite_systems_are_solved() {
-        for kind in [FaerFactorization::Ldlt, FaerFactorization::Lu] {
-            testing::solves_quasi_definite(&mut faer(kind));
+        for kind in &ALL[1..] {
+            testing::solves_quasi_definite(&mut faer(*kind));
         }
     }
 
     #[test]
     fn singular_matrices_are_refused() {
         for kind in ALL {
-            testing::refuses_singular(&mut faer(kind), kind != FaerFactorization::Lu);
+            let in_order = matches!(kind, FaerFactorization::Llt | FaerFactorization::Ldlt);
+            testing::refuses_singular(&mut faer(kind), in_order);
             if kind != FaerFactorization::Lu {
                 testing::sees_dependence(&mut faer(kind));
             }

@@ -8,7 +8,9 @@ use super::csc::{Csc, Triangle, check_pivots, diagnose};
 use super::direct::{Common, Direct};
 use crate::block_ldlt::Pivots;
 use crate::singularity::SingularityTest;
-use crate::{AnalyzeReport, BlockPattern, FactorReport, SolveError, SymBlockMatrix};
+use crate::{AnalyzeReport, BlockPattern, ConvertError, FactorReport, GeneralMatrix};
+use crate::{SolveError, SymBlockMatrix};
+use ::nalgebra_sparse::CscMatrix;
 use ::nalgebra_sparse::factorization::{CscCholesky, CscSymbolicCholesky};
 use ::nalgebra_sparse::na::DMatrixViewMut;
 use ::nalgebra_sparse::pattern::SparsityPattern;
@@ -123,6 +125,21 @@ fn library(e: impl std::fmt::Display) -> SolveError {
     }
 }
 
+impl TryFrom<&CscMatrix<f64>> for GeneralMatrix {
+    type Error = ConvertError;
+
+    fn try_from(a: &CscMatrix<f64>) -> Result<Self, ConvertError> {
+        let (start, row, values) = a.csc_data();
+        Self::from_csc(
+            a.nrows(),
+            a.ncols(),
+            start.to_vec(),
+            row.to_vec(),
+            values.to_vec(),
+        )
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::super::testing;
@@ -147,5 +164,20 @@ mod tests {
     #[test]
     fn phases_and_empty_systems() {
         testing::keeps_the_contract(&mut NalgebraSparse::default());
+    }
+
+    #[test]
+    fn matrices_of_nalgebra_sparse_are_taken_over() {
+        let of = |last| {
+            let values = vec![4.0, 1.0, 1.0, last];
+            CscMatrix::try_from_csc_data(2, 2, vec![0, 2, 4], vec![0, 1, 0, 1], values)
+                .expect("sound")
+        };
+        let entries = vec![(0, 0, 4.0), (1, 0, 1.0), (0, 1, 1.0), (1, 1, 5.0)];
+        let own = GeneralMatrix::from_entries(2, entries).expect("sound");
+        assert_eq!(GeneralMatrix::try_from(&of(5.0)), Ok(own));
+        let (row, column) = (1, 1);
+        let refused = GeneralMatrix::try_from(&of(f64::INFINITY));
+        assert_eq!(refused, Err(ConvertError::NonFinite { row, column }));
     }
 }

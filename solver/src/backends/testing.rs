@@ -122,6 +122,34 @@ pub(crate) fn solves(solver: &mut dyn LinearSolver, a: &SymBlockMatrix) {
     }
 }
 
+/// Columns of right-hand sides, of any number, are solved as each alone; what is not whole columns is refused.
+pub(crate) fn solves_many(solver: &mut dyn LinearSolver) {
+    for pattern in patterns() {
+        let (a, n) = (positive_definite(&pattern, 5), pattern.dim());
+        solver.analyze(&pattern).unwrap();
+        solver.factorize(&a).unwrap();
+        for columns in [1, 2, 5] {
+            let b = right_side(columns * n);
+            let mut x = vec![f64::NAN; b.len()];
+            let report = solver.solve_many(&a, &b, &mut x).unwrap();
+            assert!(report.is_claim());
+            for (b, x) in b.chunks(n).zip(x.chunks(n)) {
+                let mut alone = vec![0.0; n];
+                solver.solve(&a, b, &mut alone).unwrap();
+                let difference = crate::forward_error(x, &alone);
+                assert!(difference < 1e-14, "{}: {difference:e}", solver.name());
+            }
+        }
+        for (of_b, of_x) in [(0, 0), (2 * n + 1, 2 * n + 1), (2 * n, n)] {
+            let b = right_side(of_b);
+            let mut x = vec![0.0; of_x];
+            let refused = solver.solve_many(&a, &b, &mut x);
+            let whole = n == 1 && of_b == 2 * n + 1;
+            assert!(whole || matches!(refused, Err(SolveError::Dimension { .. })));
+        }
+    }
+}
+
 /// Positive definite systems of all patterns, with new values on the same analysis and after a new analysis.
 pub(crate) fn solves_positive_definite(solver: &mut dyn LinearSolver) {
     for pattern in patterns() {

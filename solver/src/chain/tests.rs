@@ -79,6 +79,26 @@ fn solves_chains_at_every_level() {
     }
 }
 
+/// Two right-hand sides at once are solved as each of them alone, to the last bit.
+#[test]
+fn two_right_hand_sides_are_solved_as_each_alone() {
+    for pattern in patterns() {
+        let (a, n) = (matrix(&pattern, 3), pattern.dim());
+        let b: Vec<f64> = (0..2 * n).map(|i| (i as f64).cos()).collect();
+        let (one, other) = b.split_at(n);
+        for level in Level::available() {
+            let mut chain = Chain::new(&pattern, level).expect("a chain");
+            assert!(chain.factorize(&a, WEAK));
+            let (mut x, mut y, mut alone) = (vec![0.0; n], vec![0.0; n], vec![0.0; n]);
+            chain.solve_two([one, other], [&mut x, &mut y]);
+            for (b, x) in [(one, &x), (other, &y)] {
+                chain.solve(b, &mut alone);
+                assert_eq!(&alone, x, "{level} {pattern:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn takes_chains_of_small_blocks_only() {
     let new = |sizes: &[usize], couplings: &[_]| {

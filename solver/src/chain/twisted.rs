@@ -3,7 +3,7 @@
 use super::block::{self, Blocks, ScratchOfTwo};
 use super::layout::{per_step, unroll};
 use super::places::{Place, Places, Step};
-use super::substitution::{lower_solve, pass_on, scaled, take_back, upper_solve};
+use super::substitution::{InBoth, lower_solve, pass_on, scaled, take_back, upper_solve};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 
 /// Factorises; whether the pivots were accepted.
@@ -32,6 +32,16 @@ pub(super) struct Backward<'a, const B: usize> {
     pub(super) factor: &'a [f64],
     pub(super) z: &'a [f64],
     pub(super) x: &'a mut [f64],
+}
+
+/// Both passes for two right-hand sides, a half of a vector for each.
+pub(super) struct SolveTwo<'a, const B: usize> {
+    pub(super) places: &'a Places,
+    pub(super) factor: &'a [f64],
+    pub(super) b: [&'a [f64]; 2],
+    /// D⁻¹ L⁻¹ b of the steps before the middle block, between the passes.
+    pub(super) z: &'a mut [f64],
+    pub(super) x: [&'a mut [f64]; 2],
 }
 
 /// A block of full size, column-major.
@@ -373,20 +383,66 @@ impl<const B: usize> Kernel for Backward<'_, B> {
     }
 }
 
+impl<const B: usize> Kernel for SolveTwo<'_, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self {
+            places,
+            factor,
+            b,
+            z,
+            x: [x, x_too],
+        } = self;
+        let (steps, count) = (&places.steps[..], places.steps());
+        let mut rows = gather_two::<I::X4, B>(b, &steps[0]);
+        let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
+        let of_steps = of_steps.chunks_exact(2 * per_step(B));
+        let each = of_steps.clone().zip(&steps[1..]);
+        for ((factor, step), z) in each.zip(z.chunks_exact_mut(4 * B)) {
+            let done = lower_solve(InBoth(factor), rows);
+            put(&scaled(InBoth(factor), done), z);
+            rows = pass_on(InBoth(factor), done, gather_two(b, step));
+        }
+        let rows_of_middle = rows.map(|v| Halves::join(add(v.lower()), add(v.upper())));
+        let done = lower_solve(InBoth(middle), rows_of_middle);
+        rows = upper_solve(InBoth(middle), scaled(InBoth(middle), done));
+        scatter(&rows.map(Halves::lower), &steps[count], x);
+        scatter(&rows.map(Halves::upper), &steps[count], x_too);
+        let back = of_steps.zip(z.chunks_exact(4 * B)).zip(&steps[..count]);
+        for ((factor, z), step) in back.rev() {
+            rows = take_back(InBoth(factor), get(z), rows);
+            scatter(&rows.map(Halves::lower), step, x);
+            scatter(&rows.map(Halves::upper), step, x_too);
+        }
+    }
+}
+
+#[inline(always)]
+fn gather_two<V: Halves<Half: Halves>, const B: usize>(b: [&[f64]; 2], step: &Step) -> [V; B] {
+    let [one, other]: [[V::Half; B]; 2] = [gather(b[0], step), gather(b[1], step)];
+    let mut rows = [V::splat(0.0); B];
+    unroll!(i < B, {
+        rows[i] = V::join(one[i], other[i]);
+    });
+    rows
+}
+
 #[inline(always)]
 fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
-    let to = &mut to[..2 * B];
+    let to = &mut to[..V::LANES * B];
     unroll!(i < B, {
-        rows[i].store(&mut to[2 * i..]);
+        rows[i].store(&mut to[V::LANES * i..]);
     });
 }
 
 #[inline(always)]
 fn get<V: Lanes, const B: usize>(from: &[f64]) -> [V; B] {
-    let from = &from[..2 * B];
+    let from = &from[..V::LANES * B];
     let mut rows = [V::splat(0.0); B];
     unroll!(i < B, {
-        rows[i] = V::load(&from[2 * i..]);
+        rows[i] = V::load(&from[V::LANES * i..]);
     });
     rows
 }

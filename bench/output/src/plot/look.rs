@@ -35,6 +35,8 @@ pub enum Dash {
     Dotted,
     /// Dashes and dots in turn.
     DashDotted,
+    /// A dash and two dots in turn.
+    DashDotDotted,
     /// Long dashes.
     Long,
     /// Dots far from each other.
@@ -43,11 +45,12 @@ pub enum Dash {
 
 impl Dash {
     /// All of them.
-    pub(super) const ALL: [Self; 6] = [
+    pub(super) const ALL: [Self; 7] = [
         Self::Solid,
         Self::Dashed,
         Self::Dotted,
         Self::DashDotted,
+        Self::DashDotDotted,
         Self::Long,
         Self::Sparse,
     ];
@@ -59,6 +62,7 @@ impl Dash {
             Self::Dashed => "9 5",
             Self::Dotted => "2 4",
             Self::DashDotted => "10 4 2 4",
+            Self::DashDotDotted => "10 4 2 4 2 4",
             Self::Long => "18 6",
             Self::Sparse => "3 9",
         }
@@ -132,8 +136,8 @@ impl Look {
                 Some(Shape::Triangle)
             }
             "lu" | "group" | "minimum-degree" => Some(Shape::Square),
-            "refinement=0" => Some(Shape::Diamond),
-            "none" | "scene" => Some(Shape::Cross),
+            "lblt" | "refinement=0" => Some(Shape::Diamond),
+            "none" | "scene" | "many" => Some(Shape::Cross),
             _ => None,
         };
         let own = match library {
@@ -158,10 +162,11 @@ fn dash(shape: Shape, hollow: bool) -> Dash {
     match (shape, hollow) {
         (Shape::Circle, false) | (Shape::Cross, true) => Dash::Solid,
         (Shape::Circle, true) | (Shape::Triangle, false) => Dash::Dashed,
-        (Shape::Triangle, true) | (Shape::Diamond, false) => Dash::DashDotted,
-        (Shape::Square, false) | (Shape::Diamond, true) => Dash::Dotted,
+        (Shape::Diamond, false) => Dash::DashDotted,
+        (Shape::Triangle, true) => Dash::DashDotDotted,
+        (Shape::Square, false) => Dash::Dotted,
         (Shape::Square, true) => Dash::Long,
-        (Shape::Cross, false) => Dash::Sparse,
+        (Shape::Cross, false) | (Shape::Diamond, true) => Dash::Sparse,
     }
 }
 
@@ -226,6 +231,7 @@ mod tests {
         names.sort();
         names.dedup();
         names.extend(["umfpack", "batch", "lapack:lower", "lapack:upper"].map(str::to_owned));
+        names.extend(["faer:lblt", "faer:lblt/kkt", "banded+many"].map(str::to_owned));
         let looks: Vec<Look> = names
             .iter()
             .map(|name| Look::of_solver(name).expect("a solver"))

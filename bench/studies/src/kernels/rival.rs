@@ -8,21 +8,30 @@ use taut_ground::matrix::solve::refining;
 use taut_integrator::Form;
 use taut_solver::{Backend, SolveError};
 
-/// Cables of a batch.
+/// Cables of a batch, right-hand sides of a solve of many.
 pub const BATCH: usize = 8;
 
 /// Who takes part besides the solvers when none is named.
-const OTHERS: [&str; 4] = ["banded+refine", "batch", "lapack:lower", "lapack:upper"];
+const OTHERS: [&str; 5] = [
+    "banded+refine",
+    "banded+many",
+    "batch",
+    "lapack:lower",
+    "lapack:upper",
+];
 
 /// What follows a solver's name for a solve with refinement.
 const REFINE: &str = "+refine";
+
+/// What follows a solver's name for [`BATCH`] right-hand sides a factorisation.
+const MANY: &str = "+many";
 
 pub(super) const NO_LAPACK: SolveError = SolveError::NotCompiled {
     backend: "lapack",
     feature: "lapack",
 };
 
-/// One that solves. The text form is that of a [`Choice`], one with `+refine` after it, `batch`, `lapack:lower` or
+/// One that solves. The text form is that of a [`Choice`], one with `+refine` or `+many` after it, `batch`, `lapack:lower` or
 /// `lapack:upper`.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Rival {
@@ -30,6 +39,8 @@ pub enum Rival {
     Solver(Choice),
     /// A solver on S with one refinement from the pieces.
     Refined(Choice),
+    /// A solver that factorises once for [`BATCH`] right-hand sides.
+    Many(Choice),
     /// [`BATCH`] cables in the lanes of vectors, by [`taut_solver::BatchBanded`].
     Batch,
     /// LAPACK's dpbtrf and dpbtrs on S.
@@ -57,25 +68,32 @@ impl Rival {
         match self {
             Self::Solver(choice) => choice.family(),
             Self::Refined(choice) => choice.family() + REFINE,
+            Self::Many(choice) => choice.family() + MANY,
             other => other.to_string(),
         }
     }
 
-    /// Cables that it solves at a time.
+    /// Cables, or right-hand sides of one cable, that it solves at a time.
     #[must_use]
     pub fn cables(&self) -> usize {
         match self {
-            Self::Batch => BATCH,
+            Self::Batch | Self::Many(_) => BATCH,
             _ => 1,
         }
     }
 
     fn iterates(&self) -> bool {
-        matches!(self, Self::Solver(c) | Self::Refined(c) if c.backend.is_iterative())
+        matches!(
+            self,
+            Self::Solver(c) | Self::Refined(c) | Self::Many(c) if c.backend.is_iterative()
+        )
     }
 
     pub(super) fn is_dense(&self) -> bool {
-        matches!(self, Self::Solver(c) | Self::Refined(c) if matches!(c.backend, Backend::Dense(_)))
+        matches!(
+            self,
+            Self::Solver(c) | Self::Refined(c) | Self::Many(c) if matches!(c.backend, Backend::Dense(_))
+        )
     }
 
     /// Fails where it is not compiled in or an option is out of its range.
@@ -84,7 +102,7 @@ impl Rival {
     /// [`SolveError::NotCompiled`], [`SolveError::InvalidOption`].
     pub fn check(&self) -> Result<(), SolveError> {
         match self {
-            Self::Solver(choice) | Self::Refined(choice) => choice.check(),
+            Self::Solver(choice) | Self::Refined(choice) | Self::Many(choice) => choice.check(),
             Self::Lapack(_) if !cfg!(feature = "lapack") => Err(NO_LAPACK),
             _ => Ok(()),
         }
@@ -96,6 +114,7 @@ impl fmt::Display for Rival {
         match self {
             Self::Solver(choice) => choice.fmt(f),
             Self::Refined(choice) => write!(f, "{choice}{REFINE}"),
+            Self::Many(choice) => write!(f, "{choice}{MANY}"),
             Self::Batch => f.write_str("batch"),
             Self::Lapack(Triangle::Lower) => f.write_str("lapack:lower"),
             Self::Lapack(Triangle::Upper) => f.write_str("lapack:upper"),
@@ -113,23 +132,24 @@ impl FromStr for Rival {
             "lapack:upper" => return Ok(Self::Lapack(Triangle::Upper)),
             _ => {}
         }
-        let (name, refined) = match text.strip_suffix(REFINE) {
-            Some(name) => (name, true),
-            None => (text, false),
+        let (name, suffix) = text.split_at(text.find('+').unwrap_or(text.len()));
+        let make = match suffix {
+            "" => Self::Solver,
+            REFINE => Self::Refined,
+            MANY => Self::Many,
+            _ => return Err(format!("`{text}`: after NAME may stand {REFINE} or {MANY}")),
         };
         let choice: Choice = name.parse().map_err(|e| {
-            format!("{e}; this sweep also knows batch, lapack:lower, lapack:upper and NAME{REFINE}")
+            format!(
+                "{e}; this sweep also knows batch, lapack:lower, lapack:upper, NAME{REFINE} and NAME{MANY}"
+            )
         })?;
-        if refined && choice.form == Form::Kkt {
+        if suffix == REFINE && choice.form == Form::Kkt {
             return Err(format!(
                 "`{text}`: refinement from the pieces is for S: drop `/kkt`"
             ));
         }
-        Ok(if refined {
-            Self::Refined(choice)
-        } else {
-            Self::Solver(choice)
-        })
+        Ok(make(choice))
     }
 }
 

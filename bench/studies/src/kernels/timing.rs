@@ -4,6 +4,7 @@ use super::VISIT;
 use super::case::{Case, System, failed, multipliers};
 use super::rival::{BATCH, Rival};
 use std::time::{Duration, Instant};
+use taut_ground::choice::Choice;
 use taut_integrator::{Form, StepError, Stepper};
 #[cfg(feature = "lapack")]
 use taut_rivals::lapack::Band;
@@ -31,6 +32,14 @@ enum Work<'a> {
         form: Form,
         x: Vec<f64>,
     },
+    Many {
+        solver: Box<dyn LinearSolver>,
+        a: &'a SymBlockMatrix,
+        /// The first column and its multiples.
+        b: Vec<f64>,
+        form: Form,
+        x: Vec<f64>,
+    },
     Refined {
         stepper: Box<Stepper>,
         tension: &'a [f64],
@@ -54,18 +63,27 @@ impl<'a> Work<'a> {
     fn new(case: &'a Case, rival: &Rival) -> Result<Self, StepError> {
         match rival {
             Rival::Solver(choice) => {
-                let mut solver = choice.backend.create().map_err(failed)?;
-                let system = match choice.form {
-                    Form::Kkt => case.kkt(),
-                    _ => case.schur(),
-                };
-                solver.analyze(system.0.pattern()).map_err(failed)?;
+                let (solver, system) = analyzed(case, choice)?;
                 Ok(Self::Solver {
                     solver,
                     system,
                     iterates: choice.backend.is_iterative(),
                     form: choice.form,
                     x: vec![0.0; system.1.len()],
+                })
+            }
+            Rival::Many(choice) => {
+                let (solver, (a, first)) = analyzed(case, choice)?;
+                let multiples = (1..=BATCH).map(|k| k as f64);
+                let b: Vec<f64> = multiples
+                    .flat_map(|k| first.iter().map(move |b| k * b))
+                    .collect();
+                Ok(Self::Many {
+                    solver,
+                    a,
+                    form: choice.form,
+                    x: vec![0.0; b.len()],
+                    b,
                 })
             }
             Rival::Refined(choice) => Ok(Self::Refined {
@@ -127,6 +145,15 @@ impl<'a> Work<'a> {
                     solver.solve(a, b, x).map_err(failed)?;
                 }
             }
+            Self::Many {
+                solver, a, b, x, ..
+            } => {
+                for _ in 0..passes {
+                    solver.factorize(a).map_err(failed)?;
+                    x.fill(0.0);
+                    solver.solve_many(a, b, x).map_err(failed)?;
+                }
+            }
             Self::Batch {
                 solver, a, b, x, ..
             } => {
@@ -180,6 +207,18 @@ impl<'a> Work<'a> {
                 Form::Kkt => of(*system, x, &multipliers(system.0, x)),
                 _ => of(*system, x, x),
             },
+            Self::Many { a, b, form, x, .. } => {
+                let dim = a.dim();
+                let mu = match form {
+                    Form::Kkt => multipliers(a, &x[..dim]),
+                    _ => x[..dim].to_vec(),
+                };
+                let mut errors = of((a, &b[..dim]), &x[..dim], &mu)?;
+                for (b, x) in b.chunks(dim).zip(x.chunks(dim)).skip(1) {
+                    errors.widen(backward_error(a, b, x).map_err(failed)?);
+                }
+                Ok(errors)
+            }
             Self::Refined { stepper, .. } => {
                 let (a, b, x) = stepper.system();
                 of((a, b), x, x)
@@ -192,10 +231,7 @@ impl<'a> Work<'a> {
                 let first = of_cable(0);
                 let mut errors = of(case.schur(), &first, &first)?;
                 for (cable, (a, b)) in systems.iter().enumerate().skip(1) {
-                    let other = backward_error(a, b, &of_cable(cable)).map_err(failed)?;
-                    let largest = &mut errors.backward;
-                    largest.normwise = largest.normwise.max(other.normwise);
-                    largest.componentwise = largest.componentwise.max(other.componentwise);
+                    errors.widen(backward_error(a, b, &of_cable(cable)).map_err(failed)?);
                 }
                 Ok(errors)
             }
@@ -204,6 +240,19 @@ impl<'a> Work<'a> {
         }
     }
 }
+
+/// A solver that has analysed its system of a case.
+fn analyzed<'a>(case: &'a Case, choice: &Choice) -> Result<Analyzed<'a>, StepError> {
+    let mut solver = choice.backend.create().map_err(failed)?;
+    let system = match choice.form {
+        Form::Kkt => case.kkt(),
+        _ => case.schur(),
+    };
+    solver.analyze(system.0.pattern()).map_err(failed)?;
+    Ok((solver, system))
+}
+
+type Analyzed<'a> = (Box<dyn LinearSolver>, (&'a SymBlockMatrix, &'a [f64]));
 
 fn of_batch(e: BatchError) -> StepError {
     failed(e.error)
@@ -214,6 +263,15 @@ fn of_batch(e: BatchError) -> StepError {
 pub(super) struct Errors {
     pub(super) backward: BackwardError,
     pub(super) forward: f64,
+}
+
+impl Errors {
+    /// Takes in the backward error of another solution of the pass.
+    fn widen(&mut self, other: BackwardError) {
+        let largest = &mut self.backward;
+        largest.normwise = largest.normwise.max(other.normwise);
+        largest.componentwise = largest.componentwise.max(other.componentwise);
+    }
 }
 
 /// What a pass takes \[ns].
