@@ -115,7 +115,7 @@ pub(crate) fn self_test(
     if test.is_passed() {
         return Ok(());
     }
-    Err(Failure::Check(
+    Err(Failure::NotChecked(
         "the self-test fails: this machine is too unsteady for `--against`".to_owned(),
     ))
 }
