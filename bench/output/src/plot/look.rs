@@ -136,8 +136,8 @@ impl Look {
                 Some(Shape::Triangle)
             }
             "lu" | "group" | "minimum-degree" => Some(Shape::Square),
-            "lblt" | "refinement=0" => Some(Shape::Diamond),
-            "none" | "scene" | "many" => Some(Shape::Cross),
+            "refinement=0" => Some(Shape::Diamond),
+            "lblt" | "none" | "scene" | "many" => Some(Shape::Cross),
             _ => None,
         };
         let own = match library {
@@ -160,13 +160,13 @@ impl Look {
 /// The dashes of a solver's variant: no two of a library that are drawn together have the same.
 fn dash(shape: Shape, hollow: bool) -> Dash {
     match (shape, hollow) {
-        (Shape::Circle, false) | (Shape::Cross, true) => Dash::Solid,
+        (Shape::Circle, false) => Dash::Solid,
         (Shape::Circle, true) | (Shape::Triangle, false) => Dash::Dashed,
-        (Shape::Diamond, false) => Dash::DashDotted,
+        (Shape::Diamond, false) | (Shape::Cross, true) => Dash::DashDotted,
         (Shape::Triangle, true) => Dash::DashDotDotted,
-        (Shape::Square, false) => Dash::Dotted,
+        (Shape::Square, false) | (Shape::Diamond, true) => Dash::Dotted,
         (Shape::Square, true) => Dash::Long,
-        (Shape::Cross, false) | (Shape::Diamond, true) => Dash::Sparse,
+        (Shape::Cross, false) => Dash::Sparse,
     }
 }
 
