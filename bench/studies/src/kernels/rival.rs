@@ -12,7 +12,9 @@ use taut_solver::{Backend, SolveError};
 pub const BATCH: usize = 8;
 
 /// Who takes part besides the solvers when none is named.
-const OTHERS: [&str; 5] = [
+const OTHERS: [&str; 7] = [
+    "faer:lblt",
+    "faer:lblt/kkt",
     "banded+refine",
     "banded+many",
     "batch",
