@@ -143,7 +143,8 @@ fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() 
 }
 
 /// A package in place of this one, whose program says that each step takes a microsecond.
-const PACKAGE: &str = "[package]
+const PACKAGE: &str = "[workspace]
+[package]
 name = 'taut'
 version = '0.1.0'
 edition = '2024'
