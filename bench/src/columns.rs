@@ -1,9 +1,9 @@
 //! The columns of `taut run --columns`: any quantity of a body, joint, cable or control, by name.
 //!
 //! `NAME.QUANTITY`, split at the last dot, is of what has that name; where a body and a joint share it the quantity
-//! decides. Of a cable of segments `NAME.tension` is its largest, `NAME.3.tension` that of segment 3, from 0. A control and the quantities of the run itself are named
-//! alone. All values are those at the end of a step:
-//! forces as [`Stepper::force`] and [`Stepper::loads`] say, a joint's on its side b.
+//! decides. Of a cable of segments `NAME.tension` is its largest, `NAME.3.tension` that of segment 3, from 0. A control and
+//! the quantities of the run itself are named alone. All values are those at the end of a step: forces as
+//! [`Stepper::force`] and [`Stepper::loads`] say, a joint's on its side b.
 
 use serde::{Serialize, Serializer};
 use std::fmt;

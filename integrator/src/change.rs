@@ -3,8 +3,7 @@
 //! Surviving rows keep their multipliers, tension, windings and history: they follow their constraint by its identity, not
 //! by its number. New rows start with zero multipliers and a history of constant rates. New bodies start in the state that
 //! is given: a staggered scheme, whose velocities are half a step old, takes half a step of their acceleration back, as at
-//! the start of a run. The linear system is planned anew, as for a new scene: half a millisecond at 400 segments, of which
-//! kept buffers would save nothing. The energy balance restarts.
+//! the start of a run. The linear system is planned anew, as for a new scene. The energy balance restarts.
 
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};

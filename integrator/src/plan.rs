@@ -115,8 +115,8 @@ impl Plan {
         })
     }
 
-    /// Bodies, six rows each and three of a point mass, and constraints, each body just before the first constraint that acts on it: in this order no pivot
-    /// rests on Σ alone, so that rigid rows (Σ = 0) have one too.
+    /// Bodies, six rows each and three of a point mass, and constraints, each body just before the first constraint that
+    /// acts on it: in this order no pivot rests on Σ alone, so that rigid rows (Σ = 0) have one too.
     fn kkt(scene: &Scene, rows: &Linearized, order: &[usize]) -> Result<Self, SolveError> {
         let mut block = Vec::new();
         let mut body_block = vec![usize::MAX; scene.bodies.len()];

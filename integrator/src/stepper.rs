@@ -19,7 +19,8 @@ use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equil
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
 use taut_solver::{
-    Backend, Capabilities, Foreign, LinearSolver, RefineScratch, SolveError, SymBlockMatrix,
+    Backend, Capabilities, DenseOptions, Foreign, LinearSolver, RefineScratch, SolveError,
+    SymBlockMatrix,
 };
 
 use balance::Account;
@@ -131,8 +132,8 @@ impl Stepper {
     /// A stepper with a solver that is at hand as a value, of any crate, instead of the one that `options.backend` names,
     /// which it then stands for. What the solver can do is believed: the form is refused that it does not take, its
     /// iterations start from the last multipliers. It goes on through [`change`](Self::change). Equilibria are found with
-    /// the first direct backend compiled in. A run that was saved is restored where the solver is
-    /// [registered](taut_solver::register).
+    /// the first direct backend compiled in. A saved run is restored where a solver of that name is
+    /// [registered](taut_solver::register); that of a solver called like a backend of this crate is refused.
     ///
     /// A solver of unknown quality can be handed over as [`Checked`](taut_solver::Checked).
     ///
@@ -151,7 +152,10 @@ impl Stepper {
         scene.validate()?;
         options.validate()?;
         if std::mem::take(&mut scene.start_in_equilibrium) {
-            let direct = Backend::preferred().map_err(at_start)?;
+            let mut all = Backend::all().into_iter();
+            let direct = all.find(|b| b.is_compiled() && !b.is_iterative());
+            // The dense solver is always there.
+            let direct = direct.unwrap_or(Backend::Dense(DenseOptions::default()));
             scene = equilibrium::static_equilibrium(scene, &direct)?;
         }
         Self::build(scene, options, &mut Some(solver))

@@ -356,6 +356,14 @@ impl fmt::Display for Backend {
                 Precision::Double => ":double",
                 Precision::Extended => ":extended",
             }),
+            // Handed over as a value: no text means this one.
+            Self::Foreign { solver, .. }
+                if Self::built_in()
+                    .iter()
+                    .any(|b| b.name() == solver.entry.name) =>
+            {
+                f.write_str(":handed-over")
+            }
             Self::Foreign { options, .. } if options.is_empty() => Ok(()),
             Self::Foreign { options, .. } => write!(f, ":{options}"),
         }

@@ -161,13 +161,16 @@ impl Checked {
         let report = self.call(phase, |inner| work(inner, x))?;
         if let Some(row) = x.iter().position(|x| !x.is_finite()) {
             let rows = x.iter().filter(|x| x.to_bits() == UNWRITTEN).count();
-            return Err(self.fault(if rows > 0 {
-                Fault::Unwritten { rows, of: x.len() }
+            let block = a.pattern().block_of_row(row);
+            return Err(if rows > 0 {
+                self.fault(Fault::Unwritten { rows, of: x.len() })
+            } else if report.is_claim() {
+                self.fault(Fault::NotFinite { block })
             } else {
-                Fault::NotFinite {
-                    block: a.pattern().block_of_row(row),
-                }
-            }));
+                // An iteration that diverged, and says so.
+                let what = "solution";
+                SolveError::NonFinite { what, block }
+            });
         }
         self.solves = self.solves.wrapping_add(1);
         if report.is_claim() && (self.solves <= FIRST || self.solves.is_multiple_of(EVERY)) {

@@ -45,7 +45,7 @@ pub struct Foreign {
     pub create: fn(&str) -> Result<Box<dyn LinearSolver>, SolveError>,
 }
 
-/// By name: no two that are registered share one.
+/// By name and capabilities: no two that are registered share a name.
 impl PartialEq for Foreign {
     fn eq(&self, other: &Self) -> bool {
         self.entry.name == other.entry.name && self.capabilities == other.capabilities
@@ -53,7 +53,7 @@ impl PartialEq for Foreign {
 }
 
 impl Foreign {
-    /// Stands for a solver that is at hand as a value: it has a name, but no other can be made.
+    /// Stands for a solver that is at hand as a value: others are made where one of its name is registered.
     #[must_use]
     pub fn of(solver: &dyn LinearSolver, capabilities: Capabilities) -> Self {
         Self {
@@ -66,7 +66,9 @@ impl Foreign {
     /// A solver with these options, [`Checked`].
     pub(crate) fn make(&self, options: &str) -> Result<Checked, SolveError> {
         let name = self.entry.name;
-        let made = caught(name, "create", || (self.create)(options))?;
+        let known = registered().iter().find(|known| known.entry.name == name);
+        let create = known.map_or(self.create, |known| known.create);
+        let made = caught(name, "create", || create(options))?;
         Ok(Checked::new(name, made, self.tolerance(options)))
     }
 

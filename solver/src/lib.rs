@@ -72,6 +72,8 @@
 //! - feral 0.22 (MIT, multifrontal L B Lᵀ): it fails [`agreement::check`]. It factorises a matrix of zeros as a regular
 //!   one, and a build with debug assertions panics inside it where numbers of a finite matrix overflow.
 //! - QDLDL: there is no crate of it by itself; Clarabel holds one as a part of its conic solver.
+//! - MINRES on the KKT matrix: a first version called iterates converged whose residuals were up to 14 times its
+//!   tolerance. What an iteration of an indefinite system may claim at roundoff comes first.
 //! - CHOLMOD: the bindings need a build of SuiteSparse, and its supernodal part is GPL.
 //!
 //! # Features

@@ -11,7 +11,7 @@ use taut_ground::files::{self, Output};
 use taut_ground::inputs::Inputs;
 use taut_ground::matrix::System;
 use taut_ground::matrix::dump::{self, Label};
-use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted};
+use taut_ground::matrix::sequence::{INDEX, Recorder, Wanted, Written};
 use taut_ground::{pace, source};
 use taut_integrator::Stepper;
 use taut_output::table::MARK;
@@ -36,7 +36,7 @@ pub(crate) struct DumpArgs {
     /// Steps made before the one whose system is written: 0 for the first
     #[arg(long = "step", value_name = "K", required_unless_present = "steps")]
     at: Option<u64>,
-    /// Writes a sequence instead, the systems of the steps after A, A + 1, … B − 1 others: one matrix for each pattern,
+    /// Writes a sequence instead, the systems of steps A to B − 1, counted from 0: one matrix for each pattern,
     /// arrays of values and right-hand sides with a column a step, and `sequence.csv`
     #[arg(long, value_name = "A..B", value_parser = range, conflicts_with_all = ["at", "name"])]
     steps: Option<Range<u64>>,
@@ -206,8 +206,14 @@ fn record(
 }
 
 /// Names the files of a sequence, and the changes of its pattern.
-fn tell((files, stretches): (Vec<PathBuf>, usize), console: Console) -> Result<(), Failure> {
-    for path in files {
+fn tell(written: Written, console: Console) -> Result<(), Failure> {
+    for name in written.inexact {
+        files::complain(&format!(
+            "no exact solutions of {name}.mtx are written: they are out of reach"
+        ));
+    }
+    let stretches = written.stretches;
+    for path in written.files {
         files::print(&format!("{}\n", path.display()))?;
     }
     if stretches > 1 {

@@ -163,10 +163,17 @@ fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Record {
         form: choice.form,
     };
     let mut steps = Steps::default();
-    let mut failed = go_through(sequence, &choice, &mut steps).err();
+    let told = |e: SolveError, steps: &Steps| {
+        let step = sequence.first + steps.solve_ns.len() as u64;
+        format!("step {step}: {e}")
+    };
+    let mut failed = go_through(sequence, &choice, &mut steps)
+        .err()
+        .map(|e| told(e, &steps));
     for _ in 1..PASSES {
         let mut again = Steps::default();
-        failed = failed.or(go_through(sequence, &choice, &mut again).err());
+        let result = go_through(sequence, &choice, &mut again);
+        failed = failed.or(result.err().map(|e| told(e, &again)));
         let shorten = |times: &mut [f64], again: &[f64]| {
             times
                 .iter_mut()
@@ -177,8 +184,6 @@ fn row(sequence: &Sequence, choice: &Choice, limit: usize) -> Record {
         shorten(&mut steps.factorize_ns, &again.factorize_ns);
         shorten(&mut steps.solve_ns, &again.solve_ns);
     }
-    let solved = steps.solve_ns.len();
-    let failed = failed.map(|e| format!("step {}: {e}", sequence.first + solved as u64));
     record(&choice, limit, sequence.first, steps, failed)
 }
 

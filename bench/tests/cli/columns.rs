@@ -138,6 +138,17 @@ fn what_comes_and_goes_is_told_and_followed() {
     assert!(last[6].expect("a speed") > 0.2, "the trolley goes on");
     let told = good(&at, &run.replace("--columns", "--out - --columns"));
     assert_eq!(told.lines().count(), 91);
+    let run = "run crane.toml --time 0.1 --out - --columns";
+    let (_, ends) = table(&good(&at, &format!("{run} rope.0.tension,rope.29.tension")));
+    // 28 segments of steel of 12 mm, 20 m long with two more, hang between the two.
+    let between = ends[0][0].expect("a tension") - ends[0][1].expect("a tension");
+    let rope = 7850.0 * std::f64::consts::PI * 0.006_f64.powi(2) * 20.0 * 9.81;
+    assert!(
+        (between / rope - 29.0 / 30.0).abs() < 0.05,
+        "{between} {rope}"
+    );
+    let none = format!("{run} rope.30.tension");
+    refused(&at, &none, &["`rope.30.tension`", "30 segments"]);
     let told = good(&at, "run crane.toml --time 1.5");
     assert!(told.contains("event  t = 0.5000 s: slip"), "{told}");
 }

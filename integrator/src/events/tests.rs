@@ -216,12 +216,12 @@ fn events_of_what_is_not_there_are_refused_by_name() {
         says(now(), vec![Action::Attach { name, between }], words);
     }
     let between = Box::new([Vector3::x(), Vector3::y()].map(Frame::world));
-    let tie = |between: &Box<[Frame; 2]>| Action::Attach {
+    let tie = |between: &[Frame; 2]| Action::Attach {
         name: "hook".to_owned(),
-        between: between.clone(),
+        between: Box::new(*between),
     };
     says(now(), vec![tie(&between)], "`hook`");
-    // Two that would have one name: whichever comes first, the other could not be carried out.
+    // Two that would have one name.
     let sound = Box::new([Frame::world(Vector3::x()), Frame::body(0, Vector3::zeros())]);
     says(
         now(),

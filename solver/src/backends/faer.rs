@@ -3,9 +3,9 @@
 //! All but LU eliminate in the order of the pattern: for a chain it has no fill, and faer's reordering would only
 //! cost. The fill, the index maps and all memory are made in `analyze`; `factorize` and `solve` allocate nothing, except
 //! that faer's dense product, used where there is much fill, makes its work space at its first use in a thread. LDLᵀ does
-//! not pivot, so that it is for positive definite and quasi-definite matrices; L B Lᵀ pivots within panels (`lblt`). Nothing is regularised. All three refuse matrices
-//! that are singular to rounding, of which faer itself would take most (`singularity`); what an LDLᵀ with pivots of both signs
-//! loses shows in its residual alone.
+//! not pivot, so that it is for positive definite and quasi-definite matrices; L B Lᵀ pivots within panels (`lblt`). Nothing
+//! is regularised. All three refuse matrices that are singular to rounding, of which faer itself would take most
+//! (`singularity`); what an LDLᵀ with pivots of both signs loses shows in its residual alone.
 //!
 //! LU exchanges rows. From `analyze` it has the column order (COLAMD) and the work space; it fills in as the pivots fall,
 //! so that the first `factorize` allocates the factors, and later ones only where the pivots fall otherwise and the

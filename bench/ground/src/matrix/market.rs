@@ -84,6 +84,8 @@ pub struct Market {
     pub rows: usize,
     /// Number of columns.
     pub columns: usize,
+    /// Whether the file holds an array, all values column by column; else coordinates.
+    pub array: bool,
     /// Whether the entries are those of the lower triangle of a symmetric matrix.
     pub symmetric: bool,
     /// Row and column from 0, and value, in the order of the file; of an array all that are not zero or that stand in a
@@ -311,6 +313,7 @@ impl<R: BufRead> Reader<'_, R> {
             other => return unsupported(other, "the symmetries are `general` and `symmetric`"),
         };
         self.market.symmetric = symmetric;
+        self.market.array = array;
         Ok(Banner { array, integer })
     }
 

@@ -15,7 +15,7 @@
 
 mod record;
 
-pub use record::{Recorder, Wanted};
+pub use record::{Recorder, Wanted, Written};
 
 use super::market::{self, MarketError};
 use super::{Matrix, matrix_of, shape};
@@ -108,7 +108,10 @@ impl Systems {
 
     fn of(matrix: SymBlockMatrix) -> Self {
         Self {
-            places: places(&matrix),
+            places: entries(&matrix)
+                .into_iter()
+                .map(|(.., place)| place)
+                .collect(),
             matrix,
             values: Vec::new(),
             rhs: Vec::new(),
@@ -126,8 +129,8 @@ impl Systems {
     }
 }
 
-/// Where the entries of the lower triangle stand in the values, column by column as in a file.
-fn places(a: &SymBlockMatrix) -> Vec<[usize; 2]> {
+/// The entries of the lower triangle, column by column as in a file: column, row, and where they stand in the values.
+fn entries(a: &SymBlockMatrix) -> Vec<(usize, usize, [usize; 2])> {
     let p = a.pattern();
     let mut entries = Vec::new();
     for j in 0..p.blocks() {
@@ -146,7 +149,7 @@ fn places(a: &SymBlockMatrix) -> Vec<[usize; 2]> {
         }
     }
     entries.sort_unstable_by_key(|&(c, r, _)| (c, r));
-    entries.into_iter().map(|(_, _, place)| place).collect()
+    entries
 }
 
 /// Why a sequence is not read or written.
@@ -280,6 +283,7 @@ fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
         let mut words = line.split(',');
         let step = words.next().and_then(|w| w.parse::<u64>().ok());
         let time = words.next().and_then(|w| w.parse::<f64>().ok());
+        let time = time.filter(|time| time.is_finite());
         let stretch = words.next().and_then(|w| w.parse::<usize>().ok());
         let (Some(step), Some(time), Some(stretch), None) = (step, time, stretch, words.next())
         else {
@@ -330,10 +334,21 @@ fn read_systems(folder: &Path, name: &str, steps: usize) -> Result<Systems, Sequ
         return Err(shape(&path, message).into());
     };
     let mut systems = Systems::of(matrix);
-    if systems.places.len() != market.entries.len() {
-        let (found, all) = (market.entries.len(), systems.places.len());
+    let all = entries(&systems.matrix);
+    if all.len() != market.entries.len() {
+        let (found, all) = (market.entries.len(), all.len());
         let message =
             format!("{found} entries, where the blocks hold {all}: it has to hold them all");
+        return Err(shape(&path, message).into());
+    }
+    // The rows of the values follow them.
+    let mut both = all.iter().zip(&market.entries);
+    if let Some((_, (row, column, _))) = both.find(|(a, b)| (a.0, a.1) != (b.1, b.0)) {
+        let message = format!(
+            "entry ({}, {}) is out of order: entries stand column by column, each once",
+            row + 1,
+            column + 1
+        );
         return Err(shape(&path, message).into());
     }
     let array = |what: &str, rows: usize| {
@@ -357,6 +372,10 @@ fn read_array(path: &Path, rows: usize, columns: usize) -> Result<Vec<Vec<f64>>,
             "{} × {} numbers, where its matrix and {INDEX} ask for {rows} × {columns}",
             market.rows, market.columns
         );
+        return Err(shape(path, message).into());
+    }
+    if !market.array || market.symmetric {
+        let message = "it has to be an `array real general`".to_owned();
         return Err(shape(path, message).into());
     }
     let mut array = vec![vec![0.0; rows]; columns];

@@ -5,6 +5,7 @@ use super::case::{Case, System, failed, multipliers};
 use super::rival::{BATCH, Rival};
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
+use taut_ground::errors::worse;
 use taut_integrator::{Form, StepError, Stepper};
 #[cfg(feature = "lapack")]
 use taut_rivals::lapack::Band;
@@ -269,8 +270,8 @@ impl Errors {
     /// Takes in the backward error of another solution of the pass.
     fn widen(&mut self, other: BackwardError) {
         let largest = &mut self.backward;
-        largest.normwise = largest.normwise.max(other.normwise);
-        largest.componentwise = largest.componentwise.max(other.componentwise);
+        largest.normwise = worse(largest.normwise, other.normwise);
+        largest.componentwise = worse(largest.componentwise, other.componentwise);
     }
 }
 

@@ -22,7 +22,7 @@ pub(crate) const STUDY: Study = Study {
     details: "The answer goes to standard output, all rows to target/taut/bench.json (or --json), and a page of plots and tables to target/taut/report.html, with its data in bench.report.json beside it.",
     examples: &[
         "--segments 24 --ratios 1,1e5 --backends banded,umfpack/kkt,cg:group",
-        "--scene tower_crane.toml,gantry --set gravity=3.7",
+        "--scene integrator/examples/tower_crane.toml,gantry --set gravity=3.7",
         "--scene ring,net --quick",
     ],
     mark: ("", "fastest_at"),

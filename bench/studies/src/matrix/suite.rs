@@ -467,7 +467,7 @@ pub fn generate_sequence(
         pace::step(&mut stepper).map_err(SequenceError::Step)?;
         progress.inc(1);
     }
-    let (files, _) = recorder.finish()?;
+    let files = recorder.finish()?.files;
     let size = |path: &PathBuf| std::fs::metadata(path).map_or(0, |m| m.len());
     Ok(files.iter().map(size).sum())
 }

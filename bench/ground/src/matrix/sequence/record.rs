@@ -39,6 +39,19 @@ pub struct Recorder {
     lines: Vec<String>,
     /// Files that are written.
     files: Vec<PathBuf>,
+    /// Systems without the solutions that were asked for.
+    inexact: Vec<String>,
+}
+
+/// What [`Recorder::finish`] has written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// Its files.
+    pub files: Vec<PathBuf>,
+    /// Number of stretches.
+    pub stretches: usize,
+    /// Matrix files whose exact solutions were asked for and are out of reach.
+    pub inexact: Vec<String>,
 }
 
 impl Recorder {
@@ -56,6 +69,7 @@ impl Recorder {
             numbers: 0,
             lines: Vec::new(),
             files: Vec::new(),
+            inexact: Vec::new(),
         })
     }
 
@@ -93,11 +107,11 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes what is left and the index. Returns the files, and the number of stretches.
+    /// Writes what is left and the index.
     ///
     /// # Errors
     /// A file that cannot be written.
-    pub fn finish(mut self) -> Result<(Vec<PathBuf>, usize), SequenceError> {
+    pub fn finish(mut self) -> Result<Written, SequenceError> {
         self.end_stretch()?;
         let path = self.wanted.folder.join(INDEX);
         Output::open(&path)?.write(|out| {
@@ -107,7 +121,11 @@ impl Recorder {
                 .try_for_each(|line| writeln!(out, "{line}"))
         })?;
         self.files.push(path);
-        Ok((self.files, self.written))
+        Ok(Written {
+            files: self.files,
+            stretches: self.written,
+            inexact: self.inexact,
+        })
     }
 
     fn end_stretch(&mut self) -> Result<(), SequenceError> {
@@ -154,7 +172,11 @@ impl Recorder {
         let told = "values: a column a step, a row for each entry of the matrix file, in its order";
         put("_values", &array(&systems.values, told))?;
         put("_rhs", &array(&systems.rhs, "b: a column a step"))?;
-        if *exact && let Some(x) = solutions(systems) {
+        if *exact {
+            let Some(x) = solutions(systems) else {
+                self.inexact.push(name.to_owned());
+                return Ok(());
+            };
             let told = "x: a column a step, the solution of A x = b in 32 digits, rounded";
             put("_exact", &array(&x, told))?;
         }

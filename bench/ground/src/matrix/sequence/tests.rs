@@ -52,7 +52,9 @@ fn recorded(name: &str, gzip: bool) -> (PathBuf, Vec<BothForms>) {
         }
         recorded.step().expect("steps");
     }
-    let (files, stretches) = recorder.finish().expect("written");
+    let Written {
+        files, stretches, ..
+    } = recorder.finish().expect("written");
     assert_eq!((files.len(), stretches), (1 + 2 * 2 * 4, 2));
     (folder, systems)
 }
@@ -63,7 +65,8 @@ fn lower(a: &SymBlockMatrix) -> Vec<f64> {
     values
 }
 
-/// The systems of an unrecorded run, to the last bit but for the sign of zeros, in two stretches: the second without the load's joint.
+/// The systems of an unrecorded run, to the last bit but for the sign of zeros, in two stretches: the second without the
+/// load's joint.
 #[test]
 fn a_sequence_comes_back_as_it_was() {
     for gzip in [false, true] {
