@@ -142,6 +142,20 @@ fn a_faulty_folder_is_refused_with_the_file_at_fault() {
     refused("kkt_2_rhs.mtx", &cut, &["kkt_2_rhs.mtx"]);
     let dense = swapped("coordinate real symmetric", "coordinate real general");
     refused("schur_1.mtx", &dense, &["schur_1.mtx"]);
+    // Rows of values stand for entries by their order.
+    let exchanged = |text: String| {
+        let mut lines: Vec<&str> = text.lines().collect();
+        let last = lines.len() - 1;
+        lines.swap(last, last - 1);
+        Some(lines.join("\n") + "\n")
+    };
+    refused("kkt_1.mtx", &exchanged, &["kkt_1.mtx", "out of order"]);
+    let sparse = |text: String| {
+        let sizes = text.lines().find(|l| !l.starts_with('%'))?.to_owned();
+        let heading = "%%MatrixMarket matrix coordinate real general";
+        Some(format!("{heading}\n{sizes} 1\n1 1 1\n"))
+    };
+    refused("schur_1_rhs.mtx", &sparse, &["schur_1_rhs.mtx", "array"]);
     assert_eq!(read(&folder).expect("as it was").len(), 6);
     fs::remove_dir_all(folder).expect("removed");
 }
