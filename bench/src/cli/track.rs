@@ -18,10 +18,10 @@ const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
-`--against` starts the base and this program ten times each and times blocks of some milliseconds in turns: base, head, head,
-base. It prints the ratio of the times with a bootstrap interval of 99 %. Two builds of the same sources may differ by a
-percent, by where their code lies. `--self-test` checks this on this machine: the slowed program spins after each step for
-10 % of its time.
+`--against` starts the base and this program twenty times each and times blocks of some milliseconds in turns: base, head,
+head, base. It prints the ratio of the times with a bootstrap interval of 95 %. Two builds of the same sources may differ by
+a percent, by where their code lies. `--self-test` checks this on this machine: the slowed program spins after each step for
+10 % of its time, and each of its figures has to fail.
 
 Exit code 1: a figure fails. Exit code 3: none fails, but instructions that were to be counted are compared with nothing.
 A commit that changes the baseline says why. Workflows to copy: `bench/ci`.

@@ -1,8 +1,9 @@
 //! Two programs in turns: base and head, each in processes of its own, asked in the order base, head, head, base.
 //!
 //! Each such quad gives one ratio of the head's time to the base's, free of what slows the machine steadily or ever more.
-//! Some quads make a round. A round starts both programs anew, for where a process lies in memory costs or gains it a
-//! percent until it ends. [`Ratio`] is the median of all, with its interval.
+//! Some quads make a round. A round starts both programs anew, for where a process lies in memory costs or gains it some
+//! percent until it ends: many short rounds tell more than a few long ones. [`Ratio`] is the median of all, with its
+//! interval.
 //!
 //! A figure fails where the interval is above 1 and the ratio above 1 + [`SLOWER`]. Instructions nearly repeat, and fail
 //! above 1 + [`SMALL`] where a cable has 24 segments, above 1 + [`TOLERANCE`] elsewhere.
@@ -47,15 +48,15 @@ pub struct Effort {
 impl Effort {
     /// What finds a difference of a percent.
     pub const FULL: Self = Self {
-        rounds: 10,
-        quads: 12,
+        rounds: 20,
+        quads: 6,
         block: Duration::from_millis(4),
     };
 
     /// What finds some percent.
     pub const QUICK: Self = Self {
-        rounds: 8,
-        quads: 6,
+        rounds: 16,
+        quads: 3,
         block: Duration::from_millis(3),
     };
 }
@@ -211,7 +212,7 @@ impl<'a> Sample<'a> {
             }
         };
         let quads = if is_minute {
-            effort.quads.div_ceil(6)
+            effort.quads.div_ceil(3)
         } else {
             effort.quads
         };
