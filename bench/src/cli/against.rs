@@ -4,7 +4,7 @@ use super::Failure;
 use super::console::Console;
 use super::track::{TrackArgs, append, history};
 use crate::machine::Machine;
-use crate::track::{self, Case, Compared, Effort, Program, Verdict, Versus};
+use crate::track::{self, Case, Compared, Effort, Measure, Program, Verdict, Versus};
 use std::io;
 use taut_ground::files::{self, Output};
 
@@ -83,10 +83,15 @@ fn versus(args: &TrackArgs, base: Program) -> Result<Versus, Failure> {
 
 fn verdict(compared: &[Compared]) -> Result<(), Failure> {
     let count = |verdict| compared.iter().filter(|c| c.verdict == verdict).count();
+    let uncounted = |c: &&Compared| c.measure == Measure::Instructions && c.ratio.is_none();
+    let uncounted = compared.iter().filter(uncounted).count();
     match (count(Verdict::Fail), count(Verdict::NotMeasured)) {
         (0, n) if n == compared.len() => Err(Failure::NotChecked(
             "nothing was compared: the notes say why".to_owned(),
         )),
+        (0, _) if uncounted > 0 => Err(Failure::NotChecked(format!(
+            "the instructions of {uncounted} cases are compared with nothing: the notes say why"
+        ))),
         (0, _) => Ok(()),
         (n, _) => Err(Failure::Check(format!(
             "{n} of {} figures fail against the base",
