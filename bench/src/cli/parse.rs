@@ -156,6 +156,7 @@ mod tests {
             }) else {
                 continue;
             };
+            let arguments = arguments.split(" || ").next().unwrap_or_default();
             parsed(&format!("taut track{arguments}")).unwrap_or_else(|e| panic!("{line}: {e}"));
             seen += 1;
         }

@@ -17,7 +17,7 @@ pub struct SelfTest {
     pub trials: usize,
     /// Of this program with itself, those without a failure.
     pub same: usize,
-    /// Of this program with itself made slower by [`SLOWED`], those in which every figure fails.
+    /// Of this program with itself made slower by a tenth, those in which every figure fails.
     pub slowed: usize,
     /// The least and the greatest ratio of the first kind.
     pub same_ratios: [f64; 2],
@@ -33,7 +33,7 @@ impl SelfTest {
     }
 }
 
-/// Compares this program so many times with itself, and as often with itself made slower by [`SLOWED`], in turns.
+/// Compares this program so many times with itself, and as often with itself made slower by a tenth, in turns.
 ///
 /// # Errors
 /// [`PeerError`]; a figure that cannot be measured is a comparison that came out wrong.
