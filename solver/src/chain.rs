@@ -76,8 +76,10 @@ pub(crate) struct Chain {
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Aligned,
     scratch: Box<ScratchOfTwo>,
-    /// D⁻¹ L⁻¹ b between the forward and the backward pass, of two right-hand sides.
+    /// D⁻¹ L⁻¹ b between the forward and the backward pass; a border's vectors are as long.
     half: Vec<f64>,
+    /// The same of two right-hand sides.
+    half_of_two: Vec<f64>,
 }
 
 impl Chain {
@@ -95,7 +97,8 @@ impl Chain {
         Some(Self {
             factor: Aligned::new(2 * (steps + 1) * layout::per_step(size)),
             scratch: Box::new(ScratchOfTwo::new()),
-            half: vec![0.0; 4 * (steps + 1) * size],
+            half: vec![0.0; 2 * (steps + 1) * size],
+            half_of_two: vec![0.0; 4 * (steps + 1) * size],
             places,
             level,
         })
@@ -153,7 +156,7 @@ impl Chain {
                 places: &self.places,
                 factor: self.factor.as_slice(),
                 b: b,
-                z: &mut self.half,
+                z: &mut self.half_of_two,
                 x: x,
             }
         );
