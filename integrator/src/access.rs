@@ -109,7 +109,9 @@ impl Stepper {
         );
         self.history.forget(&rows.phi_t);
         rows.update(&self.scene, time);
-        rows.follow_windings(&mut self.scene, time);
+        if rows.follow_windings(&mut self.scene, time) {
+            rows.update(&self.scene, time);
+        }
         Ok(())
     }
 

@@ -65,6 +65,8 @@ pub(crate) struct Bounded {
     /// Δt f without the impulses of rows at bounds.
     impulse: BodyVectors,
     wrong: Vec<usize>,
+    /// Rows that go slack and taut together: the parts of a cable over sheaves with friction.
+    chains: Vec<Vec<usize>>,
     /// Fewest wrong rows of this system yet, tries and passes left.
     fewest: usize,
     tries: usize,
@@ -90,6 +92,23 @@ impl Bounded {
             bounded.impulse = pieces.v.clone();
         }
         bounded
+    }
+
+    /// The rows of each of these chains go slack and taut together.
+    pub(crate) fn join(&mut self, chains: Vec<Vec<usize>>) {
+        self.chains = chains;
+    }
+
+    /// Whether row `k` is held at a bound, out of the system.
+    pub(crate) fn holds(&self, k: usize) -> bool {
+        self.rows[k].place != Place::Inside
+    }
+
+    /// w = b − S μ of each bounded row, into its place in `w`.
+    pub(crate) fn residuals(&self, pieces: &Pieces, mu: &[f64], w: &mut [f64]) {
+        for (k, bound) in pieces.rows.bounds.iter().enumerate() {
+            (w[bound.row], _) = residual(pieces, k, mu[bound.row]);
+        }
     }
 
     /// Puts row `k` where it is to begin with.
@@ -230,7 +249,45 @@ impl Bounded {
                 self.wrong.push(k);
             }
         }
+        self.judge_chains(pieces, mu, noise);
         self.pivot(pieces, mu, dt)
+    }
+
+    /// A chain is slack as a whole or not at all: its parts share their lengths, so that the sum of their residuals counts.
+    fn judge_chains(&mut self, pieces: &Pieces, mu: &[f64], noise: f64) {
+        let Self {
+            rows,
+            chains,
+            wrong,
+            ..
+        } = self;
+        let rows = &*rows;
+        for chain in chains {
+            let is_at = |place| move |k: &&usize| rows[**k].place == place;
+            // A limit of its winch is a part's own.
+            wrong.retain(|k| match rows[*k].place {
+                _ if !chain.contains(k) => true,
+                Place::Lower => true,
+                Place::Inside => mu[pieces.rows.bounds[*k].row] <= 0.0,
+                Place::Upper => false,
+            });
+            let slack = chain.iter().filter(is_at(Place::Upper));
+            let (w, size) = slack.clone().fold((0.0, 0.0), |(sum, sizes), &k| {
+                let (w, size) = residual(pieces, k, mu[pieces.rows.bounds[k].row]);
+                (sum + w, sizes + size)
+            });
+            if slack.clone().count() > 0 {
+                if -w > noise * size {
+                    wrong.extend(slack);
+                }
+                continue;
+            }
+            let pushes = |k: &&usize| mu[pieces.rows.bounds[**k].row] > noise;
+            let pulls = |k: &usize| mu[pieces.rows.bounds[*k].row] < -noise;
+            if !chain.iter().any(pulls) && chain.iter().any(|k| pushes(&k)) {
+                wrong.extend(chain.iter().filter(is_at(Place::Inside)));
+            }
+        }
     }
 
     fn pivot(&mut self, pieces: &mut Pieces, mu: &mut [f64], dt: f64) -> Verdict {
@@ -257,7 +314,10 @@ impl Bounded {
             self.tries -= 1;
         } else {
             // Murty's rule: the last of them alone.
-            self.wrong.drain(..self.wrong.len() - 1);
+            let last = self.wrong[self.wrong.len() - 1];
+            let with = self.chains.iter().find(|chain| chain.contains(&last));
+            self.wrong
+                .retain(|k| *k == last || with.is_some_and(|chain| chain.contains(k)));
         }
         for &k in &self.wrong {
             let bound = pieces.rows.bounds[k];

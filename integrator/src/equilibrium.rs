@@ -251,11 +251,14 @@ impl Stepper {
         let bodies = &mut self.scene.bodies;
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
+        let before = (&*self.mu, self.mu_dt);
         self.substep_start
-            .save(bodies, self.time, (&self.mu, self.mu_dt), &self.tension);
-        self.pieces.load_velocities(bodies);
+            .save(&self.scene, self.time, before, &self.tension);
+        self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.dv.clear();
         self.pieces.rows.drive(&self.scene, self.time, self.time);
+        self.slip.forget();
+        self.slip.grip(&self.scene);
         self.closing.take_drift(&self.pieces.rows, &self.tension);
         self.closing.left = (1.0 - dt / FIRST).max(0.0);
         let pass = Pass::FromRest(ACCELERATION);

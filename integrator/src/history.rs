@@ -1,8 +1,7 @@
 //! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
 
 use nalgebra::{UnitQuaternion, Vector3};
-use taut_model::Bodies;
-use taut_model::BodyVectors;
+use taut_model::{Bodies, BodyVectors, Scene};
 
 /// The moving part of [`Bodies`], and the multipliers that go with it.
 #[derive(Debug, Clone, Default)]
@@ -15,11 +14,14 @@ pub(crate) struct State {
     mu_dt: f64,
     /// λ of the geometric stiffness, which need not be `mu` over `mu_dt`.
     tension: Vec<f64>,
+    /// Lengths and cuts at the scene's capstans.
+    lengths: Vec<[f64; 3]>,
     time: f64,
 }
 
 impl State {
-    pub(crate) fn new(bodies: &Bodies, rows: usize) -> Self {
+    pub(crate) fn new(scene: &Scene, rows: usize) -> Self {
+        let bodies = &scene.bodies;
         Self {
             position: bodies.position.clone(),
             orientation: bodies.orientation.clone(),
@@ -28,18 +30,23 @@ impl State {
             mu: vec![0.0; rows],
             mu_dt: 1.0,
             tension: vec![0.0; rows],
+            lengths: vec![[0.0; 3]; scene.capstans.len()],
             time: 0.0,
         }
     }
 
-    /// Takes the state of the bodies at `time`, impulses `mu` of a step of `mu_dt`, and the tension. Allocates nothing.
+    /// Takes the state of the scene at `time`, impulses `mu` of a step of `mu_dt`, and the tension. Allocates nothing.
     pub(crate) fn save(
         &mut self,
-        bodies: &Bodies,
+        scene: &Scene,
         time: f64,
         (mu, mu_dt): (&[f64], f64),
         tension: &[f64],
     ) {
+        let bodies = &scene.bodies;
+        for (i, lengths) in self.lengths.iter_mut().enumerate() {
+            *lengths = scene.lengths_at(i);
+        }
         self.position.copy_from_slice(&bodies.position);
         self.orientation.copy_from_slice(&bodies.orientation);
         self.velocity.copy_from_slice(&bodies.velocity);
@@ -59,6 +66,13 @@ impl State {
             .angular_velocity
             .copy_from_slice(&self.angular_velocity);
         self.time
+    }
+
+    /// Puts the lengths of cables over sheaves with friction back.
+    pub(crate) fn restore_lengths(&self, scene: &mut Scene) {
+        for (i, lengths) in self.lengths.iter().enumerate() {
+            scene.put_back(i, *lengths);
+        }
     }
 
     /// Orientation of body `i`.

@@ -81,6 +81,7 @@
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | residual forces and law violations of a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
+//! | `slip` | cables that slip over sheaves with friction |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
@@ -119,6 +120,7 @@ mod report;
 mod saved;
 #[cfg(feature = "serde")]
 mod serde_forms;
+mod slip;
 mod stepper;
 
 pub use change::Edit;

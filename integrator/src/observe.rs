@@ -47,6 +47,12 @@ impl Deref for RowForces {
 }
 
 impl Stepper {
+    /// Rate at which a cable slips over each sheave with friction, in the direction of travel \[m/s], in the order of
+    /// [`Scene::capstans`]; 0 where it sticks. Of the last sub-step.
+    pub fn slip_rates(&self) -> impl Iterator<Item = f64> + '_ {
+        self.slip.rates()
+    }
+
     /// The scene in its present state.
     #[must_use]
     pub fn scene(&self) -> &Scene {

@@ -93,6 +93,12 @@ pub struct StepReport {
     pub solves: usize,
     /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off.
     pub undecided: usize,
+    /// Sheaves that cables slip over at the end of the step: see [`Stepper::slip_rates`](crate::Stepper::slip_rates).
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub slipping: usize,
+    /// Patterns of sticking and slipping that were tried and left.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub slip_passes: usize,
     /// Implicit sub-steps that the guard took instead; 0 where the linear steps were accepted.
     pub implicit_substeps: usize,
     /// Implicit sub-steps whose Newton passes did not converge at the smallest length.
@@ -121,6 +127,7 @@ pub(crate) struct Tally {
     iterations: usize,
     solves: usize,
     pub(crate) undecided: usize,
+    pub(crate) slip_passes: usize,
     pub(crate) implicit_substeps: usize,
     pub(crate) unconverged_substeps: usize,
     pub(crate) redone: bool,
@@ -137,6 +144,7 @@ impl Tally {
             iterations: 0,
             solves: 0,
             undecided: 0,
+            slip_passes: 0,
             implicit_substeps: 0,
             unconverged_substeps: 0,
             redone: false,
@@ -184,6 +192,8 @@ impl Tally {
             refinements,
             solves: self.solves,
             undecided: self.undecided,
+            slipping: 0,
+            slip_passes: self.slip_passes,
             implicit_substeps: self.implicit_substeps,
             unconverged_substeps: self.unconverged_substeps,
             redone: self.redone,

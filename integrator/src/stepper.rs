@@ -15,6 +15,7 @@ use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::report::Tally;
+use crate::slip::Slip;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
@@ -50,6 +51,8 @@ pub struct Stepper {
     pub(crate) bounded: Bounded,
     /// What they remember of their closing.
     pub(crate) closing: Closing,
+    /// Which cables slip over their sheaves.
+    pub(crate) slip: Slip,
     pub(crate) history: History,
     /// Impulses μ = Δt λ of the last solve, one a row.
     pub(crate) mu: Vec<f64>,
@@ -194,7 +197,8 @@ impl Stepper {
         pieces.rows.drive(&scene, -dt, 0.0);
         let mut history = History::new(rows, scene.bodies.len());
         history.forget(&pieces.rows.phi_t);
-        let state = State::new(&scene.bodies, rows);
+        let state = State::new(&scene, rows);
+        let slip = Slip::new(&scene, &pieces, dim);
         Ok(Self {
             time: 0.0,
             solver,
@@ -217,7 +221,12 @@ impl Stepper {
             substep_start: state,
             search: Search::new(rows, scene.bodies.len()),
             tally: Tally::start(),
-            bounded: Bounded::new(&pieces),
+            bounded: {
+                let mut bounded = Bounded::new(&pieces);
+                bounded.join(slip.chains());
+                bounded
+            },
+            slip,
             closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
             elimination,
@@ -251,6 +260,7 @@ impl Stepper {
             }
             stepper.weigh()
         })?;
+        report.slipping = self.slip.count();
         report.events = self.fire()?;
         Ok(report)
     }
@@ -329,7 +339,7 @@ impl Stepper {
         if self.options.scheme.is_staggered() {
             let before = (&*self.mu, self.mu_dt);
             self.substep_start
-                .save(&self.scene.bodies, self.time, before, &self.tension);
+                .save(&self.scene, self.time, before, &self.tension);
             self.solve_scheme(self.options.stiffness)?;
             self.pieces.update_velocity_change(&self.mu);
             if self.started {
@@ -362,6 +372,7 @@ impl Stepper {
     pub(crate) fn linearize(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.stage = Stage::Unsolved;
         let dt = self.substep();
+        self.slip.grip(&self.scene);
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
         let jv = &mut self.in_rows[0];
@@ -408,6 +419,7 @@ impl Stepper {
             &mut pieces.known,
         );
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
+        self.slip.forget();
         let stiff = stiffness != GeometricStiffness::Off;
         pieces.soften_transverse_rows(&self.tension, stiff);
         pieces.regularize(dt, jv);
@@ -456,8 +468,7 @@ impl Stepper {
     pub(crate) fn accept(&mut self) {
         self.closing.accept(&self.bounded);
         let rows = &mut self.pieces.rows;
-        rows.follow_windings(&mut self.scene, self.time);
-        let mut slipped = false;
+        let mut slipped = rows.follow_windings(&mut self.scene, self.time);
         for bound in self.bounded.at_lower().map(|k| rows.bounds[k]) {
             let constraint = &mut self.scene.constraints[bound.constraint];
             if let Constraint::MasslessCable(cable) = constraint {
@@ -489,6 +500,7 @@ impl Stepper {
         self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
+        self.slip.move_lengths(&mut self.scene, dt);
         self.stage = Stage::Advanced {
             dt,
             implicit: false,
@@ -508,6 +520,7 @@ impl Stepper {
     /// Takes back what [`update`](Self::update) did since `saved`.
     pub(crate) fn go_back(&mut self, saved: &State) {
         self.time = saved.restore(&mut self.scene.bodies);
+        saved.restore_lengths(&mut self.scene);
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.stage = Stage::Unsolved;
         self.pieces.rows.update_state(&self.scene, self.time);

@@ -18,6 +18,7 @@ mod massless_cable;
 mod motor;
 mod paper;
 mod rows;
+mod sheave;
 mod slider;
 mod spherical;
 #[cfg(test)]
@@ -34,6 +35,7 @@ pub use massless_cable::{MasslessCable, Winch};
 pub use motor::{Motor, Target};
 pub use paper::{Paper, TwistDefinition};
 pub(crate) use rows::Rows;
+pub use sheave::{Lay, Sheave};
 pub use slider::Slider;
 pub use spherical::Spherical;
 
@@ -397,9 +399,14 @@ impl Constraint {
         }
     }
 
-    /// What the compliances of the rows are to be multiplied with at time `t` (s).
-    pub(crate) fn compliance_factor(&self, t: f64) -> f64 {
+    /// What the compliances of the rows are to be multiplied with at time `t` (s), `excess` being what a cable is longer than
+    /// at rest \[m].
+    pub(crate) fn compliance_factor(&self, t: f64, excess: f64) -> f64 {
         match self {
+            Self::MasslessCable(c) if !c.sheaves.is_empty() => {
+                let excess = if c.is_part() { excess } else { 0.0 };
+                (c.length_at(t) - c.wound() + excess) / c.length
+            }
             Self::MasslessCable(c) if c.winch.is_some() => c.length_at(t) / c.length,
             _ => 1.0,
         }
@@ -441,7 +448,7 @@ impl Constraint {
             }
             Self::MasslessCable(_) | Self::LinkBend(_) => {
                 let points = self.frames().iter().any(|f| change(f) != Vector3::zeros());
-                if points || self.compliance_factor(t) != self.compliance_factor(t_next) {
+                if points || self.compliance_factor(t, 0.0) != self.compliance_factor(t_next, 0.0) {
                     self.difference(bodies, [t, t_next], phi_t);
                 }
             }
@@ -486,16 +493,20 @@ impl Constraint {
         }
     }
 
-    /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`.
-    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
+    /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`, and where a cable touches its
+    /// sheaves; whether it has any.
+    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         let sides = |frames: &[Frame; 2]| frames.map(|f| f.resolve(bodies, t));
         match self {
             Self::Spherical(_)
             | Self::Lock(_)
             | Self::Distance(_)
             | Self::Slider(_)
-            | Self::MasslessCable(_)
             | Self::LinkBend(_) => {}
+            Self::MasslessCable(c) => {
+                c.update_winding(bodies, t);
+                return !c.sheaves.is_empty();
+            }
             Self::Hinge(c) => {
                 let [a, b] = sides(&c.frames);
                 c.angle_reference = c.angle(&a, &b);
@@ -509,6 +520,7 @@ impl Constraint {
                 c.twist_reference = c.twist(&a, &b);
             }
         }
+        false
     }
 }
 

@@ -107,6 +107,7 @@ pub mod network;
 mod notes;
 mod packs;
 pub mod particles;
+pub mod reeving;
 pub mod scene;
 #[cfg(feature = "toml")]
 pub mod scene_file;
@@ -121,8 +122,8 @@ pub use body_vectors::{BodyVectors, FourBodies, PACK};
 pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
 pub use constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Loads, Lock,
-    MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Slider, Spherical, Target,
+    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, Lay, LinkBend, Loads, Lock,
+    MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Sheave, Slider, Spherical, Target,
     TwistDefinition, Winch, Wrench,
 };
 pub use error::SceneError;
@@ -139,6 +140,7 @@ pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
 pub use packs::{Four, FourJoints, Joint, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
+pub use reeving::Capstan;
 pub use scene::{Action, CableParts, Control, Drive, Event, Scene, When};
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;

@@ -229,7 +229,7 @@ impl Linearized {
             let i = self.others[k];
             let (c, rows) = (&scene.constraints[i], self.row_range(i));
             let distance = self.evaluate(scene, i, t);
-            let factor = c.compliance_factor(t);
+            let factor = c.compliance_factor(t, self.phi[rows.start]);
             let mut row = rows.start;
             for (kind, count, law) in c.parts() {
                 if kind == RowKind::Transverse {
@@ -272,15 +272,19 @@ impl Linearized {
     }
 
     /// [`update_windings`] by the angles of the last [`Linearized::update`] or
-    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s).
+    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s). Whether rows are
+    /// evaluated otherwise now than they were: those of cables over sheaves.
     ///
     /// # Panics
     /// As [`Linearized::update`].
-    pub fn follow_windings(&mut self, scene: &mut Scene, t: f64) {
+    pub fn follow_windings(&mut self, scene: &mut Scene, t: f64) -> bool {
         self.packs.follow_windings(scene, &self.phi);
+        let mut is_reeved = false;
         for &i in &self.others {
-            scene.constraints[i].update_winding(&scene.bodies, t);
+            is_reeved |= scene.constraints[i].update_winding(&scene.bodies, t);
         }
+        scene.recut();
+        is_reeved
     }
 
     /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when
@@ -447,6 +451,7 @@ pub fn update_windings(scene: &mut Scene, t: f64) {
     for c in &mut scene.constraints {
         c.update_winding(&scene.bodies, t);
     }
+    scene.recut();
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ use crate::body::{Bodies, Body};
 use crate::constraint::{Constraint, Target};
 use crate::error::SceneError;
 use crate::frame::Frame;
+use crate::reeving::Capstan;
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -84,6 +85,12 @@ pub struct Scene {
     /// The cables of segments, and what belongs to each.
     #[cfg_attr(feature = "serde", serde(default))]
     pub cables: Vec<CableParts>,
+    /// The sheaves that grip a massless cable, between the parts of it: see [`Scene::reeve`].
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    pub capstans: Vec<Capstan>,
     /// What happens by itself while a simulation runs.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: Vec<Event>,

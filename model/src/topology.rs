@@ -309,6 +309,7 @@ mod tests {
                 }),
                 sides => Constraint::MasslessCable(MasslessCable {
                     frames: sides.iter().map(|&s| frame(s)).collect(),
+                    sheaves: Vec::new(),
                     length: 1.0,
                     law: RowLaw::RIGID,
                     winch: None,

@@ -45,7 +45,7 @@ impl Stepper {
     /// One sub-step of the options, by the scheme or, where its linearisation does not hold, implicitly.
     pub(crate) fn guarded_substep(&mut self, guard: Guard) -> Result<(), StepError> {
         self.step_start.save(
-            &self.scene.bodies,
+            &self.scene,
             self.time,
             (&self.mu, self.mu_dt),
             &self.tension,
@@ -169,13 +169,14 @@ impl Stepper {
         shortest: bool,
     ) -> Result<bool, StepError> {
         self.substep_start.save(
-            &self.scene.bodies,
+            &self.scene,
             self.time,
             (&self.mu, self.mu_dt),
             &self.tension,
         );
         self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.rows.drive(&self.scene, self.time, end);
+        self.slip.forget();
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
             let first = pass == 0;
@@ -253,6 +254,7 @@ impl Stepper {
         }
         self.pieces.soften_transverse_rows(&self.tension, true);
         self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);
+        self.slip.take_out(&mut self.pieces);
         self.pieces.regularize(dt, &self.in_rows[0]);
         self.closing.leave_drift(&mut self.pieces, dt);
         self.tally.end(Phase::Linearize);
@@ -268,6 +270,8 @@ impl Stepper {
             self.turn_on(dt);
         }
         self.move_bodies(dt)?;
+        self.substep_start.restore_lengths(&mut self.scene);
+        self.slip.move_lengths(&mut self.scene, dt);
         self.pieces.rows.update_state(&self.scene, end);
         self.tally.end(Phase::Update);
         Ok(self.pieces.disagreement())

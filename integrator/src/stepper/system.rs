@@ -26,11 +26,16 @@ impl Stepper {
             let solved = self.solve_once(dt);
             self.bounded.release(&mut self.pieces);
             solved?;
+            self.slip.release(&mut self.pieces);
             let verdict = self.bounded.judge(&mut self.pieces, &mut self.mu, dt);
             self.tally.undecided += usize::from(verdict == Verdict::Undecided);
             if verdict != Verdict::Changed {
                 break;
             }
+            self.slip.take_out(&mut self.pieces);
+        }
+        if !self.slip.is_empty() {
+            self.end_slip();
         }
         self.mu_dt = dt;
         let frequency = 1.0 / dt;
@@ -50,6 +55,15 @@ impl Stepper {
             .factorize(&self.matrix)
             .map_err(|e| self.culprit(e))?;
         self.tally.end(Phase::Factorize);
+        self.solve_assembled()?;
+        if !self.slip.is_empty() {
+            self.solve_slip()?;
+        }
+        Ok(())
+    }
+
+    /// μ of the factorised system and its right-hand side.
+    pub(crate) fn solve_assembled(&mut self) -> Result<(), StepError> {
         let report = self.solve_factorized().map_err(|e| self.culprit(e))?;
         self.tally.end(Phase::Solve);
         let refined = self.refine().map_err(|e| self.culprit(e))?;
@@ -88,13 +102,18 @@ impl Stepper {
         } = &self.pieces;
         self.plan
             .fill(rows, inertia, regularization, &mut self.matrix);
-        let sign = self.multiplier_sign();
         if dt != self.mu_dt {
             // The same forces over another time.
             let factor = dt / self.mu_dt;
             self.mu.iter_mut().for_each(|mu| *mu *= factor);
             self.mu_dt = dt;
         }
+        self.right_hand_side();
+    }
+
+    /// The right-hand side of the pieces, and the guess in `x`.
+    pub(crate) fn right_hand_side(&mut self) {
+        let sign = self.multiplier_sign();
         match self.options.form {
             Form::Schur => {
                 if self.plan.in_scene_order {

@@ -15,12 +15,15 @@
 //! A span of length zero has no direction: it is taken to be z, so that all is finite.
 
 use nalgebra::Vector3;
+use std::cell::Cell;
 
 use super::distance::direction;
+use super::sheave::{self, Lay, Pull, Sheave, Wheel};
 use super::{RowLaw, Rows};
 use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
+use crate::reeving::End;
 
 /// Pays a massless cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -105,6 +108,13 @@ impl Default for Winch {
 pub struct MasslessCable {
     /// The attachment frames in the order of the cable, at least 2; their axes are not used.
     pub frames: Vec<Frame>,
+    /// The sheaves at these points, `None` at a point that is none: one for each frame, or empty where there are none. Those
+    /// at the ends are drums.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    pub sheaves: Vec<Option<Sheave>>,
     /// Total length L at rest \[m], > 0; with a winch that at the time [`Winch::since`].
     pub length: f64,
     /// Law of the row, compliance in m/N of a cable with that length.
@@ -121,6 +131,7 @@ impl MasslessCable {
     pub fn new(frames: Vec<Frame>, length: f64, law: RowLaw) -> Self {
         Self {
             frames,
+            sheaves: Vec::new(),
             length,
             law,
             tension_only: true,
@@ -147,12 +158,30 @@ impl MasslessCable {
         }
     }
 
-    /// Compliance at time `t` (s) \[m/N].
+    /// Compliance at time `t` (s) of what is off the drums \[m/N].
     #[must_use]
     pub fn compliance_at(&self, t: f64) -> f64 {
-        let length = self.length_at(t);
+        let length = self.length_at(t) - self.wound();
         // The quotient of equal numbers is exact.
         self.law.compliance * (length / self.length)
+    }
+
+    /// Length that lies on drums \[m].
+    #[must_use]
+    pub fn wound(&self) -> f64 {
+        let ends = [self.sheaves.first(), self.sheaves.last()];
+        ends.into_iter()
+            .flatten()
+            .flatten()
+            .map(Sheave::wound)
+            .sum()
+    }
+
+    /// Whether it is a part of a cable that goes on as another one.
+    #[must_use]
+    pub fn is_part(&self) -> bool {
+        let ends = [self.sheaves.first(), self.sheaves.last()];
+        ends.into_iter().flatten().flatten().any(|s| s.shared)
     }
 
     /// Bounds of λ at time `t` (s), lower and upper \[N].
@@ -182,9 +211,10 @@ impl MasslessCable {
             return 0.0;
         };
         let (now, compliance) = (self.length_at(t), self.compliance_at(t));
-        // (total − L) = (ε/now) L F.
-        let total = now + excess;
-        let settled = total / (1.0 + compliance / now * winch.holding_force());
+        // (total − L) = (ε/now) L F, of what is off the drums.
+        let wound = self.wound();
+        let (off, total) = (now - wound, now - wound + excess);
+        let settled = total / (1.0 + compliance / off * winch.holding_force()) + wound;
         let settled = settled.min(winch.longest.max(now));
         if settled > now {
             self.set_length(settled, t);
@@ -202,6 +232,9 @@ impl MasslessCable {
     }
 
     pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        if !self.sheaves.is_empty() {
+            return self.evaluate_over_sheaves(bodies, t, rows);
+        }
         let resolved = |(k, f): (usize, &Frame)| (k, f.resolve(bodies, t));
         let mut sides = self.frames.iter().enumerate().map(resolved);
         let Some(mut last) = sides.next() else {
@@ -223,6 +256,184 @@ impl MasslessCable {
         finish(&last, -before);
         rows.phi[0] = total - self.length_at(t);
     }
+
+    /// Λ at time `t` (s) \[m].
+    pub(crate) fn path(&self, bodies: &Bodies, t: f64) -> f64 {
+        let mut phi = [0.0];
+        self.evaluate(bodies, t, &mut Rows::new(&mut phi, &mut [], &mut []));
+        phi[0] + self.length_at(t)
+    }
+
+    /// Where it leaves its first sheave and arrives at its last \[rad]; NaN where that is not known.
+    pub(crate) fn first_leaving(&self) -> f64 {
+        angle(self.sheaves.first(), Lay::leaving)
+    }
+
+    pub(crate) fn first_arriving(&self) -> f64 {
+        angle(self.sheaves.first(), Lay::arriving)
+    }
+
+    pub(crate) fn last_arriving(&self) -> f64 {
+        angle(self.sheaves.last(), Lay::arriving)
+    }
+
+    /// Makes it longer by so much, of the same material \[m].
+    pub(crate) fn lengthen(&mut self, by: f64) {
+        let length = self.length + by;
+        self.law.compliance *= length / self.length;
+        self.length = length;
+    }
+
+    /// Fastens an end elsewhere on its sheave, at the angle `cut` (rad), with what lies between.
+    pub(crate) fn cut_at(&mut self, cut: f64, end: End) {
+        if let Some((radius, before)) = self.fasten(cut, end) {
+            let by = radius * (cut - before);
+            self.lengthen(if end == End::First { -by } else { by });
+        }
+    }
+
+    /// Sets the angle at which an end is fastened (rad); returns the radius and the angle before.
+    pub(crate) fn fasten(&mut self, cut: f64, end: End) -> Option<(f64, f64)> {
+        let sheave = match end {
+            End::First => self.sheaves.first_mut(),
+            End::Last => self.sheaves.last_mut(),
+        };
+        let sheave = sheave?.as_mut()?;
+        let Lay::On { arriving, leaving } = &mut sheave.lay else {
+            return None;
+        };
+        let at = if end == End::First { arriving } else { leaving };
+        Some((sheave.radius, std::mem::replace(at, cut)))
+    }
+
+    /// Checks its sheaves and that it has a tangent on each with the bodies where they are at time `t` (s); `what` names one.
+    pub(crate) fn check_path(
+        &self,
+        bodies: &Bodies,
+        t: f64,
+        what: &dyn Fn(usize) -> String,
+    ) -> Result<(), SceneError> {
+        let (count, sides) = (self.sheaves.len(), self.frames.len());
+        if count == 0 {
+            return Ok(());
+        }
+        if count != sides {
+            return Err(SceneError::Length {
+                what: "sheaves of a massless cable",
+                got: count,
+                expected: sides,
+            });
+        }
+        for (side, sheave) in self.sheaves.iter().enumerate() {
+            let Some(sheave) = sheave else { continue };
+            let of = |quantity: &str| format!("{}: {quantity}", what(side));
+            let Sheave {
+                radius,
+                turns,
+                friction,
+                ..
+            } = *sheave;
+            check(
+                of("radius"),
+                radius,
+                radius > 0.0,
+                "> 0 m; leave the sheave out for a point",
+            )?;
+            check(of("turns"), turns, turns >= 0.0, "≥ 0")?;
+            check(of("friction"), friction, friction >= 0.0, "≥ 0")?;
+            let is_end = side == 0 || side + 1 == count;
+            let conflict = |reason| {
+                Err(SceneError::Conflict {
+                    what: what(side),
+                    reason,
+                })
+            };
+            if is_end && friction > 0.0 {
+                return conflict(
+                    "is a drum, from which the cable does not slip: leave its friction out",
+                );
+            }
+            if is_end && sheave.lay == Lay::Off {
+                return conflict("is a drum, which the cable cannot leave: let it lie on it");
+            }
+            if !is_end && sheave.shared {
+                return conflict("is shared with another part: only the end of a part can be");
+            }
+        }
+        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
+        match sheave::fault(resolved, |side| self.sheaves[side]) {
+            None => Ok(()),
+            Some((side, reason)) => Err(SceneError::Conflict {
+                what: what(side),
+                reason,
+            }),
+        }
+    }
+
+    fn evaluate_over_sheaves(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let (mut next, mut blocks) = (0, 0);
+        let mut write = |side: usize, pull: &Pull, lever: Vector3<f64>| {
+            if let Some(block) = rows.block_of(side, &self.frames[side], &mut blocks) {
+                rows.pull(block, 0, [&pull.force, &pull.torque], lever);
+            }
+        };
+        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
+        let total = sheave::follow(
+            resolved,
+            |side| self.sheaves[side],
+            |side, wheel, pull, _| {
+                for passed in next..side {
+                    write(passed, &Pull::default(), Vector3::zeros());
+                }
+                write(side, &pull, wheel.arm());
+                next = side + 1;
+            },
+        );
+        rows.phi[0] = total - self.length_at(t);
+    }
+
+    /// Takes the angles at which the cable touches its sheaves, and whether it does, from the state at time `t` (s).
+    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
+        if self.sheaves.is_empty() {
+            return;
+        }
+        let inner = 1..self.sheaves.len() - 1;
+        let sheaves = Cell::from_mut(&mut self.sheaves[..]).as_slice_of_cells();
+        let set = |side: usize, lay: Lay| {
+            let sheave = sheaves[side].get();
+            sheaves[side].set(sheave.map(|sheave| Sheave { lay, ..sheave }));
+        };
+        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
+        let on = |side, _: &Wheel, _, [arriving, leaving]: [f64; 2]| {
+            let has_left = inner.contains(&side) && leaving < arriving;
+            // What a state that is not finite left counts for nothing.
+            if (leaving - arriving).is_finite() {
+                let on = Lay::On { arriving, leaving };
+                set(side, if has_left { Lay::Off } else { on });
+            }
+        };
+        sheave::follow(resolved, |side| sheaves[side].get(), on);
+        let is_off = |side: &usize| sheaves[*side].get().is_some_and(|s| s.lay == Lay::Off);
+        for here in inner.clone().filter(is_off) {
+            let before = (0..here).rev().find(|side| !is_off(side));
+            let after = (here + 1..sheaves.len()).find(|side| !is_off(side));
+            let (Some(before), Some(after)) = (before, after) else {
+                continue;
+            };
+            let [before, wheel, after] = [before, here, after].map(|side| {
+                let radius = sheaves[side].get().map_or(0.0, |s| s.radius);
+                Wheel::new(&self.frames[side].resolve(bodies, t), radius)
+            });
+            if let Some([arriving, leaving]) = Sheave::landing([&before, &wheel, &after]) {
+                set(here, Lay::On { arriving, leaving });
+            }
+        }
+    }
+}
+
+fn angle(end: Option<&Option<Sheave>>, of: fn(Lay) -> Option<f64>) -> f64 {
+    let lay = end.and_then(|sheave| of((*sheave)?.lay));
+    lay.unwrap_or(f64::NAN)
 }
 
 #[cfg(test)]

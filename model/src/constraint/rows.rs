@@ -147,6 +147,21 @@ impl<'a> Rows<'a> {
         self.write(at, &joined(g, &lever.cross(g)));
     }
 
+    /// The gradient of row `row` on the side of block number `block`: a force that acts at `lever` with what it turns.
+    pub(super) fn pull(
+        &mut self,
+        block: usize,
+        row: usize,
+        [force, torque]: [&Vector3<f64>; 2],
+        lever: Vector3<f64>,
+    ) {
+        if let Some(to) = self.levers.get_mut(block) {
+            *to = lever;
+        }
+        let at = 6 * (block * self.phi.len() + row);
+        self.write(at, &joined(force, torque));
+    }
+
     fn write(&mut self, at: usize, numbers: &[f64; 6]) {
         if let Some(out) = self.blocks.get_mut(at..at + 6) {
             out.copy_from_slice(numbers);

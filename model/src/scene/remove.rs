@@ -93,6 +93,10 @@ impl Scene {
             let left = cable.bodies.len() + cable.joints.len();
             left > 0 || before == 0
         });
+        self.capstans.retain_mut(|capstan| {
+            let [before, after] = &mut capstan.parts;
+            kept.follow(before) && kept.follow(after)
+        });
         if let Some(load) = &mut self.load {
             kept_bodies.follow(load);
         }

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
 use crate::body::{Bodies, Mobility};
-use crate::constraint::{Constraint, Distance, MasslessCable};
+use crate::constraint::{Constraint, Distance, MasslessCable, Sheave};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -69,6 +69,7 @@ impl Scene {
         for i in 0..self.constraints.len() {
             self.validate_constraint(i)?;
         }
+        self.validate_capstans()?;
         self.validate_controls()?;
         self.validate_cables()?;
         self.validate_events()?;
@@ -268,6 +269,17 @@ impl Scene {
                 .and_then(|i| char::from_digit(i + 10, 36));
             let side = letter.map_or_else(|| (i + 1).to_string(), String::from);
             self.validate_frame(joint, &side, frame)?;
+        }
+        if let Constraint::MasslessCable(cable) = c {
+            let what = |side: usize| format!("joint `{joint}`: sheave {}", side + 1);
+            cable.check_path(&self.bodies, 0.0, &what)?;
+            let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0);
+            if let Some(side) = cable.sheaves.iter().position(grips) {
+                return Err(SceneError::Conflict {
+                    what: what(side),
+                    reason: "has friction, over which one tension is none: add the cable with `Scene::reeve`",
+                });
+            }
         }
         self.check_points(joint, c)
     }

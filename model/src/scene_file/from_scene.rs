@@ -43,6 +43,7 @@ impl SceneText {
             start_in_equilibrium,
             controls,
             cables: _,
+            capstans: _,
             events,
         } = scene;
         let [segments, joined] = memberships(scene);
@@ -166,6 +167,7 @@ impl SceneText {
             }
             Constraint::MasslessCable(MasslessCable {
                 frames,
+                sheaves: _,
                 length,
                 law,
                 tension_only,

@@ -295,6 +295,7 @@ impl Random {
                 }
                 Constraint::MasslessCable(MasslessCable {
                     frames: through,
+                    sheaves: Vec::new(),
                     length: self.unit() + 0.1,
                     law: self.law(),
                     tension_only: self.below(2) == 0,

@@ -1,0 +1,451 @@
+//! Cables that slip over sheaves with friction ([`taut_model::reeving`]), over any backend.
+//!
+//! A slip rate s of a sheave acts as a drive of the two rows that meet there: with the matrix A of the step and B = ±1 on
+//! the rows after and before it, A μ = b + B s. Where the cable sticks s = 0; where it slips T_out = k T_in for s > 0, and
+//! T_in = k T_out for s < 0, two of μ in a row of C. With all that stick left out,
+//!
+//! ```text
+//! μ = A⁻¹ b + Z s,   Z = A⁻¹ B,   (C Z) s = −C A⁻¹ b
+//! ```
+//!
+//! The system of the step stays symmetric and its factor serves every pattern of sticking and slipping; what is not
+//! symmetric is C Z, as large as the sheaves that slip, and is eliminated densely. Each sheave that slips costs one more
+//! solve. Merging the parts that slip into one row instead makes the sparse matrix itself unsymmetric, of another pattern
+//! each time, for the LU backends alone.
+//!
+//! Patterns are found from the last one: sheaves beyond their cone slip, those that slip against their friction stick, all
+//! at once, and one at a time where that does not end. Parts of one cable go slack together: where T_in = 0, T_out = 0 is
+//! all that friction allows.
+
+use crate::bounded::Bounded;
+use crate::pieces::Pieces;
+use crate::stepper::Stepper;
+use crate::{Form, StepError};
+use taut_model::Scene;
+
+/// Patterns tried with all wrong sheaves changed at once, and then one at a time.
+const TOGETHER: usize = 20;
+const SINGLY: usize = 60;
+
+/// A tension beyond its cone, or a rate against its friction, is noise below this part of the largest.
+const NOISE: f64 = 1e-11;
+
+/// Whether a cable slips, and where to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Motion {
+    #[default]
+    Sticks,
+    /// In the direction of travel: s > 0.
+    Forwards,
+    /// s < 0.
+    Backwards,
+}
+
+/// A sheave with friction.
+#[derive(Debug, Clone)]
+struct Sheave {
+    /// Rows of the parts before and after it, and their numbers among the bounded rows.
+    rows: [usize; 2],
+    bounds: [usize; 2],
+    friction: f64,
+    /// k = e^(μθ) of this step.
+    grip: f64,
+    motion: Motion,
+    /// s \[m/s].
+    rate: f64,
+    /// What of it the drives ∂φ/∂t hold, and which of the two rows of c − J v.
+    applied: f64,
+    in_rate: [bool; 2],
+    /// A⁻¹ B in the order of the rows; whether it is that of the present factor.
+    response: Vec<f64>,
+    is_known: bool,
+}
+
+impl Sheave {
+    /// The row of C: factors of the two multipliers.
+    fn law(&self) -> [f64; 2] {
+        match self.motion {
+            Motion::Forwards => [-self.grip, 1.0],
+            Motion::Backwards => [-1.0, self.grip],
+            Motion::Sticks => [0.0; 2],
+        }
+    }
+
+    fn misses(&self, mu: &[f64]) -> f64 {
+        let ([a, b], [before, after]) = (self.law(), self.rows);
+        a * mu[before] + b * mu[after]
+    }
+}
+
+/// The sheaves with friction of a scene, in the order of [`Scene::capstans`].
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Slip {
+    sheaves: Vec<Sheave>,
+    /// Those that slip, the dense system of their rates, by rows with the right-hand side, and a vector of the rows.
+    slipping: Vec<usize>,
+    dense: Vec<f64>,
+    column: Vec<f64>,
+    /// Right-hand side and solution of the step's system.
+    system: [Vec<f64>; 2],
+}
+
+impl Slip {
+    pub(crate) fn new(scene: &Scene, pieces: &Pieces, dim: usize) -> Self {
+        let rows = &pieces.rows;
+        let bound = |c: usize| rows.bounds.binary_search_by_key(&c, |b| b.constraint);
+        let sheave = |capstan: &taut_model::Capstan| Sheave {
+            rows: capstan.parts.map(|c| rows.row_range(c).start),
+            // A part cannot push: its row has bounds.
+            bounds: capstan.parts.map(|c| bound(c).unwrap_or_default()),
+            friction: capstan.friction,
+            grip: 1.0,
+            motion: Motion::Sticks,
+            rate: 0.0,
+            applied: 0.0,
+            in_rate: [false; 2],
+            response: vec![0.0; rows.rows()],
+            is_known: false,
+        };
+        let sheaves: Vec<_> = scene.capstans.iter().map(sheave).collect();
+        let count = sheaves.len();
+        Self {
+            slipping: Vec::with_capacity(count),
+            dense: vec![0.0; count * (count + 1)],
+            column: vec![0.0; if count > 0 { rows.rows() } else { 0 }],
+            system: [(); 2].map(|()| vec![0.0; if count > 0 { dim } else { 0 }]),
+            sheaves,
+        }
+    }
+
+    pub(crate) fn is_empty(&self) -> bool {
+        self.sheaves.is_empty()
+    }
+
+    /// How many sheaves the cable slips over.
+    pub(crate) fn count(&self) -> usize {
+        self.sheaves.iter().filter(|s| s.rate != 0.0).count()
+    }
+
+    /// Rate at which the cable slips over each sheave, in the direction of travel \[m/s].
+    pub(crate) fn rates(&self) -> impl Iterator<Item = f64> + '_ {
+        self.sheaves.iter().map(|sheave| sheave.rate)
+    }
+
+    /// Which slip and where to: 1, 0 or −1 each.
+    pub(crate) fn motions(&self) -> Vec<i8> {
+        let sign = |sheave: &Sheave| match sheave.motion {
+            Motion::Sticks => 0,
+            Motion::Forwards => 1,
+            Motion::Backwards => -1,
+        };
+        self.sheaves.iter().map(sign).collect()
+    }
+
+    /// Puts back what [`motions`](Self::motions) told.
+    pub(crate) fn put(&mut self, motions: &[i8]) {
+        for (sheave, sign) in self.sheaves.iter_mut().zip(motions) {
+            sheave.motion = match sign {
+                0 => Motion::Sticks,
+                1.. => Motion::Forwards,
+                _ => Motion::Backwards,
+            };
+        }
+    }
+
+    /// Bounded rows that go slack together: those of one cable.
+    pub(crate) fn chains(&self) -> Vec<Vec<usize>> {
+        let mut chains: Vec<Vec<usize>> = Vec::new();
+        for Sheave {
+            bounds: [before, after],
+            ..
+        } in &self.sheaves
+        {
+            match chains.iter_mut().find(|chain| chain.contains(before)) {
+                Some(chain) if chain.contains(after) => {}
+                Some(chain) => chain.push(*after),
+                None => chains.push(vec![*before, *after]),
+            }
+        }
+        chains
+    }
+
+    /// k of the present wraps.
+    pub(crate) fn grip(&mut self, scene: &Scene) {
+        for (i, sheave) in self.sheaves.iter_mut().enumerate() {
+            sheave.grip = (sheave.friction * scene.wrap(i).max(0.0)).exp();
+        }
+    }
+
+    /// The drives and c − J v are those without any slip.
+    pub(crate) fn forget(&mut self) {
+        for sheave in &mut self.sheaves {
+            (sheave.rate, sheave.applied, sheave.in_rate) = (0.0, 0.0, [false; 2]);
+        }
+    }
+
+    /// Takes the slip out of the drives and, where c − J v is still that of the last solve, out of it.
+    pub(crate) fn take_out(&mut self, pieces: &mut Pieces) {
+        for sheave in &mut self.sheaves {
+            let taken = [sheave.applied, -sheave.applied];
+            for ((row, taken), in_rate) in sheave.rows.into_iter().zip(taken).zip(sheave.in_rate) {
+                pieces.rows.phi_t[row] -= taken;
+                pieces.rate[row] += if in_rate { taken } else { 0.0 };
+            }
+        }
+        self.forget();
+    }
+
+    /// Adds the slip to the drives, and to c − J v of all rows or of those that are not held at a bound.
+    fn apply(&mut self, pieces: &mut Pieces, bounded: Option<&Bounded>) {
+        for sheave in &mut self.sheaves {
+            let (more, whole) = (sheave.rate - sheave.applied, sheave.rate);
+            sheave.applied = whole;
+            for (k, sign) in [-1.0, 1.0].into_iter().enumerate() {
+                let row = sheave.rows[k];
+                pieces.rows.phi_t[row] -= sign * more;
+                if bounded.is_none_or(|bounded| !bounded.holds(sheave.bounds[k])) {
+                    pieces.rate[row] += sign * if sheave.in_rate[k] { more } else { whole };
+                    sheave.in_rate[k] = true;
+                }
+            }
+        }
+    }
+
+    /// The rows that were held are back in the pieces, without the slip.
+    pub(crate) fn release(&mut self, pieces: &mut Pieces) {
+        self.apply(pieces, None);
+    }
+
+    /// After a factorisation: nothing is known of A⁻¹.
+    pub(crate) fn begin(&mut self) {
+        for sheave in &mut self.sheaves {
+            sheave.is_known = false;
+        }
+    }
+
+    /// The first sheave that slips and whose response is not known, with B in `column`.
+    pub(crate) fn wanted(&mut self, bounded: &Bounded) -> Option<usize> {
+        let of = |s: &Sheave| s.motion != Motion::Sticks && !s.is_known;
+        let i = self.sheaves.iter().position(of)?;
+        let Sheave { rows, bounds, .. } = self.sheaves[i];
+        self.column.fill(0.0);
+        for ((row, bound), b) in rows.into_iter().zip(bounds).zip([-1.0, 1.0]) {
+            if !bounded.holds(bound) {
+                self.column[row] = b;
+            }
+        }
+        Some(i)
+    }
+
+    /// A⁻¹ B of sheave number `i` is in `column` now.
+    pub(crate) fn learn(&mut self, i: usize) {
+        let sheave = &mut self.sheaves[i];
+        sheave.response.copy_from_slice(&self.column);
+        sheave.is_known = true;
+    }
+
+    /// Corrects the rates of the sheaves that slip so that μ obeys their law, and μ with them. False where no rates do.
+    fn correct(&mut self, mu: &mut [f64]) -> bool {
+        let Self {
+            sheaves,
+            slipping,
+            dense,
+            ..
+        } = self;
+        let (count, width) = (slipping.len(), slipping.len() + 1);
+        for (r, &i) in slipping.iter().enumerate() {
+            for (c, &j) in slipping.iter().enumerate() {
+                dense[r * width + c] = sheaves[i].misses(&sheaves[j].response);
+            }
+            dense[r * width + count] = -sheaves[i].misses(mu);
+        }
+        if !eliminate(dense, count) {
+            return false;
+        }
+        for (r, &i) in slipping.iter().enumerate() {
+            let change = dense[r * width + count];
+            sheaves[i].rate += change;
+            for (mu, z) in mu.iter_mut().zip(&sheaves[i].response) {
+                *mu += change * z;
+            }
+        }
+        true
+    }
+
+    /// One pattern: rates from the multipliers `stuck` of none, which `mu` becomes those of. Whether the pattern stays; the
+    /// next one is chosen where it does not. `speed` is a size of the rates of the rows.
+    fn settle(&mut self, stuck: &[f64], mu: &mut [f64], speed: f64, singly: bool) -> bool {
+        mu.copy_from_slice(stuck);
+        self.sheaves.iter_mut().for_each(|s| s.rate = 0.0);
+        self.slipping.clear();
+        let slips = |s: &Sheave| s.motion != Motion::Sticks;
+        let numbers = (0..self.sheaves.len()).filter(|&i| slips(&self.sheaves[i]));
+        self.slipping.extend(numbers);
+        if !self.correct(mu) {
+            // Nothing resists: the cable does not slip where it may.
+            self.sheaves
+                .iter_mut()
+                .for_each(|s| s.motion = Motion::Sticks);
+            return false;
+        }
+        let largest = self
+            .sheaves
+            .iter()
+            .flat_map(|s| s.rows)
+            .map(|r| mu[r].abs());
+        let noise = NOISE * largest.fold(0.0, f64::max);
+        let mut settled = true;
+        for sheave in self.sheaves.iter_mut().rev() {
+            let [t_in, t_out] = sheave.rows.map(|r| -mu[r]);
+            let next = match sheave.motion {
+                // What pushes is no cable: it goes slack.
+                Motion::Sticks if t_in.max(t_out) <= noise => Motion::Sticks,
+                Motion::Sticks if t_out > sheave.grip * t_in + noise => Motion::Forwards,
+                Motion::Sticks if t_in > sheave.grip * t_out + noise => Motion::Backwards,
+                Motion::Forwards if sheave.rate < -NOISE * speed => Motion::Sticks,
+                Motion::Backwards if sheave.rate > NOISE * speed => Motion::Sticks,
+                same => same,
+            };
+            if next != sheave.motion && (settled || !singly) {
+                (sheave.motion, settled) = (next, false);
+            }
+        }
+        settled
+    }
+
+    /// Rates of a slack cable, the least with which no part is short while another hangs: `w` are the rows' residuals, which
+    /// are ≥ 0 of what is slack.
+    pub(crate) fn share_slack(&mut self, w: &mut [f64], bounded: &Bounded) {
+        let slack = |s: &Sheave| s.bounds.iter().all(|b| bounded.holds(*b));
+        let mut give = |sheave: &mut Sheave, from: usize, sign: f64| {
+            let short = w[sheave.rows[from]].min(0.0);
+            sheave.rate += sign * short;
+            w[sheave.rows[from]] -= short;
+            w[sheave.rows[1 - from]] += short;
+        };
+        for sheave in self.sheaves.iter_mut().filter(|s| slack(s)) {
+            give(sheave, 0, 1.0);
+        }
+        for sheave in self.sheaves.iter_mut().rev().filter(|s| slack(s)) {
+            give(sheave, 1, -1.0);
+        }
+    }
+
+    /// What has slipped in `dt` goes from length to length.
+    pub(crate) fn move_lengths(&self, scene: &mut Scene, dt: f64) {
+        for (i, sheave) in self.sheaves.iter().enumerate() {
+            if sheave.rate != 0.0 {
+                scene.slip(i, dt * sheave.rate);
+            }
+        }
+    }
+}
+
+impl Stepper {
+    /// After a solve in which all sheaves stick: the solution with those that slip.
+    pub(crate) fn solve_slip(&mut self) -> Result<(), StepError> {
+        self.slip.begin();
+        let mut stuck = std::mem::take(&mut self.in_rows[0]);
+        stuck.copy_from_slice(&self.mu);
+        let settled = self.settle_slip(&stuck);
+        self.in_rows[0] = stuck;
+        self.tally.undecided += usize::from(!settled?);
+        if self.slip.slipping.is_empty() {
+            return Ok(());
+        }
+        self.slip.apply(&mut self.pieces, Some(&self.bounded));
+        self.right_hand_side();
+        self.solve_assembled()?;
+        // The law of friction to the last digits: what the rates lack now is rounding.
+        self.slip.correct(&mut self.mu);
+        self.slip.apply(&mut self.pieces, Some(&self.bounded));
+        Ok(())
+    }
+
+    /// A⁻¹ of `slip.column`, in its place.
+    fn respond(&mut self) -> Result<(), StepError> {
+        let Self {
+            solver,
+            matrix,
+            slip,
+            plan,
+            pieces,
+            options,
+            ..
+        } = self;
+        let [b, x] = &mut slip.system;
+        plan.gather(&pieces.rows, None, &slip.column, 1.0, b);
+        x.fill(0.0);
+        let report = solver.solve(matrix, b, x);
+        let sign = match options.form {
+            Form::Schur => 1.0,
+            Form::Kkt => -1.0,
+        };
+        plan.scatter_multipliers(&pieces.rows, x, sign, &mut slip.column);
+        let report = report.map_err(|e| self.culprit(e))?;
+        self.tally.add(report, None);
+        Ok(())
+    }
+
+    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
+    pub(crate) fn end_slip(&mut self) {
+        let mut w = std::mem::take(&mut self.in_rows[0]);
+        self.bounded.residuals(&self.pieces, &self.mu, &mut w);
+        self.slip.share_slack(&mut w, &self.bounded);
+        self.in_rows[0] = w;
+        self.slip.apply(&mut self.pieces, None);
+    }
+
+    /// Whether a pattern of sticking and slipping was found.
+    fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
+        let speed = self
+            .pieces
+            .rate
+            .iter()
+            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        for pass in 0..TOGETHER + SINGLY {
+            while let Some(i) = self.slip.wanted(&self.bounded) {
+                self.respond()?;
+                self.slip.learn(i);
+            }
+            let singly = pass >= TOGETHER;
+            if self.slip.settle(stuck, &mut self.mu, speed, singly) {
+                return Ok(true);
+            }
+            self.tally.slip_passes += 1;
+        }
+        Ok(false)
+    }
+}
+
+/// Solves a dense system of `count` rows, each with its right-hand side at the end, in place by elimination with row
+/// pivots. False where it is singular.
+fn eliminate(rows: &mut [f64], count: usize) -> bool {
+    let width = count + 1;
+    for k in 0..count {
+        let size = |r: &usize| rows[r * width + k].abs();
+        let Some(pivot) = (k..count).max_by(|a, b| size(a).total_cmp(&size(b))) else {
+            return false;
+        };
+        if !(size(&pivot) > 0.0) {
+            return false;
+        }
+        for c in 0..width {
+            rows.swap(k * width + c, pivot * width + c);
+        }
+        let inverse = 1.0 / rows[k * width + k];
+        for r in (0..count).filter(|r| *r != k) {
+            let factor = rows[r * width + k] * inverse;
+            for c in k..width {
+                rows[r * width + c] -= factor * rows[k * width + c];
+            }
+        }
+    }
+    for r in 0..count {
+        rows[r * width + count] /= rows[r * width + r];
+    }
+    true
+}
+
+#[cfg(test)]
+mod tests;

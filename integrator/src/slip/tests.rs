@@ -1,0 +1,243 @@
+use crate::{Form, Scheme, StepOptions, Stepper};
+use nalgebra::{Matrix3, Vector3};
+use std::f64::consts::PI;
+use taut_model::{
+    Body, Constraint, Frame, Hinge, MasslessCable, RowLaw, Scene, Sheave, Slider, axes_along,
+};
+
+const G: f64 = 9.81;
+const R: f64 = 0.2;
+const DT: f64 = 1.0 / 60.0;
+
+fn xz(x: f64, z: f64) -> Vector3<f64> {
+    Vector3::new(x, 0.0, z)
+}
+
+/// Two masses over a sheave with so many turns more than the half one, locked or a wheel of some inertia (kg m²).
+fn atwood(masses: [f64; 2], friction: f64, turns: f64, wheel: Option<f64>, law: RowLaw) -> Scene {
+    let mut scene = Scene::new("atwood");
+    scene.gravity = xz(0.0, -G);
+    let hub = match wheel {
+        None => Frame::world(Vector3::zeros()),
+        Some(inertia) => {
+            let body = Body::new(5.0, Matrix3::from_diagonal(&Vector3::repeat(inertia)));
+            let wheel = scene.add_body("wheel", body);
+            let axes = axes_along(&Vector3::y()).unwrap();
+            let frames = [
+                Frame::world(Vector3::zeros()),
+                Frame::body(wheel, Vector3::zeros()),
+            ];
+            let frames = frames.map(|f| f.with_axes(axes));
+            let axle = Hinge {
+                stretch: law,
+                tilt: law,
+                ..Hinge::new(frames)
+            };
+            scene.add_constraint("axle", Constraint::Hinge(axle), 0);
+            Frame::body(wheel, Vector3::zeros())
+        }
+    };
+    let mut hang = |name: &str, mass: f64, x: f64| {
+        let body = scene.add_body(name, Body::particle(mass).at(xz(x, -4.0)));
+        Frame::body(body, Vector3::zeros())
+    };
+    // From the light one over the wheel to the heavy one.
+    let frames = vec![
+        hang("light", masses[1], -R),
+        hub.along(&Vector3::y()),
+        hang("heavy", masses[0], R),
+    ];
+    let sheave = Sheave {
+        friction,
+        turns,
+        ..Sheave::new(R)
+    };
+    let length = 8.0 + R * (PI + 2.0 * PI * turns);
+    let cable = MasslessCable {
+        sheaves: vec![None, Some(sheave), None],
+        ..MasslessCable::new(frames, length, law)
+    };
+    scene.reeve("rope", &cable, 0).unwrap();
+    scene
+}
+
+fn options() -> StepOptions {
+    StepOptions {
+        dt: DT,
+        ..StepOptions::default()
+    }
+}
+
+/// Downwards acceleration of the last body in each step of 2 s, from its velocities.
+fn accelerations(scene: Scene, options: StepOptions) -> Vec<f64> {
+    let mut stepper = Stepper::new(scene, options).unwrap();
+    let last = stepper.scene().bodies.len() - 1;
+    stepper.begin().unwrap();
+    let mut before = stepper.scene().bodies.velocity[last].z;
+    (0..120)
+        .map(|_| {
+            stepper.step().unwrap();
+            let now = stepper.scene().bodies.velocity[last].z;
+            let a = -(now - before) / stepper.options.dt;
+            before = now;
+            a
+        })
+        .collect()
+}
+
+fn assert_all(found: &[f64], exact: f64, bar: f64, what: &str) {
+    for (i, a) in found.iter().enumerate() {
+        assert!(
+            (a - exact).abs() <= bar,
+            "{what}, step {i}: {a:.12}, not {exact:.12}"
+        );
+    }
+}
+
+#[test]
+fn a_wheel_that_sticks_turns_with_the_cable() {
+    // Rigid rows without damping ring in the trapezoidal scheme.
+    for (scheme, damping) in [
+        (Scheme::THIRD_DIFFERENCE, 0.0),
+        (Scheme::Spook, 2.5 * DT),
+        (Scheme::LinearlyImplicit, 0.0),
+    ] {
+        let law = RowLaw::new(0.0, damping);
+        let scene = atwood([3.0, 2.0], 100.0, 0.0, Some(0.05), law);
+        let found = accelerations(
+            scene,
+            StepOptions {
+                scheme,
+                ..options()
+            },
+        );
+        let exact = G / (5.0 + 0.05 / (R * R));
+        assert_all(&found, exact, 1e-8, &scheme.to_string());
+    }
+}
+
+#[test]
+fn a_locked_sheave_holds_up_to_the_capstan_ratio_and_then_slips() {
+    let k: f64 = (0.3 * PI).exp();
+    assert!((k - 2.566_332_395).abs() < 1e-9);
+    for form in [Form::Schur, Form::Kkt] {
+        for scheme in [
+            Scheme::THIRD_DIFFERENCE,
+            Scheme::Spook,
+            Scheme::LinearlyImplicit,
+        ] {
+            let options = StepOptions {
+                scheme,
+                form,
+                ..options()
+            };
+            let slips = |heavy: f64| {
+                let scene = atwood([heavy, 1.0], 0.3, 0.0, None, RowLaw::RIGID);
+                accelerations(scene, options.clone())
+            };
+            assert_all(&slips(2.56), 0.0, 1e-12, "2.56 : 1");
+            let exact = G * (3.0 - k) / (3.0 + k);
+            assert!((exact - 0.764_287_667_5).abs() < 1e-10);
+            assert_all(&slips(3.0), exact, 1e-8, "3 : 1");
+        }
+    }
+}
+
+/// A block of mass `mass` that hangs in `falls` falls over locked sheaves, and a hand that holds the end.
+fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64) -> Scene {
+    let (drop, radius) = (4.0, 0.1);
+    let mut scene = Scene::new("tackle");
+    scene.gravity = xz(0.0, -G);
+    let size = Vector3::new(2.0, 0.3, 0.3);
+    let block = scene.add_body("block", Body::cuboid(size, mass).at(xz(0.0, -drop)));
+    scene.load = Some(block);
+    // A rail, or it would rock.
+    let frames = [
+        Frame::world(Vector3::zeros()),
+        Frame::body(block, Vector3::zeros()),
+    ];
+    let rail = Slider::new(frames.map(|f| f.along(&Vector3::z())));
+    scene.add_constraint("rail", Constraint::Slider(rail), 0);
+    // Vertical falls 2 r apart: fast on block or beam, then over a sheave at each end in turns, and down to the hand.
+    let middle = 0.5 * (2 * falls - 1) as f64 * radius;
+    let x = |fall: usize| 2.0 * radius * fall as f64 - middle;
+    let top = |point: Vector3<f64>| Frame::world(point);
+    let bottom = |point: Vector3<f64>| Frame::body(block, point);
+    let starts_below = falls % 2 == 1;
+    let mut frames = Vec::new();
+    let mut sheaves = Vec::new();
+    let start = xz(x(0), 0.0);
+    frames.push(if starts_below {
+        bottom(start)
+    } else {
+        top(start)
+    });
+    sheaves.push(None);
+    for fall in 0..falls {
+        let is_top = (fall % 2 == 0) == starts_below;
+        let hub = xz(x(fall) + radius, 0.0);
+        // Over the upper ones in the sense of y, under the lower ones against it.
+        let sense = if is_top { 1.0 } else { -1.0 };
+        let frame = if is_top { top(hub) } else { bottom(hub) };
+        frames.push(frame.along(&(Vector3::y() * sense)));
+        sheaves.push(Some(Sheave {
+            friction,
+            ..Sheave::new(radius)
+        }));
+    }
+    let held = scene.add_body("hand", Body::particle(hand).at(xz(x(falls), -2.0)));
+    frames.push(Frame::body(held, Vector3::zeros()));
+    sheaves.push(None);
+    let length = drop * falls as f64 + 2.0 + PI * radius * falls as f64;
+    let cable = MasslessCable {
+        sheaves,
+        ..MasslessCable::new(frames, length, RowLaw::new(length / ea, 0.1))
+    };
+    scene.reeve("rope", &cable, 0).unwrap();
+    scene
+}
+
+/// Tensions of all parts \[N].
+fn tensions(stepper: &Stepper) -> Vec<f64> {
+    let parts = stepper.scene().constraints.iter().enumerate();
+    let parts = parts.filter(|(_, c)| matches!(c, Constraint::MasslessCable(_)));
+    let row = |c: usize| stepper.linearized().row_range(c).start;
+    let of = |(c, _)| -stepper.multipliers()[row(c)] / stepper.mu_dt;
+    parts.map(of).collect()
+}
+
+#[test]
+fn tackles_over_locked_sheaves_carry_what_friction_leaves() {
+    let k: f64 = (0.1 * PI).exp();
+    for (falls, exact) in [(2, 1.263_890_783), (4, 1.938_161_463), (8, 2.489_780_712)] {
+        let sum: f64 = (1..=falls).map(|i| k.powi(-(i as i32))).sum();
+        assert!((sum - exact).abs() < 1e-9);
+        // The hand, falling, hauls the block up: all sheaves slip.
+        let scene = tackle(falls, 100.0, 1000.0, 0.1, 1e7);
+        let mut stepper = Stepper::new(scene, options()).unwrap();
+        for step in 0..60 {
+            // The hubs are beside the rail: wraps change a little with rounding alone.
+            let wraps: Vec<f64> = (0..falls).map(|i| stepper.scene().wrap(i)).collect();
+            let report = stepper.step().unwrap();
+            assert_eq!(report.slipping, falls, "{falls}");
+            let found = tensions(&stepper);
+            for (i, wrap) in wraps.into_iter().enumerate() {
+                let ratio = found[i + 1] / found[i] / (0.1 * wrap).exp();
+                assert!((ratio - 1.0).abs() < 1e-12, "{falls}: {ratio}");
+            }
+            let carried: f64 = found[..falls].iter().sum();
+            let error = carried / found[falls] / sum - 1.0;
+            assert!(step > 0 || error.abs() < 1e-12, "{falls}: {found:?}");
+        }
+        // What it holds without moving.
+        for (part, holds) in [(0.95, true), (1.0 / 0.95, false)] {
+            let scene = tackle(falls, 100.0, 100.0 / sum * part, 0.1, 1e7);
+            let mut stepper = Stepper::new(scene, options()).unwrap();
+            for _ in 0..300 {
+                stepper.step().unwrap();
+            }
+            let speed = stepper.scene().bodies.velocity[0].z.abs();
+            assert_eq!(speed < 1e-4, holds, "{falls}, {part}: {speed}");
+        }
+    }
+}
