@@ -241,3 +241,155 @@ fn tackles_over_locked_sheaves_carry_what_friction_leaves() {
         }
     }
 }
+
+/// Numbers in 0 to 1.
+struct Numbers(u64);
+
+impl Numbers {
+    fn next(&mut self) -> f64 {
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}
+
+/// Two masses and, between them, upper sheaves that are locked or turn and moving blocks, of random sizes.
+fn reeving(seed: u64) -> Scene {
+    let mut numbers = Numbers(seed);
+    let mut scene = Scene::new("reeving");
+    scene.gravity = xz(0.0, -G);
+    let count = 1 + 2 * (numbers.next() * 2.5) as usize;
+    let (mut frames, mut sheaves) = (Vec::new(), Vec::new());
+    let point = |scene: &mut Scene, name: &str, mass: f64, at: Vector3<f64>| {
+        let body = scene.add_body(name, Body::particle(mass).at(at));
+        Frame::body(body, Vector3::zeros())
+    };
+    frames.push(point(
+        &mut scene,
+        "left",
+        1.0 + 9.0 * numbers.next(),
+        xz(-1.0, -3.0),
+    ));
+    sheaves.push(None);
+    for i in 0..count {
+        let x = i as f64;
+        let radius = 0.1 + 0.2 * numbers.next();
+        let tilt = Vector3::new(0.04 * numbers.next(), 1.0, 0.04 * numbers.next());
+        let is_top = i % 2 == 0;
+        let axis = if is_top { tilt } else { -tilt };
+        let inertia = Matrix3::from_diagonal(&Vector3::repeat(0.02 + numbers.next()));
+        let mut wheel = |scene: &mut Scene, at: Vector3<f64>| {
+            scene.add_body(
+                format!("wheel-{i}"),
+                Body::new(1.0 + 9.0 * numbers.next(), inertia).at(at),
+            )
+        };
+        frames.push(if is_top && i % 3 == 0 {
+            Frame::world(xz(x, 0.0)).along(&axis)
+        } else if is_top {
+            let wheel = wheel(&mut scene, xz(x, 0.0));
+            let ends = [
+                Frame::world(xz(x, 0.0)),
+                Frame::body(wheel, Vector3::zeros()),
+            ];
+            let axle = Hinge::new(ends.map(|f| f.along(&axis)));
+            scene.add_constraint(format!("axle-{i}"), Constraint::Hinge(axle), 0);
+            ends[1].along(&axis)
+        } else {
+            let block = wheel(&mut scene, xz(x, -3.0));
+            Frame::body(block, Vector3::zeros()).along(&axis)
+        });
+        sheaves.push(Some(Sheave {
+            friction: 0.4 * numbers.next(),
+            ..Sheave::new(radius)
+        }));
+    }
+    frames.push(point(
+        &mut scene,
+        "right",
+        1.0 + 9.0 * numbers.next(),
+        xz(count as f64, -3.0),
+    ));
+    sheaves.push(None);
+    let cable = MasslessCable {
+        sheaves,
+        ..MasslessCable::new(frames, 1.0, RowLaw::new(1e-5, 0.0))
+    };
+    let length = cable_length(&scene, &cable);
+    let cable = MasslessCable {
+        length: length * if numbers.next() < 0.2 { 1.02 } else { 1.0 },
+        ..cable
+    };
+    scene.reeve("rope", &cable, 0).unwrap();
+    scene
+}
+
+fn cable_length(scene: &Scene, cable: &MasslessCable) -> f64 {
+    let mut phi = [0.0];
+    Constraint::MasslessCable(cable.clone()).violation(&scene.bodies, 0.0, &mut phi);
+    phi[0] + cable.length
+}
+
+#[test]
+fn friction_never_adds_energy_and_keeps_its_cone() {
+    let mut slipped = 0;
+    for seed in 1..=40 {
+        let scene = reeving(seed);
+        let frictions: Vec<f64> = scene.capstans.iter().map(|c| c.friction).collect();
+        let options = StepOptions {
+            scheme: Scheme::LinearlyImplicit,
+            dt: DT / 4.0,
+            ..options()
+        };
+        let mut stepper = Stepper::new(scene, options).unwrap();
+        let lengths = |stepper: &Stepper| -> f64 {
+            let constraints = stepper.scene().constraints.iter();
+            let length = |c: &Constraint| match c {
+                Constraint::MasslessCable(cable) => cable.length,
+                _ => 0.0,
+            };
+            constraints.map(length).sum()
+        };
+        let whole = lengths(&stepper);
+        let mut start = None;
+        for step in 0..120 {
+            let wraps: Vec<f64> = (0..frictions.len())
+                .map(|i| stepper.scene().wrap(i))
+                .collect();
+            let report = stepper.step().unwrap();
+            assert_eq!(report.undecided, 0, "{seed}, step {step}");
+            let found = tensions(&stepper);
+            let most = found.iter().fold(0.0, |m: f64, t| m.max(*t));
+            let rates: Vec<f64> = stepper.slip_rates().collect();
+            for (i, rate) in rates.into_iter().enumerate() {
+                let (k, before, after) = ((frictions[i] * wraps[i]).exp(), found[i], found[i + 1]);
+                let beyond = (after - k * before).max(before - k * after);
+                assert!(beyond <= 1e-10 * most, "{seed}, step {step}: {found:?}");
+                assert!(
+                    rate * (after - before) >= -1e-10 * most,
+                    "{seed}, step {step}"
+                );
+                slipped += usize::from(rate != 0.0);
+            }
+            assert!((lengths(&stepper) - whole).abs() < 1e-12 * whole);
+            let (scene, rows) = (stepper.scene(), stepper.linearized());
+            let taut = rows
+                .bounds
+                .iter()
+                .map(|b| (rows.phi[b.row].max(0.0), rows.compliance[b.row]));
+            let stored: f64 = taut
+                .map(|(phi, compliance)| 0.5 * phi * phi / compliance)
+                .sum();
+            let total = scene.kinetic_energy() + scene.potential_energy() + stored;
+            let size = whole * 10.0 * G;
+            let start = *start.get_or_insert(total);
+            assert!(
+                total <= start + 1e-9 * size,
+                "{seed}, step {step}: {total} from {start}"
+            );
+        }
+    }
+    assert!(slipped > 1000, "{slipped}");
+}
