@@ -55,6 +55,15 @@ pub enum StepError {
         /// The fault.
         reason: String,
     },
+    /// A massless cable has no way over its sheaves any more.
+    OffPath {
+        /// Name of the cable or its part.
+        cable: String,
+        /// What has happened, and what to do.
+        reason: &'static str,
+        /// Time at the beginning of the step \[s].
+        time: f64,
+    },
     /// Which rows are at their bounds could not be decided.
     Undecided {
         /// Time at the beginning of the step \[s].
@@ -125,6 +134,11 @@ impl fmt::Display for StepError {
             ),
             Self::NotControllable { what, reason } => write!(f, "{what} {reason}"),
             Self::Saved { what, reason } => write!(f, "saved run: `{what}` {reason}"),
+            Self::OffPath {
+                cable,
+                reason,
+                time,
+            } => write!(f, "at t = {time:.4} s: `{cable}`: {reason}"),
             Self::Undecided { time } => write!(
                 f,
                 "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"

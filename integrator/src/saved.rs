@@ -46,6 +46,9 @@ pub struct SavedRun {
     places: Vec<Place>,
     /// Steps since the bounded rows were last at a bound.
     ages: Vec<u8>,
+    /// Where cables slip over sheaves with friction, 1 in the direction of travel, −1 against it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    slips: Vec<i8>,
     /// v at the beginning of the last sub-step and its change: the energy belongs to the middle.
     velocity: Vec<[f64; 6]>,
     velocity_change: Vec<[f64; 6]>,
@@ -109,6 +112,8 @@ impl SavedRun {
             tension: self.tension.map(|tension| to.rows(&tension)),
             places: to.bounded(&self.places, Place::Inside),
             ages: to.bounded(&self.ages, UNKNOWN),
+            // Of a changed cable they are found anew.
+            slips: Vec::new(),
             velocity: to.bodies(&self.velocity),
             velocity_change: to.bodies(&self.velocity_change),
             drive: to.rows(&self.drive),
@@ -124,7 +129,7 @@ impl SavedRun {
     }
 
     /// Checks what [`Stepper::new`] does not: numbers that are finite, as many as the scene has rows, bodies and bounds.
-    fn check(&self, [rows, bodies, bounded]: [usize; 3]) -> Result<(), StepError> {
+    fn check(&self, [rows, bodies, bounded, capstans]: [usize; 4]) -> Result<(), StepError> {
         for (what, time) in [
             ("time", self.time),
             ("advanced", self.advanced),
@@ -173,6 +178,9 @@ impl SavedRun {
         }
         if let Some(body) = self.fresh.iter().find(|body| **body >= bodies) {
             return Err(fault("fresh", format!("names body {body} of {bodies}")));
+        }
+        if !self.slips.is_empty() {
+            count("slips", self.slips.len(), capstans)?;
         }
         count("places", self.places.len(), bounded)?;
         count("ages", self.ages.len(), bounded)
@@ -231,7 +239,8 @@ impl Stepper {
         }
         self.scene.validate()?;
         let saved = self.run_of(self.scene.clone());
-        let counts = [self.mu.len(), self.scene.bodies.len(), saved.places.len()];
+        let (bodies, capstans) = (self.scene.bodies.len(), self.scene.capstans.len());
+        let counts = [self.mu.len(), bodies, saved.places.len(), capstans];
         saved.check(counts)?;
         Ok(saved)
     }
@@ -261,6 +270,7 @@ impl Stepper {
             tension: self.tension_known.then(|| self.tension.clone()),
             places: self.bounded.places().collect(),
             ages: self.closing.ages().to_vec(),
+            slips: self.slip.motions(),
             velocity: numbers_of(&self.pieces.v, bodies),
             velocity_change: numbers_of(&self.pieces.dv, bodies),
             drive: self.pieces.rows.phi_t.clone(),
@@ -291,7 +301,8 @@ impl Stepper {
         scene.start_in_equilibrium = false;
         let mut stepper = Self::build(scene, saved.options.clone(), given)?;
         let bounded = stepper.bounded.places().count();
-        let counts = [stepper.mu.len(), stepper.scene.bodies.len(), bounded];
+        let (bodies, capstans) = (stepper.scene.bodies.len(), stepper.scene.capstans.len());
+        let counts = [stepper.mu.len(), bodies, bounded, capstans];
         if let Err(e) = saved.check(counts) {
             *given = Some(stepper.solver);
             return Err(e);
@@ -314,6 +325,7 @@ impl Stepper {
         }
         stepper.bounded.put(&saved.places);
         stepper.closing.put(&saved.ages);
+        stepper.slip.put(&saved.slips);
         let rows = &mut stepper.pieces.rows;
         rows.update(&stepper.scene, saved.time);
         rows.phi_t = saved.drive;

@@ -258,11 +258,29 @@ impl Stepper {
                     Some(guard) => stepper.guarded_substep(guard)?,
                 }
             }
+            stepper.check_wraps()?;
             stepper.weigh()
         })?;
         report.slipping = self.slip.count();
         report.events = self.fire()?;
         Ok(report)
+    }
+
+    /// No cable has left a sheave that grips it.
+    fn check_wraps(&self) -> Result<(), StepError> {
+        let capstans = self.scene.capstans.iter().enumerate();
+        let left = capstans
+            .filter(|(i, _)| self.scene.wrap(*i) < 0.0)
+            .map(|(_, c)| c.parts[0])
+            .next();
+        left.map_or(Ok(()), |part| {
+            Err(StepError::OffPath {
+                cable: self.scene.constraint_names[part].clone(),
+                reason: "has left the sheave with friction at its end: leave the friction of that sheave out, or keep the cable \
+                         on it",
+                time: self.time,
+            })
+        })
     }
 
     /// A sub-step of the scheme: linearised, solved, updated.
@@ -286,7 +304,15 @@ impl Stepper {
         work: impl FnOnce(&mut Self) -> Result<(), StepError>,
     ) -> Result<StepReport, StepError> {
         self.tally = Tally::start();
-        let done = work(self);
+        self.pieces.rows.lost = None;
+        let (time, mut done) = (self.time, work(self));
+        if let (Err(_), Some((c, reason))) = (&done, self.pieces.rows.lost) {
+            done = Err(StepError::OffPath {
+                cable: self.scene.constraint_names[c].clone(),
+                reason,
+                time,
+            });
+        }
         if done.is_err() {
             self.stage.unsolve();
             self.tension_known = false;

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use taut_lanes::Lanes;
 
 use crate::body_vectors::{BodyVectors, PACK};
-use crate::constraint::{RowKind, Rows};
+use crate::constraint::{Constraint, RowKind, Rows};
 use crate::packs::{FourJoints, Joint, JointSide, Packs};
 use crate::scene::Scene;
 
@@ -128,6 +128,8 @@ pub struct Linearized {
     pub transverse: Vec<Transverse>,
     /// Rows with bounds, in the order of the scene; at most one of a constraint.
     pub bounds: Vec<RowBounds>,
+    /// A massless cable that had no way over its sheaves in some update, its φ being NaN then, and why; until it is taken.
+    pub lost: Option<(usize, &'static str)>,
     /// The joints' part of the Jacobian.
     packs: Packs,
     /// Constraints that are none of the joints.
@@ -229,6 +231,11 @@ impl Linearized {
             let i = self.others[k];
             let (c, rows) = (&scene.constraints[i], self.row_range(i));
             let distance = self.evaluate(scene, i, t);
+            if let Constraint::MasslessCable(cable) = c
+                && self.phi[rows.start].is_nan()
+            {
+                self.lost = cable.lost(&scene.bodies, t).map(|reason| (i, reason));
+            }
             let factor = c.compliance_factor(t, self.phi[rows.start]);
             let mut row = rows.start;
             for (kind, count, law) in c.parts() {

@@ -235,6 +235,19 @@ impl MasslessCable {
         }
         let mut laid = self.clone();
         laid.update_winding(bodies, 0.0);
+        for &side in &cuts {
+            if let Some(Lay::On { arriving, leaving }) = laid.sheaves[side].map(|s| s.lay) {
+                let turned = friction(side) * (leaving - arriving);
+                let needs =
+                    "≤ 700, for e^(μθ): let the cable end on a drum, which it does not slip from";
+                check(
+                    format!("{}: friction times wrap", what(side)),
+                    turned,
+                    turned <= LARGEST,
+                    needs,
+                )?;
+            }
+        }
         let mut first = 0;
         let ends = cuts.iter().copied().chain([self.frames.len() - 1]);
         let parts = ends.map(|end| laid.part(std::mem::replace(&mut first, end), end));

@@ -92,12 +92,21 @@
 //! |---|---|
 //! | `name` | |
 //! | `through` | two or more `{ body = "…", point = [x, y, z] }`: in the body's frame, default its centre, m |
-//! | | with an optional `motion` of a world point |
-//! | `length` | of the whole at rest, m |
+//! | | with an optional `motion` of a world point, and an optional `sheave` with its hub there; see below |
+//! | `length` | of the whole at rest, m, with what lies on drums |
+//! | `after` | the cable that it goes on from, over a shared sheave: written for the parts of a cable, see [`Scene::reeve`] |
 //! | `stretch` or `ea` | compliance, m/N; stiffness, N |
 //! | `tension_only` | `true` (default): it goes slack; `false`: it pushes |
 //! | `winch` | changes its length; see below |
 //! | `damping`, `breaks_at`, `group` | as in a joint |
+//!
+//! | `sheave = { … }` | a wheel that turns with the point's body, at an end of the cable a drum; see [`SheaveEntry`] |
+//! |---|---|
+//! | `radius` | m |
+//! | `axis` | in the body's frame: the cable travels about it in the positive sense |
+//! | `turns` | that lie on it at first: whole ones of an inner sheave, all of a drum; default 0 |
+//! | `friction` | Coulomb's, of an inner sheave; default 0. The cable then has parts `NAME`, `NAME-2` … with a tension each |
+//! | `shared`, `on`, `off` | as a scene in motion is written |
 //!
 //! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
 //! |---|---|
@@ -272,6 +281,8 @@ mod tests_explicit;
 mod tests_faults;
 #[cfg(test)]
 mod tests_from_scene;
+#[cfg(test)]
+mod tests_sheaves;
 mod write;
 
 pub use cable::{CableEntry, EndEntry, Hold};
@@ -281,7 +292,7 @@ pub use event::{AttachEntry, DistanceEntry, EventEntry, ForceEntry, SetEntry};
 pub use joint::{JointEntry, Kind};
 pub use motion::MotionEntry;
 pub use motor::{MotorEntry, WinchEntry};
-pub use points::{BendEntry, MasslessCableEntry, PointEntry};
+pub use points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 
 use overrides::merge;
 use places::{Places, located};

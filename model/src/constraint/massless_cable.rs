@@ -16,6 +16,7 @@
 
 use nalgebra::Vector3;
 use std::cell::Cell;
+use std::f64::consts::TAU;
 
 use super::distance::direction;
 use super::sheave::{self, Lay, Pull, Sheave, Wheel};
@@ -24,6 +25,10 @@ use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
 use crate::reeving::End;
+
+/// What a sheave that the cable does not bend around is told.
+const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: turn its axis round, move it, or let \
+                         the cable pass by (`off = true`)";
 
 /// Pays a massless cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -356,18 +361,66 @@ impl MasslessCable {
             if is_end && sheave.lay == Lay::Off {
                 return conflict("is a drum, which the cable cannot leave: let it lie on it");
             }
+            if let Lay::On { arriving, leaving } = sheave.lay {
+                let angles = [arriving, leaving];
+                let bad = angles.into_iter().find(|angle| !angle.is_finite());
+                check(of("angle"), bad.unwrap_or(0.0), true, "a number")?;
+            }
             if !is_end && sheave.shared {
                 return conflict("is shared with another part: only the end of a part can be");
             }
         }
-        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
-        match sheave::fault(resolved, |side| self.sheaves[side]) {
-            None => Ok(()),
-            Some((side, reason)) => Err(SceneError::Conflict {
+        // A path that has begun goes on from the state that it is in.
+        let is_new = |s: &Option<Sheave>| s.is_some_and(|s| s.lay == Lay::New);
+        let fault = self
+            .fault(bodies, t)
+            .filter(|_| self.sheaves.iter().any(is_new));
+        let fault = fault.or_else(|| Some((self.passed_by(bodies, t)?, PASSED_BY)));
+        fault.map_or(Ok(()), |(side, reason)| {
+            Err(SceneError::Conflict {
                 what: what(side),
                 reason,
-            }),
+            })
+        })
+    }
+
+    /// The first new inner sheave that the path bends away from.
+    fn passed_by(&self, bodies: &Bodies, t: f64) -> Option<usize> {
+        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
+        let (mut found, last) = (None, self.sheaves.len().saturating_sub(1));
+        sheave::follow(
+            resolved,
+            |side| self.sheaves[side],
+            |side, _, _, [arriving, leaving]| {
+                let is_new = |s: &Sheave| s.lay == Lay::New && s.turns < 1.0;
+                let inner =
+                    side > 0 && side < last && self.sheaves[side].as_ref().is_some_and(is_new);
+                if inner && leaving - arriving > TAU - sheave::LANDING {
+                    found = found.or(Some(side));
+                }
+            },
+        );
+        found
+    }
+
+    fn fault(&self, bodies: &Bodies, t: f64) -> Option<(usize, &'static str)> {
+        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
+        sheave::fault(resolved, |side| self.sheaves[side])
+    }
+
+    /// Why it has no way over its sheaves, where the state is finite.
+    pub(crate) fn lost(&self, bodies: &Bodies, t: f64) -> Option<&'static str> {
+        let point = |f: &Frame| f.resolve(bodies, t).point();
+        if self.sheaves.is_empty()
+            || !self
+                .frames
+                .iter()
+                .all(|f| point(f).iter().all(|x| x.is_finite()))
+        {
+            return None;
         }
+        let empty = "has run off its drum: put more turns on it, or stop before";
+        Some(self.fault(bodies, t).map_or(empty, |(_, reason)| reason))
     }
 
     fn evaluate_over_sheaves(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {

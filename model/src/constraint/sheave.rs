@@ -40,8 +40,11 @@ const SMALL: f64 = 1e-8;
 /// Cosine of the fleet angle beyond which a cable does not lie down in a groove.
 const STEEP: f64 = 0.97;
 
+/// Cosine of the fleet angle beyond which a groove does not hold a cable.
+const OBLIQUE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
 /// Largest wrap with which a cable lies down on a sheave \[rad]: more would have passed through it.
-const LANDING: f64 = 1.0;
+pub(super) const LANDING: f64 = 1.0;
 
 /// A wheel at a point of a [`MasslessCable`](super::MasslessCable): its hub is the frame's point, its axis the frame's u,
 /// about which the cable travels in the positive sense.
@@ -400,21 +403,21 @@ pub(super) fn fault(
     let mut last = items.next()?;
     for next in items {
         let span = Span::between([&last.wheel, &next.wheel], [None; 2]);
-        if !span.length.is_finite() || span.least_cosine <= 0.0 {
+        if !span.length.is_finite() || span.least_cosine < OBLIQUE {
             let ends = [&last, &next];
             let on = ends.into_iter().find(|item| !item.wheel.is_point())?;
             let other = if on.side == last.side { &next } else { &last };
-            let reason = if on.wheel.axes[0]
+            let reason = if span.length.is_finite() {
+                "lies askew: the cable departs at more than 45° from its plane: turn its axis across the cable"
+            } else if on.wheel.axes[0]
                 .cross(&(other.wheel.hub - on.wheel.hub))
                 .norm()
                 <= on.wheel.radius
             {
                 "has no tangent to the next point of the path, which lies within its radius or along its axis: move one \
                  of them, or make the radius smaller"
-            } else if !other.wheel.is_point() {
-                "has no tangent to the other sheave on these sides: they overlap there; move one of them or turn its axis round"
             } else {
-                "has its axis along the cable: turn it across"
+                "has no tangent to the other sheave on these sides: they overlap there; move one of them or turn its axis round"
             };
             return Some((on.side, reason));
         }

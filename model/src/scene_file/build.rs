@@ -11,6 +11,7 @@ use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Side;
 use crate::motion::Motion;
+use crate::reeving::{Capstan, part_name};
 use crate::scene::{CableParts, Scene, first_names};
 
 /// The name that stands for the world in a constraint.
@@ -147,6 +148,8 @@ struct Built {
     /// The cable that it belongs to.
     cable: Option<String>,
     breaks_at: Option<f64>,
+    /// The part of a massless cable before it, and the friction between.
+    after: Option<(String, f64)>,
     constraint: Constraint,
 }
 
@@ -195,6 +198,23 @@ impl SceneText {
         scene.load = load.transpose().map_err(|e| Fault::new("load", e))?;
         let all = self.in_order(self.constraints(of_cables, &scene, &names)?)?;
         let grouped = all.iter().any(|built| built.group.is_some());
+        let number = |name: &str| all.iter().position(|built| built.name == name);
+        let mut capstans = Vec::new();
+        for (i, built) in all.iter().enumerate() {
+            let Some((before, friction)) = &built.after else {
+                continue;
+            };
+            let Some(before) = number(before) else {
+                let of = Entry::new("massless cable", &built.name);
+                let reason = "names a cable that is not there";
+                return Err(of.conflict("after", reason).within(&built.path));
+            };
+            capstans.push(Capstan {
+                parts: [before, i],
+                friction: *friction,
+            });
+        }
+        scene.capstans = capstans;
         for built in all {
             let group = built.group.unwrap_or(0);
             let i = scene.add_constraint(built.name, built.constraint, group);
@@ -272,6 +292,7 @@ impl SceneText {
                     group: entry.group,
                     cable: Some(entry.name.clone()),
                     breaks_at: entry.breaks_at,
+                    after: None,
                     constraint,
                 });
             }
@@ -299,6 +320,7 @@ impl SceneText {
                 group,
                 cable: None,
                 breaks_at: None,
+                after: None,
             })
         };
         for (i, entry) in self.joint.iter().enumerate() {
@@ -310,11 +332,22 @@ impl SceneText {
         }
         all.extend(of_cables);
         for (i, entry) in self.massless_cable.iter().enumerate() {
-            let cable = entry.build(bodies, names);
             let list = "massless_cable";
-            let mut cable = built(list, i, &entry.name, entry.group, cable)?;
-            cable.breaks_at = entry.breaks_at;
-            all.push(cable);
+            let parts = entry.build(bodies, names);
+            let (parts, frictions) = parts.map_err(|f| f.within(&format!("{list}.{i}")))?;
+            let frictions = std::iter::once(entry.shared_friction()).chain(frictions);
+            for (k, (part, friction)) in parts.into_iter().zip(frictions).enumerate() {
+                let name = part_name(&entry.name, k);
+                let cable = Ok(Constraint::MasslessCable(part));
+                let mut cable = built(list, i, &name, entry.group, cable)?;
+                cable.breaks_at = entry.breaks_at;
+                let before = match k {
+                    0 => entry.after.clone(),
+                    _ => Some(part_name(&entry.name, k - 1)),
+                };
+                cable.after = before.map(|before| (before, friction));
+                all.push(cable);
+            }
         }
         for (i, entry) in self.bend.iter().enumerate() {
             let bend = entry.build(bodies, names);

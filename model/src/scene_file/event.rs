@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
 use super::places::Fault;
-use super::points::PointEntry;
+use super::points::{ONLY_CABLES, PointEntry};
 use crate::error::SceneError;
 use crate::frame::Frame;
 use crate::scene::{Action, Event, Scene, When};
@@ -92,6 +92,9 @@ impl EventEntry {
             }
         };
         let points = |key: &str, ends: [&PointEntry; 2]| -> Result<Box<[Frame; 2]>, Fault> {
+            if ends.iter().any(|point| point.sheave.is_some()) {
+                return Err(of.conflict(key, ONLY_CABLES));
+            }
             let [a, b] = ends;
             let a = a.frame_at(&of, &format!("{key}.a"), names)?;
             Ok(Box::new([a, b.frame_at(&of, &format!("{key}.b"), names)?]))

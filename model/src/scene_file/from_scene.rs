@@ -14,14 +14,15 @@ use super::event::EventEntry;
 use super::joint::{JointEntry, Kind};
 use super::motion::MotionEntry;
 use super::motor::{MotorEntry, WinchEntry, unless};
-use super::points::{BendEntry, MasslessCableEntry, PointEntry};
+use super::points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};
 use crate::body::{Body, Mobility};
 use crate::constraint::{
     Constraint, Cosserat, Distance, Hinge, JointLaw, LinkBend, Lock, MasslessCable, Paper, RowLaw,
-    Slider, Spherical, TwistDefinition,
+    Sheave, Slider, Spherical, TwistDefinition,
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
+use crate::reeving::Capstan;
 use crate::scene::Scene;
 
 impl SceneText {
@@ -43,7 +44,7 @@ impl SceneText {
             start_in_equilibrium,
             controls,
             cables: _,
-            capstans: _,
+            capstans,
             events,
         } = scene;
         let [segments, joined] = memberships(scene);
@@ -67,6 +68,17 @@ impl SceneText {
         }
         for ((name, constraint), group) in constraint_names.iter().zip(constraints).zip(groups) {
             text.push(scene, name, constraint, *group);
+        }
+        for Capstan { parts, friction } in capstans {
+            let [before, after] = parts.map(|i| &constraint_names[i]);
+            let part = text.massless_cable.iter_mut().find(|c| c.name == *after);
+            if let Some(part) = part {
+                part.after = Some(before.clone());
+                let first = part.through.first_mut();
+                if let Some(sheave) = first.and_then(|point| point.sheave.as_mut()) {
+                    sheave.friction = *friction;
+                }
+            }
         }
         let mut joint_of: HashMap<&str, &str> = HashMap::new();
         for (name, cable) in constraint_names.iter().zip(joined) {
@@ -167,14 +179,15 @@ impl SceneText {
             }
             Constraint::MasslessCable(MasslessCable {
                 frames,
-                sheaves: _,
+                sheaves,
                 length,
                 law,
                 tension_only,
                 winch,
             }) => self.massless_cable.push(MasslessCableEntry {
                 name: name.to_owned(),
-                through: points(scene, frames),
+                through: over(points(scene, frames), sheaves),
+                after: None,
                 length: *length,
                 ea: None,
                 stretch: Some(law.compliance),
@@ -332,6 +345,14 @@ fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
         .collect()
 }
 
+/// The points with the sheaves that have their hubs there.
+fn over(mut points: Vec<PointEntry>, sheaves: &[Option<Sheave>]) -> Vec<PointEntry> {
+    for (point, sheave) in points.iter_mut().zip(sheaves) {
+        point.sheave = sheave.as_ref().map(SheaveEntry::of);
+    }
+    points
+}
+
 impl PointEntry {
     /// The point as it is written.
     pub(super) fn of(frame: &Frame, scene: &Scene) -> Self {
@@ -342,6 +363,7 @@ impl PointEntry {
             point: frame.point.into(),
             axes: (!hanging).then(|| frame.axes.into()),
             motion,
+            sheave: None,
         }
     }
 }

@@ -9,8 +9,8 @@ use super::motion::MotionEntry;
 use super::motor::WinchEntry;
 use super::places::Fault;
 use crate::body::Bodies;
-use crate::constraint::{BendDefinition, Constraint, LinkBend, MasslessCable, RowLaw};
-use crate::frame::{Frame, hanging_axes};
+use crate::constraint::{BendDefinition, Constraint, Lay, LinkBend, MasslessCable, RowLaw, Sheave};
+use crate::frame::{Frame, axes_along, hanging_axes};
 
 /// A point of a body or of the world.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -21,10 +21,75 @@ pub struct PointEntry {
     /// The point, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
     #[serde(default)]
     pub point: [f64; 3],
-    /// Columns u, v, w of the frame, which these constraints do not use; default hanging.
+    /// Columns u, v, w of the frame, of which sheaves alone use any; default hanging.
     pub axes: Option<[[f64; 3]; 3]>,
     /// Motion of a point of the world.
     pub motion: Option<MotionEntry>,
+    /// The sheave whose hub it is, in massless cables: `{ radius, axis, … }`.
+    pub sheave: Option<SheaveEntry>,
+}
+
+/// A sheave that a massless cable runs over; at an end of the cable a drum. See [`Sheave`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SheaveEntry {
+    /// Radius \[m].
+    pub radius: f64,
+    /// Its axis in the frame of what it is fixed to, about which the cable travels in the positive sense; default the u of
+    /// `axes`.
+    pub axis: Option<[f64; 3]>,
+    /// Turns that the cable lies on it at first: whole ones of an inner sheave, all of a drum; default 0.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub turns: f64,
+    /// Coefficient of friction of an inner sheave, over which the cable slips beyond e^(friction × wrap); default 0, it
+    /// slides freely.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub friction: f64,
+    /// Whether the cable goes on as another one: see `after`.
+    pub shared: Option<bool>,
+    /// The angles in v and w between which it lies on it \[rad]; default by the path.
+    pub on: Option<[f64; 2]>,
+    /// Whether it passes by.
+    pub off: Option<bool>,
+}
+
+impl SheaveEntry {
+    fn build(&self) -> Sheave {
+        Sheave {
+            radius: self.radius,
+            turns: self.turns,
+            friction: self.friction,
+            shared: self.shared.unwrap_or(false),
+            lay: match self.on {
+                _ if self.off == Some(true) => Lay::Off,
+                Some([arriving, leaving]) => Lay::On { arriving, leaving },
+                None => Lay::New,
+            },
+        }
+    }
+
+    /// The sheave as it is written.
+    pub(super) fn of(sheave: &Sheave) -> Self {
+        let Sheave {
+            radius,
+            turns,
+            friction,
+            shared,
+            lay,
+        } = *sheave;
+        Self {
+            radius,
+            axis: None,
+            turns,
+            friction,
+            shared: shared.then_some(true),
+            on: match lay {
+                Lay::On { arriving, leaving } => Some([arriving, leaving]),
+                Lay::New | Lay::Off => None,
+            },
+            off: (lay == Lay::Off).then_some(true),
+        }
+    }
 }
 
 /// A massless cable: one length through two or more points, free to slide through the inner ones. Its one row has
@@ -34,8 +99,11 @@ pub struct PointEntry {
 pub struct MasslessCableEntry {
     /// Its name.
     pub name: String,
-    /// Its points in order, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point.
+    /// Its points in order, each `{ body = "…", point = [x, y, z] }` with an optional `motion` of a world point, and an
+    /// optional `sheave = { radius, axis, turns, friction }` with its hub there.
     pub through: Vec<PointEntry>,
+    /// The cable that it goes on from over the shared sheave at its beginning, which has the friction there.
+    pub after: Option<String>,
     /// Total length at rest \[m].
     pub length: f64,
     /// Axial stiffness \[N].
@@ -78,8 +146,12 @@ pub struct BendEntry {
 }
 
 impl MasslessCableEntry {
-    /// The constraint between bodies that have their places.
-    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
+    /// The parts between bodies that have their places, and the friction between each and the next.
+    pub(super) fn build(
+        &self,
+        bodies: &Bodies,
+        names: &Names<'_>,
+    ) -> Result<(Vec<MasslessCable>, Vec<f64>), Fault> {
         let of = Entry::new("massless cable", &self.name);
         if self.through.len() < 2 {
             return Err(of.conflict("through", "needs at least 2 points"));
@@ -93,11 +165,34 @@ impl MasslessCableEntry {
         };
         let law = law(&of, "stretch", compliance, self.damping)?;
         let winch = self.winch.as_ref().map(|winch| winch.build(&of));
-        Ok(Constraint::MasslessCable(MasslessCable {
+        let sheave = |point: &PointEntry| point.sheave.as_ref().map(SheaveEntry::build);
+        let mut sheaves: Vec<_> = self.through.iter().map(sheave).collect();
+        if sheaves.iter().all(Option::is_none) {
+            sheaves.clear();
+        }
+        if let (Some(_), Some(Some(first))) = (&self.after, sheaves.first_mut()) {
+            // It is the capstan's.
+            first.friction = 0.0;
+        }
+        let cable = MasslessCable {
             tension_only: self.tension_only.unwrap_or(true),
             winch: winch.transpose()?,
+            sheaves,
             ..MasslessCable::new(frames, self.length, law)
-        }))
+        };
+        let parts = cable.in_parts(&self.name, bodies);
+        let parts = parts.map_err(|error| Fault::new("through", error))?;
+        if parts.0.len() > 1 && self.breaks_at.is_some() {
+            let reason = "is not for cables over sheaves with friction, whose parts have different tensions: leave it out";
+            return Err(of.conflict("breaks_at", reason));
+        }
+        Ok(parts)
+    }
+
+    /// Friction of the sheave that it shares with the cable before it.
+    pub(super) fn shared_friction(&self) -> f64 {
+        let first = self.through.first().and_then(|point| point.sheave.as_ref());
+        first.map_or(0.0, |sheave| sheave.friction)
     }
 }
 
@@ -105,6 +200,9 @@ impl BendEntry {
     /// The constraint between bodies that have their places.
     pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Constraint, Fault> {
         let of = Entry::new("bend", &self.name);
+        if let Some(i) = self.through.iter().position(|point| point.sheave.is_some()) {
+            return Err(of.conflict(&format!("through.{i}.sheave"), ONLY_CABLES));
+        }
         let frames = through(&of, &self.through, bodies, names)?;
         let Ok(frames) = <[Frame; 3]>::try_from(frames) else {
             return Err(of.conflict("through", "needs exactly 3 points"));
@@ -116,6 +214,9 @@ impl BendEntry {
         }))
     }
 }
+
+/// What a sheave elsewhere is told.
+pub(super) const ONLY_CABLES: &str = "is for massless cables: remove it";
 
 fn law(of: &Entry<'_>, key: &str, compliance: f64, damping: f64) -> Result<RowLaw, Fault> {
     of.check_compliance(key, compliance)?;
@@ -171,10 +272,23 @@ impl PointEntry {
             return Err(of.conflict(&key("motion"), "moves points of the world: remove it"));
         }
         of.finite(&key("point"), &self.point)?;
+        let axis = self.sheave.as_ref().and_then(|sheave| sheave.axis);
+        let axes = match (axis, self.axes) {
+            (None, axes) => axes.map_or_else(hanging_axes, Matrix3::from),
+            (Some(_), Some(_)) => {
+                let reason = "is the u of `axes`: remove one of them";
+                return Err(of.conflict(&key("sheave.axis"), reason));
+            }
+            (Some(axis), None) => {
+                of.finite(&key("sheave.axis"), &axis)?;
+                axes_along(&axis.into())
+                    .ok_or_else(|| of.conflict(&key("sheave.axis"), "has no direction"))?
+            }
+        };
         Ok(Frame {
             side,
             point: self.point.into(),
-            axes: self.axes.map_or_else(hanging_axes, Matrix3::from),
+            axes,
         })
     }
 }

@@ -1,0 +1,174 @@
+//! Tests of cables over sheaves as text, and of their faults.
+
+use super::SceneText;
+use super::tests_faults::{FaultCase, check_faults};
+use crate::constraint::{Constraint, Lay};
+use crate::linearized::update_windings;
+use crate::scene::Scene;
+
+/// A load on a cable from a drum over a sheave with friction and one without.
+const REEVED: &str = r#"name = "reeved"
+[[body]]
+name = "drum"
+mobility = "driven"
+position = [-3, 0, 0]
+[[body]]
+name = "wheel"
+mass = 5
+inertia = [1, 1, 1]
+[[body]]
+name = "load"
+mass = 100
+shape = "particle"
+position = [2.3, 0, -6]
+[[joint]]
+name = "axle"
+kind = "hinge"
+a = "world"
+b = "wheel"
+point = [0, 0, 0]
+axis = [0, 1, 0]
+[[massless_cable]]
+name = "rope"
+length = 20
+ea = 1e7
+through = [
+  { body = "drum", sheave = { radius = 0.3, axis = [0, 1, 0], turns = 3.5 } },
+  { body = "wheel", sheave = { radius = 0.2, axis = [0, 1, 0], friction = 0.1, turns = 1 } },
+  { body = "world", point = [2, 0, -1], sheave = { radius = 0.3, axis = [0, 1, 0] } },
+  { body = "load" },
+]
+winch = { speed = 0.5 }
+[[control]]
+name = "hoist"
+drives = [{ joint = "rope" }]
+"#;
+
+fn built(text: &str) -> Scene {
+    let text: SceneText = toml::from_str(text).expect("reads");
+    text.build().expect("builds")
+}
+
+#[test]
+fn a_cable_over_sheaves_with_friction_has_parts() {
+    let scene = built(REEVED);
+    assert_eq!(scene.constraint_names, ["axle", "rope", "rope-2"]);
+    assert_eq!(scene.capstans.len(), 1);
+    assert_eq!(scene.capstans[0].parts, [1, 2]);
+    // A turn more than the path has.
+    assert!((6.28..7.0).contains(&scene.wrap(0)), "{}", scene.wrap(0));
+    let length = |i: usize| match &scene.constraints[i] {
+        Constraint::MasslessCable(cable) => {
+            (cable.length, cable.law.compliance, cable.winch.is_some())
+        }
+        _ => unreachable!(),
+    };
+    let [(first, soft, winds), (second, softer, no)] = [1, 2].map(length);
+    assert!((first + second - 20.0).abs() < 1e-14);
+    assert!((soft / first - 1e-7).abs() < 1e-20 && (softer / second - 1e-7).abs() < 1e-20);
+    assert!(winds && !no);
+}
+
+#[test]
+fn a_reeved_scene_is_written_and_read_back_to_the_bit() {
+    let mut scene = built(REEVED);
+    for moved in [0.0, -0.4, 1.3] {
+        scene.bodies.position[2].z += moved;
+        update_windings(&mut scene, 0.0);
+        let text = SceneText::from_scene(&scene).expect("is written");
+        let written = toml::to_string(&text).expect("a text");
+        assert_eq!(built(&written), scene, "{written}");
+    }
+    if let Constraint::MasslessCable(cable) = &mut scene.constraints[2]
+        && let Some(Some(inner)) = cable.sheaves.get_mut(1)
+    {
+        inner.lay = Lay::Off;
+    }
+    let text = SceneText::from_scene(&scene).expect("is written");
+    assert_eq!(text.build(), Ok(scene));
+}
+
+#[test]
+fn faults_of_sheaves() {
+    let cases: &[FaultCase] = &[
+        (
+            "radius = 0.2,",
+            "radius = 0.0,",
+            "line ",
+            &["radius is 0: it has to be > 0 m"],
+        ),
+        (
+            "radius = 0.2,",
+            "radius = nan,",
+            "line ",
+            &["radius is NaN"],
+        ),
+        (
+            "friction = 0.1",
+            "friction = -0.1",
+            "line ",
+            &["friction is -0.1: it has to be ≥ 0"],
+        ),
+        ("friction = 0.1", "friction = 400", "line ", &["≤ 700"]),
+        ("turns = 3.5", "turns = -1", "line ", &["turns is -1"]),
+        (
+            "turns = 3.5 }",
+            "turns = 3.5, friction = 0.1 }",
+            "line ",
+            &["is a drum, from which the cable does not slip"],
+        ),
+        (
+            "position = [2.3, 0, -6]",
+            "position = [2.1, 0, -1]",
+            "line ",
+            &["lies within its radius"],
+        ),
+        (
+            "point = [2, 0, -1], sheave = { radius = 0.3, axis = [0, 1, 0] }",
+            "point = [0.4, 0, 0], sheave = { radius = 0.3, axis = [0, -1, 0] }",
+            "line ",
+            &["they overlap"],
+        ),
+        (
+            "radius = 0.2, axis = [0, 1, 0]",
+            "radius = 0.2, axis = [1, 0, 0]",
+            "line ",
+            &["more than 45°"],
+        ),
+        (
+            "radius = 0.2, axis = [0, 1, 0]",
+            "radius = 0.2, axis = [0, 0, 0]",
+            "line ",
+            &["has no direction"],
+        ),
+        (
+            "ea = 1e7",
+            "ea = 1e7\ntension_only = false",
+            "line ",
+            &["pushes, which over a sheave with friction nothing can"],
+        ),
+        (
+            "ea = 1e7",
+            "ea = 1e7\nbreaks_at = 1e5",
+            "line ",
+            &["is not for cables over sheaves with friction"],
+        ),
+        (
+            "ea = 1e7",
+            "ea = 1e7\nafter = \"cord\"",
+            "line ",
+            &["names a cable that is not there"],
+        ),
+    ];
+    check_faults(REEVED, cases);
+    let passed = REEVED
+        .replace("point = [2, 0, -1]", "point = [2, 0, 1]")
+        .replace(", turns = 1 }", " }");
+    let cases: &[FaultCase] = &[(
+        "length = 20",
+        "length = 20.0",
+        "line ",
+        &["sheave 2", "does not touch the cable"],
+    )];
+    check_faults(&passed, cases);
+}
