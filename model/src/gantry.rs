@@ -11,7 +11,8 @@
 //! ```
 //!
 //! The hook block hangs in 2 n vertical falls, n of each massless cable, at x = ±½ `rope_spread.x` and between, y = ±½
-//! `rope_spread.y`; the sheaves are points without friction. So the block keeps its direction about z, stays level as far
+//! `rope_spread.y`; the sheaves are points without friction, or with `sheaves` wheels as wide as the distance of two falls,
+//! fixed to trolley and hook, with `sheave_friction`. Without friction the block keeps its direction about z, stays level as far
 //! as its weight and its load do it, and rises by 1/n of what the winches haul in.
 //!
 //! [`Controls`] holds the values of [`TROLLEY_SPEED`] and [`HOIST_SPEED`].
@@ -77,6 +78,10 @@ pub struct GantryParams {
     pub parts: usize,
     /// Extent of the falls along x and y \[m], > 0.
     pub rope_spread: [f64; 2],
+    /// Whether the hoist cables run over sheaves between their falls, which do not turn, instead of points.
+    pub sheaves: bool,
+    /// Coefficient of friction of these sheaves, over which the cables slip where the tensions differ by more than e^(πμ).
+    pub sheave_friction: f64,
     /// Axial stiffness of each hoist cable \[N]; 0 for rigid ones.
     pub rope_ea: f64,
     /// Height of the hook block \[m]: from where it hangs to where the cable is attached; its centre is in the middle.
@@ -125,6 +130,8 @@ impl Default for GantryParams {
             drop: 6.0,
             parts: 2,
             rope_spread: [0.4, 0.6],
+            sheaves: false,
+            sheave_friction: 0.0,
             rope_ea: 2e7,
             hook_height: 0.6,
             load_offset: None,
@@ -243,6 +250,7 @@ impl GantryParams {
         check("drop", self.drop, lowered, "at least least_drop")?;
         for (what, value, needs) in [
             ("rope_ea", self.rope_ea, "≥ 0 N; 0 is rigid"),
+            ("sheave_friction", self.sheave_friction, "≥ 0"),
             ("gravity", self.gravity, "≥ 0 m/s²"),
             ("damping", self.damping, "≥ 0 s"),
             ("seed_rate", self.seed_rate, "≥ 0 rad/s"),
@@ -252,7 +260,18 @@ impl GantryParams {
         ] {
             check(what, value, value >= 0.0, needs)?;
         }
-        Ok(())
+        let rough = self.sheave_friction > 0.0;
+        let conflict = |reason| {
+            let what = "sheave_friction".to_owned();
+            Err(SceneError::Conflict { what, reason })
+        };
+        match (rough, self.sheaves, self.rope_ea > 0.0) {
+            (true, false, _) => conflict("is that of sheaves: set `sheaves = true`"),
+            (true, _, false) => conflict(
+                "leaves the tensions of rigid falls that stick undetermined: give the cables a stiffness `rope_ea`",
+            ),
+            _ => Ok(()),
+        }
     }
 }
 
@@ -285,6 +304,36 @@ mod tests {
             });
             assert_eq!(falls.collect::<Vec<_>>(), [2 * parts; 2]);
         }
+    }
+
+    #[test]
+    fn falls_over_sheaves_hang_as_those_over_points() {
+        for (parts, friction) in [(2, 0.0), (3, 0.0), (12, 0.0), (2, 0.1), (4, 0.2), (12, 0.2)] {
+            let params = GantryParams {
+                parts,
+                sheaves: true,
+                sheave_friction: friction,
+                ..GantryParams::default()
+            };
+            let scene = params.build().expect("builds");
+            let mut lin = Linearized::new(&scene);
+            lin.update(&scene, 0.0);
+            assert!(lin.phi.iter().all(|phi| phi.abs() < 1e-12), "{:?}", lin.phi);
+            let capstans = if friction > 0.0 { 2 * (parts - 1) } else { 0 };
+            assert_eq!(scene.capstans.len(), capstans);
+            for i in 0..capstans {
+                assert!((scene.wrap(i) - std::f64::consts::PI).abs() < 1e-14);
+            }
+        }
+        let rough = |sheaves, rope_ea| GantryParams {
+            sheaves,
+            sheave_friction: 0.1,
+            rope_ea,
+            ..GantryParams::default()
+        };
+        let says = |params: GantryParams| params.build().expect_err("refused").to_string();
+        assert!(says(rough(false, 1e7)).contains("set `sheaves = true`"));
+        assert!(says(rough(true, 0.0)).contains("rope_ea"));
     }
 
     #[test]

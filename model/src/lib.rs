@@ -53,6 +53,7 @@
 //! | A, I_a, J_t | [`CrossSection`] | area, second moment, torsion constant | m², m⁴, m⁴ |
 //! | YA, YI, GJ | [`Stiffness`] `ea`, `ei`, `gj` | axial, bending, torsional stiffness | N, N m², N m² |
 //! | l, L | `segment_length`, `length` | length of a segment, of the cable | m |
+//! | r, θ, μ | [`Sheave`], [`Scene::wrap`], [`Capstan::friction`] | radius, wrap and friction of a sheave | m, rad, – |
 //! | L(t) | [`MasslessCable::length_at`] | length at rest of a cable with a winch | m |
 //! | lo, hi | [`RowBounds`] | bounds of λ: a cable cannot push, a motor has a limited force | N or N m |
 //! | M/m | [`HoistParams::mass_ratio`] | mass of the load over that of a segment | – |
@@ -74,6 +75,8 @@
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
+//! | [`reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
+//! | [`reeved`] | a capstan, a block and tackle, a traction elevator |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
 //! | `unlimited` (feature `serde`) | limits that may be infinite, in formats that know finite numbers alone |
@@ -107,6 +110,7 @@ pub mod network;
 mod notes;
 mod packs;
 pub mod particles;
+pub mod reeved;
 pub mod reeving;
 pub mod scene;
 #[cfg(feature = "toml")]
@@ -140,6 +144,7 @@ pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
 pub use packs::{Four, FourJoints, Joint, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
+pub use reeved::{Reeved, ReevedParams};
 pub use reeving::Capstan;
 pub use scene::{Action, CableParts, Control, Drive, Event, Scene, When};
 #[cfg(feature = "toml")]

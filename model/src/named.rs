@@ -5,11 +5,12 @@ use crate::gantry::GantryParams;
 use crate::hoist::HoistParams;
 use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
+use crate::reeved::{Reeved, ReevedParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 16] = [
+pub const NAMES: [&str; 19] = [
     "hoist",
     "gantry",
     ChainModel::Links.scene_name(),
@@ -26,6 +27,9 @@ pub const NAMES: [&str; 16] = [
     Network::Cranes.name(),
     Network::Ladder.name(),
     Network::Net.name(),
+    Reeved::Capstan.name(),
+    Reeved::Tackle.name(),
+    Reeved::Elevator.name(),
 ];
 
 /// The scene called `name`, with its default parameters.
@@ -47,6 +51,8 @@ pub fn named(name: &str) -> Result<Scene, SceneError> {
         SpecimenParams::new(specimen).build()
     } else if let Some(network) = Network::named(name) {
         NetworkParams::new(network).build()
+    } else if let Some(reeved) = Reeved::named(name) {
+        ReevedParams::new(reeved).build()
     } else {
         Err(unknown(name))
     }
@@ -78,7 +84,8 @@ mod tests {
         assert_eq!(
             message,
             "no scene is called `hoits`: choose one of hoist, gantry, particles-a, particles-b, particles-c, particles-d, \
-             particles-e, particles-f, pull, twist, bend, ring, junction, cranes, ladder, net, or give a TOML file"
+             particles-e, particles-f, pull, twist, bend, ring, junction, cranes, ladder, net, \
+             capstan, tackle, elevator, or give a TOML file"
         );
     }
 }

@@ -3,7 +3,8 @@
 //! A text is **one table** with the parameters of a named scene, all of which have defaults: `[hoist]` with the fields of
 //! [`HoistParams`], `[gantry]` with those of [`GantryParams`], `[particles-a]` … `[particles-f]` with those of
 //! [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`,
-//! `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`]. `taut scene NAME` writes it with every key, its
+//! `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`], `[capstan]`, `[tackle]` or `[elevator]` with those of
+//! [`ReevedParams`]. `taut scene NAME` writes it with every key, its
 //! meaning and its unit. Or it is **explicit**: lists of bodies and of constraints, one by one.
 //! `taut scene NAME --explicit` writes any scene so.
 //!
@@ -309,6 +310,7 @@ use crate::hoist::HoistParams;
 use crate::named::unknown;
 use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
+use crate::reeved::{Reeved, ReevedParams};
 use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
 
@@ -326,6 +328,8 @@ pub enum SceneSource {
     Specimen(Box<SpecimenParams>),
     /// Cables with branches or loops and their parameters.
     Network(Box<NetworkParams>),
+    /// Cables over sheaves and their parameters.
+    Reeved(Box<ReevedParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -338,6 +342,7 @@ enum Whole {
     Particles(ChainModel),
     Specimen(Specimen),
     Network(Network),
+    Reeved(Reeved),
 }
 
 impl Whole {
@@ -350,7 +355,8 @@ impl Whole {
         let chain = ChainModel::of_scene(name).map(Self::Particles);
         let specimen = || Specimen::named(name).map(Self::Specimen);
         let network = || Network::named(name).map(Self::Network);
-        chain.or_else(specimen).or_else(network)
+        let reeved = || Reeved::named(name).map(Self::Reeved);
+        chain.or_else(specimen).or_else(network).or_else(reeved)
     }
 }
 
@@ -393,6 +399,10 @@ impl SceneSource {
                 let params: NetworkParams = read_whole(text, table, overrides)?;
                 Self::Network(Box::new(NetworkParams { network, ..params }))
             }
+            Whole::Reeved(reeved) => {
+                let params: ReevedParams = read_whole(text, table, overrides)?;
+                Self::Reeved(Box::new(ReevedParams { reeved, ..params }))
+            }
         })
     }
 
@@ -407,6 +417,7 @@ impl SceneSource {
             Self::Particles(chain) => chain.build(),
             Self::Specimen(specimen) => specimen.build(),
             Self::Network(network) => network.build(),
+            Self::Reeved(reeved) => reeved.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -423,6 +434,7 @@ impl SceneSource {
             Self::Particles(chain) => write::commented(self, chain.model.scene_name(), chain),
             Self::Specimen(params) => write::commented(self, params.specimen.name(), params),
             Self::Network(params) => write::commented(self, params.network.name(), params),
+            Self::Reeved(params) => write::commented(self, params.reeved.name(), params),
             Self::Explicit(scene) => write::explicit_commented(scene),
         }
     }
@@ -443,6 +455,9 @@ impl SceneSource {
             }
             Self::Network(params) => {
                 toml::to_string(&BTreeMap::from([(params.network.name(), params)]))
+            }
+            Self::Reeved(params) => {
+                toml::to_string(&BTreeMap::from([(params.reeved.name(), params)]))
             }
             Self::Explicit(scene) => return write::explicit(scene),
         };

@@ -4,9 +4,10 @@
 //!
 //!   φ = Σ_k |d_k| − L(t)  \[SL §III (b)],   φ̇ = Σ_j (n_{j+1} − n_j)·ṗ_j − L̇,  n_0 = n_{m+1} = 0
 //!
-//! 1 row, m. The cable slides freely through the inner points, which are sheaves without friction: one tension |λ| in all
-//! spans. φ > 0 and λ < 0 where it is taut. With `tension_only` the row has the bound λ ≤ 0 and is slack where it is too
-//! long; without, it also pushes.
+//! 1 row, m. The cable slides freely through the inner points: one tension |λ| in all spans. With
+//! [`sheaves`](MasslessCable::sheaves) it runs over wheels there ([`Sheave`]); beyond one with friction a cable goes on as
+//! another one ([`crate::reeving`]). φ > 0 and λ < 0 where it is taut. With `tension_only` the row has the bound λ ≤ 0 and is
+//! slack where it is too long; without, it also pushes.
 //!
 //! A winch changes L at a speed of its own and holds up to a tension F: λ ≥ −F. Where that is not enough the drum slips:
 //! what is then paid out is what the elastic law asks for, Σ|d_k| − L = ε F ([`MasslessCable::settle`]). Compliance is

@@ -1,11 +1,12 @@
 //! Lays out the gantry, unstrained.
 
 use nalgebra::Vector3;
+use std::f64::consts::PI;
 
 use super::{GantryParams, HOIST_SPEED, ResolvedGantry, TROLLEY_SPEED};
 use crate::body::Body;
 use crate::cable::strand::Strand;
-use crate::constraint::{Constraint, MasslessCable, Motor, RowLaw, Slider, Winch};
+use crate::constraint::{Constraint, MasslessCable, Motor, RowLaw, Sheave, Slider, Winch};
 use crate::error::SceneError;
 use crate::frame::{Frame, axes_along};
 use crate::scene::{Control, Drive, Scene};
@@ -17,7 +18,6 @@ const TROLLEY: usize = 1;
 const HOOK: usize = 2;
 const CABLE: usize = 0;
 const RAIL: usize = 0;
-const ROPES: [usize; 2] = [1, 2];
 
 impl GantryParams {
     /// Builds the scene. Bodies: `crane`, `trolley`, `hook`, `segment-1` …, `load`. Constraints: `rail`, `rope-1`,
@@ -32,16 +32,14 @@ impl GantryParams {
         scene.gravity = Vector3::new(0.0, 0.0, -self.gravity);
         self.add_bodies(&mut scene, &gantry);
         self.add_rail(&mut scene);
+        let mut ropes = [0; 2];
         for (i, side) in [1.0, -1.0].into_iter().enumerate() {
-            let rope = self.rope(side);
-            scene.add_constraint(
-                format!("rope-{}", i + 1),
-                Constraint::MasslessCable(rope),
-                0,
-            );
+            // The winch is at the first part.
+            let parts = scene.reeve(&format!("rope-{}", i + 1), &self.rope(side), 0)?;
+            ropes[i] = parts[0];
         }
         self.join_cable(&mut scene, &gantry);
-        self.add_controls(&mut scene);
+        self.add_controls(&mut scene, ropes);
         let spins = &mut scene.bodies.angular_velocity[HOOK + 1..HOOK + 1 + self.segments];
         seed::replace(spins, self.seed, self.seed_rate);
         scene.start_in_equilibrium = self.equilibrium;
@@ -93,6 +91,7 @@ impl GantryParams {
     fn rope(&self, side: f64) -> MasslessCable {
         let top = Vector3::new(0.0, 0.0, 0.5 * self.hook_height);
         let mut frames = Vec::with_capacity(2 * self.parts);
+        let mut sheaves = Vec::new();
         for (k, offset) in self.falls(side).enumerate() {
             let ends = [
                 Frame::body(TROLLEY, offset),
@@ -100,7 +99,27 @@ impl GantryParams {
             ];
             // Down and up in turns.
             let [first, second] = if k % 2 == 0 { [0, 1] } else { [1, 0] };
-            frames.extend([ends[first], ends[second]]);
+            if !self.sheaves {
+                frames.extend([ends[first], ends[second]]);
+                continue;
+            }
+            if k == 0 {
+                frames.push(ends[first]);
+                sheaves.push(None);
+            }
+            if k + 1 == self.parts {
+                frames.push(ends[second]);
+                sheaves.push(None);
+                continue;
+            }
+            // Under a sheave of the hook against y, over one of the trolley about y.
+            let mut hub = ends[second];
+            hub.point.x += self.sheave_radius();
+            frames.push(hub.along(&(Vector3::y() * if second == 1 { -1.0 } else { 1.0 })));
+            sheaves.push(Some(Sheave {
+                friction: self.sheave_friction,
+                ..Sheave::new(self.sheave_radius())
+            }));
         }
         let length = self.rope_length(self.drop);
         let compliance = if self.rope_ea > 0.0 {
@@ -112,16 +131,32 @@ impl GantryParams {
             winch: Some(Winch {
                 force_limit: self.winch_force.unwrap_or(f64::INFINITY),
                 brake_limit: self.winch_force.unwrap_or(f64::INFINITY),
-                shortest: self.rope_length(self.least_drop),
+                // Of the first fall where the others have lengths of their own.
+                shortest: if self.sheave_friction > 0.0 {
+                    self.least_drop
+                } else {
+                    self.rope_length(self.least_drop)
+                },
                 ..Winch::new()
             }),
+            sheaves,
             ..MasslessCable::new(frames, length, RowLaw::new(compliance, self.damping))
         }
     }
 
     /// Length of a hoist cable whose falls are `drop` (m) long each, with what lies along trolley and hook \[m].
     fn rope_length(&self, drop: f64) -> f64 {
-        self.parts as f64 * drop + self.rope_spread[0]
+        let along = if self.sheaves {
+            (self.parts - 1) as f64 * PI * self.sheave_radius()
+        } else {
+            self.rope_spread[0]
+        };
+        self.parts as f64 * drop + along
+    }
+
+    /// Half the distance of two falls \[m].
+    fn sheave_radius(&self) -> f64 {
+        0.5 * self.rope_spread[0] / (self.parts - 1) as f64
     }
 
     fn join_cable(&self, scene: &mut Scene, gantry: &ResolvedGantry) {
@@ -138,17 +173,17 @@ impl GantryParams {
         strand.join(scene, CABLE, "bottom", (held, bottom), 0.5 * l);
     }
 
-    fn add_controls(&self, scene: &mut Scene) {
+    fn add_controls(&self, scene: &mut Scene, ropes: [usize; 2]) {
         // Hauling in all falls at once lifts the hook by one fall's share.
         let lift = -(self.parts as f64);
         scene.controls.push(Control::of(TROLLEY_SPEED, RAIL, 1.0));
         if self.separate_ropes {
-            let named = ["rope_1_speed", "rope_2_speed"].into_iter().zip(ROPES);
+            let named = ["rope_1_speed", "rope_2_speed"].into_iter().zip(ropes);
             let each = named.map(|(name, rope)| Control::of(name, rope, lift));
             scene.controls.extend(each);
             return;
         }
-        let drives = ROPES.map(|constraint| Drive {
+        let drives = ropes.map(|constraint| Drive {
             constraint,
             gain: lift,
         });

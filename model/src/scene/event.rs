@@ -1,6 +1,7 @@
 //! Events: one-shot actions while a scene runs. A rope breaks, a load is let go, a hook catches it.
 
 use super::Scene;
+use super::remove::PARTS;
 use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
@@ -151,6 +152,12 @@ impl Scene {
         event.then.iter().try_for_each(|action| match action {
             Action::Release(constraint) if *constraint >= self.constraints.len() => {
                 Err(self.unknown_constraint(&what, *constraint))
+            }
+            Action::Release(part) if self.capstans.iter().any(|c| c.parts.contains(part)) => {
+                Err(SceneError::Conflict {
+                    what: format!("{what}: `{}`", self.constraint_name(*part)),
+                    reason: PARTS,
+                })
             }
             Action::Release(_) => Ok(()),
             Action::Attach { name, between } => {

@@ -5,6 +5,10 @@ use crate::body::Bodies;
 use crate::error::SceneError;
 use crate::frame::{Frame, Side};
 
+/// What the removal of a part is told.
+pub(super) const PARTS: &str =
+    "is a part of a cable over sheaves with friction: its parts go together or not at all";
+
 /// New numbers of what is kept, by the old ones.
 struct Kept(Vec<Option<usize>>);
 
@@ -109,6 +113,14 @@ impl Scene {
             return Err(SceneError::Conflict {
                 what: format!("body `{}`", self.body_names[load]),
                 reason: "is the load: make another body the load, or none, before it is removed",
+            });
+        }
+        let goes = |i: usize| constraints.0.get(i).is_some_and(Option::is_none);
+        let torn = self.capstans.iter().find(|c| goes(c.parts[0]) != goes(c.parts[1]));
+        if let Some(capstan) = torn {
+            return Err(SceneError::Conflict {
+                what: format!("joint `{}`", self.constraint_names[capstan.parts[1]]),
+                reason: PARTS,
             });
         }
         let stays = |i: &usize| constraints.0[*i].is_some();

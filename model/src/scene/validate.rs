@@ -244,7 +244,9 @@ impl Scene {
         let mobility = &self.bodies.mobility;
         // One that is not there is found below.
         let dynamic = |i: usize| mobility.get(i).is_none_or(|m| *m == Mobility::Dynamic);
-        if !c.bodies().any(dynamic) {
+        // A part between two sheaves of one body passes tensions on.
+        let passes = matches!(c, Constraint::MasslessCable(part) if part.is_part() && part.law.compliance > 0.0);
+        if !passes && !c.bodies().any(dynamic) {
             return Err(SceneError::BothWorld {
                 joint: joint.to_owned(),
             });
@@ -252,7 +254,8 @@ impl Scene {
         match bodies.next() {
             // All sides on one body: nothing moves against anything. One that is not there is found below.
             Some(first)
-                if first < self.bodies.len()
+                if !passes
+                    && first < self.bodies.len()
                     && c.bodies().count() == sides
                     && bodies.all(|b| b == first) =>
             {

@@ -19,6 +19,7 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
         }
         SceneSource::Specimen(_) => of_struct(include_str!("../specimen.rs"), "SpecimenParams"),
         SceneSource::Network(_) => of_struct(include_str!("../network.rs"), "NetworkParams"),
+        SceneSource::Reeved(_) => of_struct(include_str!("../reeved.rs"), "ReevedParams"),
         SceneSource::Explicit(_) => Vec::new(),
     }
 }
@@ -31,6 +32,7 @@ pub(super) fn about(source: &SceneSource) -> String {
         SceneSource::Particles(p) => about_chain(p.model),
         SceneSource::Specimen(_) => first_paragraph(include_str!("../specimen.rs")),
         SceneSource::Network(_) => first_paragraph(include_str!("../network.rs")),
+        SceneSource::Reeved(_) => first_paragraph(include_str!("../reeved.rs")),
         SceneSource::Explicit(_) => "Bodies and constraints one by one.".to_owned(),
     }
 }

@@ -237,7 +237,13 @@ fn through(
         .collect();
     let frames = frames?;
     let first = frames.first().and_then(Frame::body_index);
-    if frames.iter().all(|f| f.body_index() == first) {
+    let shared = |point: &PointEntry| {
+        point
+            .sheave
+            .as_ref()
+            .is_some_and(|s| s.shared == Some(true))
+    };
+    if !points.iter().any(shared) && frames.iter().all(|f| f.body_index() == first) {
         let reason = if first.is_none() {
             "ties the world to the world: put at least one point on a body"
         } else {

@@ -17,6 +17,7 @@ use crate::frame::{Frame, hanging_axes};
 use crate::motion::Motion;
 use crate::named::NAMES;
 use crate::network::Network;
+use crate::reeved::Reeved;
 use crate::scene::{Control, Drive, Scene};
 
 /// Asserts that the scene's text reads back to the scene, with comments and without.
@@ -67,6 +68,10 @@ fn every_named_scene() {
                     ("held", "corners"),
                     ("damping", "0.01"),
                 ],
+            ],
+            _ if Reeved::named(name).is_some() => &[
+                &[],
+                &[("friction", "0"), ("falls", "3"), ("counter_mass", "7")],
             ],
             _ => &[
                 &[],

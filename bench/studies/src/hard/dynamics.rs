@@ -1,7 +1,8 @@
-//! Hard cases in motion: H20 to H39 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion: H12, H20 to H39 and H59, and the gantry crane driven for a minute.
 
 mod beam;
 mod bounce;
+mod capstan;
 mod chain;
 mod changes;
 mod crane;
@@ -37,6 +38,12 @@ pub const CASES: &[Case] = &[
         title: "the gantry crane driven for a minute, loads to 10⁵ cable elements",
         run: gantry::outcome,
         scenes: gantry::scenes,
+    },
+    Case {
+        name: "H12",
+        title: "sheaves, drums and the capstan",
+        run: capstan::outcome,
+        scenes: capstan::scenes,
     },
     Case {
         name: "H20",

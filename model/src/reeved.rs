@@ -1,0 +1,469 @@
+//! Loads on massless cables over sheaves with friction: a capstan, a block and tackle, a traction elevator.
+//!
+//! ```text
+//!  capstan    ___             tackle  ══╤═══╤══ locked sheaves   elevator   ( )  traction sheave, driven
+//!            (   ) turns       winch ──( )─( )                              | |
+//!            |   |                      | | | |                            car  counterweight
+//!          load  counter               [ block ]                            |_( )_|  compensation rope, its sheave hangs
+//! ```
+//!
+//! **Capstan**: it holds load : counter = k = e^(μθ), θ = π + 2π `turns`, and beyond slips with the acceleration
+//! g (m₁ − k m₂)/(m₁ + k m₂). With a `wheel_inertia` the sheave turns on its axle.
+//!
+//! **Tackle**: a block in n falls over locked sheaves, the first fall from a winch, or from a free weight `counter_mass`.
+//! Drawn up it needs the tension W/Σ k⁻ⁱ, i = 1 … n, lowered W/Σ kⁱ, with k = e^(πμ).
+//!
+//! **Elevator**: the sheave drives car and counterweight by friction alone, and slips upwards beyond the acceleration
+//! g (k m_w − m_c)/(k m_w + m_c), with half the weight of the compensation sheave in m_c and m_w.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::body::Body;
+use crate::constraint::{Constraint, Hinge, MasslessCable, Motor, RowLaw, Sheave, Slider, Winch};
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
+use crate::scene::{Control, Scene};
+
+/// Name of the control of the tackle's winch: the speed at which it hauls in \[m/s].
+pub const HAUL_SPEED: &str = "haul_speed";
+/// Name of the control of the elevator's sheave: the speed at which it lifts the car, without slip \[m/s].
+pub const DRIVE_SPEED: &str = "drive_speed";
+
+/// Most falls of a tackle.
+const MAX_FALLS: usize = 64;
+
+/// What the cable runs over.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Reeved {
+    /// Two weights over one sheave.
+    #[default]
+    Capstan,
+    /// A block and tackle.
+    Tackle,
+    /// A car and its counterweight on a driven sheave.
+    Elevator,
+}
+
+impl Reeved {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Capstan, Self::Tackle, Self::Elevator];
+
+    /// Name of its scene: `capstan`, `tackle`, `elevator`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Capstan => "capstan",
+            Self::Tackle => "tackle",
+            Self::Elevator => "elevator",
+        }
+    }
+
+    /// The one with that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| s.name() == name)
+    }
+}
+
+/// Parameters of such a scene. SI units; `None` stands for the default that the field names.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
+pub struct ReevedParams {
+    /// Which it is. Not part of a scene's text: the table's name says it.
+    #[cfg_attr(feature = "toml", serde(skip))]
+    pub reeved: Reeved,
+    /// Mass of the load: the heavier weight, the block, the car \[kg].
+    pub load_mass: f64,
+    /// Mass at the other end \[kg]. Default: half the load of a capstan, 0.8 of it of an elevator; of a tackle none, its end
+    /// runs to a winch.
+    pub counter_mass: Option<f64>,
+    /// Radius of the sheaves \[m].
+    pub radius: f64,
+    /// Coefficient of friction of the cable on them; 0 lets it slide freely.
+    pub friction: f64,
+    /// Whole turns of the capstan besides the half one.
+    pub turns: f64,
+    /// Inertia of the sheave about its axle \[kg m²]; 0 locks it. Default: a capstan's is locked, an elevator's has 5 kg m².
+    pub wheel_inertia: Option<f64>,
+    /// Falls that the tackle's block hangs in, 1 to 64.
+    pub falls: usize,
+    /// Mass of the sheave that hangs in the elevator's compensation rope \[kg]; 0 leaves the rope out.
+    pub compensation_mass: f64,
+    /// Length of the falls \[m].
+    pub drop: f64,
+    /// Axial stiffness of the cables \[N]; 0 for rigid ones.
+    pub ea: f64,
+    /// Damping time τ of the cables \[s].
+    pub damping: f64,
+    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+    pub gravity: f64,
+}
+
+impl Default for ReevedParams {
+    fn default() -> Self {
+        Self {
+            reeved: Reeved::Capstan,
+            load_mass: 1000.0,
+            counter_mass: None,
+            radius: 0.25,
+            friction: 0.1,
+            turns: 0.0,
+            wheel_inertia: None,
+            falls: 4,
+            compensation_mass: 50.0,
+            drop: 10.0,
+            ea: 2e7,
+            damping: 0.05,
+            gravity: 9.81,
+        }
+    }
+}
+
+/// A body's centre.
+fn centre(body: usize) -> Frame {
+    Frame::body(body, Vector3::zeros())
+}
+
+fn xz(x: f64, z: f64) -> Vector3<f64> {
+    Vector3::new(x, 0.0, z)
+}
+
+/// The points of a cable and their sheaves.
+#[derive(Default)]
+struct Way {
+    frames: Vec<Frame>,
+    sheaves: Vec<Option<Sheave>>,
+}
+
+impl Way {
+    fn to(mut self, point: Frame) -> Self {
+        self.frames.push(point);
+        self.sheaves.push(None);
+        self
+    }
+
+    /// Over a sheave, on which the cable goes on towards +x, or with `sense` −1 under it.
+    fn over(mut self, hub: Frame, sense: f64, sheave: Sheave) -> Self {
+        self.frames.push(hub.along(&(Vector3::y() * sense)));
+        self.sheaves.push(Some(sheave));
+        self
+    }
+}
+
+impl ReevedParams {
+    /// The default parameters of a scene.
+    #[must_use]
+    pub fn new(reeved: Reeved) -> Self {
+        Self {
+            reeved,
+            ..Self::default()
+        }
+    }
+
+    /// Builds the scene. Bodies: `load`, `counter` and `wheel` where there are; constraints: `rope` with its parts `rope-2` …,
+    /// `axle`, `rail`, `compensation`. Controls: [`HAUL_SPEED`] of a tackle with a winch, [`DRIVE_SPEED`] of an elevator.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, and what it has to be.
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        self.check_ranges()?;
+        let mut scene = Scene::new(self.reeved.name());
+        scene.gravity = xz(0.0, -self.gravity);
+        match self.reeved {
+            Reeved::Capstan => self.capstan(&mut scene)?,
+            Reeved::Tackle => self.tackle(&mut scene)?,
+            Reeved::Elevator => self.elevator(&mut scene)?,
+        }
+        scene.group_by_topology();
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        let falls = (1..=MAX_FALLS).contains(&self.falls);
+        check("falls", self.falls as f64, falls, "1 to 64")?;
+        for (what, value, needs) in [
+            ("load_mass", self.load_mass, "> 0 kg, 1e-150 to 1e150"),
+            ("counter_mass", self.counter(), "> 0 kg, 1e-150 to 1e150"),
+            ("radius", self.radius, "> 0 m, 1e-150 to 1e150"),
+            ("drop", self.drop, "> 0 m, 1e-150 to 1e150"),
+        ] {
+            check(what, value, (1e-150..=1e150).contains(&value), needs)?;
+        }
+        for (what, value, needs) in [
+            ("friction", self.friction, "≥ 0"),
+            ("turns", self.turns, "≥ 0"),
+            (
+                "wheel_inertia",
+                self.inertia(),
+                "≥ 0 kg m²; 0 locks the sheave",
+            ),
+            (
+                "compensation_mass",
+                self.compensation_mass,
+                "≥ 0 kg; 0 leaves the rope out",
+            ),
+            ("ea", self.ea, "≥ 0 N; 0 is rigid"),
+            ("damping", self.damping, "≥ 0 s"),
+            ("gravity", self.gravity, "≥ 0 m/s²"),
+        ] {
+            check(what, value, value >= 0.0, needs)?;
+        }
+        let driven = self.reeved != Reeved::Elevator || self.inertia() > 0.0;
+        let needs = "> 0 kg m² of an elevator, whose sheave turns";
+        check("wheel_inertia", self.inertia(), driven, needs)?;
+        let soft = self.reeved != Reeved::Tackle || self.friction == 0.0 || self.ea > 0.0;
+        let needs = "> 0 N: the tensions of rigid falls that stick are undetermined";
+        check("ea", self.ea, soft, needs).map(|_| ())
+    }
+
+    fn inertia(&self) -> f64 {
+        let default = if self.reeved == Reeved::Elevator {
+            5.0
+        } else {
+            0.0
+        };
+        self.wheel_inertia.unwrap_or(default)
+    }
+
+    fn counter(&self) -> f64 {
+        let part = if self.reeved == Reeved::Elevator {
+            0.8
+        } else {
+            0.5
+        };
+        self.counter_mass.unwrap_or(part * self.load_mass)
+    }
+
+    fn sheave(&self, turns: f64) -> Sheave {
+        Sheave {
+            friction: self.friction,
+            turns,
+            ..Sheave::new(self.radius)
+        }
+    }
+
+    /// A massless cable of a length (m) along a way.
+    fn reeve(
+        &self,
+        scene: &mut Scene,
+        name: &str,
+        way: Way,
+        length: f64,
+        winch: Option<Winch>,
+    ) -> Result<usize, SceneError> {
+        let compliance = if self.ea > 0.0 { length / self.ea } else { 0.0 };
+        let law = RowLaw::new(compliance, self.damping);
+        let cable = MasslessCable {
+            sheaves: way.sheaves,
+            winch,
+            ..MasslessCable::new(way.frames, length, law)
+        };
+        Ok(scene.reeve(name, &cable, 0)?[0])
+    }
+
+    /// A wheel that turns about y through the origin of the world.
+    fn wheel(&self, scene: &mut Scene, motor: Option<Motor>) -> (usize, usize) {
+        let inertia = Matrix3::from_diagonal(&Vector3::repeat(self.inertia()));
+        let mass = 2.0 * self.inertia() / (self.radius * self.radius);
+        let wheel = scene.add_body("wheel", Body::new(mass, inertia));
+        let frames = [Frame::world(Vector3::zeros()), centre(wheel)];
+        let axle = Hinge {
+            motor,
+            ..Hinge::new(frames.map(|f| f.along(&Vector3::y())))
+        };
+        (
+            wheel,
+            scene.add_constraint("axle", Constraint::Hinge(axle), 0),
+        )
+    }
+
+    fn weight(&self, scene: &mut Scene, name: &str, mass: f64, x: f64) -> usize {
+        scene.add_body(name, Body::particle(mass).at(xz(x, -self.drop)))
+    }
+
+    fn capstan(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        let counter = self.weight(scene, "counter", self.counter(), -self.radius);
+        let load = self.weight(scene, "load", self.load_mass, self.radius);
+        scene.load = Some(load);
+        let hub = if self.inertia() > 0.0 {
+            centre(self.wheel(scene, None).0)
+        } else {
+            Frame::world(Vector3::zeros())
+        };
+        let way = Way::default()
+            .to(centre(counter))
+            .over(hub, 1.0, self.sheave(self.turns))
+            .to(centre(load));
+        let length = 2.0 * self.drop + self.radius * (PI + TAU * self.turns.floor());
+        self.reeve(scene, "rope", way, length, None).map(|_| ())
+    }
+
+    /// The falls stand 2 r apart about the origin, the first one that of the winch or the weight.
+    fn tackle(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        let (r, n) = (self.radius, self.falls);
+        let x = |fall: usize| r * (2.0 * fall as f64 - n as f64);
+        let edge = r * Vector3::new(2.0 * n as f64, 1.0, 1.0);
+        let block = scene.add_body(
+            "load",
+            Body::cuboid(edge, self.load_mass).at(xz(0.0, -self.drop)),
+        );
+        scene.load = Some(block);
+        let rail = [Frame::world(Vector3::zeros()), centre(block)];
+        let rail = Slider::new(rail.map(|f| f.along(&Vector3::z())));
+        scene.add_constraint("rail", Constraint::Slider(rail), 0);
+        let half = 0.5 * self.drop;
+        let end = match self.counter_mass {
+            Some(mass) => {
+                let weight = scene.add_body("counter", Body::particle(mass).at(xz(x(0), -half)));
+                centre(weight)
+            }
+            None => Frame::world(xz(x(0), -half)),
+        };
+        let mut way = Way::default().to(end);
+        for fall in 0..n {
+            let hub = xz(x(fall) + r, 0.0);
+            way = if fall % 2 == 0 {
+                way.over(Frame::world(hub), 1.0, self.sheave(0.0))
+            } else {
+                way.over(Frame::body(block, hub), -1.0, self.sheave(0.0))
+            };
+        }
+        let last = xz(x(n), 0.0);
+        let way = way.to(if n % 2 == 0 {
+            Frame::world(last)
+        } else {
+            Frame::body(block, last)
+        });
+        let length = half + n as f64 * (self.drop + PI * r);
+        let winch = self.counter_mass.is_none().then(Winch::new);
+        let rope = self.reeve(scene, "rope", way, length, winch)?;
+        if winch.is_some() {
+            scene.controls.push(Control::of(HAUL_SPEED, rope, -1.0));
+        }
+        Ok(())
+    }
+
+    fn elevator(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        let r = self.radius;
+        let counter = self.weight(scene, "counter", self.counter(), -r);
+        let car = self.weight(scene, "load", self.load_mass, r);
+        scene.load = Some(car);
+        let (wheel, axle) = self.wheel(scene, Some(Motor::speed(0.0)));
+        let way = Way::default()
+            .to(centre(counter))
+            .over(centre(wheel), 1.0, self.sheave(0.0))
+            .to(centre(car));
+        self.reeve(scene, "rope", way, 2.0 * self.drop + PI * r, None)?;
+        if self.compensation_mass > 0.0 {
+            let depth = xz(0.0, -2.0 * self.drop);
+            let size = Vector3::new(2.0 * r, 0.1 * r, 2.0 * r);
+            let hanging = scene.add_body(
+                "compensation",
+                Body::cuboid(size, self.compensation_mass).at(depth),
+            );
+            let frames = [Frame::world(depth), centre(hanging)];
+            let rail = Slider::new(frames.map(|f| f.along(&Vector3::z())));
+            scene.add_constraint("rail", Constraint::Slider(rail), 0);
+            let sheave = Sheave::new(r);
+            let way = Way::default()
+                .to(centre(counter))
+                .over(centre(hanging), -1.0, sheave)
+                .to(centre(car));
+            self.reeve(scene, "compensation", way, 2.0 * self.drop + PI * r, None)?;
+        }
+        scene
+            .controls
+            .push(Control::of(DRIVE_SPEED, axle, -1.0 / r));
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Linearized;
+
+    #[test]
+    fn the_geometry_is_closed() {
+        for reeved in Reeved::ALL {
+            for (falls, counter_mass, wheel_inertia) in
+                [(1, None, 1.0), (4, Some(10.0), 2.0), (7, None, 5.0)]
+            {
+                let params = ReevedParams {
+                    falls,
+                    counter_mass,
+                    wheel_inertia: Some(wheel_inertia),
+                    turns: 2.0,
+                    ..ReevedParams::new(reeved)
+                };
+                let scene = params.build().expect("builds");
+                let mut lin = Linearized::new(&scene);
+                lin.update(&scene, 0.0);
+                assert!(
+                    lin.phi.iter().all(|phi| phi.abs() < 1e-12),
+                    "{}: {:?}",
+                    scene.name,
+                    lin.phi
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_named() {
+        let says = |params: ReevedParams| params.build().expect_err("refused").to_string();
+        let new = ReevedParams::new;
+        for (params, words) in [
+            (
+                ReevedParams {
+                    friction: -0.1,
+                    ..new(Reeved::Capstan)
+                },
+                "friction is -0.1",
+            ),
+            (
+                ReevedParams {
+                    friction: 300.0,
+                    ..new(Reeved::Capstan)
+                },
+                "friction times wrap",
+            ),
+            (
+                ReevedParams {
+                    falls: 0,
+                    ..new(Reeved::Tackle)
+                },
+                "falls is 0",
+            ),
+            (
+                ReevedParams {
+                    ea: 0.0,
+                    ..new(Reeved::Tackle)
+                },
+                "ea is 0",
+            ),
+            (
+                ReevedParams {
+                    wheel_inertia: Some(0.0),
+                    ..new(Reeved::Elevator)
+                },
+                "wheel_inertia is 0",
+            ),
+            (
+                ReevedParams {
+                    radius: f64::NAN,
+                    ..new(Reeved::Elevator)
+                },
+                "radius is NaN",
+            ),
+        ] {
+            let said = says(params);
+            assert!(said.contains(words), "{said}");
+        }
+    }
+}
