@@ -299,6 +299,7 @@ impl Stepper {
     ) -> Result<Self, StepError> {
         let mut scene = std::mem::take(&mut saved.scene);
         scene.start_in_equilibrium = false;
+        scene.lay_cables(saved.time);
         let mut stepper = Self::build(scene, saved.options.clone(), given)?;
         let bounded = stepper.bounded.places().count();
         let (bodies, capstans) = (stepper.scene.bodies.len(), stepper.scene.capstans.len());

@@ -175,6 +175,7 @@ impl Stepper {
         if std::mem::take(&mut scene.start_in_equilibrium) {
             scene = equilibrium::static_equilibrium(scene, &options.backend)?;
         }
+        scene.lay_cables(0.0);
         let mut pieces = Pieces::new(&scene);
         elimination::check_size(&scene, &pieces.rows)?;
         let elimination =

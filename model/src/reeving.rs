@@ -63,6 +63,17 @@ impl Scene {
         Ok(numbers)
     }
 
+    /// Lays new cables on their sheaves as the bodies are at time `t` (s): from then on what winds up on a drum counts.
+    pub fn lay_cables(&mut self, t: f64) {
+        for constraint in &mut self.constraints {
+            if let Constraint::MasslessCable(cable) = constraint
+                && cable.is_new()
+            {
+                cable.update_winding(&self.bodies, t);
+            }
+        }
+    }
+
     /// The parts at a capstan.
     fn parts(&self, capstan: &Capstan) -> Option<[&MasslessCable; 2]> {
         let [before, after] = capstan.parts.map(|i| match self.constraints.get(i) {

@@ -183,6 +183,11 @@ impl MasslessCable {
             .sum()
     }
 
+    /// Whether it does not lie on some sheave yet.
+    pub(crate) fn is_new(&self) -> bool {
+        self.sheaves.iter().flatten().any(|s| s.lay == Lay::New)
+    }
+
     /// Whether it is a part of a cable that goes on as another one.
     #[must_use]
     pub fn is_part(&self) -> bool {
@@ -372,10 +377,7 @@ impl MasslessCable {
             }
         }
         // A path that has begun goes on from the state that it is in.
-        let is_new = |s: &Option<Sheave>| s.is_some_and(|s| s.lay == Lay::New);
-        let fault = self
-            .fault(bodies, t)
-            .filter(|_| self.sheaves.iter().any(is_new));
+        let fault = self.fault(bodies, t).filter(|_| self.is_new());
         let fault = fault.or_else(|| Some((self.passed_by(bodies, t)?, PASSED_BY)));
         fault.map_or(Ok(()), |(side, reason)| {
             Err(SceneError::Conflict {

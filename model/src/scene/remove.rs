@@ -116,7 +116,10 @@ impl Scene {
             });
         }
         let goes = |i: usize| constraints.0.get(i).is_some_and(Option::is_none);
-        let torn = self.capstans.iter().find(|c| goes(c.parts[0]) != goes(c.parts[1]));
+        let torn = self
+            .capstans
+            .iter()
+            .find(|c| goes(c.parts[0]) != goes(c.parts[1]));
         if let Some(capstan) = torn {
             return Err(SceneError::Conflict {
                 what: format!("joint `{}`", self.constraint_names[capstan.parts[1]]),

@@ -138,7 +138,7 @@ impl Scene {
         Ok(())
     }
 
-    fn constraint_name(&self, i: usize) -> &str {
+    pub(super) fn constraint_name(&self, i: usize) -> &str {
         self.constraint_names.get(i).map_or("?", String::as_str)
     }
 

@@ -228,7 +228,9 @@ fn belt() -> Result<Check, ExperimentError> {
     }
     for c in parts(&scene) {
         if let Constraint::MasslessCable(part) = &mut scene.constraints[c] {
-            part.length -= 0.5 * whole * tension / params.ea;
+            let shorter = part.length - 0.5 * whole * tension / params.ea;
+            part.law.compliance *= shorter / part.length;
+            part.length = shorter;
             part.law.damping = 0.1;
         }
     }
