@@ -98,6 +98,14 @@ pub(crate) const GAUSS_SEIDEL: Entry = Entry {
     ..Entry::own("gauss-seidel")
 };
 
+pub(crate) const MINRES: Entry = Entry {
+    options: "iterations=N, tolerance=T",
+    // On S, which is definite, `cg` minimises at half the work.
+    rows: &["minres/kkt"],
+    colour: [120, 94, 240],
+    ..Entry::own("minres")
+};
+
 pub(crate) const DENSE: Entry = Entry {
     feature: None,
     options: "double, extended",
