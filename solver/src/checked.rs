@@ -105,9 +105,8 @@ const ROUNDING: f64 = 1e-14;
 /// then one in 16.
 ///
 /// It costs a pass over the matrix a factorisation, two over `x` a solve, a product A x where a claim is verified, and no
-/// allocation after the analysis: on a cable of 24 segments 6 % of the instructions of a step (`banded`, `--backend` of
-/// the same solver behind the guard). Panics are caught where the program unwinds; their message goes to standard error
-/// too.
+/// allocation after the analysis: a step of 24 segments takes 5.7 % more instructions with `banded` behind the guard.
+/// Panics are caught where the program unwinds; their message goes to standard error too.
 pub struct Checked {
     name: &'static str,
     inner: Box<dyn LinearSolver>,

@@ -55,7 +55,8 @@ const DIRECT: [(&str, Errors, Option<Errors>); 9] = [
     ),
 ];
 
-/// Iterative backends with enough iterations, and their measured forward error, at a tolerance of 10⁻¹¹.
+/// Iterative backends with enough iterations, and their measured forward error, at a tolerance of 10⁻¹¹; of
+/// MINRES, whose residual of quasi-definite systems rounding keeps above that, at 10⁻¹⁰.
 const ITERATIVE: [(&str, f64); 7] = [
     ("cg:none:iterations=10000:tolerance=1e-11", 1.3e-11),
     ("cg:jacobi:iterations=10000:tolerance=1e-11", 4.6e-12),
@@ -72,7 +73,7 @@ const ITERATIVE: [(&str, f64); 7] = [
         "gauss-seidel:groups:trial:iterations=10000:tolerance=1e-11",
         1.7e-11,
     ),
-    ("minres:iterations=10000:tolerance=1e-11", 1e-9),
+    ("minres:iterations=10000:tolerance=1e-10", 2.9e-10),
 ];
 
 fn systems(make: fn(Shape, u64) -> System) -> Vec<(System, Vec<f64>)> {
@@ -252,7 +253,8 @@ fn iterative_backends_converge_to_what_they_claim() {
             most = most.max(report.iterations);
         }
         println!("{name}: at most {most} iterations");
-        assert!(claim.error() <= 1e-11, "{name}: {claim:?}");
+        let tolerance = backend.tolerance().expect("of an iteration");
+        assert!(claim.error() <= tolerance, "{name}: {claim:?}");
         forward.expect_measured(&format!("{name}, forward error"), measured);
     }
 }

@@ -196,7 +196,7 @@ impl Scene {
             }),
             Some(least) if least < f64::MIN_POSITIVE => {
                 let needs = "≥ 2.3e-308 kg m² about every axis, so that 1/I is finite";
-                check(of("inertia"), least, false, needs)
+                check(of("inertia"), least, false, needs).map(drop)
             }
             Some(_) => Ok(()),
         }

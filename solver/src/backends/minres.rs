@@ -14,6 +14,12 @@
 //! multiple of vₖ₊₁, so that the recurrence knows the 2-norm that the tolerance is for; convergence is claimed of the true
 //! residual alone (`iteration`).
 //!
+//! On the KKT matrix of a cable it takes twice the iterations of `cg:jacobi` on S, with a product each: 102 against 50 to an
+//! error of 10⁻⁶ or 10⁻¹⁰ in the multipliers of 24 segments at ratios 10⁵ and 10⁶, 366 against 178 to 10⁻¹⁰ on a ring, 110
+//! against 52 on a net of 8 × 8 nodes; `cg:group` takes 5, 14 and 6, `gauss-seidel:groups` thousands, 4059 and 4. So it wins on
+//! none of these, and is for indefinite systems that have no S. What it stalls at is less than on S, which has lost digits
+//! in its forming: errors of 10⁻¹⁵ at ratio 10⁶.
+//!
 //! Of a singular A it finds a solution if there is one. If there is none it ends at a residual r with A P⁻¹ r = 0, and says
 //! that A is singular (the test of Choi, Paige and Saunders, *MINRES-QLP: A Krylov Subspace Method for Indefinite or
 //! Singular Symmetric Systems*, 2011; the x of least norm that MINRES-QLP finds then solves nothing).
@@ -178,6 +184,8 @@ impl Krylov for Run<'_> {
         let (mut look, mut seen) = (WINDOW.max(self.b.len()), f64::INFINITY);
         for iteration in 1..=limit {
             if !(gamma > 0.0 && gamma.is_finite()) {
+                // Where z overflows, so does the solution.
+                check_finite(self.a.pattern(), "solution", &self.v.z)?;
                 return Ok(iteration - 1);
             }
             let delta = self.product(1.0 / gamma);
