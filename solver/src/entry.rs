@@ -57,7 +57,8 @@ pub(crate) const BANDED: Entry = Entry {
 pub(crate) const FAER: Entry = Entry {
     licence: "MIT",
     options: "llt, ldlt, lblt, lu",
-    // `:lblt` has a row in the study of kernels alone: its pivoting costs time that quasi-definite systems do not need.
+    // `:lblt` has a row in the study of kernels alone: it stalls on some machines (`backends/faer/lblt.rs`), and its pivoting
+    // costs time that quasi-definite systems do not need.
     rows: &[
         "faer:llt",
         "faer:ldlt",

@@ -208,7 +208,7 @@ impl Krylov for Run<'_> {
             let square = self.step(length, c[0] * norm, s[0]);
             norm *= -s[0];
             let standing = iteration == look && norm.abs() > STANDING * seen;
-            if !(square.sqrt() > target) || standing {
+            if !(square.is_finite() && square.sqrt() > target) || standing {
                 return Ok(iteration);
             }
             if iteration == look {
