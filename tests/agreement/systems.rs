@@ -231,9 +231,10 @@ fn iterative_backends_converge_to_what_they_claim() {
             continue;
         };
         let backend: Backend = name.parse().expect("a known name");
-        let all = match backend.accepts_indefinite() {
-            true => &both,
-            false => &definite,
+        let all = if backend.accepts_indefinite() {
+            &both
+        } else {
+            &definite
         };
         let (mut claim, mut forward, mut most) = (Worst::default(), Worst::default(), 0);
         for (system, exact) in all {
