@@ -5,8 +5,8 @@ use crate::backends::{self, General};
 use crate::entry::{self, Entry};
 use crate::foreign::{Foreign, option, registered, with_option};
 use crate::options::{
-    CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, Partition,
-    Precision, Preconditioner, Start, UmfpackOptions,
+    CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, MinresOptions,
+    Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
 use crate::{BlockPattern, GeneralMatrix, LinearSolver, SolveError};
 use std::fmt;
@@ -25,6 +25,8 @@ pub enum Backend {
     GaussSeidel(GaussSeidelOptions),
     /// Preconditioned conjugate gradient.
     ConjugateGradient(CgOptions),
+    /// Preconditioned MINRES.
+    Minres(MinresOptions),
     /// SuiteSparse UMFPACK: sparse LU with pivoting (GPL).
     Umfpack(UmfpackOptions),
     /// faer's sparse factorisations.
@@ -55,7 +57,7 @@ impl Backend {
     }
 
     /// Those of this crate.
-    pub(crate) fn built_in() -> [Self; 7] {
+    pub(crate) fn built_in() -> [Self; 8] {
         [
             Self::Banded,
             Self::Faer(FaerOptions::default()),
@@ -63,6 +65,7 @@ impl Backend {
             Self::Umfpack(UmfpackOptions::default()),
             Self::ConjugateGradient(CgOptions::default()),
             Self::GaussSeidel(GaussSeidelOptions::default()),
+            Self::Minres(MinresOptions::default()),
             Self::Dense(DenseOptions::default()),
         ]
     }
@@ -87,6 +90,7 @@ impl Backend {
             Self::Banded => entry::BANDED,
             Self::GaussSeidel(_) => entry::GAUSS_SEIDEL,
             Self::ConjugateGradient(_) => entry::CONJUGATE_GRADIENT,
+            Self::Minres(_) => entry::MINRES,
             Self::Umfpack(_) => entry::UMFPACK,
             Self::Faer(_) => entry::FAER,
             Self::NalgebraSparse => entry::NALGEBRA_SPARSE,
@@ -117,7 +121,7 @@ impl Backend {
     #[must_use]
     pub fn accepts_indefinite(&self) -> bool {
         match self {
-            Self::Banded | Self::Umfpack(_) | Self::Dense(_) => true,
+            Self::Banded | Self::Minres(_) | Self::Umfpack(_) | Self::Dense(_) => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Llt,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::NalgebraSparse => false,
             Self::Foreign { solver, .. } => solver.capabilities.indefinite,
@@ -128,7 +132,7 @@ impl Backend {
     #[must_use]
     pub fn is_iterative(&self) -> bool {
         match self {
-            Self::GaussSeidel(_) | Self::ConjugateGradient(_) => true,
+            Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::Minres(_) => true,
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => false,
             Self::NalgebraSparse | Self::Dense(_) => false,
             Self::Foreign { solver, .. } => solver.capabilities.iterative,
@@ -144,7 +148,7 @@ impl Backend {
             Self::ConjugateGradient(o) if o.preconditioner == Preconditioner::Group => {
                 group_i == group_j
             }
-            Self::GaussSeidel(_) | Self::ConjugateGradient(_) => i == j,
+            Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::Minres(_) => i == j,
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => true,
             Self::NalgebraSparse | Self::Dense(_) => true,
             Self::Foreign { .. } => !self.is_iterative() || i == j,
@@ -158,7 +162,7 @@ impl Backend {
         match self {
             Self::Banded | Self::NalgebraSparse => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Lu,
-            Self::Umfpack(_) | Self::Dense(_) => false,
+            Self::Minres(_) | Self::Umfpack(_) | Self::Dense(_) => false,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) => self.factorizes_groups(),
             Self::Foreign { .. } => !self.is_iterative(),
         }
@@ -200,6 +204,7 @@ impl Backend {
         match self {
             Self::GaussSeidel(o) => Some(o.iterations),
             Self::ConjugateGradient(o) => Some(o.iterations),
+            Self::Minres(o) => Some(o.iterations),
             Self::Foreign { options, .. } if self.is_iterative() => option(options, "iterations"),
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => None,
             Self::NalgebraSparse | Self::Dense(_) | Self::Foreign { .. } => None,
@@ -212,6 +217,7 @@ impl Backend {
         match self {
             Self::GaussSeidel(o) => Some(o.tolerance),
             Self::ConjugateGradient(o) => Some(o.tolerance),
+            Self::Minres(o) => Some(o.tolerance),
             Self::Foreign { solver, options } => solver.tolerance(options),
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => None,
             Self::NalgebraSparse | Self::Dense(_) => None,
@@ -235,6 +241,7 @@ impl Backend {
         match self {
             Self::GaussSeidel(o) => Self::GaussSeidel(GaussSeidelOptions { iterations, ..*o }),
             Self::ConjugateGradient(o) => Self::ConjugateGradient(CgOptions { iterations, ..*o }),
+            Self::Minres(o) => Self::Minres(MinresOptions { iterations, ..*o }),
             other => other.with("iterations", &iterations),
         }
     }
@@ -245,6 +252,7 @@ impl Backend {
         match self {
             Self::GaussSeidel(o) => Self::GaussSeidel(GaussSeidelOptions { tolerance, ..*o }),
             Self::ConjugateGradient(o) => Self::ConjugateGradient(CgOptions { tolerance, ..*o }),
+            Self::Minres(o) => Self::Minres(MinresOptions { tolerance, ..*o }),
             other => other.with("tolerance", &format_args!("{tolerance:e}")),
         }
     }
@@ -263,6 +271,8 @@ impl Backend {
             Self::ConjugateGradient(o) => Ok(Box::new(
                 backends::conjugate_gradient::ConjugateGradient::new(*o)?,
             )),
+            #[cfg(feature = "minres")]
+            Self::Minres(o) => Ok(Box::new(backends::minres::Minres::new(*o)?)),
             #[cfg(feature = "umfpack")]
             Self::Umfpack(o) => Ok(Box::new(backends::umfpack::Umfpack::new(*o))),
             #[cfg(feature = "faer")]
@@ -277,6 +287,7 @@ impl Backend {
             Self::Banded
             | Self::GaussSeidel(_)
             | Self::ConjugateGradient(_)
+            | Self::Minres(_)
             | Self::Umfpack(_)
             | Self::Faer(_)
             | Self::NalgebraSparse => Err(SolveError::NotCompiled {
@@ -301,6 +312,7 @@ impl Backend {
             Self::Banded
             | Self::GaussSeidel(_)
             | Self::ConjugateGradient(_)
+            | Self::Minres(_)
             | Self::Umfpack(_)
             | Self::Faer(_)
             | Self::NalgebraSparse
@@ -342,6 +354,13 @@ impl fmt::Display for Backend {
                 write!(
                     f,
                     ":{preconditioner}:iterations={}:tolerance={:e}",
+                    o.iterations, o.tolerance
+                )
+            }
+            Self::Minres(o) => {
+                write!(
+                    f,
+                    ":iterations={}:tolerance={:e}",
                     o.iterations, o.tolerance
                 )
             }
@@ -487,6 +506,11 @@ impl Backend {
                 "none" => o.preconditioner = Preconditioner::None,
                 "jacobi" => o.preconditioner = Preconditioner::BlockJacobi,
                 "group" => o.preconditioner = Preconditioner::Group,
+                "iterations" => return assign(&mut o.iterations, value),
+                "tolerance" => return assign(&mut o.tolerance, value),
+                _ => return false,
+            },
+            Self::Minres(o) => match key {
                 "iterations" => return assign(&mut o.iterations, value),
                 "tolerance" => return assign(&mut o.tolerance, value),
                 _ => return false,

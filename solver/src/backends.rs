@@ -12,6 +12,11 @@ mod direct;
 pub(crate) mod faer;
 #[cfg(feature = "gauss-seidel")]
 pub(crate) mod gauss_seidel;
+#[cfg(any(feature = "cg", feature = "gauss-seidel", feature = "minres"))]
+#[allow(dead_code)] // where not all of these are compiled in
+mod iteration;
+#[cfg(feature = "minres")]
+pub(crate) mod minres;
 #[cfg(feature = "nalgebra-sparse")]
 pub(crate) mod nalgebra_sparse;
 #[cfg(all(
@@ -19,6 +24,7 @@ pub(crate) mod nalgebra_sparse;
     any(
         feature = "banded",
         feature = "faer",
+        feature = "minres",
         feature = "nalgebra-sparse",
         feature = "umfpack"
     )
@@ -30,10 +36,6 @@ pub(crate) mod umfpack;
 use crate::matrix::check_finite;
 use crate::{DoubleDouble, FactorReport, GeneralMatrix, SolveError, SymBlockMatrix};
 use dense::Dense;
-
-/// ‖b‖₂ below which squares of residuals near roundoff underflow, so that no iteration can tell whether it converged.
-#[allow(dead_code)] // where none is compiled in
-const LEAST_NORM: f64 = 1e-130;
 
 /// A backend at work on a matrix that need not be symmetric.
 pub(crate) enum General {

@@ -1,6 +1,7 @@
 //! A guard around a solver of unknown quality: what it does wrong becomes an error with its name, never an answer.
 
 use crate::agreement::FALSE;
+use crate::error::{columns, expect_columns};
 use crate::{
     AnalyzeReport, BlockPattern, FactorReport, LinearSolver, Phases, SolveError, SolveReport,
     SymBlockMatrix, norm_inf,
@@ -37,6 +38,13 @@ pub enum Fault {
         /// Normwise backward error of what it claims.
         backward_error: f64,
     },
+    /// It claims an iteration converged that is not.
+    Unconverged {
+        /// ‖b − A x‖₂ / ‖b‖₂ of what it claims.
+        residual: f64,
+        /// The most that its tolerance allows.
+        tolerance: f64,
+    },
     /// It calls a pattern new, or a phase missing, that it was given.
     Forgot {
         /// In which phase.
@@ -60,6 +68,13 @@ impl fmt::Display for Fault {
                 f,
                 "claims a solution whose backward error is {backward_error:.1e}"
             ),
+            Self::Unconverged {
+                residual,
+                tolerance,
+            } => write!(
+                f,
+                "claims to have converged to {tolerance:.1e} at a residual of {residual:.1e}"
+            ),
             Self::Forgot { phase } => write!(
                 f,
                 "refuses in `{phase}` the pattern that it was given to analyse, or the phase before"
@@ -77,14 +92,21 @@ const EVERY: usize = 16;
 /// What rows of `x` hold that a direct solver has not written: a quiet NaN like no other.
 const UNWRITTEN: u64 = 0x7ff8_7461_7574_0001;
 
+/// Normwise backward error that rounding of the residual alone may leave, at any tolerance of an iteration.
+const ROUNDING: f64 = 1e-14;
+
 /// A solver whose faults are errors: [`SolveError::Misbehaved`] instead of a panic, of a solution with NaN or with rows
 /// left out, of a false claim, of a pattern forgotten. Its input is checked before it sees it.
 ///
-/// A claim is false where the normwise backward error is beyond [`FALSE`], or beyond what the tolerance τ of an iteration
-/// allows, τ √n. All claims are verified of the first 256 solves after an analysis, then one in 16.
+/// A claim of a direct solver is false where the normwise backward error is beyond [`FALSE`]: elimination without
+/// pivoting of 10⁴ rows may honestly come near that, so a claim that is wrong by less passes. A claim of an iteration to
+/// a tolerance τ is false where ‖b − A x‖₂ > 2 τ ‖b‖₂ and the backward error is more than rounding, 10⁻¹⁴: a recurrence
+/// that has drifted by less than the factor passes. All claims are verified of the first 256 solves after an analysis,
+/// then one in 16.
 ///
 /// It costs a pass over the matrix a factorisation, two over `x` a solve, a product A x where a claim is verified, and no
-/// allocation after the analysis. Panics are caught where the program unwinds; their message goes to standard error too.
+/// allocation after the analysis: a step of 24 segments takes 5.7 % more instructions with `banded` behind the guard.
+/// Panics are caught where the program unwinds; their message goes to standard error too.
 pub struct Checked {
     name: &'static str,
     inner: Box<dyn LinearSolver>,
@@ -145,7 +167,7 @@ impl Checked {
         result
     }
 
-    /// A solve, judged or not.
+    /// A solve of one or more columns, judged or not, whose input is good.
     fn solve_by(
         &mut self,
         a: &SymBlockMatrix,
@@ -154,14 +176,13 @@ impl Checked {
         phase: &'static str,
         work: impl FnOnce(&mut dyn LinearSolver, &mut [f64]) -> Result<SolveReport, SolveError>,
     ) -> Result<SolveReport, SolveError> {
-        self.phases.begin_solve(a, b, x)?;
         if self.tolerance.is_none() {
             x.fill(f64::from_bits(UNWRITTEN));
         }
         let report = self.call(phase, |inner| work(inner, x))?;
         if let Some(row) = x.iter().position(|x| !x.is_finite()) {
             let rows = x.iter().filter(|x| x.to_bits() == UNWRITTEN).count();
-            let block = a.pattern().block_of_row(row);
+            let block = a.pattern().block_of_row(row % a.dim());
             return Err(if rows > 0 {
                 self.fault(Fault::Unwritten { rows, of: x.len() })
             } else if report.is_claim() {
@@ -172,29 +193,43 @@ impl Checked {
                 SolveError::NonFinite { what, block }
             });
         }
-        self.solves = self.solves.wrapping_add(1);
-        if report.is_claim() && (self.solves <= FIRST || self.solves.is_multiple_of(EVERY)) {
-            self.verify(a, b, x)?;
+        for (b, x) in columns(a.dim(), b, x) {
+            self.solves = self.solves.wrapping_add(1);
+            if report.is_claim() && (self.solves <= FIRST || self.solves.is_multiple_of(EVERY)) {
+                self.verify(a, b, x)?;
+            }
         }
         Ok(report)
     }
 
     /// Whether `x` is a solution, as claimed.
     fn verify(&mut self, a: &SymBlockMatrix, b: &[f64], x: &[f64]) -> Result<(), SolveError> {
-        let allowed = self.tolerance.map_or(0.0, |t| t * (x.len() as f64).sqrt());
-        let bar = FALSE.max(allowed);
         a.subtract_product(b, x, &mut self.residual);
         let (left, size) = (norm_inf(&self.residual), norm_inf(b));
-        if left <= bar * size {
+        // Of size 1, so that no square over- or underflows.
+        let square = |v: &[f64]| v.iter().map(|v| (v / size).powi(2)).sum::<f64>();
+        let residual = || (square(&self.residual) / square(b)).sqrt();
+        let met = match self.tolerance {
+            None => left <= FALSE * size,
+            Some(tolerance) => residual() <= 2.0 * tolerance,
+        };
+        if met {
             return Ok(());
         }
         let error = left / (a.norm_inf_in(&mut self.sums) * norm_inf(x) + size);
-        if error <= bar {
-            return Ok(());
-        }
         // What cannot be told is no solution either.
-        let backward_error = if error.is_nan() { f64::INFINITY } else { error };
-        Err(self.fault(Fault::FalseClaim { backward_error }))
+        let told = |error: f64| if error.is_nan() { f64::INFINITY } else { error };
+        Err(self.fault(match self.tolerance {
+            None if error <= FALSE => return Ok(()),
+            Some(_) if error <= ROUNDING => return Ok(()),
+            None => Fault::FalseClaim {
+                backward_error: told(error),
+            },
+            Some(tolerance) => Fault::Unconverged {
+                residual: told(residual()),
+                tolerance,
+            },
+        }))
     }
 }
 
@@ -227,6 +262,7 @@ impl LinearSolver for Checked {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
         self.solve_by(a, b, x, "solve", |inner, x| inner.solve(a, b, x))
     }
 
@@ -236,9 +272,24 @@ impl LinearSolver for Checked {
         b: &[f64],
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
+        self.phases.begin_solve(a, b, x)?;
         self.solve_by(a, b, x, "solve_unjudged", |inner, x| {
             inner.solve_unjudged(a, b, x)
         })
+    }
+
+    fn solve_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        expect_columns(a.dim(), b, x)?;
+        for (b, x) in columns(a.dim(), b, x) {
+            self.phases.begin_solve(a, b, x)?;
+        }
+        let solve = |inner: &mut dyn LinearSolver, x: &mut [f64]| inner.solve_many(a, b, x);
+        self.solve_by(a, b, x, "solve_many", solve)
     }
 }
 
@@ -362,6 +413,74 @@ mod tests {
         let mut solve = || solver.solve(&system.a, &system.b, &mut x);
         let first = (1..=EVERY).find(|_| solve().is_err());
         assert_eq!(first, Some(EVERY));
+    }
+
+    #[test]
+    fn a_claim_of_an_iteration_is_held_to_its_tolerance() {
+        let claims = |tolerance, factor: f64| {
+            let mut solver = faulty("claims falsely");
+            // x₀ is wrong by 10⁻⁶ of itself.
+            solver.tolerance = Some(tolerance);
+            let system = adverse(0).unwrap();
+            solver.analyze(system.a.pattern()).unwrap();
+            solver.factorize(&system.a).unwrap();
+            let b: Vec<f64> = system.b.iter().map(|b| factor * b).collect();
+            solver.solve(&system.a, &b, &mut vec![0.0; b.len()])
+        };
+        for factor in [1.0, 1e200, 1e-200] {
+            assert!(claims(1e-3, factor).is_ok());
+            let e = claims(1e-9, factor).unwrap_err().to_string();
+            assert!(e.contains("converged to 1.0e-9 at a residual of"), "{e}");
+        }
+    }
+
+    #[test]
+    fn many_columns_are_solved_at_once_and_each_is_verified() {
+        /// Forgets to write the last column.
+        struct Short(Box<dyn LinearSolver>);
+        impl LinearSolver for Short {
+            fn name(&self) -> &'static str {
+                "short"
+            }
+            fn analyze(&mut self, p: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+                self.0.analyze(p)
+            }
+            fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+                self.0.factorize(a)
+            }
+            fn solve(
+                &mut self,
+                _: &SymBlockMatrix,
+                _: &[f64],
+                _: &mut [f64],
+            ) -> Result<SolveReport, SolveError> {
+                panic!("column by column")
+            }
+            fn solve_many(
+                &mut self,
+                a: &SymBlockMatrix,
+                b: &[f64],
+                x: &mut [f64],
+            ) -> Result<SolveReport, SolveError> {
+                let (b, x) = (&b[..2 * a.dim()], &mut x[..2 * a.dim()]);
+                self.0.solve_many(a, b, x)
+            }
+        }
+        let system = adverse(0).unwrap();
+        let n = system.b.len();
+        let mut solver = Checked::new("short", Box::new(Short(dense())), None);
+        solver.analyze(system.a.pattern()).unwrap();
+        solver.factorize(&system.a).unwrap();
+        let b = system.b.repeat(3);
+        let mut x = vec![0.0; 3 * n];
+        let two = solver.solve_many(&system.a, &b[..2 * n], &mut x[..2 * n]);
+        assert!(two.is_ok(), "{two:?}");
+        assert_eq!(solver.solves, 2);
+        let e = solver.solve_many(&system.a, &b, &mut x).unwrap_err();
+        let words = format!("leaves {n} of {} rows", 3 * n);
+        assert!(e.to_string().contains(&words), "{e}");
+        let short = solver.solve_many(&system.a, &b[1..], &mut x[1..]);
+        assert!(matches!(short, Err(SolveError::Dimension { .. })));
     }
 
     /// What checks nothing itself keeps the contract behind the guard.

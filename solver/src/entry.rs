@@ -57,7 +57,8 @@ pub(crate) const BANDED: Entry = Entry {
 pub(crate) const FAER: Entry = Entry {
     licence: "MIT",
     options: "llt, ldlt, lblt, lu",
-    // `:lblt` has a row in the study of kernels alone: its pivoting costs time that quasi-definite systems do not need.
+    // `:lblt` has a row in the study of kernels alone: it stalls on some machines (`backends/faer/lblt.rs`), and its pivoting
+    // costs time that quasi-definite systems do not need.
     rows: &[
         "faer:llt",
         "faer:ldlt",
@@ -96,6 +97,14 @@ pub(crate) const GAUSS_SEIDEL: Entry = Entry {
     rows: &["gauss-seidel:joints", "gauss-seidel:groups"],
     colour: [210, 130, 0],
     ..Entry::own("gauss-seidel")
+};
+
+pub(crate) const MINRES: Entry = Entry {
+    options: "iterations=N, tolerance=T",
+    // On S, which is definite, `cg` minimises at half the work.
+    rows: &["minres/kkt"],
+    colour: [120, 94, 240],
+    ..Entry::own("minres")
 };
 
 pub(crate) const DENSE: Entry = Entry {

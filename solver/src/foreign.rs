@@ -198,7 +198,7 @@ mod tests {
 
     fn dense(options: &str) -> Result<Box<dyn LinearSolver>, SolveError> {
         match options {
-            "" | "fast" => Backend::built_in()[6].create(),
+            "" | "fast" => Backend::Dense(crate::DenseOptions::default()).create(),
             "broken" => panic!("no such thing"),
             _ => Err(SolveError::InvalidOption {
                 option: "mine",

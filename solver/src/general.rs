@@ -178,7 +178,7 @@ impl Backend {
             Self::Umfpack(_) | Self::Dense(_) => true,
             Self::Faer(o) => o.factorization == FaerFactorization::Lu,
             Self::Banded | Self::NalgebraSparse | Self::Foreign { .. } => false,
-            Self::GaussSeidel(_) | Self::ConjugateGradient(_) => false,
+            Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::Minres(_) => false,
         }
     }
 }

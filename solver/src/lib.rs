@@ -24,7 +24,8 @@
 //! # Mathematics
 //! A is n × n, symmetric, in blocks: of a cable, S = J M⁻¹ Jᵀ + Σ (positive definite) or the KKT matrix \[M Jᵀ; J −Σ]
 //! (quasi-definite). The direct solvers eliminate, P A Pᵀ = L D Lᵀ in blocks, L Lᵀ or L U; the iterative ones sweep over
-//! parts α of x, x_α ← x_α + A_αα⁻¹ (b − A x)_α, or minimise ½ xᵀA x − bᵀx over Krylov spaces (conjugate gradient).
+//! parts α of x, x_α ← x_α + A_αα⁻¹ (b − A x)_α, or minimise over Krylov spaces: ½ xᵀA x − bᵀx (conjugate gradient) or
+//! the residual (MINRES).
 //! [`refine`] repeats x ← x + A⁻¹ r(x). How wrong an x is: η = ‖b − A x‖∞ / (‖A‖∞ ‖x‖∞ + ‖b‖∞) and ‖x − x*‖∞ / ‖x*‖∞
 //! ([`backward_error`], [`forward_error`]). Nothing here has a unit: numbers are in whatever units the caller's are.
 //!
@@ -72,12 +73,11 @@
 //! - feral 0.22 (MIT, multifrontal L B Lᵀ): it fails [`agreement::check`]. It factorises a matrix of zeros as a regular
 //!   one, and a build with debug assertions panics inside it where numbers of a finite matrix overflow.
 //! - QDLDL: there is no crate of it by itself; Clarabel holds one as a part of its conic solver.
-//! - MINRES on the KKT matrix: a first version called iterates converged whose residuals were up to 14 times its
-//!   tolerance. What an iteration of an indefinite system may claim at roundoff comes first.
 //! - CHOLMOD: the bindings need a build of SuiteSparse, and its supernodal part is GPL.
 //!
 //! # Features
-//! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `faer`, `nalgebra-sparse`, `umfpack`.
+//! One for each backend, additive: `banded`, `gauss-seidel`, `cg` (default), `minres`, `faer`, `nalgebra-sparse`,
+//! `umfpack`.
 //! The dense solver is always there. **UMFPACK is GPL-2.0-or-later**: a binary built with that feature is a combined
 //! work under the GPL; the source of this crate stays MIT OR Apache-2.0.
 //!
@@ -132,8 +132,8 @@ pub use foreign::{Capabilities, Foreign, RegisterError, register};
 pub use general::{GeneralMatrix, GeneralSolver, solve_general};
 pub use matrix::SymBlockMatrix;
 pub use options::{
-    CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, Partition,
-    Precision, Preconditioner, Start, UmfpackOptions,
+    CgOptions, DenseOptions, FaerFactorization, FaerOptions, GaussSeidelOptions, MinresOptions,
+    Partition, Precision, Preconditioner, Start, UmfpackOptions,
 };
 pub use ordering::{
     EliminationCost, elimination_cost, factor_pattern, minimum_degree, minimum_degree_within,

@@ -82,6 +82,25 @@ impl Default for CgOptions {
     }
 }
 
+/// Options of MINRES.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MinresOptions {
+    /// Most iterations; from 1 to 10⁷.
+    pub iterations: usize,
+    /// It stops where ‖b − A x‖₂ ≤ tolerance · ‖b‖₂. On a KKT matrix ‖A‖ ‖x‖ may be 10⁵ ‖b‖, and rounding of x alone then
+    /// leaves 10⁻¹¹ ‖b‖: below that it says that it stalls.
+    pub tolerance: f64,
+}
+
+impl Default for MinresOptions {
+    fn default() -> Self {
+        Self {
+            iterations: 1000,
+            tolerance: 1e-10,
+        }
+    }
+}
+
 /// Options of UMFPACK.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UmfpackOptions {
@@ -138,11 +157,11 @@ pub struct DenseOptions {
 }
 
 /// Most iterations that may be asked for: what does not converge ends in hours, not in ages.
-#[allow(dead_code)] // where neither is compiled in
+#[allow(dead_code)] // where none is compiled in
 pub(crate) const MOST_ITERATIONS: usize = 10_000_000;
 
 /// Checks the options that the iterative backends share.
-#[allow(dead_code)] // where neither is compiled in
+#[allow(dead_code)] // where none is compiled in
 pub(crate) fn check_iteration(iterations: usize, tolerance: f64) -> Result<(), SolveError> {
     if !(1..=MOST_ITERATIONS).contains(&iterations) {
         return Err(SolveError::InvalidOption {

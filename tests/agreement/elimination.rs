@@ -94,13 +94,22 @@ fn direct_solvers_agree_in_every_order() {
 /// Iterations, over joints and over the groups of the topology, in every order.
 #[test]
 fn iterative_solvers_agree_in_every_order() {
-    let [mut sweeps, mut gradients] = [(); 2].map(|()| Worst::default());
+    let [mut sweeps, mut gradients, mut residuals] = [(); 3].map(|()| Worst::default());
     for (name, scene) in scenes("spherical") {
         for elimination in Elimination::ALL {
             for choice in compiled().into_iter().filter(|c| c.backend.is_iterative()) {
                 let place = format!("{name}, {choice}, {elimination}");
-                let backend = choice.backend.with_iterations(20_000).with_tolerance(1e-12);
-                let options = options(&Choice::schur(backend), elimination);
+                // Rounding leaves more of a residual of the KKT matrix.
+                let tolerance = match choice.form {
+                    Form::Kkt => 1e-10,
+                    _ => 1e-12,
+                };
+                let backend = choice.backend.with_iterations(20_000);
+                let patient = Choice {
+                    backend: backend.with_tolerance(tolerance),
+                    form: choice.form,
+                };
+                let options = options(&patient, elimination);
                 let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
                 let exact = stepper.reference_multipliers().expect("solvable");
                 let report = stepper.solve().unwrap_or_else(|e| panic!("{place}: {e}"));
@@ -108,6 +117,7 @@ fn iterative_solvers_agree_in_every_order() {
                 let error = forward_error(stepper.multipliers(), &exact);
                 match choice.backend.name() {
                     "cg" => gradients.see(error, &place),
+                    "minres" => residuals.see(error, &place),
                     _ => sweeps.see(error, &place),
                 }
             }
@@ -115,6 +125,7 @@ fn iterative_solvers_agree_in_every_order() {
     }
     sweeps.expect_measured("Gauss–Seidel", 9.3e-12);
     gradients.expect_measured("conjugate gradient", 1.2e-12);
+    residuals.expect_measured("MINRES", 5.0e-9);
 }
 
 /// Where the groups are a forest each, their exact solves are the whole solve: one iteration of what would take hundreds.

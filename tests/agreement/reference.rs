@@ -134,7 +134,7 @@ fn every_solver_is_far_from_a_wrong_reference() {
 /// Machines: all solvers in both forms, iterations with the tolerance of their kind, over some steps; bounds included.
 #[test]
 fn every_solver_agrees_on_machines() {
-    let [mut direct, mut gradients, mut sweeps] = [(); 3].map(|()| Worst::default());
+    let [mut direct, mut gradients, mut residuals, mut sweeps] = [(); 4].map(|()| Worst::default());
     for choice in compiled() {
         let patient = Choice {
             backend: choice
@@ -158,6 +158,7 @@ fn every_solver_agrees_on_machines() {
                 let error = forward_error(stepper.multipliers(), &exact);
                 match choice.backend.name() {
                     "cg" => gradients.see(error, &place),
+                    "minres" => residuals.see(error, &place),
                     "gauss-seidel" => sweeps.see(error, &place),
                     _ => direct.see(error, &place),
                 }
@@ -169,4 +170,5 @@ fn every_solver_agrees_on_machines() {
     // The residual that they stop at, over what stiff joints make of it.
     sweeps.expect_measured("Gauss–Seidel", 4.8e-10);
     gradients.expect_measured("conjugate gradient", 1e-11);
+    residuals.expect_measured("MINRES", 2.9e-12);
 }

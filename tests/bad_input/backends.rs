@@ -48,6 +48,7 @@ fn what_is_not_compiled_in_says_how_to_get_it() {
         ("banded", cfg!(feature = "banded")),
         ("gauss-seidel", cfg!(feature = "gauss-seidel")),
         ("cg", cfg!(feature = "cg")),
+        ("minres", cfg!(feature = "minres")),
         ("faer", cfg!(feature = "faer")),
         ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
         ("umfpack", cfg!(feature = "umfpack")),
@@ -269,7 +270,8 @@ fn indefinite_matrices_are_refused_or_solved() {
         if backend.accepts_indefinite() {
             solved.unwrap_or_else(|e| panic!("{backend}: {e}"));
             let error = taut_solver::backward_error(&a, &b, &x).expect("lengths fit");
-            assert!(error.componentwise <= 1e-14, "{backend}: {error:?}");
+            let bar = if backend.is_iterative() { 1e-9 } else { 1e-14 };
+            assert!(error.componentwise <= bar, "{backend}: {error:?}");
         } else if backend.to_string().starts_with("cg:none") {
             // It meets the negative curvature in a direction that no single block owns.
             assert!(
@@ -311,7 +313,8 @@ fn an_indefinite_matrix_with_a_positive_diagonal_is_never_solved_wrongly() {
                 assert!(backend.accepts_indefinite(), "{backend}: {report:?}");
                 // x = (5, −1)/3 exactly.
                 let error = (x[0] - 5.0 / 3.0).abs().max((x[1] + 1.0 / 3.0).abs());
-                assert!(error <= 1e-15, "{backend}: {x:?}");
+                let bar = if backend.is_iterative() { 1e-9 } else { 1e-15 };
+                assert!(error <= bar, "{backend}: {x:?}");
             }
             Err(SolveError::NotPositiveDefinite { .. }) => {
                 assert!(!backend.accepts_indefinite(), "{backend}");

@@ -85,6 +85,7 @@ fn ladders_go_up() {
         "iterations: load in 1 s: cg:none",
         "iterations: load in 1 s: cg:jacobi",
         "iterations: load in 1 s: cg:group",
+        "iterations: load in 1 s: minres/kkt",
     ];
     limited("H54", &unfinished);
 }

@@ -61,8 +61,12 @@ fn solving_the_same_state_again_costs_few_iterations() {
                 assert_eq!(first.solve.status, Status::Converged, "{place}");
                 assert!(first.iterations > 3, "{place}: {first:?}");
                 // Every sweep lowers the energy of the error. The residual may rise for a few where that falls slowly.
-                let slow = choice.backend.name() == "gauss-seidel";
-                let most = 1 + if slow { first.iterations / 1000 } else { 0 };
+                // On the KKT matrix the velocities are those of the multipliers, not of the last solve.
+                let most = match choice.backend.name() {
+                    "gauss-seidel" => 1 + first.iterations / 1000,
+                    "minres" => 1 + first.iterations / 20,
+                    _ => 1,
+                };
                 assert!(again.iterations <= most, "{place}: {first:?} {again:?}");
             }
         }

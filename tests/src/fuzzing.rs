@@ -59,6 +59,7 @@ pub fn backends() -> Vec<Backend> {
         "gauss-seidel:joints",
         "gauss-seidel:groups",
         "gauss-seidel:groups:trial",
+        "minres",
     ];
     let all = names.iter().map(|name| name.parse().expect("a known name"));
     all.filter(Backend::is_compiled).collect()

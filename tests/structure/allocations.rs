@@ -37,6 +37,7 @@ fn promises(backend: &Backend) -> bool {
         "banded",
         "gauss-seidel",
         "cg",
+        "minres",
         "dense",
         "faer:llt",
         "faer:ldlt",

@@ -211,7 +211,7 @@ impl Case {
     /// Whether the solver is one of the project's own, of which a step allocates nothing.
     #[must_use]
     pub fn is_own(&self) -> bool {
-        ["banded", "gauss-seidel", "cg"]
+        ["banded", "gauss-seidel", "cg", "minres"]
             .iter()
             .any(|own| self.backend.starts_with(own))
     }

@@ -16,7 +16,7 @@
 //! iterations start from by default) `banded` takes 3.9, 12 and 130 µs; the nearest is `gauss-seidel:groups`, 1.5 to 2
 //! times that to 10⁻² at ratio 1, then `cg:group`, 2 to 5 times everywhere in 1 to 6 iterations. `cg:jacobi` needs 5 to
 //! 50 iterations at 24 segments and hundreds from 100 on, `cg:none` hundreds and beyond 1000; Gauss–Seidel over joints
-//! reaches 10⁻⁴ from zero nowhere. A step's guess alone is within 10⁻² only in light motion (ratio 1). On a net of 8 ×
+//! reaches 10⁻⁴ from zero nowhere. `minres/kkt` needs twice the iterations of `cg:jacobi`. A step's guess alone is within 10⁻² only in light motion (ratio 1). On a net of 8 ×
 //! 8 nodes they win: `gauss-seidel:groups` and `cg:group` by 1.8 to 2.1 at every error, `cg:jacobi` by up to 2.0
 //! (`taut study iterative`).
 

@@ -155,6 +155,7 @@ rapier = []
 banded = []
 gauss-seidel = []
 cg = []
+minres = []
 faer = []
 nalgebra-sparse = []
 ";

@@ -39,6 +39,7 @@ fn a_backend_that_is_not_compiled_in_is_named_with_its_feature() {
         ("banded", cfg!(feature = "banded")),
         ("gauss-seidel", cfg!(feature = "gauss-seidel")),
         ("cg", cfg!(feature = "cg")),
+        ("minres", cfg!(feature = "minres")),
         ("faer", cfg!(feature = "faer")),
         ("nalgebra-sparse", cfg!(feature = "nalgebra-sparse")),
         ("umfpack", cfg!(feature = "umfpack")),

@@ -137,6 +137,10 @@ impl Stepper {
             }
         }
         if self.options.warm_start {
+            if self.options.form == Form::Kkt && self.options.backend.is_iterative() {
+                // Direct solvers ignore the guess.
+                self.pieces.update_velocity_change(&self.mu);
+            }
             let Pieces { rows, dv, .. } = &self.pieces;
             let bodies = (self.options.form == Form::Kkt).then_some(dv);
             self.plan.gather(rows, bodies, &self.mu, sign, &mut self.x);

@@ -175,6 +175,10 @@ impl Scene {
         if !(b.mass[i] > 0.0 && b.mass[i].is_finite()) {
             check(of("mass"), b.mass[i], false, "> 0 kg")?;
         }
+        if b.mass[i] < f64::MIN_POSITIVE {
+            let needs = "≥ 2.3e-308 kg, so that 1/m is finite";
+            check(of("mass"), b.mass[i], false, needs)?;
+        }
         b.validate_state(i, &self.body_names[i])?;
         finite(|| of("force"), b.force[i].iter())?;
         finite(|| of("torque"), b.torque[i].iter())?;
@@ -184,12 +188,19 @@ impl Scene {
             check(of("torque"), torque, false, NEVER_TURNS)?;
         }
         // The inertia of a held body takes no part.
-        if positive_definite(&b.inertia[i]) || b.inertia[i] == Matrix3::zeros() {
+        if b.inertia[i] == Matrix3::zeros() {
             return Ok(());
         }
-        Err(SceneError::Inertia {
-            body: self.body_names[i].clone(),
-        })
+        match least_pivot(&b.inertia[i]) {
+            None => Err(SceneError::Inertia {
+                body: self.body_names[i].clone(),
+            }),
+            Some(least) if least < f64::MIN_POSITIVE => {
+                let needs = "≥ 2.3e-308 kg m² about every axis, so that 1/I is finite";
+                check(of("inertia"), least, false, needs).map(drop)
+            }
+            Some(_) => Ok(()),
+        }
     }
 
     pub(crate) fn validate_constraint(&self, i: usize) -> Result<(), SceneError> {
@@ -415,9 +426,13 @@ fn finite<'a>(
     }
 }
 
-/// Symmetric to rounding, and with a Cholesky factor.
-fn positive_definite(inertia: &Matrix3<f64>) -> bool {
-    (inertia - inertia.transpose()).amax() <= 1e-12 * inertia.amax() && inertia.cholesky().is_some()
+/// Least pivot of the Cholesky factor \[kg m²]; none of an inertia that is not symmetric to rounding, or not definite.
+fn least_pivot(inertia: &Matrix3<f64>) -> Option<f64> {
+    if (inertia - inertia.transpose()).amax() > 1e-12 * inertia.amax() {
+        return None;
+    }
+    let roots = inertia.cholesky()?.l_dirty().diagonal();
+    Some(roots.map(|root| root * root).min())
 }
 
 #[cfg(test)]
@@ -550,6 +565,18 @@ mod tests {
         says(after(|s| s.bodies.inertia[0][(0, 1)] = 1e-3), "symmetric");
         let flat = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 0.0));
         says(after(|s| s.bodies.inertia[0] = flat), "definite");
+        // Positive, and without a reciprocal.
+        let thin = Matrix3::from_diagonal(&Vector3::new(1.0, 1e-320, 1.0));
+        says(after(|s| s.bodies.inertia[0] = thin), "1/I is finite");
+        says(after(|s| s.bodies.mass[1] = 1e-320), "1/m is finite");
+        let least = Matrix3::from_diagonal_element(f64::MIN_POSITIVE * 2.0);
+        let normal = after(|s| {
+            s.bodies.inertia[0] = least;
+            s.bodies.mass[1] = f64::MIN_POSITIVE;
+            assert_eq!(s.validate(), Ok(()));
+            s.gravity.x = f64::NAN;
+        });
+        says(normal, "gravity");
         let long = UnitQuaternion::new_unchecked(Quaternion::new(2.0, 0.0, 0.0, 0.0));
         says(after(|s| s.bodies.orientation[0] = long), "unit quaternion");
         says(after(|s| s.body_names[1] = "load".into()), "called `load`");

@@ -8,6 +8,7 @@ fn text_form_round_trips() {
         "gauss-seidel:groups:trial:iterations=7:tolerance=1e-3",
         "cg:none:iterations=3:tolerance=0e0",
         "cg:jacobi",
+        "minres:iterations=3:tolerance=1e-6",
         "umfpack:refinement=0",
         "faer:lblt",
         "faer:lu",

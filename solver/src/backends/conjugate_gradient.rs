@@ -9,7 +9,8 @@
 //! inverted. Products with S = J M⁻¹ Jᵀ + Σ from its pieces, without the blocks of S, cost the same on long cables and
 //! 1.4 to 2 times as much on short ones and on nets: they won nowhere.
 
-use super::{LEAST_NORM, check_solution};
+use super::check_solution;
+use super::iteration::{self, Krylov, check_norm, largest_block};
 use crate::Phases;
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::groups::Groups;
@@ -17,11 +18,8 @@ use crate::matrix::check_finite;
 use crate::options::check_iteration;
 use crate::slices::{Slices, dot, step, turn};
 use crate::{AnalyzeReport, BlockPattern, CgOptions, FactorReport, LinearSolver, Preconditioner};
-use crate::{SolveError, SolveReport, Status, SymBlockMatrix};
+use crate::{SolveError, SolveReport, SymBlockMatrix};
 use std::sync::Arc;
-
-/// Claimed convergence is checked against the true residual this often; the recurrence drifts from it.
-const RESTARTS: usize = 8;
 
 /// The `cg` backend.
 pub(crate) struct ConjugateGradient {
@@ -159,34 +157,59 @@ impl Plan {
             None => to.copy_from_slice(from),
         }
     }
+}
 
-    /// The iteration from the residual in `r` until the recurrence claims `target` (a 2-norm of the residual), or roundoff
-    /// of what it began with, below which it says nothing of the residual and runs on into underflow, or `limit`
-    /// iterations are made.
-    fn iterate(
-        &mut self,
-        a: &SymBlockMatrix,
-        v: &mut Vectors,
-        target: f64,
-        limit: usize,
-    ) -> Result<usize, SolveError> {
-        let identity = matches!(self.inside, Inside::Identity);
+/// The iteration on a system.
+struct Run<'a> {
+    plan: &'a mut Plan,
+    v: &'a mut Vectors,
+    a: &'a SymBlockMatrix,
+}
+
+impl Krylov for Run<'_> {
+    fn residual(&mut self) -> Result<f64, SolveError> {
+        let Self { plan, v, a } = self;
+        if v.x.iter().all(|x| *x == 0.0) {
+            v.ap.fill(0.0);
+        } else {
+            plan.product(a, &v.x, &mut v.ap);
+        }
+        v.r.copy_from_slice(&v.ap);
+        turn(-1.0, &v.b, &mut v.r);
+        let norm = dot(&v.r, &v.r).sqrt();
+        if !norm.is_finite() {
+            let mut rows = std::mem::take(&mut plan.rows);
+            let [x, r] = &mut rows;
+            plan.save(&v.x, x);
+            plan.save(&v.r, r);
+            let checked = check_norm(a.pattern(), norm, x, r);
+            plan.rows = rows;
+            checked?;
+        }
+        Ok(norm)
+    }
+
+    fn iterate(&mut self, target: f64, limit: usize) -> Result<usize, SolveError> {
+        let Self { plan, v, a } = self;
+        let identity = matches!(plan.inside, Inside::Identity);
         let mut square = dot(&v.r, &v.r);
-        let target = target.max(f64::EPSILON * square.sqrt());
         let mut rz = if identity {
             square
         } else {
-            self.precondition(&v.r, &mut v.z)
+            plan.precondition(&v.r, &mut v.z)
         };
         let z = if identity { &v.r } else { &v.z };
         v.p.copy_from_slice(z);
         let mut iterations = 0;
         while square.sqrt() > target && iterations < limit && rz > 0.0 {
-            let curvature = self.product(a, &v.p, &mut v.ap);
+            let curvature = plan.product(a, &v.p, &mut v.ap);
             if curvature <= 0.0 {
-                return Err(SolveError::NotPositiveDefinite {
-                    block: self.largest_block(a.pattern(), &v.p),
-                });
+                // Where the direction is largest.
+                let mut rows = std::mem::take(&mut plan.rows[0]);
+                plan.save(&v.p, &mut rows);
+                let block = largest_block(a.pattern(), &rows);
+                plan.rows[0] = rows;
+                return Err(SolveError::NotPositiveDefinite { block });
             }
             square = step(rz / curvature, [&v.p, &v.ap], [&mut v.x, &mut v.r]);
             iterations += 1;
@@ -196,22 +219,13 @@ impl Plan {
             let next = if identity {
                 square
             } else {
-                self.precondition(&v.r, &mut v.z)
+                plan.precondition(&v.r, &mut v.z)
             };
             let z = if identity { &v.r } else { &v.z };
             turn(next / rz, z, &mut v.p);
             rz = next;
         }
         Ok(iterations)
-    }
-
-    /// Block with the largest component of the direction: where a negative curvature was met.
-    fn largest_block(&mut self, pattern: &BlockPattern, p: &[f64]) -> usize {
-        let mut rows = std::mem::take(&mut self.rows[0]);
-        self.save(p, &mut rows);
-        let largest = (0..rows.len()).max_by(|&i, &j| rows[i].abs().total_cmp(&rows[j].abs()));
-        self.rows[0] = rows;
-        pattern.block_of_row(largest.unwrap_or(0))
     }
 }
 
@@ -278,27 +292,10 @@ impl LinearSolver for ConjugateGradient {
                 needs: "analyze",
             });
         };
-        let scale = dot(b, b).sqrt();
-        if !scale.is_finite() {
-            // The squares overflow, and with them every test of convergence.
-            let largest = b.iter().position(|&x| x.abs() == crate::norm_inf(b));
-            return Err(SolveError::NonFinite {
-                what: "norm of the right-hand side",
-                block: a.pattern().block_of_row(largest.unwrap_or(0)),
-            });
-        }
-        if b.iter().all(|b| *b == 0.0) {
-            x.fill(0.0);
+        let Some(scale) = iteration::begin(a.pattern(), b, x)? else {
             return Ok(SolveReport::ZERO);
-        }
-        check_finite(a.pattern(), "guess", x)?;
-        let limit = self.options.iterations;
-        let target = self.options.tolerance * scale;
-        let mut report = SolveReport {
-            status: Status::IterationLimit,
-            iterations: 0,
-            residual: f64::INFINITY,
         };
+        check_finite(a.pattern(), "guess", x)?;
         let v = &mut self.vectors;
         if std::mem::replace(&mut self.unsound, true) {
             // What is not finite may have reached the padding, where no load writes.
@@ -308,62 +305,24 @@ impl LinearSolver for ConjugateGradient {
         }
         plan.load(b, &mut v.b);
         plan.load(x, &mut v.x);
-        let mut previous = f64::INFINITY;
-        for restart in 0..RESTARTS {
-            if restart == 0 && x.iter().all(|x| *x == 0.0) {
-                v.ap.fill(0.0);
-            } else {
-                plan.product(a, &v.x, &mut v.ap);
-            }
-            let norm = residual(v);
-            if !norm.is_finite() {
-                plan.save(&v.x, x);
-                check_solution(a, x)?;
-                let block = plan.largest_block(a.pattern(), &v.r);
-                let what = "norm of the residual";
-                return Err(SolveError::NonFinite { what, block });
-            }
-            report.residual = if norm == 0.0 { 0.0 } else { norm / scale };
-            if scale < LEAST_NORM {
-                report.status = Status::Stalled;
-                break;
-            }
-            if norm <= target {
-                report.status = Status::Converged;
-                break;
-            }
-            if report.iterations == limit {
-                report.status = Status::IterationLimit;
-                break;
-            }
-            // A restart that did not halve the true residual will not: it is at roundoff.
-            if norm > 0.5 * previous {
-                report.status = Status::Stalled;
-                break;
-            }
-            previous = norm;
-            let left = limit - report.iterations;
-            report.iterations += plan.iterate(a, v, target, left)?;
-            report.status = Status::Stalled;
-        }
-        plan.save(&v.x, x);
+        let CgOptions {
+            tolerance,
+            iterations,
+            ..
+        } = self.options;
+        let mut work = Run { plan, v, a };
+        let report = iteration::run(&mut work, scale, tolerance, iterations)?;
+        plan.save(&self.vectors.x, x);
         check_solution(a, x)?;
         self.unsound = false;
         Ok(report)
     }
 }
 
-/// r = b − A x; its norm.
-fn residual(v: &mut Vectors) -> f64 {
-    v.r.copy_from_slice(&v.ap);
-    turn(-1.0, &v.b, &mut v.r);
-    dot(&v.r, &v.r).sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Preconditioner, backward_error};
+    use crate::{Preconditioner, Status, backward_error};
 
     /// A chain of blocks of two rows, which are padded, with a strong diagonal.
     fn chain(scale: f64) -> SymBlockMatrix {

@@ -15,7 +15,8 @@
 mod null_vector;
 mod sweep;
 
-use super::{LEAST_NORM, check_solution};
+use super::check_solution;
+use super::iteration::{self, LEAST_NORM};
 use crate::Phases;
 use crate::groups::Groups;
 use crate::matrix::check_finite;
@@ -205,19 +206,9 @@ impl LinearSolver for GaussSeidel {
                 needs: "analyze",
             });
         };
-        let norm = b.iter().map(|b| b * b).sum::<f64>().sqrt();
-        if b.iter().all(|b| *b == 0.0) {
-            x.fill(0.0);
+        let Some(norm) = iteration::begin(a.pattern(), b, x)? else {
             return Ok(SolveReport::ZERO);
-        }
-        if !norm.is_finite() {
-            // The squares overflow, and with them every test of convergence.
-            let largest = b.iter().position(|&x| x.abs() == crate::norm_inf(b));
-            return Err(SolveError::NonFinite {
-                what: "norm of the right-hand side",
-                block: a.pattern().block_of_row(largest.unwrap_or(0)),
-            });
-        }
+        };
         if self.options.start == Start::Trial {
             plan.start(b, x);
             check_solution(a, x)?;

@@ -130,7 +130,10 @@ fn its_options_are_its_own() {
         ),
         ("skyline:noise=-1", "refuses `noise=-1`"),
         ("skyline/kkt", "needs a positive definite matrix"),
-        ("skylines", "umfpack, cg, gauss-seidel, dense, skyline"),
+        (
+            "skylines",
+            "umfpack, cg, gauss-seidel, minres, dense, skyline",
+        ),
     ] {
         let output = run(
             PROGRAM,

@@ -82,7 +82,7 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
     options.backends.replace(&mut config.choices)?;
     if let Some(direct) = config.choices.iter().find(|c| !c.backend.is_iterative()) {
         return Err(format!(
-            "`--backends {direct}`: `taut study iterative` takes iterative solvers, gauss-seidel and cg"
+            "`--backends {direct}`: `taut study iterative` takes iterative solvers, gauss-seidel, cg and minres"
         )
         .into());
     }

@@ -3,7 +3,13 @@
 //!
 //! A panel is a block of the pattern, or several whose columns have the same rows. Rows never leave their panel: the
 //! factor keeps the fill of the pattern's order, and a zero diagonal costs nothing where its panel holds the row that
-//! couples with it. All memory is made in `analyze`, but for what faer's dense product makes at its first use in a thread.
+//! couples with it.
+//!
+//! On some KKT matrices whose rows at bounds are cleared the factor of faer 0.24 is not that of the matrix: ‖A⁻¹A − I‖ is
+//! about 3 with pivots of 10⁻⁴ and no growth, and corrections do not converge. The judge of direct solutions sees it, and
+//! says that the solution stalls; a step with such rows may leave their bounds undecided.
+//!
+//! All memory is made in `analyze`, but for what faer's dense product makes at its first use in a thread.
 
 use super::{Matrix, diagonal, library, memory};
 use crate::backends::csc::{Triangle, check_pivots};

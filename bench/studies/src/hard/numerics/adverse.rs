@@ -16,6 +16,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
     progress.inc_length(all.len() as u64);
     let check = |backend: &Backend| -> Result<Check, ExperimentError> {
         let study = backend
+            .with_tolerance(FALSE)
             .create()
             .and_then(|mut s| claims_study(&mut *s, 0..systems))?;
         progress.inc(1);
