@@ -49,7 +49,7 @@ pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
 pub use formats::{Entry, Metric, bencher, entries};
 pub use history::{HISTORY, HistoryError, Run, append, data, read};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
-pub use peer::{PeerError, serve};
+pub use peer::{Fault, PeerError, serve};
 pub use ratio::Ratio;
 pub use self_test::{SelfTest, self_test};
 pub use start::{PASS, steps};

@@ -78,6 +78,7 @@ fn versus(args: &TrackArgs, base: Program) -> Result<Versus, Failure> {
         },
         limit: args.limit,
         counter: None,
+        every_case: args.cases.is_empty(),
     })
 }
 
@@ -117,10 +118,13 @@ pub(crate) fn self_test(
         Machine::current(),
         track::self_test_text(&test)
     ))?;
-    if test.is_passed() {
-        return Ok(());
+    match test.figures {
+        0 => Err(Failure::NotChecked(
+            "nothing was measured: this build has the backend of no case".to_owned(),
+        )),
+        _ if test.is_passed() => Ok(()),
+        _ => Err(Failure::Check(
+            "the self-test fails: `--against` cannot be trusted on this machine".to_owned(),
+        )),
     }
-    Err(Failure::NotChecked(
-        "the self-test fails: this machine is too unsteady for `--against`".to_owned(),
-    ))
 }

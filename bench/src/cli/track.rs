@@ -38,7 +38,7 @@ Examples:
 pub(crate) struct TrackArgs {
     /// Cases by name, such as hoist-24-1e3/banded (default: all)
     #[arg(value_name = "CASE", value_parser = track::named)]
-    cases: Vec<Case>,
+    pub(super) cases: Vec<Case>,
     /// A few cases, some seconds
     #[arg(long)]
     pub(super) quick: bool,

@@ -97,6 +97,9 @@ pub fn against_text(compared: &[Compared]) -> String {
 /// What a self-test found, in two lines.
 #[must_use]
 pub fn self_test_text(test: &SelfTest) -> String {
+    if test.figures == 0 {
+        return "nothing was measured\n".to_owned();
+    }
     let trials = test.trials;
     let line = |what: &str, count: usize, does: &str, [least, most]: [f64; 2]| {
         format!("{what}: {count} of {trials} {does}, ratios {least:.4} … {most:.4}\n")
