@@ -18,19 +18,26 @@ const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
-`--against` starts the base and this program twenty times each and times blocks of some milliseconds in turns: base, head,
-head, base. It prints the ratio of the times with a bootstrap interval of 95 %. Two builds of the same sources may differ by
-a percent, by where their code lies. `--self-test` checks this on this machine: the slowed program spins after each step for
-10 % of its time, and each of its figures has to fail.
+`--against`: the base is the program or revision named, the head is this program. Both are started 80 times (`--quick`: 32) \
+and time blocks of 2 ms in turns: base, head, head, base. A start gives the ratio of their least times; the table has the \
+median of these ratios with its bootstrap interval of 95 %. Two builds of the same sources may differ by a percent, by \
+where their code lies. A figure that the base has and the head lacks fails.
 
-Exit code 1: a figure fails. Exit code 3: none fails, but instructions that were to be counted are compared with nothing.
-A commit that changes the baseline says why. Workflows to copy: `bench/ci`.
+A revision is built below target/taut/against, with the profile, features and compiler flags of this program and \
+otherwise in the same environment; one build at a time.
+
+`--self-test` checks the comparisons on this machine: the slowed program spins after each step for 10 % of its time, and \
+each of its figures has to fail.
+
+Exit code 1: a figure or the self-test fails. Exit code 3: nothing was compared, or instructions that were to be counted \
+are compared with nothing. A commit that changes the baseline says why. Workflows to copy: `bench/ci`.
+
 Examples:
   taut track --quick
   taut track --instructions
   taut track --instructions --update
   taut track --against origin/main --instructions
-  taut track hoist-24-1e3/banded --against target/taut/against/taut-0123456789ab
+  taut track hoist-24-1e3/banded --against ../other/target/release/taut
   taut track --self-test
   taut track --history track.jsonl && taut report track.jsonl --out track.html";
 
@@ -39,7 +46,7 @@ pub(crate) struct TrackArgs {
     /// Cases by name, such as hoist-24-1e3/banded (default: all)
     #[arg(value_name = "CASE", value_parser = track::named)]
     pub(super) cases: Vec<Case>,
-    /// A few cases, some seconds
+    /// A few cases unless some are named, and less time for each
     #[arg(long)]
     pub(super) quick: bool,
     /// Counts instructions as well, under valgrind
@@ -58,8 +65,8 @@ pub(crate) struct TrackArgs {
     /// The same in Bencher's metric format
     #[arg(long, value_name = "PATH")]
     pub(super) bencher: Option<PathBuf>,
-    /// Compares with another program `taut` instead, or with a revision of the repository here, built as this program was:
-    /// fails where a step takes longer by 3 % and by more than chance
+    /// Compares this program with another program `taut`, or with a revision of the repository here, built as this program
+    /// was: fails where a step takes longer by 3 % and by more than chance
     #[arg(long, value_name = "BINARY|REVISION", conflicts_with_all = ["update", "baseline"])]
     against: Option<String>,
     /// Compares this program so often with itself, which has to pass, and with itself made 10 % slower, which has to fail
@@ -183,11 +190,13 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     }
 }
 
-/// The cases named, each once; those of a quick run; or all.
+/// The cases named, each once; or else those of a quick run, or all.
 fn cases(args: &TrackArgs, quick: bool) -> Vec<Case> {
-    let all = CASES.into_iter();
-    let named = |c: &Case| args.cases.is_empty() || args.cases.contains(c);
-    all.filter(|c| named(c) && (c.quick || !quick)).collect()
+    let chosen = |c: &Case| match args.cases.as_slice() {
+        [] => c.quick || !quick,
+        named => named.contains(c),
+    };
+    CASES.into_iter().filter(chosen).collect()
 }
 
 /// The runs of the history before this one.

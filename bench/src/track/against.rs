@@ -202,7 +202,8 @@ impl<'a> Sample<'a> {
         let (quads, repeats) = match &least[0] {
             Ok(ns) if !is_minute => {
                 let fit = effort.block.as_nanos() as f64 / (ns * PASS as f64);
-                (effort.quads, fit.clamp(1.0, 1e4) as usize)
+                let quads = (fit * effort.quads as f64).clamp(1.0, effort.quads as f64);
+                (quads as usize, fit.clamp(1.0, 1e4) as usize)
             }
             _ => (effort.minutes, 1),
         };
@@ -376,6 +377,36 @@ mod tests {
         ] {
             assert_eq!(judge(ratio(value, low, high), SLOWER), verdict, "{value}");
         }
+    }
+
+    #[test]
+    fn what_the_head_alone_lacks_fails_and_what_the_base_lacks_is_not_compared() {
+        let absent = || Err(Missing::NotMeasured("no solver".to_owned()));
+        let failed = || Err(Missing::Failed("no pivot".to_owned()));
+        assert_eq!(both([Ok(2.0), Ok(3.0)]), Ok([2.0, 3.0]));
+        for times in [[Ok(2.0), absent()], [absent(), failed()]] {
+            assert!(matches!(both(times), Err(Missing::Failed(_))));
+        }
+        for base in [absent(), failed()] {
+            assert!(matches!(
+                both([base, Ok(3.0)]),
+                Err(Missing::NotMeasured(_))
+            ));
+        }
+        assert!(matches!(
+            both([absent(), absent()]),
+            Err(Missing::NotMeasured(_))
+        ));
+    }
+
+    #[test]
+    fn a_case_that_the_head_has_lost_is_a_failure_with_its_name() {
+        assert_eq!(gone("gantry/banded"), None);
+        let lost = gone("hoist-23/banded").unwrap();
+        assert_eq!(
+            (lost.case.as_str(), lost.verdict),
+            ("hoist-23/banded", Verdict::Fail)
+        );
     }
 
     #[test]

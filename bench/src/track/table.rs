@@ -17,9 +17,9 @@ kernel beside it (in brackets the least time itself), never a failure";
 
 /// What the columns of a comparison with another program are.
 pub const AGAINST_LEGEND: &str = "\
-Base and head in turns: base, head, head, base. ratio: the head over the base, the median with its bootstrap interval of
-95 %. time-min and time-p99 FAIL where the interval is above 1 and the ratio above 1.03, instructions above 1.01 at 24
-segments, above 1.02 elsewhere; slower: beyond the interval alone";
+Base and head in turns: base, head, head, base. ratio: of least times, the head's over the base's; the median of all
+rounds with its bootstrap interval of 95 %. time-min and time-p99 FAIL where the interval is above 1 and the ratio above
+1.03, instructions above 1.01 at 24 segments, above 1.02 elsewhere; slower: beyond the interval alone";
 
 /// A row for each figure under the name of its case, least and median times but for the least beside the ratio left out;
 /// then the notes and the counts of the verdicts.
