@@ -47,17 +47,6 @@ pub enum CountError {
         /// Its first bytes, as valgrind writes them.
         bytes: String,
     },
-    /// Output without a count.
-    NoCount,
-    /// Twice the steps do not take more instructions.
-    NoDifference {
-        /// Steps.
-        steps: usize,
-        /// Instructions of so many.
-        once: u64,
-        /// Instructions of twice as many.
-        twice: u64,
-    },
 }
 
 impl fmt::Display for CountError {
@@ -76,11 +65,6 @@ impl fmt::Display for CountError {
             Self::UnknownInstruction { bytes } => write!(
                 f,
                 "instructions were not counted: valgrind does not know one of this build, {bytes}"
-            ),
-            Self::NoCount => f.write_str("callgrind ended without a line `Collected : N`"),
-            Self::NoDifference { steps, once, twice } => write!(
-                f,
-                "{steps} steps took {once} instructions, twice as many {twice}: no step was counted"
             ),
         }
     }
@@ -137,7 +121,9 @@ impl Counter {
         let steps = case.counted_steps();
         let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);
         if twice <= once {
-            return Err(CountError::NoDifference { steps, once, twice });
+            return Err(failed(format!(
+                "{steps} steps took {once} instructions, twice as many {twice}"
+            )));
         }
         Ok((twice - once) as f64 / steps as f64)
     }
@@ -148,7 +134,15 @@ impl Counter {
             .arg(&self.program)
             .args(["track", "--instructions-of", &case.name()])
             .args(["--steps", &steps.to_string()]))?;
-        collected(&output.stderr).ok_or(CountError::NoCount)
+        collected(&output.stderr).ok_or_else(|| failed("no line `Collected : N`".to_owned()))
+    }
+}
+
+/// Valgrind ran, but did not count.
+fn failed(how: String) -> CountError {
+    CountError::Failed {
+        program: "valgrind".into(),
+        how,
     }
 }
 

@@ -123,22 +123,19 @@ fn answer(
     slowed: f64,
 ) -> Result<f64, Missing> {
     let absent = Missing::NotMeasured;
-    let failed = |e: StepError| Missing::Failed(e.to_string());
     let case = named(&question.case).map_err(|e| absent(e.to_string()))?;
     let timed = match all.entry(question.case) {
         Entry::Occupied(known) => known.into_mut(),
         Entry::Vacant(new) => {
             let choice = case.choice().map_err(absent)?;
-            new.insert(Timed::new(&case, choice).map_err(failed)?)
+            new.insert(Timed::new(&case, choice)?)
         }
     };
     let is = |measure: Measure| question.measure == measure.name();
     if is(Measure::P99) && case.place == Place::Gantry {
         for _ in 0..question.repeats {
-            let driven = timed
-                .minutes
-                .drive(timed.start.scene(), &timed.choice, slowed);
-            driven.map_err(failed)?;
+            let Timed { start, choice, .. } = timed;
+            timed.minutes.drive(start.scene(), choice, slowed)?;
         }
         return Ok(timed.minutes.p99());
     }
@@ -146,8 +143,7 @@ fn answer(
         return Err(absent(format!("`{}` is not timed", question.measure)));
     }
     for _ in 0..question.repeats {
-        let pass = wall::pass(&timed.start, &mut timed.stepper, &mut timed.least, slowed);
-        pass.map_err(failed)?;
+        wall::pass(&timed.start, &mut timed.stepper, &mut timed.least, slowed)?;
     }
     Ok(timed.least.iter().sum::<f64>() / PASS as f64)
 }

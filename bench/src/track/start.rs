@@ -150,7 +150,7 @@ impl Judged {
             Measure::Allocations => calls_per_step(&self.start, choice),
             _ => self.error(case, choice, measure),
         };
-        figure.map_err(|e| Missing::Failed(e.to_string()))
+        Ok(figure?)
     }
 }
 
