@@ -6,6 +6,7 @@ use super::console::Console;
 use crate::machine::Machine;
 use crate::track::{self, CASES, Case, Config, Counter, Entry, Row, Run, Verdict};
 use clap::{Args, value_parser};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use taut_ground::Choice;
@@ -61,10 +62,10 @@ pub(crate) struct TrackArgs {
     /// Writes the figures to a file as well, in github-action-benchmark's customSmallerIsBetter (`-` for standard output,
     /// which then holds nothing else)
     #[arg(long, value_name = "PATH")]
-    pub(super) json: Option<PathBuf>,
+    json: Option<PathBuf>,
     /// The same in Bencher's metric format
     #[arg(long, value_name = "PATH")]
-    pub(super) bencher: Option<PathBuf>,
+    bencher: Option<PathBuf>,
     /// Compares this program with another program `taut`, or with a revision of the repository here, built as this program
     /// was: fails where a step takes longer by 3 % and by more than chance
     #[arg(long, value_name = "BINARY|REVISION", conflicts_with_all = ["update", "baseline"])]
@@ -85,7 +86,7 @@ pub(crate) struct TrackArgs {
     pub(super) limit: Duration,
     /// Adds the figures to a file as well, a line for each run; `taut report FILE.jsonl` is their page
     #[arg(long, value_name = "FILE.jsonl")]
-    pub(super) history: Option<PathBuf>,
+    history: Option<PathBuf>,
     /// Answers on standard output how long steps take: what `--against` and `--self-test` start
     #[arg(long, hide = true)]
     measure: bool,
@@ -100,7 +101,7 @@ pub(crate) struct TrackArgs {
     steps: usize,
 }
 
-/// Time that each case is timed for, with one thread and with two.
+/// Time that the passes of each case are timed for.
 const BUDGET: Duration = Duration::from_millis(400);
 const QUICK_BUDGET: Duration = Duration::from_millis(50);
 
@@ -118,20 +119,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     if let Some(base) = &args.against {
         return against::run(args, base, &cases(args, args.quick), console);
     }
-    let read: Vec<&Path> = (!args.update)
-        .then_some(&*args.baseline)
-        .into_iter()
-        .collect();
-    let [json, bencher, update, to] = files::open(
-        [
-            ("--json", args.json.as_deref()),
-            ("--bencher", args.bencher.as_deref()),
-            ("--update", args.update.then_some(&*args.baseline)),
-            ("--history", args.history.as_deref()),
-        ],
-        &read,
-    )?;
-    let runs = history(args, to.as_ref())?;
+    let mut outputs = Outputs::open(args)?;
     let baseline = baseline(args)?;
     let counter = args.instructions.then(Counter::new);
     let config = Config {
@@ -145,26 +133,13 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     let figures = track::run(&config, &bar);
     bar.finish_and_clear();
     let rows = track::compare(&figures, &baseline);
-    let rows_alone = [&json, &bencher]
-        .into_iter()
-        .flatten()
-        .any(Output::is_stdout);
-    if !rows_alone {
-        files::print(&format!(
-            "{}\n{}\n\n{}",
-            Machine::current(),
-            track::LEGEND,
-            track::text(&rows)
-        ))?;
-    }
+    let update = outputs.update.take();
     let entries = track::entries(&figures);
-    if let Some(json) = json {
-        json.json(&entries)?;
-    }
-    if let Some(bencher) = bencher {
-        bencher.json(&track::bencher(&figures))?;
-    }
-    append(to, &runs, entries.clone())?;
+    outputs.write(
+        &format!("{}\n\n{}", track::LEGEND, track::text(&rows)),
+        entries.clone(),
+        &track::bencher(&figures),
+    )?;
     let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
     if let Some(to) = update {
         let updated = track::updated(&entries, &baseline);
@@ -199,22 +174,66 @@ fn cases(args: &TrackArgs, quick: bool) -> Vec<Case> {
     CASES.into_iter().filter(chosen).collect()
 }
 
-/// The runs of the history before this one.
-pub(super) fn history(args: &TrackArgs, to: Option<&Output>) -> Result<Vec<Run>, Failure> {
-    if to.is_some_and(Output::is_stdout) {
-        let why = "`--history` adds to a file, and standard output is none: name one";
-        return Err(Failure::Input(why.to_owned()));
-    }
-    let runs = args.history.as_deref().map(track::read).transpose()?;
-    Ok(runs.unwrap_or_default())
+/// Where figures go.
+pub(super) struct Outputs {
+    json: Option<Output>,
+    bencher: Option<Output>,
+    update: Option<Output>,
+    history: Option<Output>,
+    /// The runs of the history before this one.
+    runs: Vec<Run>,
 }
 
-/// Adds a run to the history, where there is one.
-pub(super) fn append(to: Option<Output>, runs: &[Run], figures: Vec<Entry>) -> Result<(), Failure> {
-    if let Some(to) = to {
-        track::append(&to, runs, &Run::new(figures))?;
+impl Outputs {
+    /// Finds out whether all can be written, before anything is measured.
+    pub(super) fn open(args: &TrackArgs) -> Result<Self, Failure> {
+        let compares = !args.update && args.against.is_none();
+        let read: Vec<&Path> = compares.then_some(&*args.baseline).into_iter().collect();
+        let [json, bencher, update, history] = files::open(
+            [
+                ("--json", args.json.as_deref()),
+                ("--bencher", args.bencher.as_deref()),
+                ("--update", args.update.then_some(&*args.baseline)),
+                ("--history", args.history.as_deref()),
+            ],
+            &read,
+        )?;
+        if history.as_ref().is_some_and(Output::is_stdout) {
+            let why = "`--history` adds to a file, and standard output is none: name one";
+            return Err(Failure::Input(why.to_owned()));
+        }
+        let runs = args.history.as_deref().map(track::read).transpose()?;
+        Ok(Self {
+            json,
+            bencher,
+            update,
+            history,
+            runs: runs.unwrap_or_default(),
+        })
     }
-    Ok(())
+
+    /// Prints the table below the machine, unless a file takes its place; writes the figures.
+    pub(super) fn write(
+        self,
+        table: &str,
+        figures: Vec<Entry>,
+        metrics: &impl Serialize,
+    ) -> Result<(), Failure> {
+        let mut files = [&self.json, &self.bencher].into_iter().flatten();
+        if !files.any(Output::is_stdout) {
+            files::print(&format!("{}\n{table}", Machine::current()))?;
+        }
+        if let Some(json) = self.json {
+            json.json(&figures)?;
+        }
+        if let Some(bencher) = self.bencher {
+            bencher.json(metrics)?;
+        }
+        if let Some(history) = self.history {
+            track::append(&history, &self.runs, &Run::new(figures))?;
+        }
+        Ok(())
+    }
 }
 
 /// A time of a millisecond to a day.

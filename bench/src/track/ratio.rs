@@ -1,7 +1,6 @@
 //! The ratio of two programs' times, with an interval: the median of the ratios of many rounds and its bootstrap interval
 //! (B. Efron, *Bootstrap methods: another look at the jackknife*, 1979).
 
-use serde::Serialize;
 use taut_ground::random::Random;
 
 /// Bootstrap samples.
@@ -11,7 +10,7 @@ const SAMPLES: usize = 2000;
 const TAIL: f64 = 0.025;
 
 /// A ratio with its interval.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratio {
     /// The ratio.
     pub value: f64,

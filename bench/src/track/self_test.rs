@@ -21,7 +21,7 @@ pub struct SelfTest {
     pub same: usize,
     /// Of this program with itself made slower by a tenth, those in which every figure fails.
     pub slowed: usize,
-    /// The least and the greatest ratio of the first kind.
+    /// The least and the greatest ratio of the first kind; the other way round where there are none.
     pub same_ratios: [f64; 2],
     /// Of the second.
     pub slowed_ratios: [f64; 2],
@@ -58,7 +58,8 @@ pub fn self_test(
         progress.set_message(format!("trial {trial} of {trials}"));
         progress.reset();
         let same = against(versus, cases, progress)?;
-        test.figures = same.iter().filter(|c| c.ratio.is_some()).count();
+        let measured = |c: &&Compared| c.verdict != Verdict::NotMeasured;
+        test.figures = same.iter().filter(measured).count();
         if test.figures == 0 {
             break;
         }

@@ -90,7 +90,11 @@ pub fn self_test_text(test: &SelfTest) -> String {
     }
     let trials = test.trials;
     let line = |what: &str, count: usize, does: &str, [least, most]: [f64; 2]| {
-        format!("{what}: {count} of {trials} {does}, ratios {least:.4} … {most:.4}\n")
+        let mut line = format!("{what}: {count} of {trials} {does}");
+        if least <= most {
+            let _ = write!(line, ", ratios {least:.4} … {most:.4}");
+        }
+        line + "\n"
     };
     let slower = format!("{:.0} % slower", 100.0 * SLOWED);
     line("the same program", test.same, "pass", test.same_ratios)
