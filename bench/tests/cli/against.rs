@@ -1,8 +1,9 @@
-use crate::{folder, good, refused, taut, text};
+use crate::{folder, good, program, refused, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// One case, a few blocks of each program.
 const CASE: &str = "track hoist-24-1e3/banded --quick";
@@ -115,9 +116,9 @@ fn git(at: &Path, arguments: &[&str]) {
     assert!(done.status.success(), "{}", text(&done.stderr));
 }
 
-#[test]
-fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() {
-    let at = folder("against_revision");
+/// A repository of which no revision can be built.
+fn broken(name: &str) -> PathBuf {
+    let at = folder(name);
     git(&at, &["init", "--quiet"]);
     fs::write(
         at.join("Cargo.toml"),
@@ -126,6 +127,29 @@ fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() 
     .expect("writes");
     git(&at, &["add", "Cargo.toml"]);
     git(&at, &["commit", "--quiet", "--message", "Broken"]);
+    at
+}
+
+#[test]
+fn one_build_waits_for_another() {
+    let at = broken("against_turn");
+    let against = at.join("target/taut/against");
+    fs::create_dir_all(&against).expect("a folder");
+    let other = fs::File::create(against.join("lock")).expect("a file");
+    other.lock().expect("locks");
+    let mut waiting = program(&at, &format!("{CASE} --quiet --against HEAD"))
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(waiting.try_wait().expect("a program").is_none());
+    drop(other);
+    assert_eq!(waiting.wait().expect("ends").code(), Some(2));
+}
+
+#[test]
+fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() {
+    let at = broken("against_revision");
     let output = taut(&at, &format!("{CASE} --against HEAD"));
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
