@@ -219,8 +219,8 @@ impl Outputs {
         figures: Vec<Entry>,
         metrics: &impl Serialize,
     ) -> Result<(), Failure> {
-        let mut files = [&self.json, &self.bencher].into_iter().flatten();
-        if !files.any(Output::is_stdout) {
+        let files = [&self.json, &self.bencher];
+        if !files.into_iter().flatten().any(Output::is_stdout) {
             files::print(&format!("{}\n{table}", Machine::current()))?;
         }
         if let Some(json) = self.json {
