@@ -30,7 +30,7 @@ pub(super) const SLOWER: f64 = 0.03;
 /// What instructions may grow by at 24 segments.
 pub(super) const SMALL: f64 = 0.01;
 
-/// Passes that warm a process up, and tell how many make a block.
+/// Passes that warm a process up, and tell how many make a block of the slower program.
 const FIRST: usize = 3;
 
 /// What counts of the same program differ by at most, with the seeds of hash tables, over the base.
@@ -199,9 +199,9 @@ impl<'a> Sample<'a> {
             base.time(&name, measure, first)?,
             head.time(&name, measure, first)?,
         ];
-        let (quads, repeats) = match &least[0] {
-            Ok(ns) if !is_minute => {
-                let fit = effort.block.as_nanos() as f64 / (ns * PASS as f64);
+        let (quads, repeats) = match &least {
+            [Ok(base), Ok(head)] if !is_minute => {
+                let fit = effort.block.as_nanos() as f64 / (base.max(*head) * PASS as f64);
                 let quads = (fit * effort.quads as f64).clamp(1.0, effort.quads as f64);
                 (quads as usize, fit.clamp(1.0, 1e4) as usize)
             }
