@@ -1,5 +1,5 @@
 //! Leaves the compiler's version and the processor that is compiled for to the program, whose instruction counts hold
-//! for those alone, and the options of `cargo` that choose the features it is built with.
+//! for those alone, the compiler's flags, and the options of `cargo` that choose the features it is built with.
 
 use std::env;
 use std::fs;
@@ -28,6 +28,7 @@ fn main() {
         .next_back()
         .unwrap_or("generic");
     println!("cargo::rustc-env=TAUT_TARGET_CPU={cpu}");
+    println!("cargo::rustc-env=TAUT_ENCODED_RUSTFLAGS={flags}");
     println!("cargo::rustc-env=TAUT_FEATURES={}", features());
 }
 

@@ -10,6 +10,9 @@ pub const RUSTC: &str = env!("TAUT_RUSTC");
 /// The processor that it was compiled for, as the compiler's `target-cpu` names it.
 pub const TARGET_CPU: &str = env!("TAUT_TARGET_CPU");
 
+/// The flags of the compiler, as `CARGO_ENCODED_RUSTFLAGS` has them.
+pub const ENCODED_RUSTFLAGS: &str = env!("TAUT_ENCODED_RUSTFLAGS");
+
 /// `release` or `debug`.
 pub const PROFILE: &str = if cfg!(debug_assertions) {
     "debug"
@@ -38,8 +41,7 @@ pub fn command(arguments: &[String]) -> String {
 }
 
 /// The options of the compiler that choose the processor; none for the generic one.
-#[must_use]
-pub fn rustflags() -> Option<String> {
+fn rustflags() -> Option<String> {
     (TARGET_CPU != "generic").then(|| format!("-C target-cpu={TARGET_CPU}"))
 }
 

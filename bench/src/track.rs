@@ -3,15 +3,15 @@
 //!
 //! All are of the default step at 1/60 s from a common state of the scene, [`WARM_UP`](taut_studies::scenes::WARM_UP) steps from
 //! its beginning. Instructions repeat from run to run and are judged against the baseline; errors and allocations have
-//! bars of their own; wall time depends on the machine and on what else it does, and is only shown: as nanoseconds, and
-//! as a ratio to a fixed piece of work beside it. Times are judged against another program, in turns with it.
+//! bars of their own; wall time depends on the machine and on what else it does, and is only shown. Times are judged
+//! against another program, in turns with it.
 //!
 //! | module | holds |
 //! |---|---|
 //! | `cases` | what is tracked, and the bars |
 //! | `measures` | the figures of a case |
 //! | `start` | common states, errors, allocations |
-//! | `wall`, `calibration` | times, and the work that they are measured by |
+//! | `wall` | times |
 //! | `minute` | the steps of a driven minute |
 //! | `callgrind` | instructions |
 //! | `compare` | the verdicts |
@@ -25,7 +25,6 @@
 
 mod against;
 mod base;
-mod calibration;
 mod callgrind;
 mod cases;
 mod child;
@@ -49,7 +48,7 @@ pub use compare::{Row, TOLERANCE, Verdict, compare, uncompared, updated};
 pub use formats::{Entry, Metric, bencher, entries};
 pub use history::{HISTORY, HistoryError, Run, append, data, read};
 pub use measures::{Bars, Figure, Kind, Measure, Missing};
-pub use peer::{PeerError, serve};
+pub use peer::{Fault, PeerError, serve};
 pub use ratio::Ratio;
 pub use self_test::{SelfTest, self_test};
 pub use start::{PASS, steps};
@@ -59,9 +58,10 @@ use crate::machine::{Machine, RUSTC, TARGET_CPU};
 use indicatif::ProgressBar;
 use minute::Minutes;
 use rayon::prelude::*;
-use start::Judged;
+use start::{Judged, Start};
 use std::time::{Duration, Instant};
-use wall::Summary;
+use taut_ground::Choice;
+use taut_integrator::StepError;
 
 /// What [`run`] measures.
 #[derive(Debug, Clone)]
@@ -70,7 +70,7 @@ pub struct Config {
     pub cases: Vec<Case>,
     /// What instructions are counted with; none where they are not.
     pub counter: Option<Counter>,
-    /// Shortest time that the passes of a case are timed for, calibration included; one thread and two each.
+    /// Shortest time that the passes of a case are timed for.
     pub budget: Duration,
 }
 
@@ -100,7 +100,7 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Vec<Figure> {
         .collect();
     let judged: Vec<Result<Judged, Missing>> = places
         .par_iter()
-        .map(|&place| Judged::new(place).map_err(|e| Missing::Failed(e.to_string())))
+        .map(|&place| Ok(Judged::new(place)?))
         .collect();
     let mut figures: Vec<Vec<Figure>> = cases
         .par_iter()
@@ -174,53 +174,37 @@ fn timed(
     machine: &Machine,
     judged: &Result<Judged, Missing>,
 ) -> Vec<Figure> {
-    let one = |threads: usize| -> Result<Summary, Missing> {
+    let known = || -> Result<(Choice, &Start), Missing> {
         let choice = case.choice().map_err(Missing::NotMeasured)?;
-        if threads > machine.threads {
-            let why = "this machine offers one thread only".to_owned();
-            return Err(Missing::NotMeasured(why));
-        }
-        let start = &judged.as_ref().map_err(Clone::clone)?.start;
-        let times = wall::time(start, &choice, budget, threads);
-        let times = times.map_err(|e| Missing::Failed(e.to_string()))?;
-        Ok(times.summary())
+        Ok((choice, &judged.as_ref().map_err(Clone::clone)?.start))
     };
-    let mut figures = Vec::new();
-    for threads in [1, 2] {
-        let values: Vec<_> = match one(threads) {
-            Ok(summary) => wall::figures(threads, &summary)
-                .map(|(measure, value, spread)| (measure, Ok(value), spread))
-                .into(),
-            Err(missing) => wall::measures(threads)
-                .map(|measure| (measure, Err(missing.clone()), None))
-                .into(),
-        };
-        figures.extend(values.into_iter().map(|(measure, value, spread)| Figure {
-            spread,
+    let passes = known().and_then(|(choice, start)| Ok(wall::time(start, &choice, budget)?));
+    let minute = || known().and_then(|(choice, start)| Ok(minute(start, &choice, budget)?));
+    let times = case.measures().filter(|m| m.kind() == Kind::Wall);
+    let time = |measure| {
+        let passes = passes.clone();
+        let spread = passes.as_ref().ok().map(|p| p.spread);
+        Figure {
+            spread: spread.filter(|_| measure == Measure::Median),
             condition: machine.to_string(),
-            ..figure(case, measure, value)
-        }));
-    }
-    if case.measures().any(|m| m == Measure::P99) {
-        figures.push(Figure {
-            condition: machine.to_string(),
-            ..figure(case, Measure::P99, minute(case, budget, judged))
-        });
-    }
-    figures
+            ..match measure {
+                Measure::Min => figure(case, measure, passes.map(|p| p.min)),
+                Measure::Median => figure(case, measure, passes.map(|p| p.median)),
+                _ => figure(case, measure, minute()),
+            }
+        }
+    };
+    times.map(time).collect()
 }
 
 /// Fewest minutes whose steps are timed.
 const MINUTES: usize = 3;
 
-fn minute(case: &Case, budget: Duration, judged: &Result<Judged, Missing>) -> Result<f64, Missing> {
-    let choice = case.choice().map_err(Missing::NotMeasured)?;
-    let scene = judged.as_ref().map_err(Clone::clone)?.start.scene();
+fn minute(start: &Start, choice: &Choice, budget: Duration) -> Result<f64, StepError> {
     let (clock, mut minutes) = (Instant::now(), Minutes::new());
     let mut count = 0;
     while count < MINUTES || clock.elapsed() < budget {
-        let driven = minutes.drive(scene, &choice, 0.0);
-        driven.map_err(|e| Missing::Failed(e.to_string()))?;
+        minutes.drive(start.scene(), choice, 0.0)?;
         count += 1;
     }
     Ok(minutes.p99())

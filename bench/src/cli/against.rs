@@ -2,11 +2,11 @@
 
 use super::Failure;
 use super::console::Console;
-use super::track::{TrackArgs, append, history};
+use super::track::{Outputs, TrackArgs};
 use crate::machine::Machine;
 use crate::track::{self, Case, Compared, Effort, Measure, Program, Verdict, Versus};
 use std::io;
-use taut_ground::files::{self, Output};
+use taut_ground::files;
 
 /// What `--measure` does: answers on the streams of the program, whatever else stands there.
 pub(crate) fn serve(slowed: f64) -> Result<(), Failure> {
@@ -20,15 +20,7 @@ pub(crate) fn run(
     cases: &[Case],
     console: Console,
 ) -> Result<(), Failure> {
-    let [json, bencher, to] = files::open(
-        [
-            ("--json", args.json.as_deref()),
-            ("--bencher", args.bencher.as_deref()),
-            ("--history", args.history.as_deref()),
-        ],
-        &[],
-    )?;
-    let runs = history(args, to.as_ref())?;
+    let outputs = Outputs::open(args)?;
     let counter = args.instructions.then(track::Counter::new).transpose()?;
     let bar = console.progress(0);
     let base = track::base(name, |doing| bar.set_message(doing.to_owned()))?;
@@ -41,29 +33,16 @@ pub(crate) fn run(
     bar.finish_and_clear();
     let compared = compared?;
     let base = &versus.base;
-    if ![&json, &bencher]
-        .into_iter()
-        .flatten()
-        .any(Output::is_stdout)
-    {
-        files::print(&format!(
-            "{}\n{}\n\nbase {} ({}), head {}\n{}",
-            Machine::current(),
-            track::AGAINST_LEGEND,
-            base.name,
-            base.path.display(),
-            versus.head.name,
-            track::against_text(&compared)
-        ))?;
-    }
+    let table = format!(
+        "{}\n\nbase {} ({}), head {}\n{}",
+        track::AGAINST_LEGEND,
+        base.name,
+        base.path.display(),
+        versus.head.name,
+        track::against_text(&compared)
+    );
     let (entries, metrics) = track::ratios(&compared, &base.name);
-    if let Some(json) = json {
-        json.json(&entries)?;
-    }
-    if let Some(bencher) = bencher {
-        bencher.json(&metrics)?;
-    }
-    append(to, &runs, entries)?;
+    outputs.write(&table, entries, &metrics)?;
     verdict(&compared)
 }
 
@@ -78,6 +57,7 @@ fn versus(args: &TrackArgs, base: Program) -> Result<Versus, Failure> {
         },
         limit: args.limit,
         counter: None,
+        every_case: args.cases.is_empty(),
     })
 }
 
@@ -117,10 +97,13 @@ pub(crate) fn self_test(
         Machine::current(),
         track::self_test_text(&test)
     ))?;
-    if test.is_passed() {
-        return Ok(());
+    match test.figures {
+        0 => Err(Failure::NotChecked(
+            "nothing was measured: this build has the backend of no case".to_owned(),
+        )),
+        _ if test.is_passed() => Ok(()),
+        _ => Err(Failure::Check(
+            "the self-test fails: `--against` cannot be trusted on this machine".to_owned(),
+        )),
     }
-    Err(Failure::NotChecked(
-        "the self-test fails: this machine is too unsteady for `--against`".to_owned(),
-    ))
 }

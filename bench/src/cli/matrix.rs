@@ -30,7 +30,8 @@ pub(crate) struct DumpArgs {
     overrides: Vec<String>,
     #[command(flatten)]
     step: StepArgs,
-    /// What the operator does: a CSV file as for `taut run`
+    /// What the operator does: a CSV file with the columns `time` (s) and names of the scene's controls; linear in
+    /// between, the first and the last row hold outside
     #[arg(long, value_name = "FILE.csv")]
     controls: Option<PathBuf>,
     /// Steps made before the one whose system is written: 0 for the first

@@ -6,6 +6,7 @@ use super::console::Console;
 use crate::machine::Machine;
 use crate::track::{self, CASES, Case, Config, Counter, Entry, Row, Run, Verdict};
 use clap::{Args, value_parser};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 use taut_ground::Choice;
@@ -18,19 +19,26 @@ const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
-`--against` starts the base and this program twenty times each and times blocks of some milliseconds in turns: base, head,
-head, base. It prints the ratio of the times with a bootstrap interval of 95 %. Two builds of the same sources may differ by
-a percent, by where their code lies. `--self-test` checks this on this machine: the slowed program spins after each step for
-10 % of its time, and each of its figures has to fail.
+`--against`: the base is the program or revision named, the head is this program. Both are started 80 times (`--quick`: 32) \
+and time blocks of 2 ms in turns: base, head, head, base. A start gives the ratio of their least times; the table has the \
+median of these ratios with its bootstrap interval of 95 %. Two builds of the same sources may differ by a percent, by \
+where their code lies. A figure that the base has and the head lacks fails.
 
-Exit code 1: a figure fails. Exit code 3: none fails, but instructions that were to be counted are compared with nothing.
-A commit that changes the baseline says why. Workflows to copy: `bench/ci`.
+A revision is built below target/taut/against, with the profile, features and compiler flags of this program and \
+otherwise in the same environment; one build at a time.
+
+`--self-test` checks the comparisons on this machine: the slowed program spins after each step for 10 % of its time, and \
+each of its figures has to fail.
+
+Exit code 1: a figure or the self-test fails. Exit code 3: nothing was compared, or instructions that were to be counted \
+are compared with nothing. A commit that changes the baseline says why. Workflows to copy: `bench/ci`.
+
 Examples:
   taut track --quick
   taut track --instructions
   taut track --instructions --update
   taut track --against origin/main --instructions
-  taut track hoist-24-1e3/banded --against target/taut/against/taut-0123456789ab
+  taut track hoist-24-1e3/banded --against ../other/target/release/taut
   taut track --self-test
   taut track --history track.jsonl && taut report track.jsonl --out track.html";
 
@@ -38,8 +46,8 @@ Examples:
 pub(crate) struct TrackArgs {
     /// Cases by name, such as hoist-24-1e3/banded (default: all)
     #[arg(value_name = "CASE", value_parser = track::named)]
-    cases: Vec<Case>,
-    /// A few cases, some seconds
+    pub(super) cases: Vec<Case>,
+    /// A few cases unless some are named, and less time for each
     #[arg(long)]
     pub(super) quick: bool,
     /// Counts instructions as well, under valgrind
@@ -54,12 +62,12 @@ pub(crate) struct TrackArgs {
     /// Writes the figures to a file as well, in github-action-benchmark's customSmallerIsBetter (`-` for standard output,
     /// which then holds nothing else)
     #[arg(long, value_name = "PATH")]
-    pub(super) json: Option<PathBuf>,
+    json: Option<PathBuf>,
     /// The same in Bencher's metric format
     #[arg(long, value_name = "PATH")]
-    pub(super) bencher: Option<PathBuf>,
-    /// Compares with another program `taut` instead, or with a revision of the repository here, built as this program was:
-    /// fails where a step takes longer by 3 % and by more than chance
+    bencher: Option<PathBuf>,
+    /// Compares this program with another program `taut`, or with a revision of the repository here, built as this program
+    /// was: fails where a step takes longer by 3 % and by more than chance
     #[arg(long, value_name = "BINARY|REVISION", conflicts_with_all = ["update", "baseline"])]
     against: Option<String>,
     /// Compares this program so often with itself, which has to pass, and with itself made 10 % slower, which has to fail
@@ -78,7 +86,7 @@ pub(crate) struct TrackArgs {
     pub(super) limit: Duration,
     /// Adds the figures to a file as well, a line for each run; `taut report FILE.jsonl` is their page
     #[arg(long, value_name = "FILE.jsonl")]
-    pub(super) history: Option<PathBuf>,
+    history: Option<PathBuf>,
     /// Answers on standard output how long steps take: what `--against` and `--self-test` start
     #[arg(long, hide = true)]
     measure: bool,
@@ -93,7 +101,7 @@ pub(crate) struct TrackArgs {
     steps: usize,
 }
 
-/// Time that each case is timed for, with one thread and with two.
+/// Time that the passes of each case are timed for.
 const BUDGET: Duration = Duration::from_millis(400);
 const QUICK_BUDGET: Duration = Duration::from_millis(50);
 
@@ -111,20 +119,7 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     if let Some(base) = &args.against {
         return against::run(args, base, &cases(args, args.quick), console);
     }
-    let read: Vec<&Path> = (!args.update)
-        .then_some(&*args.baseline)
-        .into_iter()
-        .collect();
-    let [json, bencher, update, to] = files::open(
-        [
-            ("--json", args.json.as_deref()),
-            ("--bencher", args.bencher.as_deref()),
-            ("--update", args.update.then_some(&*args.baseline)),
-            ("--history", args.history.as_deref()),
-        ],
-        &read,
-    )?;
-    let runs = history(args, to.as_ref())?;
+    let mut outputs = Outputs::open(args)?;
     let baseline = baseline(args)?;
     let counter = args.instructions.then(Counter::new);
     let config = Config {
@@ -138,26 +133,13 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     let figures = track::run(&config, &bar);
     bar.finish_and_clear();
     let rows = track::compare(&figures, &baseline);
-    let rows_alone = [&json, &bencher]
-        .into_iter()
-        .flatten()
-        .any(Output::is_stdout);
-    if !rows_alone {
-        files::print(&format!(
-            "{}\n{}\n\n{}",
-            Machine::current(),
-            track::LEGEND,
-            track::text(&rows)
-        ))?;
-    }
+    let update = outputs.update.take();
     let entries = track::entries(&figures);
-    if let Some(json) = json {
-        json.json(&entries)?;
-    }
-    if let Some(bencher) = bencher {
-        bencher.json(&track::bencher(&figures))?;
-    }
-    append(to, &runs, entries.clone())?;
+    outputs.write(
+        &format!("{}\n\n{}", track::LEGEND, track::text(&rows)),
+        entries.clone(),
+        &track::bencher(&figures),
+    )?;
     let failed = |rows: &[Row]| rows.iter().filter(|r| r.verdict == Verdict::Fail).count();
     if let Some(to) = update {
         let updated = track::updated(&entries, &baseline);
@@ -183,29 +165,75 @@ pub(crate) fn run(args: &TrackArgs, console: Console) -> Result<(), Failure> {
     }
 }
 
-/// The cases named, each once; those of a quick run; or all.
+/// The cases named, each once; or else those of a quick run, or all.
 fn cases(args: &TrackArgs, quick: bool) -> Vec<Case> {
-    let all = CASES.into_iter();
-    let named = |c: &Case| args.cases.is_empty() || args.cases.contains(c);
-    all.filter(|c| named(c) && (c.quick || !quick)).collect()
+    let chosen = |c: &Case| match args.cases.as_slice() {
+        [] => c.quick || !quick,
+        named => named.contains(c),
+    };
+    CASES.into_iter().filter(chosen).collect()
 }
 
-/// The runs of the history before this one.
-pub(super) fn history(args: &TrackArgs, to: Option<&Output>) -> Result<Vec<Run>, Failure> {
-    if to.is_some_and(Output::is_stdout) {
-        let why = "`--history` adds to a file, and standard output is none: name one";
-        return Err(Failure::Input(why.to_owned()));
-    }
-    let runs = args.history.as_deref().map(track::read).transpose()?;
-    Ok(runs.unwrap_or_default())
+/// Where figures go.
+pub(super) struct Outputs {
+    json: Option<Output>,
+    bencher: Option<Output>,
+    update: Option<Output>,
+    history: Option<Output>,
+    /// The runs of the history before this one.
+    runs: Vec<Run>,
 }
 
-/// Adds a run to the history, where there is one.
-pub(super) fn append(to: Option<Output>, runs: &[Run], figures: Vec<Entry>) -> Result<(), Failure> {
-    if let Some(to) = to {
-        track::append(&to, runs, &Run::new(figures))?;
+impl Outputs {
+    /// Finds out whether all can be written, before anything is measured.
+    pub(super) fn open(args: &TrackArgs) -> Result<Self, Failure> {
+        let compares = !args.update && args.against.is_none();
+        let read: Vec<&Path> = compares.then_some(&*args.baseline).into_iter().collect();
+        let [json, bencher, update, history] = files::open(
+            [
+                ("--json", args.json.as_deref()),
+                ("--bencher", args.bencher.as_deref()),
+                ("--update", args.update.then_some(&*args.baseline)),
+                ("--history", args.history.as_deref()),
+            ],
+            &read,
+        )?;
+        if history.as_ref().is_some_and(Output::is_stdout) {
+            let why = "`--history` adds to a file, and standard output is none: name one";
+            return Err(Failure::Input(why.to_owned()));
+        }
+        let runs = args.history.as_deref().map(track::read).transpose()?;
+        Ok(Self {
+            json,
+            bencher,
+            update,
+            history,
+            runs: runs.unwrap_or_default(),
+        })
     }
-    Ok(())
+
+    /// Prints the table below the machine, unless a file takes its place; writes the figures.
+    pub(super) fn write(
+        self,
+        table: &str,
+        figures: Vec<Entry>,
+        metrics: &impl Serialize,
+    ) -> Result<(), Failure> {
+        let files = [&self.json, &self.bencher];
+        if !files.into_iter().flatten().any(Output::is_stdout) {
+            files::print(&format!("{}\n{table}", Machine::current()))?;
+        }
+        if let Some(json) = self.json {
+            json.json(&figures)?;
+        }
+        if let Some(bencher) = self.bencher {
+            bencher.json(metrics)?;
+        }
+        if let Some(history) = self.history {
+            track::append(&history, &self.runs, &Run::new(figures))?;
+        }
+        Ok(())
+    }
 }
 
 /// A time of a millisecond to a day.

@@ -1,16 +1,18 @@
 //! Two programs in turns: base and head, each in processes of its own, asked in the order base, head, head, base.
 //!
-//! Each such quad gives one ratio of the head's time to the base's, free of what slows the machine steadily or ever more.
-//! Some quads make a round. A round starts both programs anew, for where a process lies in memory costs or gains it some
-//! percent until it ends: many short rounds tell more than a few long ones. [`Ratio`] is the median of all, with its
-//! interval.
+//! Two errors make a ratio of times. Interruptions and the load of other cores last some milliseconds to minutes: each step
+//! counts with its least time of all blocks of a process, and the blocks of both programs alternate. The places of code,
+//! stack and heap, which the system draws anew for each process, change a step by some tenths of a percent, at times by ten
+//! percent, until the process ends: so many short rounds start both programs anew. A round gives one ratio; [`Ratio`] is
+//! their median with its interval.
 //!
 //! A figure fails where the interval is above 1 and the ratio above 1 + [`SLOWER`]. Instructions nearly repeat, and fail
-//! above 1 + [`SMALL`] where a cable has 24 segments, above 1 + [`TOLERANCE`] elsewhere.
+//! above 1 + [`SMALL`] where a cable has 24 segments, above 1 + [`TOLERANCE`] elsewhere. A figure that the base has and the
+//! head has not fails as well.
 
 use super::base::Program;
 use super::callgrind::Counter;
-use super::cases::Case;
+use super::cases::{CASES, Case};
 use super::compare::{TOLERANCE, Verdict};
 use super::formats::{Entry, Metric};
 use super::measures::{Measure, Missing};
@@ -28,8 +30,8 @@ pub(super) const SLOWER: f64 = 0.03;
 /// What instructions may grow by at 24 segments.
 pub(super) const SMALL: f64 = 0.01;
 
-/// Minutes at once: where the system interrupts more than a step in a hundred, it seldom meets the same three times.
-const MINUTES: usize = 3;
+/// Passes that warm a process up, and tell how many make a block of the slower program.
+const FIRST: usize = 3;
 
 /// What counts of the same program differ by at most, with the seeds of hash tables, over the base.
 const REPEATS: f64 = 0.0015;
@@ -39,25 +41,27 @@ const REPEATS: f64 = 0.0015;
 pub struct Effort {
     /// Starts of both programs.
     rounds: usize,
-    /// Quads of a round.
+    /// Quads of a round: base, head, head, base.
     quads: usize,
+    /// Quads of driven minutes, each as long as many blocks; another minute warms up.
+    minutes: usize,
     /// Time that a program is asked for at once.
     block: Duration,
 }
 
 impl Effort {
-    /// What finds a difference of a percent.
+    /// What finds a difference of half a percent.
     pub const FULL: Self = Self {
-        rounds: 20,
-        quads: 6,
-        block: Duration::from_millis(4),
+        rounds: 80,
+        quads: 4,
+        minutes: 1,
+        block: Duration::from_millis(2),
     };
 
     /// What finds some percent.
     pub const QUICK: Self = Self {
-        rounds: 16,
-        quads: 3,
-        block: Duration::from_millis(3),
+        rounds: 32,
+        ..Self::FULL
     };
 }
 
@@ -74,6 +78,8 @@ pub struct Versus {
     pub limit: Duration,
     /// What instructions are counted with; none where they are not.
     pub counter: Option<Counter>,
+    /// Whether a case that the base alone has is a failure: not where cases were chosen by name.
+    pub every_case: bool,
 }
 
 /// A figure of two programs.
@@ -83,7 +89,7 @@ pub struct Compared {
     pub case: String,
     /// What was measured.
     pub measure: Measure,
-    /// The base's value: of times the median of all blocks.
+    /// The base's value: of times the median of all rounds.
     pub base: Option<f64>,
     /// The head's.
     pub head: Option<f64>,
@@ -107,12 +113,18 @@ pub fn against(
 ) -> Result<Vec<Compared>, PeerError> {
     let mut samples: Vec<Sample<'_>> = cases.iter().flat_map(Sample::of).collect();
     progress.set_length((versus.effort.rounds * samples.len()) as u64);
-    let mut note = String::new();
+    let (mut note, mut lost) = (String::new(), Vec::new());
     for round in 0..versus.effort.rounds {
         let mut pair = started(versus, round)?;
-        let [base, head] = pair.each_ref().map(|peer| &peer.toolchain);
-        if base != head {
-            note = format!("the base is of {base}, the head of {head}");
+        let [base, head] = pair.each_ref().map(|peer| &peer.hello);
+        if base.toolchain != head.toolchain {
+            note = format!(
+                "the base is of {}, the head of {}",
+                base.toolchain, head.toolchain
+            );
+        }
+        if versus.every_case {
+            lost = base.cases.iter().filter_map(|name| gone(name)).collect();
         }
         for sample in &mut samples {
             sample.round(&mut pair, &versus.effort)?;
@@ -132,7 +144,15 @@ pub fn against(
         all.extend(counted);
         all.sort_by_key(|c| cases.iter().position(|case| case.name() == c.case));
     }
+    all.extend(lost);
     Ok(all)
+}
+
+/// A failure for a case of the base, unless this program has it too.
+fn gone(name: &str) -> Option<Compared> {
+    let known = CASES.iter().any(|case| case.name() == name);
+    let why = "the base has this case, the head has not".to_owned();
+    (!known).then(|| Compared::new(name.to_owned(), Measure::Min, Err(Missing::Failed(why))))
 }
 
 /// Base and head, of which neither is always the one that was started first.
@@ -148,14 +168,9 @@ fn started(versus: &Versus, round: usize) -> Result<[Peer; 2], PeerError> {
 /// What is measured of a time.
 struct Sample<'a> {
     case: &'a Case,
-    name: String,
     measure: Measure,
-    /// Passes or minutes at once, from the first round on.
-    repeats: Option<usize>,
-    /// Times of the base and of the head \[ns].
-    times: [Vec<f64>; 2],
-    /// The ratios of each round.
-    ratios: Vec<Vec<f64>>,
+    /// Times of base and head \[ns], round by round.
+    times: Vec<[f64; 2]>,
     missing: Option<Missing>,
 }
 
@@ -165,81 +180,55 @@ impl<'a> Sample<'a> {
         let timed = |m: &Measure| matches!(m, Measure::Min | Measure::P99);
         case.measures().filter(timed).map(move |measure| Self {
             case,
-            name: case.name(),
             measure,
-            repeats: None,
-            times: [Vec::new(), Vec::new()],
-            ratios: Vec::new(),
+            times: Vec::new(),
             missing: None,
         })
     }
 
-    /// A time of one of the two; none, once and for all, where there is none.
-    fn time(&mut self, peer: &mut Peer, repeats: usize) -> Result<Option<f64>, PeerError> {
-        if self.missing.is_some() {
-            return Ok(None);
-        }
-        match peer.time(&self.name, self.measure, repeats)? {
-            Ok(ns) => Ok(Some(ns)),
-            Err(missing) => {
-                self.missing = Some(missing);
-                Ok(None)
-            }
-        }
-    }
-
-    /// A round of quads with a pair that was just started.
+    /// A round with a pair that was just started.
     fn round(&mut self, pair: &mut [Peer; 2], effort: &Effort) -> Result<(), PeerError> {
-        // Builds the scene, and warms up.
-        for peer in &mut *pair {
-            self.time(peer, 1)?;
+        if self.missing.is_some() {
+            return Ok(());
         }
-        // A minute is as long as many passes.
-        let is_minute = self.measure == Measure::P99;
-        let repeats = match self.repeats {
-            Some(known) => known,
-            None => {
-                let Some(ns) = self.time(&mut pair[0], 1)? else {
-                    return Ok(());
-                };
-                let fit = effort.block.as_nanos() as f64 / (ns * PASS as f64);
-                let fit = if is_minute {
-                    MINUTES
-                } else {
-                    fit.clamp(1.0, 1e4) as usize
-                };
-                *self.repeats.insert(fit)
+        let (name, measure) = (self.case.name(), self.measure);
+        let is_minute = measure == Measure::P99;
+        let [base, head] = pair;
+        let first = if is_minute { 1 } else { FIRST };
+        let mut least = [
+            base.time(&name, measure, first)?,
+            head.time(&name, measure, first)?,
+        ];
+        let (quads, repeats) = match &least {
+            [Ok(base), Ok(head)] if !is_minute => {
+                let fit = effort.block.as_nanos() as f64 / (base.max(*head) * PASS as f64);
+                let quads = (fit * effort.quads as f64).clamp(1.0, effort.quads as f64);
+                (quads as usize, fit.clamp(1.0, 1e4) as usize)
             }
+            _ => (effort.minutes, 1),
         };
-        let quads = if is_minute {
-            effort.quads.div_ceil(3)
-        } else {
-            effort.quads
-        };
-        let mut ratios = Vec::with_capacity(quads);
-        for _ in 0..quads {
-            let mut sums = [0.0, 0.0];
-            for one in [0, 1, 1, 0] {
-                let Some(ns) = self.time(&mut pair[one], repeats)? else {
-                    return Ok(());
-                };
-                self.times[one].push(ns);
-                sums[one] += ns;
+        for one in std::iter::repeat_n([0, 1, 1, 0], quads).flatten() {
+            if least.iter().all(Result::is_ok) {
+                least[one] = pair[one].time(&name, measure, repeats)?;
             }
-            ratios.push(sums[1] / sums[0]);
         }
-        self.ratios.push(ratios);
+        match both(least) {
+            Ok(times) => self.times.push(times),
+            Err(missing) => self.missing = Some(missing),
+        }
         Ok(())
     }
 
     fn compared(&self, note: &str) -> Compared {
-        let [base, head] = [0, 1].map(|one: usize| median(&mut self.times[one].clone()));
-        let ratio = Ratio::of(&self.ratios);
         let found = match &self.missing {
             Some(missing) => Err(missing.clone()),
-            None => Ok((base, head, ratio, judge(ratio, SLOWER))),
+            None => {
+                let [base, head] = [0, 1].map(|one| median(self.times.iter().map(|t| t[one])));
+                let ratio = Ratio::of(self.times.iter().map(|[base, head]| head / base));
+                Ok((base, head, ratio, judge(ratio, SLOWER)))
+            }
         };
-        let mut compared = Compared::new(self.case, self.measure, found);
+        let mut compared = Compared::new(self.case.name(), self.measure, found);
         if compared.ratio.is_some() {
             note.clone_into(&mut compared.note);
         }
@@ -247,15 +236,29 @@ impl<'a> Sample<'a> {
     }
 }
 
+/// The times of base and head. What the head alone lacks has failed; what the base lacks is compared with nothing.
+fn both([base, head]: [Result<f64, Missing>; 2]) -> Result<[f64; 2], Missing> {
+    match (base, head) {
+        (Ok(base), Ok(head)) => Ok([base, head]),
+        (_, Err(Missing::Failed(why))) => Err(Missing::Failed(why)),
+        (Ok(_), Err(Missing::NotMeasured(why))) => Err(Missing::Failed(format!(
+            "the base has this figure, the head has not: {why}"
+        ))),
+        (Err(Missing::NotMeasured(why) | Missing::Failed(why)), _) => {
+            Err(Missing::NotMeasured(format!("of the base: {why}")))
+        }
+    }
+}
+
 impl Compared {
     /// What was found of base and head, or why nothing was.
     pub(super) fn new(
-        case: &Case,
+        case: String,
         measure: Measure,
         found: Result<(f64, f64, Ratio, Verdict), Missing>,
     ) -> Self {
         let blank = Self {
-            case: case.name(),
+            case,
             measure,
             base: None,
             head: None,
@@ -310,7 +313,11 @@ fn instructions(versus: &Versus, counter: &Counter, case: &Case) -> Compared {
         };
         (base, head, ratio, judge(ratio, bar))
     });
-    Compared::new(case, Measure::Instructions, found.map_err(Missing::from))
+    Compared::new(
+        case.name(),
+        Measure::Instructions,
+        found.map_err(Missing::from),
+    )
 }
 
 /// What a measure's ratio is called in files.
@@ -370,6 +377,36 @@ mod tests {
         ] {
             assert_eq!(judge(ratio(value, low, high), SLOWER), verdict, "{value}");
         }
+    }
+
+    #[test]
+    fn what_the_head_alone_lacks_fails_and_what_the_base_lacks_is_not_compared() {
+        let absent = || Err(Missing::NotMeasured("no solver".to_owned()));
+        let failed = || Err(Missing::Failed("no pivot".to_owned()));
+        assert_eq!(both([Ok(2.0), Ok(3.0)]), Ok([2.0, 3.0]));
+        for times in [[Ok(2.0), absent()], [absent(), failed()]] {
+            assert!(matches!(both(times), Err(Missing::Failed(_))));
+        }
+        for base in [absent(), failed()] {
+            assert!(matches!(
+                both([base, Ok(3.0)]),
+                Err(Missing::NotMeasured(_))
+            ));
+        }
+        assert!(matches!(
+            both([absent(), absent()]),
+            Err(Missing::NotMeasured(_))
+        ));
+    }
+
+    #[test]
+    fn a_case_that_the_head_has_lost_is_a_failure_with_its_name() {
+        assert_eq!(gone("gantry/banded"), None);
+        let lost = gone("hoist-23/banded").unwrap();
+        assert_eq!(
+            (lost.case.as_str(), lost.verdict),
+            ("hoist-23/banded", Verdict::Fail)
+        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
-//! What this program is compared with: a program that is there, or a revision of the repository, which is built as this
-//! program was.
+//! What this program is compared with: a program that is there, or a revision of the repository, built with this program's
+//! profile, features and flags of the compiler, whatever `RUSTFLAGS` says now. The rest of the environment is the same for
+//! both, such as `RUSTUP_TOOLCHAIN` and `CARGO_PROFILE_RELEASE_LTO`. One build runs at a time: others wait for it.
 
 use super::child;
 use crate::machine;
@@ -61,18 +62,11 @@ pub enum BaseError {
         /// Why.
         source: io::Error,
     },
-    /// A revision that cannot be checked out.
-    Worktree {
-        /// The revision.
-        name: String,
-        /// What git said.
-        said: String,
-    },
-    /// A revision that cannot be built.
+    /// A revision that cannot be checked out or built.
     Build {
         /// The revision.
         name: String,
-        /// The last lines of what the build said.
+        /// The last lines of what git or the build said.
         last: Vec<String>,
     },
     /// A folder or a file on the way.
@@ -95,10 +89,9 @@ impl fmt::Display for BaseError {
             Self::Command { command, source } => {
                 write!(f, "cannot run `{command}` to build a revision: {source}")
             }
-            Self::Worktree { name, said } => write!(f, "`{name}` cannot be checked out: {said}"),
             Self::Build { name, last } => write!(
                 f,
-                "`{name}` cannot be built as this program was ({}): the build ended with\n  {}",
+                "`{name}` cannot be built as this program was ({}): it ended with\n  {}",
                 machine::build_options().collect::<Vec<_>>().join(" "),
                 last.join("\n  ")
             ),
@@ -114,16 +107,15 @@ impl std::error::Error for BaseError {}
 /// # Errors
 /// [`BaseError`].
 pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
-    if Path::new(name).is_file() {
+    let program = |path, name: &str| Program {
+        path,
+        name: name.to_owned(),
+        slowed: 0.0,
+    };
+    let given = Path::new(name);
+    if given.is_file() {
         // With a folder, for else it would be looked for among the installed programs.
-        let path = Path::new(name)
-            .canonicalize()
-            .map_err(at(Path::new(name)))?;
-        return Ok(Program {
-            path,
-            name: name.to_owned(),
-            slowed: 0.0,
-        });
+        return Ok(program(given.canonicalize().map_err(at(given))?, name));
     }
     let commit = format!("{name}^{{commit}}");
     let found = git(&["rev-parse", "--verify", "--end-of-options", &commit])?;
@@ -133,22 +125,35 @@ pub fn base(name: &str, progress: impl Fn(&str)) -> Result<Program, BaseError> {
     })?;
     let short: String = commit.chars().take(12).collect();
     let folder = std::path::absolute(FOLDER).map_err(at(Path::new(FOLDER)))?;
-    let sources = Worktree::new(
-        name,
-        &commit,
-        &folder.join(format!("{short}-{}", std::process::id())),
-    )?;
+    let _turn = turn(&folder, &progress)?;
+    let sources = Worktree::new(name, &commit, &folder.join("sources"))?;
     progress(&format!("building {short}"));
     let built = build(name, &sources.path, &folder)?;
-    // The next build takes the place of this one.
-    let path = folder.join(format!("taut-{short}"));
-    let _ = fs::remove_file(&path);
-    fs::copy(&built, &path).map_err(at(&built))?;
-    Ok(Program {
-        path,
-        name: short,
-        slowed: 0.0,
-    })
+    // The next build takes the place of this one. What runs already stays what it is: another file gets the name.
+    let path = folder.join(format!("taut-{short}-{:08x}", options()));
+    let copy = folder.join("copy");
+    fs::copy(&built, &copy).map_err(at(&built))?;
+    fs::rename(&copy, &path).map_err(at(&path))?;
+    Ok(program(path, &short))
+}
+
+/// Waits until no other process builds below `folder`; none does until what this returns is gone.
+fn turn(folder: &Path, progress: &impl Fn(&str)) -> Result<File, BaseError> {
+    fs::create_dir_all(folder).map_err(at(folder))?;
+    let path = folder.join("lock");
+    let file = File::create(&path).map_err(at(&path))?;
+    if file.try_lock().is_err() {
+        progress("waiting for another build");
+        file.lock().map_err(at(&path))?;
+    }
+    Ok(file)
+}
+
+/// A number for what a build depends on besides its sources.
+fn options() -> u32 {
+    let mut all: Vec<&str> = machine::build_options().collect();
+    all.extend([machine::ENCODED_RUSTFLAGS, machine::RUSTC]);
+    crc32fast::hash(all.join(" ").as_bytes())
 }
 
 /// An error with its file.
@@ -191,10 +196,12 @@ impl Worktree {
             path: path.to_owned(),
         };
         let place = path.to_string_lossy();
+        // What a run that was killed left.
+        let _ = fs::remove_dir_all(path);
         let added = git(&["worktree", "add", "--detach", "--force", &place, commit])?;
-        added.map_err(|said| BaseError::Worktree {
+        added.map_err(|said| BaseError::Build {
             name: name.to_owned(),
-            said,
+            last: vec![said],
         })?;
         Ok(worktree)
     }
@@ -224,13 +231,12 @@ fn build(name: &str, sources: &Path, folder: &Path) -> Result<PathBuf, BaseError
         .current_dir(sources)
         .env("CARGO_TARGET_DIR", &target)
         .env("CARGO_TERM_COLOR", "never")
+        // Before all other settings of flags.
+        .env("CARGO_ENCODED_RUSTFLAGS", machine::ENCODED_RUSTFLAGS)
         .env_remove("CARGO_BUILD_TARGET")
         .stdin(Stdio::null())
         .stdout(Stdio::null())
         .stderr(said);
-    if let Some(flags) = machine::rustflags() {
-        command.env("RUSTFLAGS", flags);
-    }
     let mut cargo = command.spawn().map_err(failed)?;
     let status = child::wait(&mut cargo, LIMIT).map_err(failed)?;
     let built = target.join(machine::PROFILE).join("taut");

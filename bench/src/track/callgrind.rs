@@ -8,7 +8,6 @@ use super::cases::Case;
 use super::child;
 use super::measures::Missing;
 use std::fmt;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
@@ -47,17 +46,6 @@ pub enum CountError {
         /// Its first bytes, as valgrind writes them.
         bytes: String,
     },
-    /// Output without a count.
-    NoCount,
-    /// Twice the steps do not take more instructions.
-    NoDifference {
-        /// Steps.
-        steps: usize,
-        /// Instructions of so many.
-        once: u64,
-        /// Instructions of twice as many.
-        twice: u64,
-    },
 }
 
 impl fmt::Display for CountError {
@@ -76,11 +64,6 @@ impl fmt::Display for CountError {
             Self::UnknownInstruction { bytes } => write!(
                 f,
                 "instructions were not counted: valgrind does not know one of this build, {bytes}"
-            ),
-            Self::NoCount => f.write_str("callgrind ended without a line `Collected : N`"),
-            Self::NoDifference { steps, once, twice } => write!(
-                f,
-                "{steps} steps took {once} instructions, twice as many {twice}: no step was counted"
             ),
         }
     }
@@ -103,14 +86,14 @@ impl Counter {
     /// # Errors
     /// [`CountError`].
     pub fn new() -> Result<Self, CountError> {
-        let valgrind = run(Command::new("valgrind").arg("--version"))?;
+        let [version, _] = run(Command::new("valgrind").arg("--version"))?;
         let program = std::env::current_exe().map_err(|source| CountError::Start {
             program: "taut".into(),
             source,
         })?;
         Ok(Self {
             program,
-            toolchain: format!("{}, {}", super::toolchain(), valgrind.stdout.trim()),
+            toolchain: format!("{}, {}", super::toolchain(), version.trim()),
         })
     }
 
@@ -137,29 +120,33 @@ impl Counter {
         let steps = case.counted_steps();
         let (once, twice) = (self.count(case, steps)?, self.count(case, 2 * steps)?);
         if twice <= once {
-            return Err(CountError::NoDifference { steps, once, twice });
+            return Err(failed(format!(
+                "{steps} steps took {once} instructions, twice as many {twice}"
+            )));
         }
         Ok((twice - once) as f64 / steps as f64)
     }
 
     fn count(&self, case: &Case, steps: usize) -> Result<u64, CountError> {
-        let output = run(Command::new("valgrind")
+        let [_, said] = run(Command::new("valgrind")
             .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
             .arg(&self.program)
             .args(["track", "--instructions-of", &case.name()])
             .args(["--steps", &steps.to_string()]))?;
-        collected(&output.stderr).ok_or(CountError::NoCount)
+        collected(&said).ok_or_else(|| failed("no line `Collected : N`".to_owned()))
     }
 }
 
-/// What a program wrote.
-struct Output {
-    stdout: String,
-    stderr: String,
+/// Valgrind ran, but did not count.
+fn failed(how: String) -> CountError {
+    CountError::Failed {
+        program: "valgrind".into(),
+        how,
+    }
 }
 
-/// Runs a program to its end, for at most [`LIMIT`].
-fn run(command: &mut Command) -> Result<Output, CountError> {
+/// Runs a program to its end, for at most [`LIMIT`]: what it wrote on standard output and on standard error.
+fn run(command: &mut Command) -> Result<[String; 2], CountError> {
     let program = PathBuf::from(command.get_program());
     let failed = |how: String| CountError::Failed {
         program: program.clone(),
@@ -173,33 +160,21 @@ fn run(command: &mut Command) -> Result<Output, CountError> {
     })?;
     let ended = child::wait(&mut child, LIMIT).map_err(|e| failed(e.to_string()))?;
     let status = ended.ok_or_else(|| failed(format!("no end after {} s", LIMIT.as_secs())))?;
-    let mut output = Output {
-        stdout: String::new(),
-        stderr: String::new(),
-    };
     // Short texts, which fit into the pipes.
-    let read = [
-        child
-            .stdout
-            .as_mut()
-            .map(|o| o.read_to_string(&mut output.stdout)),
-        child
-            .stderr
-            .as_mut()
-            .map(|o| o.read_to_string(&mut output.stderr)),
-    ];
-    for result in read.into_iter().flatten() {
-        result.map_err(|e| failed(e.to_string()))?;
-    }
+    let output = child
+        .wait_with_output()
+        .map_err(|e| failed(e.to_string()))?;
+    let [stdout, stderr] =
+        [output.stdout, output.stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
     if !status.success() {
-        if let Some(bytes) = unknown(&output.stderr) {
+        if let Some(bytes) = unknown(&stderr) {
             return Err(CountError::UnknownInstruction { bytes });
         }
-        let said = output.stderr.lines().rev().map(str::trim);
+        let said = stderr.lines().rev().map(str::trim);
         let last = said.clone().find(|l| !l.is_empty() && !l.starts_with("=="));
         return Err(failed(format!("{status}, {}", last.unwrap_or("silent"))));
     }
-    Ok(output)
+    Ok([stdout, stderr])
 }
 
 /// The first bytes of an instruction that valgrind said it does not know.

@@ -86,7 +86,7 @@ pub fn compare(figures: &[Figure], baseline: &[Entry]) -> Vec<Row> {
             row(figure, baseline.iter().find(|e| e.name == name))
         })
         .collect();
-    let known = tracked();
+    let known: HashSet<String> = tracked().collect();
     let gone = baseline.iter().filter(|e| !known.contains(&e.name));
     rows.extend(gone.map(|e| {
         let (case, measure) = e.name.rsplit_once('/').unwrap_or((&e.name, ""));
@@ -103,13 +103,12 @@ pub fn compare(figures: &[Figure], baseline: &[Entry]) -> Vec<Row> {
     rows
 }
 
-/// The names of all figures of all cases.
-fn tracked() -> HashSet<String> {
-    let names = CASES.iter().flat_map(|case| {
+/// The names of all figures of all cases, in order.
+fn tracked() -> impl Iterator<Item = String> {
+    CASES.iter().flat_map(|case| {
         let name = case.name();
         case.measures().map(move |m| format!("{name}/{}", m.name()))
-    });
-    names.collect()
+    })
 }
 
 fn row(figure: &Figure, entry: Option<&Entry>) -> Row {
@@ -194,12 +193,8 @@ pub fn uncompared(rows: &[Row]) -> usize {
 /// no longer tracked goes.
 #[must_use]
 pub fn updated(now: &[Entry], baseline: &[Entry]) -> Vec<Entry> {
-    let names = CASES.iter().flat_map(|case| {
-        let name = case.name();
-        case.measures().map(move |m| format!("{name}/{}", m.name()))
-    });
     let find = |entries: &[Entry], name: &str| entries.iter().find(|e| e.name == name).cloned();
-    names
+    tracked()
         .filter_map(|name| find(now, &name).or_else(|| find(baseline, &name)))
         .collect()
 }

@@ -51,8 +51,8 @@ pub struct Metric {
     pub upper_value: Option<f64>,
 }
 
-/// Benchmarks `scene/backend`, each with its measures by name. Times are `latency` and `latency-2-threads`, the median
-/// with the least as the lower value (ns).
+/// Benchmarks `scene/backend`, each with its measures by name. The time is `latency`, the median with
+/// the least as the lower value (ns).
 #[must_use]
 pub fn bencher(figures: &[Figure]) -> BTreeMap<String, BTreeMap<&'static str, Metric>> {
     let mut all: BTreeMap<String, BTreeMap<&'static str, Metric>> = BTreeMap::new();
@@ -65,9 +65,8 @@ pub fn bencher(figures: &[Figure]) -> BTreeMap<String, BTreeMap<&'static str, Me
             figures.iter().find(same)?.value.clone().ok()
         };
         let (name, lower_value) = match figure.measure {
-            Measure::Min | Measure::Min2 => continue,
+            Measure::Min => continue,
             Measure::Median => ("latency", least(Measure::Min)),
-            Measure::Median2 => ("latency-2-threads", least(Measure::Min2)),
             other => (other.name(), None),
         };
         let metric = Metric {

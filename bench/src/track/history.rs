@@ -27,8 +27,8 @@ pub const HISTORY: Study = Study {
     plots: &[Plan {
         id: "history",
         title: "Run by run",
-        text: "Each figure over that of the first run shown, by commit. Instructions, allocations and errors repeat; times are \
-               of the machine that each run had.",
+        text: "Each figure over that of the first run shown, by commit (+: with changes). Instructions, allocations and errors \
+               repeat; times are of the machine that each run had.",
         panels: &["measure"],
         series: &["case"],
         x: texts(&["run"], "commit"),
@@ -85,15 +85,6 @@ pub enum HistoryError {
         /// What is wrong with it.
         reason: String,
     },
-    /// A line of another version.
-    Schema {
-        /// The file.
-        path: PathBuf,
-        /// The line, from 1.
-        line: usize,
-        /// Its schema.
-        schema: u64,
-    },
 }
 
 impl fmt::Display for HistoryError {
@@ -103,11 +94,6 @@ impl fmt::Display for HistoryError {
             Self::Line { path, line, reason } => write!(
                 f,
                 "line {line} of `{}` is no run of `taut track`: {reason}; take it out, or begin another file",
-                path.display()
-            ),
-            Self::Schema { path, line, schema } => write!(
-                f,
-                "line {line} of `{}` is of schema {schema}, this program's is {SCHEMA}: begin another file",
                 path.display()
             ),
         }
@@ -136,18 +122,17 @@ pub fn read(path: &Path) -> Result<Vec<Run>, HistoryError> {
 
 fn parse(path: &Path, text: &str) -> Result<Vec<Run>, HistoryError> {
     let run = |(i, text): (usize, &str)| {
-        let (path, line) = (path.to_owned(), i + 1);
-        let damaged = |e: serde_json::Error| HistoryError::Line {
-            path: path.clone(),
-            line,
-            reason: e.to_string(),
+        let damaged = |reason: String| HistoryError::Line {
+            path: path.to_owned(),
+            line: i + 1,
+            reason,
         };
-        let value: Value = serde_json::from_str(text).map_err(damaged)?;
+        let value: Value = serde_json::from_str(text).map_err(|e| damaged(e.to_string()))?;
         match value["schema"].as_u64() {
-            Some(schema) if schema != u64::from(SCHEMA) => {
-                Err(HistoryError::Schema { path, line, schema })
-            }
-            _ => serde_json::from_value(value).map_err(damaged),
+            Some(schema) if schema != u64::from(SCHEMA) => Err(damaged(format!(
+                "it is of schema {schema}, this program's is {SCHEMA}"
+            ))),
+            _ => serde_json::from_value(value).map_err(|e| damaged(e.to_string())),
         }
     };
     text.lines().enumerate().map(run).collect()
@@ -178,10 +163,11 @@ pub fn data(runs: &[Run]) -> Value {
     for run in runs {
         let time = times.entry(&run.commit).or_default();
         *time += 1;
-        // A commit that was measured again has a place of its own.
+        // Short, for names stand side by side; a commit that was measured again has a place of its own.
+        let commit = run.commit.replace("-dirty", "+");
         let name = match time {
-            1 => run.commit.clone(),
-            again => format!("{} #{again}", run.commit),
+            1 => commit,
+            again => format!("{commit} #{again}"),
         };
         for figure in &run.figures {
             let first = *first.entry(&figure.name).or_insert(figure.value);
@@ -260,7 +246,7 @@ mod tests {
             (good[..40].to_owned(), "line 2 of `h.jsonl` is no run"),
             (String::new(), "line 2 of `h.jsonl` is no run"),
             ("{}".to_owned(), "missing field"),
-            (other, "is of schema 7"),
+            (other, "of schema 7"),
         ] {
             let text = format!("{good}\n{bad}\n{good}");
             let said = parse(path, &text).unwrap_err().to_string();

@@ -1,5 +1,7 @@
 //! The figures of a case: names, units, kinds.
 
+use taut_integrator::StepError;
+
 /// One figure of a case. Smaller is better for all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Measure {
@@ -15,18 +17,10 @@ pub enum Measure {
     LoadError,
     /// Relative error of the hanging cable's elongation after half a second, against the exact discrete value.
     ElongationError,
-    /// Time of a step over that of the calibration kernel beside it.
-    Ratio,
     /// Least time of a step.
     Min,
     /// Median time of a step.
     Median,
-    /// The same three with two simulations at once, each in a thread of its own.
-    Ratio2,
-    /// Least time there.
-    Min2,
-    /// Median time there.
-    Median2,
     /// The time that 99 % of the steps of a driven minute stay within, each step at its least.
     P99,
 }
@@ -44,19 +38,15 @@ pub enum Kind {
 
 impl Measure {
     /// All, in the order of the tables.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 9] = [
         Self::Instructions,
         Self::Allocations,
         Self::ForwardError,
         Self::BackwardError,
         Self::LoadError,
         Self::ElongationError,
-        Self::Ratio,
         Self::Min,
         Self::Median,
-        Self::Ratio2,
-        Self::Min2,
-        Self::Median2,
         Self::P99,
     ];
 
@@ -70,12 +60,8 @@ impl Measure {
             Self::BackwardError => "backward-error",
             Self::LoadError => "load-error",
             Self::ElongationError => "elongation-error",
-            Self::Ratio => "time-ratio",
             Self::Min => "time-min",
             Self::Median => "time-median",
-            Self::Ratio2 => "time-ratio-2-threads",
-            Self::Min2 => "time-min-2-threads",
-            Self::Median2 => "time-median-2-threads",
             Self::P99 => "time-p99",
         }
     }
@@ -88,7 +74,6 @@ impl Measure {
             Self::Allocations => "calls/step",
             Self::ForwardError | Self::BackwardError | Self::ElongationError => "relative",
             Self::LoadError => "m",
-            Self::Ratio | Self::Ratio2 => "calibrations/step",
             _ => "ns/step",
         }
     }
@@ -145,6 +130,12 @@ pub enum Missing {
     NotMeasured(String),
     /// The measurement failed.
     Failed(String),
+}
+
+impl From<StepError> for Missing {
+    fn from(e: StepError) -> Self {
+        Self::Failed(e.to_string())
+    }
 }
 
 impl Figure {

@@ -1,20 +1,22 @@
 //! A program in a process of its own that times the steps of a case whenever it is asked to.
 //!
 //! `taut track --measure` says [`Hello`], then answers each line of its input, a [`Question`], with a line, an [`Answer`];
-//! it ends with its input. Scenes are built when they are first asked for and kept. Asked in turns, two such programs
-//! measure within milliseconds of each other, so that what slows the machine slows both.
+//! it ends with its input. It builds a scene when it is first asked for it, and remembers the least time of each step: its
+//! answers fall. Asked in turns, two such programs measure within milliseconds of each other.
 
 use super::base::Program;
-use super::cases::{Place, named};
+use super::cases::{CASES, Case, Place, named};
 use super::measures::{Measure, Missing};
 use super::minute::Minutes;
 use super::start::{PASS, Start};
 use super::{child, toolchain, wall};
 use crate::machine::PROFILE;
 use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
 use std::fmt;
 use std::io::{self, BufRead, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Duration;
@@ -22,17 +24,19 @@ use taut_ground::choice::Choice;
 use taut_integrator::{StepError, Stepper};
 
 /// Of these messages, and of what they ask for.
-const SCHEMA: u32 = 1;
+const SCHEMA: u32 = 2;
 
 /// What a program says first.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Hello {
+#[derive(Debug, Default, Serialize, Deserialize)]
+pub(super) struct Hello {
     /// [`SCHEMA`].
     schema: u32,
     /// [`PROFILE`].
     build: String,
     /// Compiler and processor.
-    toolchain: String,
+    pub(super) toolchain: String,
+    /// The names of its cases.
+    pub(super) cases: Vec<String>,
 }
 
 /// What it is asked for.
@@ -42,7 +46,7 @@ struct Question {
     case: String,
     /// The measure's: `time-min` or `time-p99`.
     measure: String,
-    /// Passes or minutes, of which each step's least time counts.
+    /// Passes or minutes.
     repeats: usize,
 }
 
@@ -50,7 +54,7 @@ struct Question {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Answer {
-    /// A time \[ns].
+    /// The time of all that was measured of it so far \[ns].
     Ns(f64),
     /// Why it has none, which is no fault.
     Missing(String),
@@ -67,16 +71,17 @@ pub fn serve(slowed: f64, mut input: impl BufRead, mut output: impl Write) -> io
         schema: SCHEMA,
         build: PROFILE.to_owned(),
         toolchain: toolchain(),
+        cases: CASES.map(|case| case.name()).into(),
     };
     say(&mut output, &hello)?;
-    let mut server = Server {
-        slowed,
-        starts: Vec::new(),
-        steppers: Vec::new(),
-    };
+    let mut timed = HashMap::new();
     while let Some(line) = child::line(&mut input)? {
         let answer = match serde_json::from_str::<Question>(&line) {
-            Ok(question) => server.answer(&question),
+            Ok(question) => match answer(&mut timed, question, slowed) {
+                Ok(ns) => Answer::Ns(ns),
+                Err(Missing::NotMeasured(why)) => Answer::Missing(why),
+                Err(Missing::Failed(why)) => Answer::Failed(why),
+            },
             Err(e) => Answer::Failed(format!("`{line}` is no question: {e}")),
         };
         say(&mut output, &answer)?;
@@ -89,81 +94,71 @@ fn say(to: &mut impl Write, what: &impl Serialize) -> io::Result<()> {
     to.flush()
 }
 
-/// What has been built to answer.
-struct Server {
-    slowed: f64,
-    starts: Vec<(Place, Start)>,
-    /// By the names of their cases.
-    steppers: Vec<(String, Stepper)>,
+/// A case, and the least times of its steps \[ns].
+struct Timed {
+    choice: Choice,
+    start: Start,
+    stepper: Stepper,
+    least: [f64; PASS],
+    minutes: Minutes,
 }
 
-impl Server {
-    fn answer(&mut self, question: &Question) -> Answer {
-        match self.time(question) {
-            Ok(ns) => Answer::Ns(ns),
-            Err(Missing::NotMeasured(why)) => Answer::Missing(why),
-            Err(Missing::Failed(why)) => Answer::Failed(why),
-        }
+impl Timed {
+    fn new(case: &Case, choice: Choice) -> Result<Self, StepError> {
+        let start = Start::new(case.place)?;
+        Ok(Self {
+            stepper: start.stepper(&choice)?,
+            choice,
+            start,
+            least: [f64::INFINITY; PASS],
+            minutes: Minutes::new(),
+        })
     }
+}
 
-    fn time(&mut self, question: &Question) -> Result<f64, Missing> {
-        let absent = Missing::NotMeasured;
-        let case = named(&question.case).map_err(|e| absent(e.to_string()))?;
-        let choice = case.choice().map_err(absent)?;
-        let failed = |e: StepError| Missing::Failed(e.to_string());
-        let start = self.start(case.place).map_err(failed)?;
-        if question.measure == Measure::P99.name() && case.place == Place::Gantry {
-            let (scene, mut minutes) = (self.starts[start].1.scene(), Minutes::new());
-            for _ in 0..question.repeats {
-                minutes.drive(scene, &choice, self.slowed).map_err(failed)?;
-            }
-            return Ok(minutes.p99());
+/// The time that a question asks for \[ns].
+fn answer(
+    all: &mut HashMap<String, Timed>,
+    question: Question,
+    slowed: f64,
+) -> Result<f64, Missing> {
+    let absent = Missing::NotMeasured;
+    let case = named(&question.case).map_err(|e| absent(e.to_string()))?;
+    let timed = match all.entry(question.case) {
+        Entry::Occupied(known) => known.into_mut(),
+        Entry::Vacant(new) => {
+            let choice = case.choice().map_err(absent)?;
+            new.insert(Timed::new(&case, choice)?)
         }
-        if question.measure != Measure::Min.name() {
-            return Err(absent(format!("`{}` is not timed", question.measure)));
-        }
-        let stepper = self
-            .stepper(&question.case, start, &choice)
-            .map_err(failed)?;
-        let (start, stepper) = (&self.starts[start].1, &mut self.steppers[stepper].1);
-        let mut least = [f64::INFINITY; PASS];
+    };
+    let is = |measure: Measure| question.measure == measure.name();
+    if is(Measure::P99) && case.place == Place::Gantry {
         for _ in 0..question.repeats {
-            wall::pass(start, stepper, &mut least, self.slowed).map_err(failed)?;
+            let Timed { start, choice, .. } = timed;
+            timed.minutes.drive(start.scene(), choice, slowed)?;
         }
-        Ok(least.iter().sum::<f64>() / PASS as f64)
+        return Ok(timed.minutes.p99());
     }
-
-    /// The number of a place's start.
-    fn start(&mut self, place: Place) -> Result<usize, StepError> {
-        if let Some(known) = self.starts.iter().position(|(p, _)| *p == place) {
-            return Ok(known);
-        }
-        self.starts.push((place, Start::new(place)?));
-        Ok(self.starts.len() - 1)
+    if !is(Measure::Min) {
+        return Err(absent(format!("`{}` is not timed", question.measure)));
     }
-
-    /// The number of a case's stepper.
-    fn stepper(&mut self, case: &str, start: usize, choice: &Choice) -> Result<usize, StepError> {
-        if let Some(known) = self.steppers.iter().position(|(name, _)| name == case) {
-            return Ok(known);
-        }
-        let stepper = self.starts[start].1.stepper(choice)?;
-        self.steppers.push((case.to_owned(), stepper));
-        Ok(self.steppers.len() - 1)
+    for _ in 0..question.repeats {
+        wall::pass(&timed.start, &mut timed.stepper, &mut timed.least, slowed)?;
     }
+    Ok(timed.least.iter().sum::<f64>() / PASS as f64)
 }
 
 /// A program that was started and answers. It ends with this.
 pub(super) struct Peer {
-    program: Program,
+    path: PathBuf,
     limit: Duration,
     child: Child,
     to: ChildStdin,
     answers: Receiver<String>,
     /// The last line on its standard error, once that is closed.
     said: Receiver<String>,
-    /// Compiler and processor that it was built with and for.
-    pub(super) toolchain: String,
+    /// What it said first.
+    pub(super) hello: Hello,
 }
 
 impl Drop for Peer {
@@ -175,10 +170,7 @@ impl Drop for Peer {
 impl Peer {
     /// Starts a program, which has to say that it measures, and to answer within `limit` ever after.
     pub(super) fn start(program: &Program, limit: Duration) -> Result<Self, PeerError> {
-        let failed = |source| PeerError::Start {
-            program: program.path.clone(),
-            source,
-        };
+        let fail = |source| Fault::Start(source).of(&program.path);
         let mut command = Command::new(&program.path);
         command.args(["track", "--measure"]);
         if program.slowed > 0.0 {
@@ -188,56 +180,38 @@ impl Peer {
             .stdin(Stdio::piped())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped());
-        let mut child = command.spawn().map_err(failed)?;
+        let mut child = command.spawn().map_err(fail)?;
         let pipes = (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let (Some(to), Some(out), Some(err)) = pipes else {
             child::end(&mut child);
-            return Err(failed(io::ErrorKind::BrokenPipe.into()));
+            return Err(fail(io::ErrorKind::BrokenPipe.into()));
         };
         let mut peer = Self {
-            program: program.clone(),
+            path: program.path.clone(),
             limit,
             child,
             to,
             answers: child::lines(out),
             said: child::last_line(err),
-            toolchain: String::new(),
+            hello: Hello::default(),
         };
-        peer.toolchain = peer.hello()?;
+        peer.hello = peer.hello().map_err(|fault| fault.of(&program.path))?;
         Ok(peer)
     }
 
-    /// Its toolchain, where it speaks as this program does and was built as it was.
-    fn hello(&mut self) -> Result<String, PeerError> {
-        let program = self.program.path.clone();
-        let line = self.next().map_err(|e| match e {
-            PeerError::Ended { program, said, .. } => PeerError::Stranger { program, said },
+    /// What it says of itself, where it speaks as this program does and was built as it was.
+    fn hello(&mut self) -> Result<Hello, Fault> {
+        let line = self.next().map_err(|fault| match fault {
+            Fault::Ended { said, .. } => Fault::Stranger(said),
             other => other,
         })?;
         let value: serde_json::Value = serde_json::from_str(&line).unwrap_or_default();
-        match value["schema"].as_u64() {
-            None => {
-                return Err(PeerError::Stranger {
-                    program,
-                    said: line,
-                });
-            }
-            Some(schema) if schema != u64::from(SCHEMA) => {
-                return Err(PeerError::Schema { program, schema });
-            }
-            Some(_) => {}
+        match (value["schema"].as_u64(), serde_json::from_value(value)) {
+            (Some(schema), _) if schema != u64::from(SCHEMA) => Err(Fault::Schema(schema)),
+            (_, Ok(Hello { build, .. })) if build != PROFILE => Err(Fault::Build(build)),
+            (_, Ok(hello)) => Ok(hello),
+            (_, Err(_)) => Err(Fault::Stranger(line)),
         }
-        let hello: Hello = serde_json::from_value(value).map_err(|_| PeerError::Stranger {
-            program: program.clone(),
-            said: line,
-        })?;
-        if hello.build != PROFILE {
-            return Err(PeerError::Build {
-                program,
-                build: hello.build,
-            });
-        }
-        Ok(hello.toolchain)
     }
 
     /// A time of a case \[ns], or why there is none.
@@ -254,32 +228,24 @@ impl Peer {
         };
         // A program that no longer reads has ended, and has said why.
         let _ = say(&mut self.to, &question);
-        let line = self.next()?;
+        let line = self.next().map_err(|fault| fault.of(&self.path))?;
         match serde_json::from_str(&line) {
             Ok(Answer::Ns(ns)) if ns.is_finite() && ns > 0.0 => Ok(Ok(ns)),
             Ok(Answer::Missing(why)) => Ok(Err(Missing::NotMeasured(why))),
             Ok(Answer::Failed(why)) => Ok(Err(Missing::Failed(why))),
-            _ => Err(PeerError::Answer {
-                program: self.program.path.clone(),
-                line,
-            }),
+            _ => Err(Fault::Answer(line).of(&self.path)),
         }
     }
 
     /// Its next line.
-    fn next(&mut self) -> Result<String, PeerError> {
-        let program = self.program.path.clone();
+    fn next(&mut self) -> Result<String, Fault> {
         match self.answers.recv_timeout(self.limit) {
             Ok(line) => Ok(line),
-            Err(RecvTimeoutError::Timeout) => Err(PeerError::Late {
-                program,
-                limit: self.limit,
-            }),
+            Err(RecvTimeoutError::Timeout) => Err(Fault::Late(self.limit)),
             Err(RecvTimeoutError::Disconnected) => {
                 let status = child::wait(&mut self.child, self.limit).ok().flatten();
                 let said = self.said.recv_timeout(Duration::from_secs(1));
-                Err(PeerError::Ended {
-                    program,
+                Err(Fault::Ended {
                     status: status.map_or_else(|| "no status".to_owned(), |s| s.to_string()),
                     said: said.unwrap_or_default(),
                 })
@@ -290,105 +256,82 @@ impl Peer {
 
 /// A program that cannot be compared.
 #[derive(Debug)]
-pub enum PeerError {
+pub struct PeerError {
+    /// The program.
+    pub program: PathBuf,
+    /// Why.
+    pub fault: Fault,
+}
+
+/// Why a program cannot be compared.
+#[derive(Debug)]
+pub enum Fault {
     /// It cannot be started.
-    Start {
-        /// The program.
-        program: PathBuf,
-        /// Why.
-        source: io::Error,
-    },
-    /// It does not know what it is asked: no `taut`, or an older one.
-    Stranger {
-        /// The program.
-        program: PathBuf,
-        /// What it said.
-        said: String,
-    },
-    /// It measures something else.
-    Schema {
-        /// The program.
-        program: PathBuf,
-        /// What it speaks.
-        schema: u64,
-    },
+    Start(io::Error),
+    /// It does not know what it is asked, and said that: no `taut`, or an older one.
+    Stranger(String),
+    /// It measures by another schema.
+    Schema(u64),
     /// It was built with another profile.
-    Build {
-        /// The program.
-        program: PathBuf,
-        /// With that.
-        build: String,
-    },
+    Build(String),
     /// It ended while it was asked.
     Ended {
-        /// The program.
-        program: PathBuf,
         /// How.
         status: String,
         /// What it said last.
         said: String,
     },
-    /// It does not answer in time.
-    Late {
-        /// The program.
-        program: PathBuf,
-        /// In that.
-        limit: Duration,
-    },
+    /// It does not answer in that time.
+    Late(Duration),
     /// Its answer is no time.
-    Answer {
-        /// The program.
-        program: PathBuf,
-        /// The answer.
-        line: String,
-    },
+    Answer(String),
+}
+
+impl Fault {
+    fn of(self, program: &Path) -> PeerError {
+        PeerError {
+            program: program.to_owned(),
+            fault: self,
+        }
+    }
 }
 
 impl fmt::Display for PeerError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Self::Start { program, .. }
-        | Self::Stranger { program, .. }
-        | Self::Schema { program, .. }
-        | Self::Build { program, .. }
-        | Self::Ended { program, .. }
-        | Self::Late { program, .. }
-        | Self::Answer { program, .. }) = self;
-        let program = program.display();
-        match self {
-            Self::Start { source, .. } => write!(
+        let program = self.program.display();
+        match &self.fault {
+            Fault::Start(source) => write!(
                 f,
                 "cannot start `{program}`: {source}; `--against` takes a program `taut` or a revision"
             ),
-            Self::Stranger { said, .. } => write!(
+            Fault::Stranger(said) => write!(
                 f,
                 "`{program}` cannot be compared: it is no `taut`, or one older than `taut track --against`; it said: {}",
                 shortened(said)
             ),
-            Self::Schema { schema, .. } => write!(
+            Fault::Schema(schema) => write!(
                 f,
                 "`{program}` measures by schema {schema}, this program by {SCHEMA}: compare revisions with the same one"
             ),
-            Self::Build { build, .. } => write!(
+            Fault::Build(build) => write!(
                 f,
                 "`{program}` is a {build} build, this program a {PROFILE} build: build both alike"
             ),
-            Self::Ended { status, said, .. } => write!(
+            Fault::Ended { status, said } => write!(
                 f,
                 "`{program}` ended while it was measured: {status}; it said: {}",
                 shortened(said)
             ),
-            Self::Late { limit, .. } => write!(
+            Fault::Late(limit) => write!(
                 f,
                 "`{program}` did not answer within {} s: `--limit` gives it longer",
-                limit.as_secs()
+                limit.as_secs_f64()
             ),
-            Self::Answer { line, .. } => {
-                write!(
-                    f,
-                    "`{program}` answered what is no time: {}",
-                    shortened(line)
-                )
-            }
+            Fault::Answer(line) => write!(
+                f,
+                "`{program}` answered what is no time: {}",
+                shortened(line)
+            ),
         }
     }
 }

@@ -6,6 +6,7 @@ use super::measures::{Measure, Missing};
 use nalgebra::Vector3;
 use taut_ground::allocations;
 use taut_ground::choice::Choice;
+use taut_ground::errors::worse;
 use taut_ground::reference::Snapshot;
 use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
@@ -126,7 +127,8 @@ impl Judged {
             Measure::LoadError => {
                 let motion = self.start.motion(choice, 1)?;
                 let pairs = motion.iter().zip(&self.load);
-                Ok(worst(pairs.map(|(ours, finer)| (ours - finer).norm())))
+                let off = pairs.map(|(ours, finer)| (ours - finer).norm());
+                Ok(off.fold(0.0, worse))
             }
             _ => {
                 let params = case.place.hoist().unwrap_or_default();
@@ -150,16 +152,8 @@ impl Judged {
             Measure::Allocations => calls_per_step(&self.start, choice),
             _ => self.error(case, choice, measure),
         };
-        figure.map_err(|e| Missing::Failed(e.to_string()))
+        Ok(figure?)
     }
-}
-
-/// The largest of some errors; a NaN stays.
-fn worst(errors: impl Iterator<Item = f64>) -> f64 {
-    errors.fold(
-        0.0,
-        |worst, e| if e > worst || e.is_nan() { e } else { worst },
-    )
 }
 
 /// Calls of the allocator in a step, after the first pass.
@@ -186,16 +180,4 @@ pub fn steps(case: &Case, steps: usize) -> Result<(), String> {
         run(&mut start.stepper(&choice)?, steps)
     };
     stepped().map_err(|e: StepError| e.to_string())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn nan_is_the_worst_error() {
-        assert_eq!(worst([1.0, 3.0, 2.0].into_iter()), 3.0);
-        assert!(worst([1.0, f64::NAN, 2.0].into_iter()).is_nan());
-        assert!(worst([f64::NAN].into_iter()).is_nan());
-    }
 }

@@ -7,38 +7,26 @@ use super::ratio::Ratio;
 use super::self_test::{SLOWED, SelfTest};
 use comfy_table::{Cell, CellAlignment};
 use std::fmt::Write;
-use taut_output::table::{error, nanoseconds, table, verdict, wrapped};
+use taut_output::table::{error, table, verdict, wrapped};
 
 /// What the columns are.
 pub const LEGEND: &str = "\
 A step from a common state of the scene. instructions: by callgrind, FAIL beyond 2 % above the baseline of the same
-compiler; errors and the own backends' allocations: FAIL beyond the bar; time-ratio: time over that of a calibration
-kernel beside it (in brackets the least time itself), never a failure";
+compiler; errors and the own backends' allocations: FAIL beyond the bar; times: in ns, never a failure";
 
 /// What the columns of a comparison with another program are.
 pub const AGAINST_LEGEND: &str = "\
-Base and head in turns: base, head, head, base. ratio: the head over the base, the median with its bootstrap interval of
-95 %. time-min and time-p99 FAIL where the interval is above 1 and the ratio above 1.03, instructions above 1.01 at 24
-segments, above 1.02 elsewhere; slower: beyond the interval alone";
+Base and head in turns: base, head, head, base. ratio: of least times, the head's over the base's; the median of all
+rounds with its bootstrap interval of 95 %. time-min and time-p99 FAIL where the interval is above 1 and the ratio above
+1.03, instructions above 1.01 at 24 segments, above 1.02 elsewhere; slower: beyond the interval alone";
 
-/// A row for each figure under the name of its case, least and median times but for the least beside the ratio left out;
-/// then the notes and the counts of the verdicts.
+/// A row for each figure under the name of its case; then the notes and the counts of the verdicts.
 #[must_use]
 pub fn text(rows: &[Row]) -> String {
     let mut t = table(&["", "baseline", "now", "ratio", "bar", "verdict"]);
-    let hidden = [
-        Measure::Min,
-        Measure::Min2,
-        Measure::Median,
-        Measure::Median2,
-    ];
     let mut notes: Vec<&str> = Vec::new();
     let mut case = "";
     for row in rows {
-        let shown = !hidden.iter().any(|m| m.name() == row.measure);
-        if !shown && row.verdict != Verdict::Fail {
-            continue;
-        }
         if row.case != case {
             case = &row.case;
             t.add_row([case]);
@@ -54,7 +42,7 @@ pub fn text(rows: &[Row]) -> String {
         t.add_row([
             Cell::new(format!("  {}", row.measure)),
             Cell::new(number(&row.measure, row.baseline)),
-            Cell::new(number(&row.measure, row.now) + &least(rows, row)),
+            Cell::new(number(&row.measure, row.now)),
             Cell::new(ratio.map_or_else(String::new, |r| format!("{r:.3}"))),
             Cell::new(row.bar.map_or_else(String::new, bar)),
             verdict(judged, good),
@@ -97,9 +85,16 @@ pub fn against_text(compared: &[Compared]) -> String {
 /// What a self-test found, in two lines.
 #[must_use]
 pub fn self_test_text(test: &SelfTest) -> String {
+    if test.figures == 0 {
+        return "nothing was measured\n".to_owned();
+    }
     let trials = test.trials;
     let line = |what: &str, count: usize, does: &str, [least, most]: [f64; 2]| {
-        format!("{what}: {count} of {trials} {does}, ratios {least:.4} … {most:.4}\n")
+        let mut line = format!("{what}: {count} of {trials} {does}");
+        if least <= most {
+            let _ = write!(line, ", ratios {least:.4} … {most:.4}");
+        }
+        line + "\n"
     };
     let slower = format!("{:.0} % slower", 100.0 * SLOWED);
     line("the same program", test.same, "pass", test.same_ratios)
@@ -151,23 +146,6 @@ fn bar(bar: f64) -> String {
     }
 }
 
-/// The least time beside its ratio.
-fn least(rows: &[Row], row: &Row) -> String {
-    let of = [
-        (Measure::Ratio, Measure::Min),
-        (Measure::Ratio2, Measure::Min2),
-    ];
-    let Some((_, min)) = of
-        .into_iter()
-        .find(|(ratio, _)| ratio.name() == row.measure)
-    else {
-        return String::new();
-    };
-    let same = |r: &&Row| r.case == row.case && r.measure == min.name();
-    let value = rows.iter().find(same).and_then(|r| r.now);
-    value.map_or_else(String::new, |ns| format!(" [{}]", nanoseconds(ns)))
-}
-
 /// How many figures came to what, and what to do about it.
 fn summary(rows: &[Row]) -> String {
     use Verdict::{Better, Fail, New, NotMeasured, OtherToolchain, Pass};
@@ -216,8 +194,7 @@ mod tests {
                 Verdict::Fail,
                 &"not a number ".repeat(20),
             ),
-            row(Measure::Ratio2, 12.0, Verdict::Shown, ""),
-            row(Measure::Min2, 1234.0, Verdict::Shown, ""),
+            row(Measure::Min, 1234.0, Verdict::Shown, ""),
         ];
         let text = plain(&text(&rows));
         assert_eq!(text.matches("gauss-seidel:groups").count(), 1);
@@ -226,11 +203,8 @@ mod tests {
             text.contains("FAIL (1)") && text.contains("(1)  not a number"),
             "{text}"
         );
-        assert!(
-            text.contains("12.00 [1.23 µs]") && !text.contains("time-min"),
-            "{text}"
-        );
-        assert!(text.contains("4 figures: 1 FAIL, 1 better\n"), "{text}");
+        assert!(text.contains("1234.00"), "{text}");
+        assert!(text.contains("3 figures: 1 FAIL, 1 better\n"), "{text}");
         assert!(text.contains("`--update`"), "{text}");
         assert!(text.lines().all(|l| l.chars().count() <= 120), "{text}");
     }

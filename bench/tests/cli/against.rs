@@ -1,8 +1,9 @@
-use crate::{folder, good, refused, taut, text};
+use crate::{folder, good, program, refused, taut, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 /// One case, a few blocks of each program.
 const CASE: &str = "track hoist-24-1e3/banded --quick";
@@ -58,12 +59,12 @@ fn programs_that_do_not_measure_are_named() {
     refused_base(&at, "chatty", &["chatty", "it said: hello"]);
     script(&at, "endless", "while :; do echo $0; done");
     refused_base(&at, "endless", &["endless", "no `taut`"]);
-    script(&at, "new", "echo '{\"schema\":2}'; cat");
-    refused_base(&at, "new", &["new", "schema 2"]);
+    script(&at, "new", "echo '{\"schema\":3}'; cat");
+    refused_base(&at, "new", &["new", "schema 3"]);
     script(
         &at,
         "other",
-        "echo '{\"schema\":1,\"build\":\"tuned\",\"toolchain\":\"t\"}'; cat",
+        "echo '{\"schema\":2,\"build\":\"tuned\",\"toolchain\":\"t\",\"cases\":[]}'; cat",
     );
     refused_base(&at, "other", &["other", "tuned build", "build both alike"]);
     // Its own child keeps its streams open.
@@ -81,7 +82,7 @@ fn answers_that_are_no_times_are_named() {
     } else {
         "release"
     };
-    let hello = format!(r#"echo '{{"schema":1,"build":"{build}","toolchain":"t"}}'"#);
+    let hello = format!(r#"echo '{{"schema":2,"build":"{build}","toolchain":"t","cases":[]}}'"#);
     script(
         &at,
         "dies",
@@ -115,9 +116,9 @@ fn git(at: &Path, arguments: &[&str]) {
     assert!(done.status.success(), "{}", text(&done.stderr));
 }
 
-#[test]
-fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() {
-    let at = folder("against_revision");
+/// A repository of which no revision can be built.
+fn broken(name: &str) -> PathBuf {
+    let at = folder(name);
     git(&at, &["init", "--quiet"]);
     fs::write(
         at.join("Cargo.toml"),
@@ -126,6 +127,29 @@ fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() 
     .expect("writes");
     git(&at, &["add", "Cargo.toml"]);
     git(&at, &["commit", "--quiet", "--message", "Broken"]);
+    at
+}
+
+#[test]
+fn one_build_waits_for_another() {
+    let at = broken("against_turn");
+    let against = at.join("target/taut/against");
+    fs::create_dir_all(&against).expect("a folder");
+    let other = fs::File::create(against.join("lock")).expect("a file");
+    other.lock().expect("locks");
+    let mut waiting = program(&at, &format!("{CASE} --quiet --against HEAD"))
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("starts");
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(waiting.try_wait().expect("a program").is_none());
+    drop(other);
+    assert_eq!(waiting.wait().expect("ends").code(), Some(2));
+}
+
+#[test]
+fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() {
+    let at = broken("against_revision");
     let output = taut(&at, &format!("{CASE} --against HEAD"));
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
@@ -135,14 +159,14 @@ fn a_revision_that_cannot_be_built_says_its_last_lines_and_leaves_no_worktree() 
     let left: Vec<_> = fs::read_dir(at.join("target/taut/against"))
         .expect("a folder")
         .filter_map(|e| e.ok()?.file_name().into_string().ok())
-        .filter(|name| name != "build.log" && name != "target")
+        .filter(|name| !["build.log", "lock", "target"].contains(&name.as_str()))
         .collect();
     assert!(left.is_empty(), "{left:?}");
     let trees = fs::read_dir(at.join(".git/worktrees")).map_or(0, Iterator::count);
     assert_eq!(trees, 0);
 }
 
-/// A package in place of this one, whose program says that each step takes a microsecond.
+/// A package in place of this one, whose program says that each step takes a tenth of a microsecond.
 const PACKAGE: &str = "[workspace]
 [package]
 name = 'taut'
@@ -162,9 +186,9 @@ nalgebra-sparse = []
 
 const MAIN: &str = r#"fn main() {
     let build = if cfg!(debug_assertions) { "debug" } else { "release" };
-    println!("{{\"schema\":1,\"build\":\"{build}\",\"toolchain\":\"another\"}}");
+    println!("{{\"schema\":2,\"build\":\"{build}\",\"toolchain\":\"another\",\"cases\":[]}}");
     for _ in std::io::stdin().lines() {
-        println!("{{\"ns\":1000}}");
+        println!("{{\"ns\":100}}");
     }
 }
 "#;
@@ -192,8 +216,14 @@ fn a_revision_is_built_and_compared_with() {
     fs::write(at.join("src/main.rs"), "no program").expect("writes");
     let output = taut(&at, &format!("{CASE} --against v1"));
     let (table, said) = (text(&output.stdout), text(&output.stderr));
-    assert!(matches!(output.status.code(), Some(0 | 1)), "{table}{said}");
-    for word in ["1000.00", "the base is of another", "taut/against/taut-"] {
+    // No step of this program is so short.
+    assert_eq!(output.status.code(), Some(1), "{table}{said}");
+    for word in [
+        "FAIL",
+        "100.00",
+        "the base is of another",
+        "taut/against/taut-",
+    ] {
         assert!(table.contains(word), "{word}: {table}{said}");
     }
 }
@@ -207,10 +237,7 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     let program = env!("CARGO_BIN_EXE_taut");
     let compare =
         format!("{CASE} --against {program} --json a.json --bencher b.json --history h.jsonl");
-    // Others build while this runs: whether the comparison passes is the self-test's.
-    let output = taut(&at, &compare);
-    let table = text(&output.stdout);
-    assert!(matches!(output.status.code(), Some(0 | 1)), "{table}");
+    let table = good(&at, &compare);
     assert!(
         table.contains("hoist-24-1e3/banded") && table.contains("time-min"),
         "{table}"
@@ -222,7 +249,7 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     let name = "hoist-24-1e3/banded/time-min-against-base";
     assert_eq!(json("a.json")[0]["name"], name);
     let ratio = json("a.json")[0]["value"].as_f64().expect("a number");
-    assert!((0.5..2.0).contains(&ratio), "{ratio}");
+    assert!((0.97..1.03).contains(&ratio), "{ratio}");
     let metric = &json("b.json")["hoist-24-1e3/banded"]["time-min-against-base"];
     assert!(
         metric["lower_value"].as_f64() <= metric["upper_value"].as_f64(),
@@ -231,6 +258,22 @@ fn a_program_in_turns_with_itself_makes_rows_files_and_a_line_of_history() {
     let history = || fs::read_to_string(at.join("h.jsonl")).expect("a history");
     let run: Value = serde_json::from_str(&history()).expect("a line");
     assert_eq!(run["figures"][0]["name"], name);
+}
+
+#[test]
+fn a_self_test_tells_the_same_program_from_a_slower_one() {
+    let at = folder("against_self_test");
+    let output = taut(&at, &format!("{CASE} --self-test=1"));
+    let (said, complaint) = (text(&output.stdout), text(&output.stderr));
+    if !cfg!(feature = "banded") {
+        assert_eq!(output.status.code(), Some(3), "{said}{complaint}");
+        assert!(!said.contains("inf"), "{said}");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(0), "{said}{complaint}");
+    for line in ["the same program: 1 of 1 pass", "10 % slower: 1 of 1 fail"] {
+        assert!(said.contains(line), "{said}");
+    }
 }
 
 #[test]

@@ -72,7 +72,7 @@ fn figures_are_compared_with_a_baseline_that_an_update_writes() {
         "allocations",
         "forward-error",
         "load-error",
-        "time-ratio",
+        "time-min",
         "time-median",
     ] {
         assert!(

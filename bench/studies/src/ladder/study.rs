@@ -44,7 +44,8 @@ struct Options {
     /// `taut study scenes`: `--segments` are the ladder's cables, the net's rows and columns
     #[arg(long = "scene", value_delimiter = ',', value_name = "SCENE")]
     scenes: Vec<String>,
-    /// What the operator does in these scenes: a CSV file as for `taut run`
+    /// What the operator does in these scenes: a CSV file with the columns `time` (s) and names of the scene's controls;
+    /// linear in between, the first and the last row hold outside
     #[arg(long, value_name = "FILE.csv", requires = "scenes")]
     controls: Option<PathBuf>,
     #[command(flatten)]
