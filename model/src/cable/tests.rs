@@ -251,7 +251,7 @@ fn faults_name_the_cable_and_change_nothing() {
         |c| c.name = "taken".into(),
         "two body entries are called `taken-2`",
     );
-    says(|c| c.density = 1e-320, "`rope-1`: would turn a point mass");
+    says(|c| c.density = 1e-320, "`rope-1`: mass is 0.000");
 }
 
 #[test]
