@@ -81,10 +81,10 @@ pub(crate) fn run(
         if !seen.insert(name) {
             continue;
         }
-        reporter.progress.reset();
-        reporter.progress.set_message(name);
+        reporter.cases.bar().reset();
+        reporter.cases.bar().set_message(name);
         // The others are still told.
-        let outcome = experiment.outcome(catalogue.quick, reporter.progress);
+        let outcome = experiment.outcome(catalogue.quick, reporter.cases.bar());
         let outcome = outcome.unwrap_or_else(|e| failed(&e));
         write(experiment, &outcome)?;
         let shown = table::checks(&outcome, catalogue.reference);

@@ -31,10 +31,12 @@
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
+//! | `cases` | what a study runs one by one, keeps in a file and deals to shards |
 //! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
 //! | `options` | options that several experiments read |
 
 pub mod accuracy;
+pub mod cases;
 pub mod checks;
 pub mod energy;
 pub mod engines;

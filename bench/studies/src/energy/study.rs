@@ -20,7 +20,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick"],
     mark: ("bands", "first_band"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases.bar()),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

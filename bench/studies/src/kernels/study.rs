@@ -19,7 +19,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--backends banded,faer:llt"],
     mark: ("records", "ns_per_joint"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases.bar()),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

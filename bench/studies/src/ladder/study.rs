@@ -199,7 +199,7 @@ fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentErro
 
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     let config = config(options)?;
-    let results = super::run(&config, reporter.progress)?;
+    let results = super::run(&config, reporter.cases.bar())?;
     let scene = about(&config, &results.scenes)?;
     let answer = answer(&results);
     (reporter.say)(&if options.rows {
@@ -209,7 +209,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}\n")
     })?;
     let extras: Extras = if config.own.is_empty() {
-        measure(&config.choices, options.quick.quick, reporter.progress)?
+        measure(&config.choices, options.quick.quick, reporter.cases.bar())?
     } else {
         measure_own(&config)?
     };

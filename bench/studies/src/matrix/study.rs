@@ -29,7 +29,7 @@ pub(crate) const STUDY: Study = Study {
         let paths = matches.get_many("matrices");
         paths.into_iter().flatten().cloned().collect()
     },
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases.bar()),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

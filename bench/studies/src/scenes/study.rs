@@ -22,7 +22,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--scene ring --quick --segments 8,12"],
     mark: ("records", "solve_ns_per_row"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases.bar()),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

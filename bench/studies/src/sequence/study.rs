@@ -31,7 +31,7 @@ pub(crate) const STUDY: Study = Study {
             .into_iter()
             .collect()
     },
-    run: |matches, reporter| perform(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| perform(&Options::from_arg_matches(matches)?, reporter.cases.bar()),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

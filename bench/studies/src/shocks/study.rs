@@ -18,7 +18,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick --ratios 100 --time 1"],
     mark: ("outcomes", "excess_gap"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases.bar()),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN

@@ -2,10 +2,10 @@
 
 use super::Config;
 use super::tables::{SHEETS, text_tables};
+use crate::cases::Cases;
 use crate::options::Quick;
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, Plan, positive, texts};
 use taut_output::settings::{Setting, counts, distinct, numbers, seconds, set, step};
@@ -18,7 +18,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick"],
     mark: ("", "stable_to"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -31,9 +31,9 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let config = options.quick.of(Config::quick);
-    let records = super::run(&config, progress)?;
+    let records = super::run(&config, cases)?;
     let rows = data(&records)?;
     Ok(Found {
         settings: settings(&config),

@@ -1,0 +1,361 @@
+//! The file of cases: a CBOR sequence (RFC 8742) of a header, the machine, an item for each finished case, and one that
+//! says that all are there.
+//!
+//! Items are appended, each by one write; what a killed run leaves is a file whose last item may be torn, which a run that
+//! resumes it cuts off. CBOR keeps numbers that are not finite, and all bits of the others. A record is encoded CBOR within
+//! its item: the items are read without knowing what the study keeps. The file begins with the tag of CBOR
+//! (RFC 8949, 3.4.6). It is locked while it is written, on file systems that know locks.
+
+use super::{CasesError, Shard};
+use ciborium::{Value, de};
+use serde::de::DeserializeOwned;
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::fmt;
+use std::fs::{File, TryLockError};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use taut_ground::files::{self, FileError};
+
+/// What every file begins with: the tag 55799.
+const TAG: [u8; 3] = [0xd9, 0xd9, 0xf7];
+
+/// Most bytes of a file that is read.
+const MOST: u64 = 1 << 30;
+
+/// What cases come from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Header {
+    /// Version of the program, with its sources' and how it was built.
+    pub version: String,
+    /// The command with its options as they were given, without those that say where results go.
+    pub command: Vec<String>,
+    /// The files that it read.
+    pub inputs: Vec<Input>,
+    /// The shard that it was.
+    pub shard: Shard,
+}
+
+/// A file that a study reads.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Input {
+    /// Where it is.
+    pub path: PathBuf,
+    /// CRC-32 of what it holds.
+    pub checksum: u32,
+}
+
+impl Header {
+    /// Refuses a file of another version, another command or other inputs than `other`, which is called `name`.
+    ///
+    /// # Errors
+    /// [`CasesError::Differs`].
+    pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), CasesError> {
+        let inputs = |header: &Self| {
+            let text = |i: &Input| format!("{} {:08x}", i.path.display(), i.checksum);
+            header
+                .inputs
+                .iter()
+                .map(text)
+                .collect::<Vec<_>>()
+                .join(", ")
+        };
+        let command = |header: &Self| format!("taut {}", header.command.join(" "));
+        let pairs = [
+            ("command", command(self), command(other)),
+            ("version", self.version.clone(), other.version.clone()),
+            ("content of what it reads", inputs(self), inputs(other)),
+            (
+                "number of shards",
+                self.shard.of.to_string(),
+                other.shard.of.to_string(),
+            ),
+        ];
+        let differs = pairs.into_iter().find(|(_, found, wanted)| found != wanted);
+        differs.map_or(Ok(()), |(what, found, wanted)| {
+            Err(CasesError::Differs {
+                path: path.to_owned(),
+                what,
+                found,
+                other: name.to_owned(),
+                wanted,
+            })
+        })
+    }
+}
+
+/// A case of a study: its stage, and its place there from 0.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct Key(String, usize);
+
+impl Key {
+    pub(super) fn new(stage: &str, index: usize) -> Self {
+        Self(stage.to_owned(), index)
+    }
+}
+
+impl fmt::Display for Key {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "case {} of the stage `{}`", self.1 + 1, self.0)
+    }
+}
+
+/// A finished case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Item {
+    key: Key,
+    /// CRC-32 of what the case is.
+    pub(super) label: u32,
+    /// What it came to, as encoded CBOR.
+    record: Value,
+}
+
+impl Item {
+    pub(super) fn of(key: Key, label: u32, record: &impl Serialize) -> Result<Self, CasesError> {
+        let mut bytes = Vec::new();
+        match ciborium::into_writer(record, &mut bytes) {
+            Ok(()) => Ok(Self {
+                key,
+                label,
+                record: Value::Bytes(bytes),
+            }),
+            Err(e) => Err(CasesError::Record(key, e.to_string())),
+        }
+    }
+
+    pub(super) fn decoded<T: DeserializeOwned>(&self) -> Result<T, CasesError> {
+        let bytes = self.record.as_bytes().map_or(&[][..], Vec::as_slice);
+        let decoded = ciborium::from_reader(bytes);
+        decoded.map_err(|e| CasesError::Record(self.key.clone(), e.to_string()))
+    }
+}
+
+/// The cases that are known.
+pub type Known = HashMap<Key, Item>;
+
+/// What follows the header.
+#[derive(Serialize, Deserialize)]
+enum Entry<I> {
+    /// The machine that the cases from here on ran on.
+    Machine(String),
+    /// A finished case.
+    Case(I),
+    /// All cases of the shard are there; how many those of all shards are.
+    End(usize),
+}
+
+/// A file of cases as it was read.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// The file.
+    pub path: PathBuf,
+    /// What its cases come from.
+    pub header: Header,
+    /// The machines that they ran on.
+    pub machines: Vec<String>,
+    /// Its cases.
+    pub known: Known,
+    /// How many cases of all shards there are, where its run came to its end.
+    pub(super) all: Option<usize>,
+    /// Its bytes without a torn item at its end.
+    length: usize,
+}
+
+/// The next item of a sequence; none where it is torn.
+fn next<T: DeserializeOwned>(rest: &mut &[u8]) -> Result<Option<T>, ()> {
+    match ciborium::from_reader(&mut *rest) {
+        Ok(item) => Ok(Some(item)),
+        Err(de::Error::Io(e)) if e.kind() == ErrorKind::UnexpectedEof => Ok(None),
+        Err(_) => Err(()),
+    }
+}
+
+impl Written {
+    /// Reads a file that no run writes.
+    ///
+    /// # Errors
+    /// [`CasesError`].
+    pub fn read(path: &Path) -> Result<Self, CasesError> {
+        let failed = |source| CasesError::File(error(path, "read", source));
+        let file = File::open(path).map_err(failed)?;
+        lock(path, file.try_lock_shared())?;
+        Self::of(path, &content(&file).map_err(failed)?)
+    }
+
+    fn empty(path: &Path, header: Header) -> Self {
+        Self {
+            path: path.to_owned(),
+            header,
+            machines: Vec::new(),
+            known: Known::new(),
+            all: None,
+            length: 0,
+        }
+    }
+
+    /// What these bytes are, all of a file.
+    ///
+    /// # Errors
+    /// [`CasesError`].
+    pub fn of(path: &Path, bytes: &[u8]) -> Result<Self, CasesError> {
+        let is_tagged = bytes.starts_with(&TAG) || TAG.starts_with(bytes);
+        if !is_tagged {
+            return Err(CasesError::NotCases(path.to_owned()));
+        }
+        let mut rest = bytes.get(TAG.len()..).unwrap_or_default();
+        let header = next(&mut rest).map_err(|()| CasesError::NotCases(path.to_owned()))?;
+        let header: Header = header.ok_or_else(|| CasesError::NoHeader(path.to_owned()))?;
+        if !header.shard.is_one() {
+            return Err(CasesError::NotCases(path.to_owned()));
+        }
+        let mut written = Self::empty(path, header);
+        loop {
+            written.length = bytes.len() - rest.len();
+            let damaged = || CasesError::Damaged(path.to_owned(), written.length);
+            let entry = next::<Entry<Item>>(&mut rest).map_err(|()| damaged())?;
+            match entry {
+                None => return Ok(written),
+                Some(_) if written.all.is_some() => return Err(damaged()),
+                Some(Entry::End(all)) => written.all = Some(all),
+                Some(Entry::Machine(machine)) => written.machines.push(machine),
+                Some(Entry::Case(item)) => {
+                    let other = written.known.insert(item.key.clone(), item);
+                    if other.is_some() {
+                        return Err(damaged());
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn error(path: &Path, doing: &'static str, source: io::Error) -> FileError {
+    FileError {
+        path: path.to_owned(),
+        doing,
+        source,
+    }
+}
+
+/// What a file holds.
+fn content(file: &File) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    Read::take(file, MOST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > MOST {
+        let message = format!("it has more than {MOST} bytes");
+        return Err(io::Error::new(ErrorKind::FileTooLarge, message));
+    }
+    Ok(bytes)
+}
+
+/// What became of a lock.
+fn lock(path: &Path, locked: Result<(), TryLockError>) -> Result<(), CasesError> {
+    match locked {
+        Err(TryLockError::WouldBlock) => Err(CasesError::InUse(path.to_owned())),
+        // File systems of clusters may know no locks.
+        Err(TryLockError::Error(e)) if e.kind() != ErrorKind::Unsupported => {
+            Err(error(path, "lock", e).into())
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A file of cases that is being written.
+#[derive(Debug)]
+pub struct Journal {
+    path: PathBuf,
+    file: File,
+    is_asked_for: bool,
+    is_complete: bool,
+}
+
+impl Journal {
+    /// Opens a file, making its folder: with `resume` for what it holds, else anew. A file that nobody asked for
+    /// (`is_asked_for` false) may fail later without ending the run.
+    ///
+    /// # Errors
+    /// [`CasesError`].
+    pub fn open(
+        path: &Path,
+        header: Header,
+        machine: String,
+        resume: bool,
+        is_asked_for: bool,
+    ) -> Result<(Self, Written), CasesError> {
+        let failed = |source| CasesError::File(error(path, "write", source));
+        if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
+            files::make_folder(folder)?;
+        }
+        let mut options = File::options();
+        options.read(true).write(true).create(true).truncate(false);
+        let file = options.open(path).map_err(failed)?;
+        lock(path, file.try_lock())?;
+        let mut journal = Self {
+            path: path.to_owned(),
+            file,
+            is_asked_for,
+            is_complete: false,
+        };
+        let mut written = match Written::of(path, &content(&journal.file).map_err(failed)?) {
+            // Nothing that is no file of cases is overwritten.
+            Err(e @ CasesError::NotCases(_)) => return Err(e),
+            Ok(written) if resume => {
+                written.header.check(path, &header, "this run")?;
+                written
+            }
+            // Of a run that was killed before its first case there is nothing to resume.
+            Err(e) if resume && !matches!(e, CasesError::NoHeader(_)) => return Err(e),
+            _ => Written::empty(path, header),
+        };
+        let mut start = || {
+            journal.file.set_len(written.length as u64)?;
+            journal.file.seek(SeekFrom::End(0))
+        };
+        start().map_err(failed)?;
+        if written.length == 0 {
+            let mut bytes = TAG.to_vec();
+            encode(&written.header, &mut bytes).map_err(failed)?;
+            journal.file.write_all(&bytes).map_err(failed)?;
+        }
+        journal.is_complete = written.all.is_some();
+        if !journal.is_complete && written.machines.last() != Some(&machine) {
+            journal.write(&Entry::Machine(machine.clone()))?;
+            written.machines.push(machine);
+        }
+        Ok((journal, written))
+    }
+
+    /// The file.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether somebody asked for it.
+    pub(super) fn is_asked_for(&self) -> bool {
+        self.is_asked_for
+    }
+
+    /// Appends a case.
+    pub(super) fn append(&mut self, item: &Item) -> Result<(), CasesError> {
+        self.write(&Entry::Case(item))
+    }
+
+    /// Appends that all cases are there; `all` of all shards.
+    pub(super) fn finish(&mut self, all: usize) -> Result<(), CasesError> {
+        if std::mem::replace(&mut self.is_complete, true) {
+            return Ok(());
+        }
+        self.write(&Entry::<&Item>::End(all))
+    }
+
+    fn write(&mut self, entry: &Entry<&Item>) -> Result<(), CasesError> {
+        let mut bytes = Vec::new();
+        let written = encode(entry, &mut bytes).and_then(|()| self.file.write_all(&bytes));
+        Ok(written.map_err(|source| error(&self.path, "write", source))?)
+    }
+}
+
+fn encode(value: &impl Serialize, bytes: &mut Vec<u8>) -> io::Result<()> {
+    ciborium::into_writer(value, bytes).map_err(io::Error::other)
+}
