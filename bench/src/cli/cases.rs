@@ -22,8 +22,8 @@ pub(crate) struct CasesArgs {
     #[arg(long, help_heading = "Cases")]
     resume: bool,
     /// File that keeps each case as it is finished (default: target/taut/NAME.cases, or NAME.I-of-N.cases)
-    #[arg(long, value_name = "PATH", help_heading = "Cases")]
-    cases: Option<PathBuf>,
+    #[arg(long = "cases", value_name = "PATH", help_heading = "Cases")]
+    kept: Option<PathBuf>,
 }
 
 /// The cases of a call, and the machines that they run on or have run on.
@@ -45,7 +45,7 @@ impl CasesArgs {
             Shard::WHOLE => format!("target/taut/{study}.cases"),
             Shard { number, of } => format!("target/taut/{study}.{number}-of-{of}.cases"),
         };
-        self.cases.clone().unwrap_or_else(|| own().into())
+        self.kept.clone().unwrap_or_else(|| own().into())
     }
 }
 
@@ -53,7 +53,7 @@ impl CasesArgs {
 pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
     let args = CasesArgs::from_arg_matches(call.matches)?;
     let (shard, path) = (args.shard(), args.path(call.study.name));
-    let is_asked_for = args.resume || args.shard.is_some() || args.cases.is_some();
+    let is_asked_for = args.resume || args.shard.is_some() || args.kept.is_some();
     let machine = Machine::current().to_string();
     let header = header(call, shard)?;
     let opened = Journal::open(&path, header, machine.clone(), args.resume, is_asked_for);

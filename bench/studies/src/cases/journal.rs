@@ -267,6 +267,9 @@ pub struct Journal {
     file: File,
     is_asked_for: bool,
     is_complete: bool,
+    /// What the first case is written after: the bytes that are kept, and those that follow them. Until then the file stays as it
+    /// was: a study that refuses its options costs no cases.
+    start: Option<(usize, Vec<u8>)>,
 }
 
 impl Journal {
@@ -290,13 +293,7 @@ impl Journal {
         options.read(true).write(true).create(true).truncate(false);
         let file = options.open(path).map_err(failed)?;
         lock(path, file.try_lock())?;
-        let mut journal = Self {
-            path: path.to_owned(),
-            file,
-            is_asked_for,
-            is_complete: false,
-        };
-        let mut written = match Written::of(path, &content(&journal.file).map_err(failed)?) {
+        let mut written = match Written::of(path, &content(&file).map_err(failed)?) {
             // Nothing that is no file of cases is overwritten.
             Err(e @ CasesError::NotCases(_)) => return Err(e),
             Ok(written) if resume => {
@@ -307,28 +304,25 @@ impl Journal {
             Err(e) if resume && !matches!(e, CasesError::NoHeader(_)) => return Err(e),
             _ => Written::empty(path, header),
         };
-        let mut start = || {
-            journal.file.set_len(written.length as u64)?;
-            journal.file.seek(SeekFrom::End(0))
-        };
-        start().map_err(failed)?;
+        let is_complete = written.all.is_some();
+        let mut bytes = Vec::new();
         if written.length == 0 {
-            let mut bytes = TAG.to_vec();
+            bytes.extend(TAG);
             encode(&written.header, &mut bytes).map_err(failed)?;
-            journal.file.write_all(&bytes).map_err(failed)?;
         }
-        journal.is_complete = written.all.is_some();
-        if !journal.is_complete && written.machines.last() != Some(&machine) {
-            journal.write(&Entry::Machine(machine.clone()))?;
+        if !is_complete && written.machines.last() != Some(&machine) {
+            let entry = Entry::<&Item>::Machine(machine.clone());
+            encode(&entry, &mut bytes).map_err(failed)?;
             written.machines.push(machine);
         }
+        let journal = Self {
+            path: path.to_owned(),
+            file,
+            is_asked_for,
+            is_complete,
+            start: Some((written.length, bytes)),
+        };
         Ok((journal, written))
-    }
-
-    /// The file.
-    #[must_use]
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Whether somebody asked for it.
@@ -350,9 +344,19 @@ impl Journal {
     }
 
     fn write(&mut self, entry: &Entry<&Item>) -> Result<(), CasesError> {
-        let mut bytes = Vec::new();
-        let written = encode(entry, &mut bytes).and_then(|()| self.file.write_all(&bytes));
+        let written = self.try_write(entry);
         Ok(written.map_err(|source| error(&self.path, "write", source))?)
+    }
+
+    fn try_write(&mut self, entry: &Entry<&Item>) -> io::Result<()> {
+        let mut bytes = Vec::new();
+        if let Some((length, start)) = self.start.take() {
+            self.file.set_len(length as u64)?;
+            self.file.seek(SeekFrom::End(0))?;
+            bytes = start;
+        }
+        encode(entry, &mut bytes)?;
+        self.file.write_all(&bytes)
     }
 }
 
