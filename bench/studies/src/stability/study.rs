@@ -3,7 +3,7 @@
 use super::Config;
 use super::tables::{SHEETS, text_tables};
 use crate::cases::Cases;
-use crate::options::Quick;
+use crate::options::{Quick, Time};
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
 use taut_output::check::ExperimentError;
@@ -28,11 +28,17 @@ pub(crate) const STUDY: Study = Study {
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
+    time: Time,
+    #[command(flatten)]
     quick: Quick,
 }
 
 fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
-    let config = options.quick.of(Config::quick);
+    let mut config = options.quick.of(Config::quick);
+    let needs = "it must be at least one step";
+    options
+        .time
+        .replace(&mut config.time, config.dt, 1, needs)?;
     let records = super::run(&config, cases)?;
     let rows = data(&records)?;
     Ok(Found {
