@@ -20,6 +20,8 @@ mod error;
 mod journal;
 mod merge;
 mod shard;
+#[cfg(test)]
+mod tests;
 
 pub use error::CasesError;
 pub use journal::{Header, Input, Item, Journal, Key, Known, Written};

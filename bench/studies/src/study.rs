@@ -33,7 +33,7 @@ pub struct Study {
     pub options: fn(Command) -> Command,
     /// The files that it reads, by its options.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
-    /// Runs it.
+    /// Runs it. What it comes to depends on its options and on the records of its cases alone.
     pub run: fn(&ArgMatches, &mut Reporter<'_>) -> Result<Found, ExperimentError>,
     /// The tables of its rows.
     pub sheets: &'static [Sheet],

@@ -3,7 +3,7 @@
 //!
 //! Items are appended, each by one write; what a killed run leaves is a file whose last item may be torn, which a run that
 //! resumes it cuts off. CBOR keeps numbers that are not finite, and all bits of the others. A record is encoded CBOR within
-//! its item: the items are read without knowing what the study keeps. The file begins with the tag of CBOR
+//! its item, with its checksum: items are read without knowing what the study keeps. The file begins with the tag of CBOR
 //! (RFC 8949, 3.4.6). It is locked while it is written, on file systems that know locks.
 
 use super::{CasesError, Shard};
@@ -12,7 +12,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fmt;
-use std::fs::{File, TryLockError};
+use std::fs::{self, File, TryLockError};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, FileError};
@@ -51,37 +51,37 @@ impl Header {
     /// # Errors
     /// [`CasesError::Differs`].
     pub fn check(&self, path: &Path, other: &Self, name: &str) -> Result<(), CasesError> {
-        let inputs = |header: &Self| {
-            let text = |i: &Input| format!("{} {:08x}", i.path.display(), i.checksum);
-            header
-                .inputs
-                .iter()
-                .map(text)
-                .collect::<Vec<_>>()
-                .join(", ")
-        };
-        let command = |header: &Self| format!("taut {}", header.command.join(" "));
-        let pairs = [
-            ("command", command(self), command(other)),
-            ("version", self.version.clone(), other.version.clone()),
-            ("content of what it reads", inputs(self), inputs(other)),
-            (
-                "number of shards",
-                self.shard.of.to_string(),
-                other.shard.of.to_string(),
-            ),
-        ];
-        let differs = pairs.into_iter().find(|(_, found, wanted)| found != wanted);
-        differs.map_or(Ok(()), |(what, found, wanted)| {
-            Err(CasesError::Differs {
-                path: path.to_owned(),
-                what,
-                found,
-                other: name.to_owned(),
-                wanted,
-            })
-        })
+        let same = |what, texts| same(path, name, what, texts);
+        let input = |i: &Input| format!("{} {:08x}", i.path.display(), i.checksum);
+        let inputs = |h: &Self| h.inputs.iter().map(input).collect::<Vec<_>>().join(", ");
+        let both = [self, other];
+        same(
+            "command",
+            both.map(|h| format!("taut {}", h.command.join(" "))),
+        )?;
+        same("version", both.map(|h| h.version.clone()))?;
+        same("content of what it reads", both.map(inputs))?;
+        same("number of shards", both.map(|h| h.shard.of.to_string()))
     }
+}
+
+/// Refuses what a file has otherwise than `name`.
+fn same(
+    path: &Path,
+    name: &str,
+    what: &'static str,
+    [found, wanted]: [String; 2],
+) -> Result<(), CasesError> {
+    if found == wanted {
+        return Ok(());
+    }
+    Err(CasesError::Differs {
+        path: path.to_owned(),
+        what,
+        found,
+        other: name.to_owned(),
+        wanted,
+    })
 }
 
 /// A case of a study: its stage, and its place there from 0.
@@ -106,6 +106,8 @@ pub struct Item {
     key: Key,
     /// CRC-32 of what the case is.
     pub(super) label: u32,
+    /// CRC-32 of the record.
+    checksum: u32,
     /// What it came to, as encoded CBOR.
     record: Value,
 }
@@ -117,15 +119,19 @@ impl Item {
             Ok(()) => Ok(Self {
                 key,
                 label,
+                checksum: crc32fast::hash(&bytes),
                 record: Value::Bytes(bytes),
             }),
             Err(e) => Err(CasesError::Record(key, e.to_string())),
         }
     }
 
+    fn bytes(&self) -> &[u8] {
+        self.record.as_bytes().map_or(&[], Vec::as_slice)
+    }
+
     pub(super) fn decoded<T: DeserializeOwned>(&self) -> Result<T, CasesError> {
-        let bytes = self.record.as_bytes().map_or(&[][..], Vec::as_slice);
-        let decoded = ciborium::from_reader(bytes);
+        let decoded = ciborium::from_reader(self.bytes());
         decoded.map_err(|e| CasesError::Record(self.key.clone(), e.to_string()))
     }
 }
@@ -177,6 +183,7 @@ impl Written {
     /// [`CasesError`].
     pub fn read(path: &Path) -> Result<Self, CasesError> {
         let failed = |source| CasesError::File(error(path, "read", source));
+        regular(path)?;
         let file = File::open(path).map_err(failed)?;
         lock(path, file.try_lock_shared())?;
         Self::of(path, &content(&file).map_err(failed)?)
@@ -219,8 +226,9 @@ impl Written {
                 Some(Entry::End(all)) => written.all = Some(all),
                 Some(Entry::Machine(machine)) => written.machines.push(machine),
                 Some(Entry::Case(item)) => {
+                    let is_whole = crc32fast::hash(item.bytes()) == item.checksum;
                     let other = written.known.insert(item.key.clone(), item);
-                    if other.is_some() {
+                    if !is_whole || other.is_some() {
                         return Err(damaged());
                     }
                 }
@@ -234,6 +242,14 @@ fn error(path: &Path, doing: &'static str, source: io::Error) -> FileError {
         path: path.to_owned(),
         doing,
         source,
+    }
+}
+
+/// Refuses what is no file, such as a pipe, whose reading might never end.
+fn regular(path: &Path) -> Result<(), CasesError> {
+    match fs::metadata(path) {
+        Ok(there) if !there.is_file() => Err(CasesError::NotCases(path.to_owned())),
+        _ => Ok(()),
     }
 }
 
@@ -289,6 +305,7 @@ impl Journal {
         if let Some(folder) = path.parent().filter(|p| !p.as_os_str().is_empty()) {
             files::make_folder(folder)?;
         }
+        regular(path)?;
         let mut options = File::options();
         options.read(true).write(true).create(true).truncate(false);
         let file = options.open(path).map_err(failed)?;
@@ -298,6 +315,8 @@ impl Journal {
             Err(e @ CasesError::NotCases(_)) => return Err(e),
             Ok(written) if resume => {
                 written.header.check(path, &header, "this run")?;
+                let shards = [&written.header, &header].map(|h| h.shard.to_string());
+                same(path, "this run", "shard", shards)?;
                 written
             }
             // Of a run that was killed before its first case there is nothing to resume.
@@ -362,4 +381,38 @@ impl Journal {
 
 fn encode(value: &impl Serialize, bytes: &mut Vec<u8>) -> io::Result<()> {
     ciborium::into_writer(value, bytes).map_err(io::Error::other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Cases;
+    use super::*;
+
+    /// A study does not end for a file that nobody asked for, and ends for one that somebody did.
+    #[test]
+    fn a_file_that_fails_ends_the_run_where_it_was_asked_for() {
+        for (is_asked_for, name) in [(true, "asked"), (false, "unasked")] {
+            let folder = std::env::temp_dir().join(format!("taut-{name}-{}", std::process::id()));
+            let path = folder.join("a.cases");
+            let header = Header {
+                version: String::new(),
+                command: Vec::new(),
+                inputs: Vec::new(),
+                shard: Shard::WHOLE,
+            };
+            let opened = Journal::open(&path, header, String::new(), false, is_asked_for);
+            let (mut journal, _) = opened.expect("opened");
+            // One that cannot be written.
+            journal.file = File::open(&path).expect("there");
+            let cases = Cases::new(Shard::WHOLE, Known::new(), Some(journal));
+            let run = |k: &usize| Ok::<_, CasesError>(*k);
+            let records = cases.in_turn("numbers", &[7, 8], |_| 1.0, run);
+            assert_eq!(records.is_err(), is_asked_for);
+            if let Ok(records) = records {
+                assert_eq!(records.all().expect("all"), [7, 8]);
+                cases.finish().expect("nothing to close");
+            }
+            fs::remove_dir_all(&folder).expect("removed");
+        }
+    }
 }
