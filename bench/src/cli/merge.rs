@@ -42,6 +42,11 @@ pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
     let call = study::call(&cli)?.ok_or_else(unknown)?;
     let own = cases::header(&call, joined.header.shard)?;
     joined.header.check(first, &own, "this program")?;
+    if args.csv.is_some() && call.study.sheets.is_empty() {
+        let words = call.words.join(" ");
+        let message = format!("`taut {words}` has no table of rows for `--csv`: use `--json`");
+        return Err(Failure::Input(message));
+    }
     let outputs = Outputs::open(
         &call,
         args.json.as_deref(),

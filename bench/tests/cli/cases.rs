@@ -37,21 +37,16 @@ fn page(at: &Path, study: &str) -> Value {
     report
 }
 
-/// Runs a study in three shards and merges them, the last first: what that prints.
-fn merged(at: &PathBuf, study: &str, call: &str) -> String {
+/// Runs a study in three shards and merges them, the last first, with an option of the merge: what that prints.
+fn merged(at: &PathBuf, study: &str, call: &str, option: &str) -> String {
     for shard in 1..=3 {
         let told = good(at, &format!("{call} --shard {shard}/3"));
         assert_eq!(told.lines().count(), 1, "{told}");
         assert!(told.starts_with(&format!("shard {shard}/3: ")), "{told}");
     }
     let files = [3, 1, 2].map(|k| format!("target/taut/{study}.{k}-of-3.cases"));
-    good(
-        at,
-        &format!(
-            "merge {} --json merged.json --csv merged.csv",
-            files.join(" ")
-        ),
-    )
+    let files = files.join(" ");
+    good(at, &format!("merge {files} --json merged.json {option}"))
 }
 
 #[test]
@@ -67,7 +62,11 @@ fn three_shards_merged_are_one_run() {
         let at = folder(&format!("shards_{study}"));
         let whole = good(&at, &format!("{call} --json whole.json --csv whole.csv"));
         let own = page(&at, study);
-        assert_eq!(merged(&at, study, call), whole, "{study}");
+        assert_eq!(
+            merged(&at, study, call, "--csv merged.csv"),
+            whole,
+            "{study}"
+        );
         assert_eq!(page(&at, study), own, "{study}");
         for ending in ["json", "csv"] {
             let [a, b] = ["whole", "merged"].map(|name| {
@@ -105,7 +104,7 @@ fn three_shards_merged_are_one_run_but_for_times() {
         let at = folder(&format!("timed_{study}"));
         good(&at, &format!("{call} --json whole.json"));
         let own = page(&at, study);
-        merged(&at, study, call);
+        merged(&at, study, call, "");
         let [a, b] = ["whole.json", "merged.json"].map(|name| untimed(&read(&at, name)));
         assert_eq!(a, b, "{study}");
         let merged = page(&at, study);
@@ -121,8 +120,15 @@ fn experiments_that_end_in_checks_are_merged() {
     let at = folder("shards_checks");
     let call = "hard H01 H46 --quick";
     let whole = good(&at, &format!("{call} --json whole.json"));
-    assert_eq!(merged(&at, "hard", call), whole);
+    assert_eq!(merged(&at, "hard", call, ""), whole);
     assert_eq!(read(&at, "merged.json"), read(&at, "whole.json"));
+    let files =
+        "target/taut/hard.1-of-3.cases target/taut/hard.2-of-3.cases target/taut/hard.3-of-3.cases";
+    refused(
+        &at,
+        &format!("merge {files} --csv a.csv"),
+        &["taut hard", "--csv"],
+    );
     let call = "paper table1 fig2 --quick --out figures";
     let whole = good(&at, call);
     let files = || {
@@ -137,7 +143,7 @@ fn experiments_that_end_in_checks_are_merged() {
     };
     let own = files();
     fs::remove_dir_all(at.join("figures")).expect("removed");
-    assert_eq!(merged(&at, "paper", call), whole);
+    assert_eq!(merged(&at, "paper", call, ""), whole);
     assert_eq!(files(), own);
 }
 
