@@ -3,8 +3,10 @@
 //! a check that could not be made, 128 + its number for a run that a signal ended.
 
 mod against;
+mod cases;
 mod console;
 mod matrix;
+mod merge;
 mod parse;
 mod report;
 mod run;
@@ -15,6 +17,7 @@ mod track;
 use clap::{ArgMatches, Args, Parser, Subcommand};
 use console::Console;
 use matrix::{DumpArgs, MatricesArgs, SolveArgs};
+use merge::MergeArgs;
 use report::ReportArgs;
 use scene::SceneArgs;
 use std::process::ExitCode;
@@ -67,6 +70,9 @@ enum Command {
     Scene(SceneArgs),
     Paper,
     Hard,
+    /// The shards of a study as one: tables, page and rows as the study itself writes them
+    #[command(after_help = merge::AFTER_HELP)]
+    Merge(MergeArgs),
     /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions
     #[command(
         after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence"
@@ -218,18 +224,19 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
         return told(&Failure::Input(format!("TAUT_SIMD: {e}")));
     }
     let console = Console { quiet: cli.quiet };
-    let done = match cli.command {
-        None | Some(Command::Bench | Command::Static | Command::Paper | Command::Hard) => {
-            study::run_own(&cli.matches, console)
-        }
-        Some(Command::Study(args)) => study::run(&args, console),
-        Some(Command::Run(args)) => run::run(&args, console),
-        Some(Command::Scene(args)) => scene::run(&args),
-        Some(Command::Dump(args)) => matrix::dump(&args, console),
-        Some(Command::Solve(args)) => matrix::solve(&args),
-        Some(Command::Matrices(args)) => matrix::matrices(&args, console),
-        Some(Command::Track(args)) => track::run(&args, console),
-        Some(Command::Report(args)) => report::run(&args, console),
+    let done = match &cli.command {
+        Some(Command::Merge(args)) => merge::run(args, console),
+        Some(Command::Run(args)) => run::run(args, console),
+        Some(Command::Scene(args)) => scene::run(args),
+        Some(Command::Dump(args)) => matrix::dump(args, console),
+        Some(Command::Solve(args)) => matrix::solve(args),
+        Some(Command::Matrices(args)) => matrix::matrices(args, console),
+        Some(Command::Track(args)) => track::run(args, console),
+        Some(Command::Report(args)) => report::run(args, console),
+        None
+        | Some(
+            Command::Study(_) | Command::Bench | Command::Static | Command::Paper | Command::Hard,
+        ) => study::run(&cli, console),
         Some(Command::Backends) => files::print(&table::backends()).map_err(Failure::from),
     };
     done.map_or_else(|failure| told(&failure), |()| ExitCode::SUCCESS)

@@ -17,7 +17,7 @@ mod sheets;
 pub use markdown::markdown;
 pub use page::{page, picture};
 
-use crate::machine::{self, Machine};
+use crate::machine;
 use crate::track::{self, HISTORY, HistoryError};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -77,16 +77,21 @@ pub struct Other {
 }
 
 impl Report {
-    /// Of what an experiment found on this machine, called with these arguments.
+    /// Of what an experiment found on a machine, or on several, called with these arguments.
     ///
     /// # Errors
     /// [`ReportError::Rows`].
-    pub fn new(study: &Study, found: Found, arguments: &[String]) -> Result<Self, ReportError> {
+    pub fn new(
+        study: &Study,
+        found: Found,
+        machine: String,
+        arguments: &[String],
+    ) -> Result<Self, ReportError> {
         let now = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
         let report = Self {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             command: machine::command(arguments),
-            machine: Machine::current().to_string(),
+            machine,
             compiler: machine::RUSTC.to_owned(),
             commit: machine::commit(),
             settings: found.settings,

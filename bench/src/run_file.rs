@@ -60,9 +60,15 @@ impl fmt::Display for RunFileError {
 
 impl std::error::Error for RunFileError {}
 
-/// What is written into it is counted in.
+/// A CRC-32: what is written into it is counted in.
 #[derive(Default)]
-struct Sum(crc32fast::Hasher);
+pub(crate) struct Sum(crc32fast::Hasher);
+
+impl Sum {
+    pub(crate) fn finalize(self) -> u32 {
+        self.0.finalize()
+    }
+}
 
 impl io::Write for Sum {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
@@ -90,7 +96,7 @@ impl RunFile {
     fn sum(&self) -> Result<u32, serde_json::Error> {
         let mut sum = Sum::default();
         serde_json::to_writer(&mut sum, &(&self.run, &self.yardstick, &self.driven))?;
-        Ok(sum.0.finalize())
+        Ok(sum.finalize())
     }
 
     /// Whether its content is what was written.

@@ -1,6 +1,6 @@
-use indicatif::ProgressBar;
 use taut_ground::poses::Pose;
 use taut_integrator::{Form, StepOptions};
+use taut_studies::cases::Cases;
 use taut_studies::linear::{BAR, Config, Record, run};
 use taut_tests::{allowed, compiled_direct};
 
@@ -21,7 +21,7 @@ fn sweep(step: StepOptions, ratios: &[f64], refinements: &[usize]) -> Vec<Record
         step,
         ..Config::default()
     };
-    run(&config, &ProgressBar::hidden()).expect("sound scenes")
+    run(&config, &Cases::default()).expect("sound scenes")
 }
 
 #[test]

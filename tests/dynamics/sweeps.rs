@@ -1,5 +1,5 @@
-use indicatif::ProgressBar;
 use taut_integrator::{GeometricStiffness, Scheme};
+use taut_studies::cases::Cases;
 use taut_studies::study::data;
 use taut_studies::{energy, stability};
 
@@ -14,7 +14,7 @@ fn assert_narrow(text: &str) {
 #[test]
 fn the_stability_map_agrees_with_linear_theory() {
     let config = stability::Config::quick();
-    let records = stability::run(&config, &ProgressBar::hidden()).expect("sound");
+    let records = stability::run(&config, &Cases::default()).expect("sound");
     let text = stability::text_tables(&data(&records).expect("data"), &config);
     println!("{text}");
     assert_narrow(&text);
@@ -49,7 +49,7 @@ fn the_default_scheme_keeps_what_it_promises() {
         steps: 24_000,
         ..quick
     };
-    let results = energy::run(&config, &ProgressBar::hidden()).expect("sound");
+    let results = energy::run(&config, &Cases::default()).expect("sound");
     let text = energy::text_tables(&data(&results).expect("data"), &config);
     println!("{text}");
     assert_narrow(&text);

@@ -3,12 +3,12 @@
 
 use crate::random::Random;
 use nalgebra::{UnitQuaternion, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use taut_model::{HoistParams, Scene, SceneError};
 
 /// The pose of a hoist.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pose {
     /// Hanging in equilibrium, with the random angular velocities of the parameters.

@@ -2,13 +2,14 @@
 //! the paper and the hard cases end in.
 
 use crate::plot::{self, Chart, PlotError};
-use serde::{Serialize, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use std::borrow::Cow;
 use std::error::Error;
 use std::fmt;
 use taut_solver::{SolveReport, Status};
 
 /// A reference beside ours.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Check {
     /// What is compared: experiment, row, quantity.
     pub case: String,
@@ -17,11 +18,15 @@ pub struct Check {
     /// What comes out here, as text with its unit.
     pub ours: String,
     /// Both as numbers, where they are.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Compared>,
     /// Distance of ours from the reference in the criterion's measure. In JSON, where what is no number is null as
     /// well as what is not there, [`Check::reached`] stands beside it and tells them apart.
-    #[serde(flatten, serialize_with = "with_reached")]
+    #[serde(
+        flatten,
+        serialize_with = "with_reached",
+        deserialize_with = "without_reached"
+    )]
     pub error: Option<f64>,
     /// What that distance may be.
     pub bar: Option<f64>,
@@ -36,14 +41,14 @@ pub struct Check {
 }
 
 /// A number and its reference.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Compared {
     /// What the paper or the theory says.
     pub reference: f64,
     /// What comes out here.
     pub ours: f64,
     /// The unit of both; empty for a ratio.
-    pub unit: &'static str,
+    pub unit: Cow<'static, str>,
 }
 
 /// How the distance of a number from its reference is measured.
@@ -140,13 +145,22 @@ fn with_reached<S: Serializer>(error: &Option<f64>, to: S) -> Result<S::Ok, S::E
     both.serialize(to)
 }
 
+/// Reads the error alone.
+fn without_reached<'de, D: Deserializer<'de>>(from: D) -> Result<Option<f64>, D::Error> {
+    #[derive(Deserialize)]
+    struct Alone {
+        error: Option<f64>,
+    }
+    Ok(Alone::deserialize(from)?.error)
+}
+
 /// Most that the error of an answer may be, relative to the exact one, of which the solver says itself that it has not
 /// converged. On a definite system neither Gauss–Seidel nor conjugate gradient ever leaves the distance from the solution
 /// that it starts with, in the norm of energy; in that of the largest component this is room for it, and no more.
 pub const UNCONVERGED: f64 = 10.0;
 
 /// Where an error comes from, in the criterion's measure. A part is `None` where it is not measured, or does not exist.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Parts {
     /// Ours against the exact answer of the discrete model: what solver and rounding leave.
     pub algebraic: Option<f64>,
@@ -157,7 +171,7 @@ pub struct Parts {
 }
 
 /// What a [`Check`] found: pass, fail, not yet and limit speak of what is ours, the others of what the paper says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Our own bar is kept.
@@ -263,7 +277,7 @@ impl Check {
             compared: Some(Compared {
                 reference,
                 ours,
-                unit,
+                unit: unit.into(),
             }),
             criterion: measure.name().to_owned(),
             ..Self::within(case, shown(reference), shown(ours), error, bar)
@@ -462,7 +476,7 @@ impl Check {
 }
 
 /// What an experiment ends in.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Outcome {
     /// Published beside ours, row by row.
     pub checks: Vec<Check>,
@@ -471,7 +485,7 @@ pub struct Outcome {
     /// The measured rows as CSV, with a header.
     pub csv: String,
     /// Rows of another kind, each with the ending of its file's name.
-    pub more_csv: Vec<(&'static str, String)>,
+    pub more_csv: Vec<(Cow<'static, str>, String)>,
     /// Charts.
     pub charts: Vec<Chart>,
 }

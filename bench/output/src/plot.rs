@@ -13,12 +13,13 @@ pub use draw::{picture, svg, svg_for_page};
 pub use look::{Dash, Look, Shape};
 
 use crate::notation::number;
+use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::ops::Range;
 use ticks::Scale;
 
 /// An axis.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Axis {
     /// What it shows, with its unit.
     pub label: String,
@@ -98,7 +99,7 @@ impl Axis {
 }
 
 /// How a series is drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Mark {
     /// Straight lines from point to point.
     #[default]
@@ -126,7 +127,7 @@ impl Mark {
 }
 
 /// A series of a chart.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Series {
     /// Its name in the legend.
     pub name: String,
@@ -164,7 +165,7 @@ impl Series {
 }
 
 /// One panel.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Chart {
     /// Title.
     pub title: String,

@@ -80,7 +80,7 @@ pub(crate) fn run(args: &ReportArgs, console: Console) -> Result<(), Failure> {
 }
 
 /// The arguments that the program was called with.
-fn arguments() -> Vec<String> {
+pub(crate) fn arguments() -> Vec<String> {
     let arguments = std::env::args_os().skip(1);
     arguments
         .map(|a| a.to_string_lossy().into_owned())
@@ -89,9 +89,15 @@ fn arguments() -> Vec<String> {
 
 /// Writes the page of an experiment, and its data. The tables are out by then: a page that cannot be written costs the page
 /// only.
-pub(crate) fn write(study: &Study, found: Found, console: Console) -> Result<(), Failure> {
+pub(crate) fn write(
+    study: &Study,
+    found: Found,
+    machine: String,
+    arguments: &[String],
+    console: Console,
+) -> Result<(), Failure> {
     let write = || {
-        let report = Report::new(study, found, &arguments())?;
+        let report = Report::new(study, found, machine, arguments)?;
         report::write(&report, &Output::open(Path::new(PAGE))?)?;
         let data = format!("target/taut/{}.report.json", study.name);
         Ok::<(), ReportError>(files::write_json(Path::new(&data), &report)?)

@@ -2,15 +2,16 @@
 //! and written here.
 
 use super::Failure;
+use super::cases::{self, CasesArgs, Opened};
 use super::console::Console;
-use super::report;
-use crate::machine::Machine;
+use super::{Cli, Command as Commands, report};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, value_parser};
 use std::path::{Path, PathBuf};
-use taut_ground::files::{self, Output};
+use taut_ground::files::{self, FileError, Output};
 use taut_output::check::ExperimentError;
 use taut_output::row;
+use taut_studies::cases::Cases;
 use taut_studies::studies::{self, BENCH, STUDIES};
 use taut_studies::study::{Found, Reporter, Study};
 
@@ -92,15 +93,16 @@ pub(crate) fn with_options(command: Command, study: &Study) -> Command {
         "Writes {} to a file as well (`-` for standard output, which then holds nothing else)",
         study.writes
     );
-    (study.options)(command).arg(file("json", json))
+    CasesArgs::augment_args((study.options)(command)).arg(file("json", json))
 }
 
-/// An option for a file that is written.
+/// An option for a file of rows, of which a shard has not all.
 fn file(name: &'static str, help: impl Into<String>) -> Arg {
     Arg::new(name)
         .long(name)
         .value_name("PATH")
         .value_parser(value_parser!(PathBuf))
+        .conflicts_with("shard")
         .help(help.into())
 }
 
@@ -113,34 +115,132 @@ fn list() -> String {
     )
 }
 
-/// Runs the study asked for; without one, lists them all.
-pub(crate) fn run(args: &StudyArgs, console: Console) -> Result<(), Failure> {
-    match &args.0 {
-        Some((study, matches)) => perform(study, matches, console),
+/// An experiment as it is called.
+pub(crate) struct Call<'a> {
+    /// The command, without its options.
+    pub(crate) words: Vec<&'static str>,
+    /// Whose options it has.
+    pub(crate) options: &'static Study,
+    /// What it runs.
+    pub(crate) study: &'static Study,
+    /// Its options.
+    pub(crate) matches: &'a ArgMatches,
+}
+
+/// The experiment that a command calls: the study asked for, else that of a command of its own, else the main job.
+pub(crate) fn call(cli: &Cli) -> Result<Option<Call<'_>>, Failure> {
+    if let Some(Commands::Study(args)) = &cli.command {
+        return Ok(args.0.as_ref().map(|(study, matches)| Call {
+            words: vec!["study", study.name],
+            options: study,
+            study,
+            matches,
+        }));
+    }
+    let (name, matches) = cli
+        .matches
+        .subcommand()
+        .unwrap_or((BENCH.name, &cli.matches));
+    let Some(options) = studies::named(name) else {
+        return Ok(None);
+    };
+    let is_main_job = options.name == BENCH.name;
+    Ok(Some(Call {
+        words: vec![options.name],
+        options,
+        study: if is_main_job {
+            studies::main_job(matches)?
+        } else {
+            options
+        },
+        matches,
+    }))
+}
+
+/// Runs the experiment that is called; lists the studies where none is.
+pub(crate) fn run(cli: &Cli, console: Console) -> Result<(), Failure> {
+    match call(cli)? {
+        Some(call) => perform(&call, console),
         None => Ok(files::print(&list())?),
     }
 }
 
-/// Runs the experiment whose command was given; without a command the main job.
-pub(crate) fn run_own(matches: &ArgMatches, console: Console) -> Result<(), Failure> {
-    let (name, matches) = matches.subcommand().unwrap_or((BENCH.name, matches));
-    let study = match studies::named(name) {
-        Some(study) if study.name != BENCH.name => study,
-        _ => studies::main_job(matches)?,
-    };
-    perform(study, matches, console)
+/// Where the rows go.
+pub(crate) struct Outputs {
+    json: Option<Output>,
+    csv: Option<Output>,
 }
 
-/// Runs an experiment, prints the machine and its text, writes rows and page. Code 1 where a bar of ours is missed.
-fn perform(study: &Study, matches: &ArgMatches, console: Console) -> Result<(), Failure> {
-    let read = (study.reads)(matches);
-    let read: Vec<&Path> = read.iter().map(PathBuf::as_path).collect();
-    let path = |name| matches.try_get_one::<PathBuf>(name).ok().flatten();
+impl Outputs {
+    /// Finds out whether these can be written, and are no files that are read: `read` and those of the call.
+    pub(crate) fn open(
+        call: &Call<'_>,
+        json: Option<&Path>,
+        csv: Option<&Path>,
+        read: &[PathBuf],
+    ) -> Result<Self, FileError> {
+        let own = (call.study.reads)(call.matches);
+        let read: Vec<&Path> = own.iter().chain(read).map(PathBuf::as_path).collect();
+        let [json, csv] = files::open([("--json", json), ("--csv", csv)], &read)?;
+        Ok(Self { json, csv })
+    }
+
+    /// Whether standard output holds rows, and nothing else.
+    fn are_rows_alone(&self) -> bool {
+        self.json.iter().chain(&self.csv).any(Output::is_stdout)
+    }
+}
+
+/// Runs an experiment, or a shard of it.
+fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
+    let path = |name| call.matches.try_get_one::<PathBuf>(name).ok().flatten();
     let [json, csv] = ["json", "csv"].map(|name| path(name).map(PathBuf::as_path));
-    let [json, csv] = files::open([("--json", json), ("--csv", csv)], &read)?;
-    let are_rows_alone = json.iter().chain(&csv).any(Output::is_stdout);
-    let bar = console.progress(0).with_message(study.name);
-    let machine = Machine::current().to_string();
+    let outputs = Outputs::open(call, json, csv, &[])?;
+    let Opened {
+        cases,
+        machine,
+        path,
+    } = cases::open(call)?;
+    let cases = cases.shown_by(console.progress(0));
+    if cases.is_whole() {
+        return tell(
+            call,
+            &cases,
+            machine,
+            &report::arguments(),
+            &outputs,
+            console,
+        );
+    }
+    let mut reporter = Reporter {
+        cases: &cases,
+        machine,
+        say: &mut |_| Ok(()),
+    };
+    let done = Cases::unless_elsewhere((call.study.run)(call.matches, &mut reporter));
+    cases.bar().finish_and_clear();
+    done.map_err(failed)?;
+    cases.finish()?;
+    if !console.quiet {
+        files::print(&format!("{}: {}\n", cases.told(), path.display()))?;
+    }
+    Ok(())
+}
+
+fn failed(e: ExperimentError) -> Failure {
+    Failure::Input(e.to_string())
+}
+
+/// Runs an experiment whole, prints the machine and its text, writes rows and page. Code 1 where a bar of ours is missed.
+pub(crate) fn tell(
+    call: &Call<'_>,
+    cases: &Cases,
+    machine: String,
+    arguments: &[String],
+    outputs: &Outputs,
+    console: Console,
+) -> Result<(), Failure> {
+    let are_rows_alone = outputs.are_rows_alone();
     let mut text = String::new();
     let mut say = |part: &str| {
         let start = text.len();
@@ -149,26 +249,26 @@ fn perform(study: &Study, matches: &ArgMatches, console: Console) -> Result<(), 
         }
         text.push_str(part);
         if !are_rows_alone {
-            bar.suspend(|| files::print(&text[start..]))?;
+            cases.bar().suspend(|| files::print(&text[start..]))?;
         }
         Ok(())
     };
     let mut reporter = Reporter {
-        progress: &bar,
+        cases,
         machine: machine.clone(),
         say: &mut say,
     };
-    let found = (study.run)(matches, &mut reporter);
-    bar.finish_and_clear();
-    let failed = |e: ExperimentError| Failure::Input(e.to_string());
+    let found = (call.study.run)(call.matches, &mut reporter);
+    cases.bar().finish_and_clear();
     let mut found = found.map_err(failed)?;
+    cases.finish()?;
     say(&found.text).map_err(failed)?;
     found.text = text;
-    if let Some(csv) = &csv {
-        let rows = row::rows_of(&found.rows, study.sheets[0].list);
+    if let Some(csv) = &outputs.csv {
+        let rows = row::rows_of(&found.rows, call.study.sheets[0].list);
         csv.write(|out| row::csv(&rows, out))?;
     }
-    if let Some(json) = &json {
+    if let Some(json) = &outputs.json {
         json.json(&found.rows)?;
     }
     let notes = if are_rows_alone {
@@ -176,9 +276,9 @@ fn perform(study: &Study, matches: &ArgMatches, console: Console) -> Result<(), 
     } else {
         console
     };
-    write_copy(study, &found, notes)?;
+    write_copy(call.study, &found, notes)?;
     let missed = found.missed.take();
-    report::write(study, found, notes)?;
+    report::write(call.study, found, machine, arguments, notes)?;
     missed.map_or(Ok(()), |missed| Err(Failure::Check(missed)))
 }
 

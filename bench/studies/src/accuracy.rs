@@ -10,7 +10,7 @@ mod table;
 
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
+use crate::cases::Cases;
 use nalgebra::Vector3;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,7 @@ use taut_ground::reference::{self, Converged};
 use taut_ground::trajectory::{Timing, Trajectory, simulate, steps_in};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, JointKind};
+use taut_output::check::ExperimentError;
 use taut_solver::Backend;
 
 /// How the anchor is driven.
@@ -32,7 +33,7 @@ pub enum Drive {
 }
 
 /// One scene of the sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Case {
     /// Kind of the inner joints.
     pub joint: JointKind,
@@ -227,7 +228,7 @@ impl Config {
 }
 
 /// One run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// The scene.
     #[serde(flatten)]
@@ -281,7 +282,7 @@ impl Record {
 }
 
 /// What parts of the step cost: ratios of step times within one run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cost {
     /// Segments of the cable.
     pub segments: usize,
@@ -302,65 +303,50 @@ pub struct Results {
     pub costs: Vec<Cost>,
 }
 
-/// Runs the sweep.
+/// Runs the sweep. A scene is a case, with its reference and all its runs; so are the costs of each size.
 ///
 /// # Errors
 /// Scenes or options that are not sound. Runs that end early are results.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let frame = 1.0 / config.rates.first().copied().unwrap_or(60.0);
     let frames = steps_in(config.time, frame);
-    progress.set_length(config.cases.len() as u64);
-    progress.set_message("references");
-    let references: Vec<Converged> = config
-        .cases
-        .par_iter()
-        .map(|case| {
-            let reference = reference::converged(&case.params(), frame, frames);
-            progress.inc(1);
-            reference
-        })
-        .collect::<Result<_, _>>()?;
-    let fewest = config.cases.iter().map(|c| c.segments).min();
-    let mut tasks = Vec::new();
-    for (case, reference) in config.cases.iter().zip(&references) {
-        for setting in &config.settings {
-            tasks.push((case, reference, setting.clone(), frame));
-        }
-        let default = settings().swap_remove(0);
-        for rate in config.rates.iter().skip(1) {
-            tasks.push((case, reference, default.clone(), 1.0 / rate));
-        }
-        let chosen = case.joint == JointKind::Cosserat
-            && case.drive == Drive::Aside
-            && Some(case.segments) == fewest
-            && config.choice_ratios.contains(&case.mass_ratio);
-        if chosen {
-            for setting in solver_settings(config) {
-                tasks.push((case, reference, setting, frame));
-            }
-        }
-    }
-    progress.set_position(0);
-    progress.set_length(tasks.len() as u64);
-    progress.set_message("runs");
-    let records = tasks
-        .par_iter()
-        .map(|(case, reference, setting, dt)| {
-            let record = run_one(case, reference, setting, *dt, config.time);
-            progress.inc(1);
-            record
-        })
-        .collect::<Result<_, _>>()?;
-    progress.set_message("costs");
+    let cost = |case: &Case| (case.segments * runs_of(config, case, frame).len()) as f64;
+    let records = cases.parallel("scenes", &config.cases, cost, |case| {
+        let reference = reference::converged(&case.params(), frame, frames)?;
+        let runs = runs_of(config, case, frame).into_par_iter();
+        let run = |(setting, dt)| run_one(case, &reference, &setting, dt, config.time);
+        runs.map(run).collect::<Result<Vec<_>, StepError>>()
+    })?;
     let mut sizes: Vec<usize> = config.cases.iter().map(|c| c.segments).collect();
     sizes.sort_unstable();
     sizes.dedup();
-    let costs = sizes
-        .into_iter()
-        .map(costs)
-        .collect::<Result<Vec<_>, _>>()?
-        .concat();
-    Ok(Results { records, costs })
+    let costs = cases.in_turn("costs", &sizes, |n| *n as f64, |n| costs(*n))?;
+    Ok(Results {
+        records: records.all()?.concat(),
+        costs: costs.all()?.concat(),
+    })
+}
+
+/// The runs of a scene, each with its Δt \[s].
+fn runs_of(config: &Config, case: &Case, frame: f64) -> Vec<(Setting, f64)> {
+    let own = config.settings.iter().cloned();
+    let mut runs: Vec<_> = own.map(|setting| (setting, frame)).collect();
+    let default = settings().swap_remove(0);
+    let finer = config.rates.iter().skip(1);
+    runs.extend(finer.map(|rate| (default.clone(), 1.0 / rate)));
+    let fewest = config.cases.iter().map(|c| c.segments).min();
+    let chosen = case.joint == JointKind::Cosserat
+        && case.drive == Drive::Aside
+        && Some(case.segments) == fewest
+        && config.choice_ratios.contains(&case.mass_ratio);
+    if chosen {
+        runs.extend(
+            solver_settings(config)
+                .into_iter()
+                .map(|setting| (setting, frame)),
+        );
+    }
+    runs
 }
 
 /// The default with every solver: direct ones with 0, 1 and 2 refinements, the others over their iterations.

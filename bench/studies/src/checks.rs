@@ -3,7 +3,6 @@
 use crate::study::{Found, Reporter, data};
 use indicatif::ProgressBar;
 use serde::Serialize;
-use std::collections::HashSet;
 use std::fmt::Write;
 use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
 use taut_output::settings::set;
@@ -67,25 +66,40 @@ fn failed(e: &ExperimentError) -> Outcome {
     vec![ended].into()
 }
 
-/// Runs the experiments, each once, tells their tables, gives each outcome to `write`.
+/// Runs the experiments, each once and each a case, tells their tables, gives each outcome to `write`.
 pub(crate) fn run(
     catalogue: &Catalogue,
     reporter: &mut Reporter<'_>,
     write: &dyn Fn(&Experiment, &Outcome) -> Result<(), ExperimentError>,
 ) -> Result<Found, ExperimentError> {
     (reporter.say)(&format!("{}\n", catalogue.legend))?;
-    let mut seen = HashSet::new();
-    let mut rows: Vec<Row> = Vec::new();
+    let mut experiments: Vec<Experiment> = Vec::new();
     for experiment in &catalogue.experiments {
-        let Experiment { name, title, .. } = *experiment;
-        if !seen.insert(name) {
-            continue;
+        if !experiments
+            .iter()
+            .any(|known| known.name == experiment.name)
+        {
+            experiments.push(*experiment);
         }
-        reporter.progress.reset();
-        reporter.progress.set_message(name);
+    }
+    let names: Vec<_> = experiments.iter().map(|e| e.name).enumerate().collect();
+    let bar = reporter.cases.bar();
+    let outcome = |(k, name): &(usize, &'static str)| {
+        bar.reset();
+        bar.set_message(*name);
         // The others are still told.
-        let outcome = experiment.outcome(catalogue.quick, reporter.progress);
-        let outcome = outcome.unwrap_or_else(|e| failed(&e));
+        let outcome = experiments[*k].outcome(catalogue.quick, bar);
+        Ok::<_, ExperimentError>(outcome.unwrap_or_else(|e| failed(&e)))
+    };
+    let outcomes = reporter.cases.each("experiments", &names, |_| 1.0, outcome);
+    let mut rows: Vec<Row> = Vec::new();
+    for (experiment, outcome) in experiments.iter().zip(outcomes) {
+        let outcome = outcome?;
+        // A shard tells nothing.
+        let Some(outcome) = outcome.filter(|_| reporter.cases.is_whole()) else {
+            continue;
+        };
+        let Experiment { name, title, .. } = *experiment;
         write(experiment, &outcome)?;
         let shown = table::checks(&outcome, catalogue.reference);
         (reporter.say)(&format!("\n{name}: {title}\n{shown}"))?;

@@ -19,11 +19,11 @@ pub(crate) use study::STUDY;
 pub use swing::{Amplitude, Pendulum, Swing, pendulum};
 pub use table::text_tables;
 
-use indicatif::ProgressBar;
-use rayon::prelude::*;
-use serde::Serialize;
-use taut_integrator::{GeometricStiffness, Guard, Scheme, StepError, StepOptions};
+use crate::cases::Cases;
+use serde::{Deserialize, Serialize};
+use taut_integrator::{GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_model::HoistParams;
+use taut_output::check::ExperimentError;
 
 /// A scheme with its geometric stiffness.
 pub type Setting = (Scheme, GeometricStiffness);
@@ -159,23 +159,41 @@ fn options((scheme, stiffness): Setting, dt: f64, guarded: bool) -> StepOptions 
 }
 
 /// One run of one of the experiments.
+#[derive(Debug)]
 enum Task<'a> {
     Swing(f64, Setting, usize),
     Band(&'a BandCase),
     Spin(Setting, f64),
 }
 
+#[derive(Serialize, Deserialize)]
 enum Row {
     Swing(Swing),
     Band(Band),
     Spin(Spin),
 }
 
-/// Runs the three experiments, in parallel. `progress` advances once for each run.
+impl Task<'_> {
+    /// Its steps, of all segments.
+    fn cost(&self, config: &Config) -> f64 {
+        let steps = |time: f64, dt: f64| time / dt;
+        let (steps, segments) = match *self {
+            Self::Band(case) => (config.steps as f64, case.segments),
+            Self::Swing(_, _, finer) => {
+                let steps = steps(config.moments[1], config.dt / finer as f64);
+                (steps, config.segments)
+            }
+            Self::Spin(_, dt) => (steps(config.spin_time, dt), spin::RODS),
+        };
+        steps * segments as f64
+    }
+}
+
+/// Runs the three experiments, in parallel, each run a case.
 ///
 /// # Errors
 /// Scenes and options that are not sound; an unstable run is none.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     // The longest runs come first.
     let mut tasks: Vec<Task<'_>> = config.bands.iter().map(Task::Band).collect();
     for &ratio in &config.ratios {
@@ -187,26 +205,16 @@ pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError
         let dts = config.spin_dts.iter();
         tasks.extend(dts.map(|&dt| Task::Spin(setting, dt)));
     }
-    progress.set_length(tasks.len() as u64);
-    let rows: Vec<Row> = tasks
-        .par_iter()
-        .with_max_len(1)
-        .map(|task| {
-            let row = match *task {
-                Task::Swing(ratio, setting, finer) => {
-                    swing::run(config, ratio, setting, finer).map(Row::Swing)
-                }
-                Task::Band(case) => {
-                    band::run(case, config.steps, config.dt, progress).map(Row::Band)
-                }
-                Task::Spin(setting, dt) => spin::run(setting, dt, config.spin_time).map(Row::Spin),
-            };
-            progress.inc(1);
-            row
-        })
-        .collect::<Result<_, _>>()?;
+    let cost = |task: &Task<'_>| task.cost(config);
+    let rows = cases.parallel("runs", &tasks, cost, |task| match *task {
+        Task::Swing(ratio, setting, finer) => {
+            swing::run(config, ratio, setting, finer).map(Row::Swing)
+        }
+        Task::Band(case) => band::run(case, config.steps, config.dt, cases.bar()).map(Row::Band),
+        Task::Spin(setting, dt) => spin::run(setting, dt, config.spin_time).map(Row::Spin),
+    })?;
     let mut results = Results::default();
-    for row in rows {
+    for row in rows.all()? {
         match row {
             Row::Swing(r) => results.swings.push(r),
             Row::Band(r) => results.bands.push(r),

@@ -32,12 +32,13 @@ mod table;
 pub use search::Outcome;
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
-use serde::Serialize;
+use crate::cases::Cases;
+use serde::{Deserialize, Serialize};
 use taut_ground::engine::motion::{self, Motion};
 use taut_ground::engine::{self, Engine, Setting, doubling};
 use taut_integrator::StepError;
 use taut_model::HoistParams;
+use taut_output::check::ExperimentError;
 
 /// What the sweep runs.
 #[derive(Debug, Clone, PartialEq)]
@@ -84,7 +85,7 @@ impl Config {
 }
 
 /// One row: an engine in a setting on a cable.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Segments of the cable.
     pub segments: usize,
@@ -111,34 +112,35 @@ pub struct Record {
     pub reference_error: f64,
 }
 
-/// Runs the sweep: of each cable one engine after the other, then the times of all rows in turns.
+/// Runs the sweep: of each cable, a case, one engine after the other, then the times of all rows in turns.
 ///
 /// # Errors
 /// Scenes or options that are not sound. Runs that end early are results.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
-    let mut records: Vec<Record> = Vec::new();
+pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
+    let over_ratios = |&n: &usize| config.ratios.iter().map(move |&ratio| (n, ratio));
+    let cables: Vec<(usize, f64)> = config.segments.iter().flat_map(over_ratios).collect();
+    let cost = |(segments, _): &(usize, f64)| *segments as f64;
+    let rows = cases.in_turn("engines", &cables, cost, |&(segments, ratio)| {
+        rows(config, segments, ratio)
+    })?;
+    Ok(rows.all()?.concat())
+}
+
+fn rows(config: &Config, segments: usize, mass_ratio: f64) -> Result<Vec<Record>, StepError> {
+    let cable = search::Cable::new(config, segments, mass_ratio)?;
     let engines = engines();
-    progress.set_length((config.segments.len() * config.ratios.len() * engines.len()) as u64);
-    for &segments in &config.segments {
-        for &mass_ratio in &config.ratios {
-            let cable = search::Cable::new(config, segments, mass_ratio)?;
-            let mut rows = Vec::new();
-            for engine in &engines {
-                progress.set_message(engine.name);
-                rows.extend(search::rows(config, &cable, engine)?);
-                progress.inc(1);
-            }
-            progress.set_message("times");
-            cable.time(&mut rows)?;
-            let ours = rows.first().map_or(f64::NAN, |r| r.1.outcome.frame_ns_min);
-            records.extend(rows.into_iter().map(|(_, record)| Record {
-                ns_per_joint: record.outcome.frame_ns_min / (segments + 1) as f64,
-                over_ours: record.outcome.frame_ns_min / ours,
-                ..record
-            }));
-        }
+    let mut rows = Vec::new();
+    for engine in &engines {
+        rows.extend(search::rows(config, &cable, engine)?);
     }
-    Ok(records)
+    cable.time(&mut rows)?;
+    let ours = rows.first().map_or(f64::NAN, |r| r.1.outcome.frame_ns_min);
+    let rows = rows.into_iter().map(|(_, record)| Record {
+        ns_per_joint: record.outcome.frame_ns_min / (segments + 1) as f64,
+        over_ours: record.outcome.frame_ns_min / ours,
+        ..record
+    });
+    Ok(rows.collect())
 }
 
 /// All engines that are compiled in; ours come first, and the first of their settings is the default.
@@ -195,7 +197,7 @@ mod tests {
             segments: vec![6],
             ..Config::quick()
         };
-        let records = run(&config, &ProgressBar::hidden()).expect("sound");
+        let records = run(&config, &Cases::default()).expect("sound");
         println!("{}", shown(&records, &config));
         (config, records)
     }
@@ -272,7 +274,7 @@ mod tests {
             ..Config::quick()
         };
         config.time = 0.5;
-        let records = run(&config, &ProgressBar::hidden()).expect("sound");
+        let records = run(&config, &Cases::default()).expect("sound");
         assert!(records.iter().all(|r| !r.within));
         let text = shown(&records, &config);
         assert!(

@@ -29,13 +29,14 @@ mod verdict;
 pub(crate) use study::STUDY;
 pub use verdict::{Verdict, verdicts};
 
+use crate::cases::Cases;
 use case::Case;
-use indicatif::ProgressBar;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::StepError;
 use taut_model::Network;
+use taut_output::check::ExperimentError;
 
 /// Steps from the start to the state of a case.
 pub const WARM_UP: usize = 30;
@@ -103,7 +104,7 @@ pub fn choices() -> Vec<Choice> {
 }
 
 /// Where an iteration starts.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Start {
     /// From zero.
@@ -118,7 +119,7 @@ impl Start {
 }
 
 /// One row: a solver, a start and an error to reach on a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the scene.
     pub scene: String,
@@ -166,46 +167,66 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
-/// Runs all cases, one after the other, since their times are measured. `progress` advances once for each solver of each
-/// case.
+/// A scene that the solvers are compared on.
+#[derive(Debug, Clone, Copy)]
+enum Subject {
+    Hoist(usize, f64),
+    Network(Network, usize),
+}
+
+impl Subject {
+    fn size(&self) -> usize {
+        let (Self::Hoist(size, _) | Self::Network(_, size)) = *self;
+        size
+    }
+
+    fn case(self, config: &Config) -> Result<Case, StepError> {
+        match self {
+            Self::Hoist(segments, ratio) => Case::hoist(config, segments, ratio),
+            Self::Network(network, size) => Case::network(config, network, size),
+        }
+    }
+}
+
+/// Runs all cases, one after the other, since their times are measured.
 ///
 /// # Errors
 /// A scene that cannot be built, the direct solver's failure; an iterative solver's own is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
-    let mut results = Results::default();
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
+    let mut omissions = Vec::new();
     let mut choices = Vec::new();
     for choice in &config.choices {
         match choice.check() {
             Ok(()) => choices.push(choice),
-            Err(e) => results.omissions.push(Omission {
+            Err(e) => omissions.push(Omission {
                 backend: choice.family(),
                 reason: e.to_string(),
             }),
         }
     }
-    let hoists = config.segments.len() * config.ratios.len();
-    progress.set_length(((hoists + config.networks.len()) * choices.len()) as u64);
-    let mut measure = |case: Case| -> Result<(), StepError> {
+    let mut subjects = Vec::new();
+    for &segments in &config.segments {
+        let ratios = config.ratios.iter();
+        subjects.extend(ratios.map(|&ratio| Subject::Hoist(segments, ratio)));
+    }
+    let networks = config.networks.iter();
+    subjects.extend(networks.map(|&(network, size)| Subject::Network(network, size)));
+    let cost = |subject: &Subject| subject.size() as f64;
+    let records = cases.in_turn("scenes", &subjects, cost, |subject| {
+        let case = subject.case(config)?;
         let direct = case.direct(config)?;
-        results.records.extend_from_slice(&direct);
+        let mut records = direct.clone();
         for choice in &choices {
             for start in Start::ALL {
-                let rows = case.iterative(config, choice, start, &direct);
-                results.records.extend(rows);
+                records.extend(case.iterative(config, choice, start, &direct));
             }
-            progress.inc(1);
         }
-        Ok(())
-    };
-    for &segments in &config.segments {
-        for &ratio in &config.ratios {
-            measure(Case::hoist(config, segments, ratio)?)?;
-        }
-    }
-    for &(network, size) in &config.networks {
-        measure(Case::network(config, network, size)?)?;
-    }
-    Ok(results)
+        Ok::<_, StepError>(records)
+    })?;
+    Ok(Results {
+        records: records.all()?.concat(),
+        omissions,
+    })
 }
 
 #[cfg(test)]
@@ -227,7 +248,7 @@ mod tests {
     #[test]
     fn rows_reach_what_they_say_and_no_fewer_iterations_do() {
         let config = tiny();
-        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         let compiled = config.choices.len() - results.omissions.len();
         assert_eq!(results.records.len(), 3 * 3 * (1 + 2 * compiled));
         for r in &results.records {

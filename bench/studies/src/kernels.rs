@@ -25,11 +25,12 @@ pub use case::{Case, Joint, System};
 pub use rival::{BATCH, Rival};
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
-use serde::Serialize;
+use crate::cases::Cases;
+use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_ground::choice::Omission;
 use taut_integrator::StepError;
+use taut_output::check::ExperimentError;
 use timing::Contestant;
 
 /// Time of a rival's turn.
@@ -78,7 +79,7 @@ impl Config {
 }
 
 /// One row: a rival on a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Segments of the cable.
     pub segments: usize,
@@ -126,26 +127,30 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
-/// Runs all rivals on all cases, case by case. `progress` advances once for each case.
+/// Runs all rivals on all cases, case by case.
 ///
 /// # Errors
 /// A scene that cannot be built or has no reference; a rival's own failure is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
-    let mut results = Results::default();
-    let cases = config.segments.len() * config.ratios.len() * config.joints.len();
-    progress.set_length(cases as u64);
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
+    let mut hoists = Vec::new();
     for &segments in &config.segments {
         for &ratio in &config.ratios {
-            for &joint in &config.joints {
-                let case = Case::new(joint, segments, ratio)?;
-                let (rivals, omissions) = taking_part(&config.rivals, &case);
-                results.records.extend(rows(&case, &rivals, config.share));
-                let new = |o: &Omission| !results.omissions.contains(o);
-                let new: Vec<Omission> = omissions.into_iter().filter(new).collect();
-                results.omissions.extend(new);
-                progress.inc(1);
-            }
+            hoists.extend(config.joints.iter().map(|&joint| (segments, ratio, joint)));
         }
+    }
+    // Each has its time, which a pass of a long cable exceeds.
+    let cost = |(segments, ..): &(usize, _, _)| (1000 + segments) as f64;
+    let parts = cases.in_turn("rivals", &hoists, cost, |&(segments, ratio, joint)| {
+        let case = Case::new(joint, segments, ratio)?;
+        let (rivals, omissions) = taking_part(&config.rivals, &case);
+        Ok::<_, StepError>((rows(&case, &rivals, config.share), omissions))
+    })?;
+    let mut results = Results::default();
+    for (records, omissions) in parts.all()? {
+        results.records.extend(records);
+        let new = |o: &Omission| !results.omissions.contains(o);
+        let new: Vec<Omission> = omissions.into_iter().filter(new).collect();
+        results.omissions.extend(new);
     }
     Ok(results)
 }
@@ -242,7 +247,7 @@ mod tests {
     #[test]
     fn every_rival_has_times_and_errors() {
         let config = small(Rival::all());
-        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         let compiled = config.rivals.iter().filter(|r| r.check().is_ok());
         assert_eq!(results.records.len(), 6 * compiled.count());
         for r in &results.records {
@@ -271,7 +276,7 @@ mod tests {
     #[test]
     fn ratios_are_to_banded() {
         let names = ["dense", "banded"].map(|name| name.parse::<Rival>().unwrap());
-        let results = run(&small(names.to_vec()), &ProgressBar::hidden()).unwrap();
+        let results = run(&small(names.to_vec()), &Cases::default()).unwrap();
         let has_banded = cfg!(feature = "banded");
         for r in &results.records {
             assert_eq!(r.ratio.is_some(), has_banded, "{r:?}");

@@ -31,12 +31,13 @@ pub use record::{Fastest, Record, SceneKey};
 pub(crate) use study::{STUDY, are_networks};
 pub use table::{CLAIMS, LEGEND, claim_rows, data_of, sheet_of};
 
+use crate::cases::{Cases, shared};
 use case::{Case, Subject};
-use indicatif::ProgressBar;
 use measure::{task_rows, time_rows};
 use rayon::prelude::*;
 use record::mark_fastest;
 use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::trajectory::Failure;
@@ -159,48 +160,51 @@ pub struct SceneNote {
     pub failure: Option<Failure>,
 }
 
-/// A row's work: case, solver, and for iterative ones the limits of iterations.
+/// The work of some rows: a solver, and for iterative ones the limits of iterations.
 struct Task {
-    case: usize,
     choice: Choice,
     rungs: Vec<usize>,
 }
 
-/// Runs the main job. `progress` advances once for each reference, each solver and each timed row.
+/// A row with whether more iterations would change nothing, which is not written with it.
+type Untimed = (Record, bool);
+
+/// Runs the main job. A scene is a case, with its reference and all its rows.
 ///
 /// # Errors
 /// A scene that cannot be built, or a reference motion that fails, with the name of the scene where that is not the hoist;
 /// a solver's own failure is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, ExperimentError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut results = Results::default();
     let compiled = compiled_choices(config, &mut results.omissions);
-    let scenes = config.subjects();
-    progress.set_length((scenes.len() * (1 + compiled.len())) as u64);
-    progress.set_message("reference motions");
-    let cases: Vec<Case> = scenes
-        .into_par_iter()
-        .map(|subject| {
-            let case = Case::new(config, &subject).inspect(|_| progress.inc(1));
-            case.map_err(|e| subject.named(e))
-        })
-        .collect::<Result<_, _>>()?;
-    let tasks = tasks(config, &cases, &compiled, &mut results.omissions);
-    progress.set_message("physics");
-    let mut rows: Vec<Vec<Record>> = tasks
-        .par_iter()
-        .map(|task| {
-            let rows = task_rows(config, &cases[task.case], task);
-            progress.inc(1);
-            rows
-        })
-        .collect();
-    progress.set_length(progress.position() + rows.iter().map(Vec::len).sum::<usize>() as u64);
-    progress.set_message("timing");
-    for (task, rows) in tasks.iter().zip(&mut rows) {
-        time_rows(config, &cases[task.case], task, rows, progress);
+    let subjects = config.subjects();
+    let made: Vec<OnceLock<Case>> = subjects.iter().map(|_| OnceLock::new()).collect();
+    let case = |k: usize| {
+        let new = || Case::new(config, &subjects[k]).map_err(|e| subjects[k].named(e));
+        shared(&made[k], new)
+    };
+    let titles: Vec<_> = subjects.iter().map(Subject::title).enumerate().collect();
+    let cost = |(k, _): &(usize, String)| subjects[*k].bodies() as f64;
+    let untimed = cases.parallel("physics", &titles, cost, |(k, _)| {
+        let case = case(*k)?;
+        let (tasks, omissions) = tasks(config, case, &compiled);
+        let rows = tasks.par_iter().map(|task| task_rows(config, case, task));
+        let rows: Vec<Vec<Untimed>> = rows.collect();
+        Ok::<_, ExperimentError>((case.note(), rows, omissions))
+    })?;
+    let timed = cases.in_turn("timing", &titles, cost, |(k, _)| {
+        let (case, (_, rows, _)) = (case(*k)?, untimed.of(*k)?);
+        let (tasks, _) = tasks(config, case, &compiled);
+        let rows = tasks.iter().zip(rows);
+        let rows = rows.map(|(task, rows)| time_rows(config, case, task, rows));
+        Ok::<_, ExperimentError>(rows.collect::<Vec<_>>().concat())
+    })?;
+    for (note, _, omissions) in untimed.all()? {
+        results.scenes.push(note);
+        results.omissions.extend(omissions);
     }
-    results.scenes = cases.iter().map(Case::note).collect();
-    results.records = rows.into_iter().flatten().collect();
+    results.omissions.dedup();
+    results.records = timed.all()?.concat();
     mark_fastest(&mut results.records);
     Ok(results)
 }
@@ -222,38 +226,30 @@ fn compiled_choices(config: &Config, omissions: &mut Vec<Omission>) -> Vec<Choic
 /// Rows beyond which the dense solver, whose cost is cubic, would outlast all others together.
 const DENSE_ROWS: usize = 200;
 
-fn tasks(
-    config: &Config,
-    cases: &[Case],
-    choices: &[Choice],
-    omissions: &mut Vec<Omission>,
-) -> Vec<Task> {
-    let mut tasks = Vec::new();
-    for (case, of) in cases.iter().enumerate() {
-        let rows = of.exact.first().map_or(0, Vec::len);
-        let place = of.segments();
-        let place = place.map_or_else(|| of.name.clone(), |n| format!("{n} segments"));
-        for choice in choices {
-            if choice.backend.name() == "dense" && rows > DENSE_ROWS && choices.len() > 1 {
-                let reason = format!("cubic cost at {rows} rows; ask for it alone with --backends");
-                let backend = format!("{}, {place}", choice.family());
-                omissions.push(Omission { backend, reason });
-                continue;
-            }
-            let rungs = if choice.backend.is_iterative() {
-                config.iterations.clone()
-            } else {
-                vec![0]
-            };
-            tasks.push(Task {
-                case,
-                choice: choice.clone(),
-                rungs,
-            });
+/// The work of a case, and which solvers have no rows.
+fn tasks(config: &Config, case: &Case, choices: &[Choice]) -> (Vec<Task>, Vec<Omission>) {
+    let (mut tasks, mut omissions) = (Vec::new(), Vec::new());
+    let rows = case.exact.first().map_or(0, Vec::len);
+    let place = case.segments();
+    let place = place.map_or_else(|| case.name.clone(), |n| format!("{n} segments"));
+    for choice in choices {
+        if choice.backend.name() == "dense" && rows > DENSE_ROWS && choices.len() > 1 {
+            let reason = format!("cubic cost at {rows} rows; ask for it alone with --backends");
+            let backend = format!("{}, {place}", choice.family());
+            omissions.push(Omission { backend, reason });
+            continue;
         }
+        let rungs = if choice.backend.is_iterative() {
+            config.iterations.clone()
+        } else {
+            vec![0]
+        };
+        tasks.push(Task {
+            choice: choice.clone(),
+            rungs,
+        });
     }
-    omissions.dedup();
-    tasks
+    (tasks, omissions)
 }
 
 impl Task {
@@ -286,7 +282,7 @@ mod tests {
 
     #[test]
     fn every_solver_has_its_rows_and_direct_ones_are_exact() {
-        let results = run(&tiny(), &ProgressBar::hidden()).unwrap();
+        let results = run(&tiny(), &Cases::default()).unwrap();
         let compiled = Choice::all()
             .into_iter()
             .filter(|c| c.check().is_ok())
@@ -348,7 +344,7 @@ mod tests {
             choices: vec![Choice::schur(Backend::Dense(DenseOptions::default()))],
             ..tiny()
         };
-        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         let [row] = &results.records[..] else {
             panic!("one row: {results:?}")
         };

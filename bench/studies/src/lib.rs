@@ -3,13 +3,13 @@
 //! An experiment is a `Config`, a `run` that takes it, and records that serialise. A [`study::Study`] gives it a name,
 //! options, columns and plots; [`mod@studies`] lists them:
 //! ```
-//! use indicatif::ProgressBar;
+//! use taut_studies::cases::Cases;
 //! use taut_studies::linear::{Config, run};
 //!
 //! let config = Config { segments: vec![3], ratios: vec![10.0], ..Config::default() };
-//! let records = run(&config, &ProgressBar::hidden())?;
+//! let records = run(&config, &Cases::default())?;
 //! # assert!(!format!("{records:?}").is_empty());
-//! # Ok::<(), taut_integrator::StepError>(())
+//! # Ok::<(), taut_output::check::ExperimentError>(())
 //! ```
 //!
 //! # Map
@@ -31,10 +31,12 @@
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
+//! | `cases` | what a study runs one by one, keeps in a file and deals to shards |
 //! | `study`, `studies` | an experiment as a value: options, run, rows, plots; the list of all |
 //! | `options` | options that several experiments read |
 
 pub mod accuracy;
+pub mod cases;
 pub mod checks;
 pub mod energy;
 pub mod engines;

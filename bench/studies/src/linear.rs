@@ -35,13 +35,13 @@ mod table;
 
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
-use rayon::prelude::*;
-use serde::Serialize;
+use crate::cases::Cases;
+use serde::{Deserialize, Serialize};
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::poses::{self, Pose};
 use taut_integrator::{GeometricStiffness, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
+use taut_output::check::ExperimentError;
 use taut_solver::{backward_error, forward_error};
 
 /// What a direct solver with one refinement is to reach, as a relative error of the multipliers.
@@ -158,7 +158,7 @@ impl Config {
 }
 
 /// One row: one solve of one scene.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Pose of the cable.
     pub pose: Pose,
@@ -282,28 +282,23 @@ impl Case {
     }
 }
 
-/// Solves every scene with every solver, in parallel. Rows are ordered by segments, pose, ratio, solver, refinements;
-/// `progress` advances once for each scene.
+/// Solves every scene with every solver, in parallel, each scene a case. Rows are ordered by segments, pose, ratio, solver,
+/// refinements.
 ///
 /// # Errors
 /// A scene that cannot be built, or one without a reference; a solver's own failure is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let mut scenes = Vec::new();
     for &segments in &config.segments {
         for &pose in &config.poses {
             scenes.extend(config.ratios.iter().map(|&ratio| (segments, pose, ratio)));
         }
     }
-    progress.set_length(scenes.len() as u64);
-    let rows: Vec<Vec<Record>> = scenes
-        .into_par_iter()
-        .map(|(segments, pose, ratio)| {
-            let rows = Case::new(config, segments, pose, ratio)?.rows(config);
-            progress.inc(1);
-            Ok(rows)
-        })
-        .collect::<Result<_, StepError>>()?;
-    Ok(rows.concat())
+    let cost = |(segments, ..): &(usize, _, _)| *segments as f64;
+    let rows = cases.parallel("scenes", &scenes, cost, |&(segments, pose, ratio)| {
+        Ok::<_, StepError>(Case::new(config, segments, pose, ratio)?.rows(config))
+    })?;
+    Ok(rows.all()?.concat())
 }
 
 /// How far a direct solver with one refinement is within [`BAR`].
@@ -375,7 +370,7 @@ mod tests {
     #[test]
     fn every_solver_has_its_rows_or_a_reason() {
         let config = tiny();
-        let records = run(&config, &ProgressBar::hidden()).unwrap();
+        let records = run(&config, &Cases::default()).unwrap();
         let omissions = config.omissions();
         for choice in &config.choices {
             let own = |segments: usize| {
@@ -433,7 +428,7 @@ mod tests {
             ))],
             ..Config::default()
         };
-        let row = run(&config, &ProgressBar::hidden()).unwrap().remove(0);
+        let row = run(&config, &Cases::default()).unwrap().remove(0);
         let at = |mass_ratio: f64, forward_error: f64| Record {
             mass_ratio,
             forward_error,

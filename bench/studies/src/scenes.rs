@@ -18,13 +18,15 @@ pub(crate) use study::STUDY;
 pub use study::{Options, run as run_study};
 pub use taut_ground::reference::reference_choice;
 
-use indicatif::ProgressBar;
+use crate::cases::{Cases, shared};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_integrator::{Elimination, StepError};
 use taut_model::{Network, NetworkParams};
+use taut_output::check::ExperimentError;
 use taut_solver::{Backend, SolveReport};
 
 /// What a direct solver with refinement is to reach: relative error of the multipliers and of the load's place.
@@ -139,7 +141,7 @@ impl Config {
 }
 
 /// One row: a solver on a case.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the scene.
     pub scene: String,
@@ -230,95 +232,106 @@ pub struct Results {
 /// A row's work.
 #[derive(Debug, Clone, PartialEq)]
 struct Task {
-    case: usize,
     choice: Choice,
     elimination: Elimination,
     rung: usize,
 }
 
-/// Runs it. `progress` advances once for each case and twice for each row.
+/// A row with what its solver said, which is not written with it.
+type Said = (Record, Option<SolveReport>);
+
+/// Runs it. A network of a size and a mass ratio is a case, with all its rows.
 ///
 /// # Errors
 /// A scene that cannot be built or has no equilibrium, a reference run that fails; a solver's own failure is a row.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut wanted = Vec::new();
     for (network, sizes) in &config.sizes {
         for &ratio in &config.ratios {
             wanted.extend(sizes.iter().map(|&size| (*network, size, ratio)));
         }
     }
-    progress.set_length(wanted.len() as u64);
-    progress.set_message("cases");
-    let cases: Vec<measure::Case> = wanted
-        .into_par_iter()
-        .map(|(network, size, ratio)| {
-            let params = config.params(network, size, ratio);
-            measure::Case::new(config, size, &params).inspect(|_| progress.inc(1))
-        })
-        .collect::<Result<_, _>>()?;
+    let made: Vec<OnceLock<measure::Case>> = wanted.iter().map(|_| OnceLock::new()).collect();
+    let networks: Vec<_> = wanted.into_iter().enumerate().collect();
+    let case = |&(k, (network, size, ratio)): &(usize, (Network, usize, f64))| {
+        let params = config.params(network, size, ratio);
+        shared(&made[k], || measure::Case::new(config, size, &params))
+    };
+    let cost = |&(_, (network, size, _)): &(usize, (Network, usize, f64))| match network {
+        Network::Net => (size * size) as f64,
+        Network::Ladder => (size * LADDER_SEGMENTS) as f64,
+        _ => size as f64,
+    };
+    let untimed = cases.parallel("errors", &networks, cost, |network| {
+        let case = case(network)?;
+        let (tasks, omissions) = tasks(config, case);
+        let row = |task: &Task| measure::row(config, case, task);
+        let rows: Vec<Record> = tasks.par_iter().map(row).collect();
+        let rows: Vec<Said> = rows
+            .into_iter()
+            .map(|row| (row.clone(), row.said))
+            .collect();
+        Ok::<_, StepError>((rows, omissions))
+    })?;
+    let timed = cases.in_turn("timing", &networks, cost, |network| {
+        let (case, (rows, _)) = (case(network)?, untimed.of(network.0)?);
+        let (tasks, _) = tasks(config, case);
+        let mut rows = rows.clone();
+        for (task, (row, _)) in tasks.iter().zip(&mut rows) {
+            measure::time(config, case, task, row);
+        }
+        Ok::<_, ExperimentError>(rows)
+    })?;
     let mut results = Results::default();
-    let tasks = tasks(config, &cases, &mut results.omissions);
-    progress.set_length((cases.len() + 2 * tasks.len()) as u64);
-    progress.set_message("errors");
-    results.records = tasks
-        .par_iter()
-        .map(|task| {
-            let row = measure::row(config, &cases[task.case], task);
-            progress.inc(1);
-            row
-        })
-        .collect();
-    progress.set_message("timing");
-    for (task, row) in tasks.iter().zip(&mut results.records) {
-        measure::time(config, &cases[task.case], task, row);
-        progress.inc(1);
+    for (_, omissions) in untimed.all()? {
+        let new = omissions
+            .into_iter()
+            .filter(|o| !results.omissions.contains(o));
+        let new: Vec<Omission> = new.collect();
+        results.omissions.extend(new);
     }
+    let rows = timed.all()?.into_iter().flatten();
+    results.records = rows.map(|(row, said)| Record { said, ..row }).collect();
     results.growth = growth(&results.records);
     Ok(results)
 }
 
-fn tasks(config: &Config, cases: &[measure::Case], omissions: &mut Vec<Omission>) -> Vec<Task> {
-    let mut tasks = Vec::new();
-    for (index, case) in cases.iter().enumerate() {
-        for choice in &config.choices {
-            if let Some(reason) = omitted(case, choice, config.choices.len() == 1) {
-                let omission = Omission {
-                    backend: choice.family(),
-                    reason,
-                };
-                if !omissions.contains(&omission) {
-                    omissions.push(omission);
-                }
-                continue;
-            }
-            let rungs = if choice.backend.is_iterative() {
-                config.iterations.clone()
-            } else {
-                vec![0]
-            };
-            tasks.extend(rungs.into_iter().map(|rung| Task {
-                case: index,
-                choice: measure::at_rung(choice, rung),
-                elimination: Elimination::Auto,
-                rung,
+/// The rows of a case, and which solvers have none.
+fn tasks(config: &Config, case: &measure::Case) -> (Vec<Task>, Vec<Omission>) {
+    let (mut tasks, mut omissions) = (Vec::new(), Vec::new());
+    for choice in &config.choices {
+        if let Some(reason) = omitted(case, choice, config.choices.len() == 1) {
+            omissions.push(Omission {
+                backend: choice.family(),
+                reason,
+            });
+            continue;
+        }
+        let rungs = if choice.backend.is_iterative() {
+            config.iterations.clone()
+        } else {
+            vec![0]
+        };
+        tasks.extend(rungs.into_iter().map(|rung| Task {
+            choice: measure::at_rung(choice, rung),
+            elimination: Elimination::Auto,
+            rung,
+        }));
+        // Loops by border rows against the order of minimum degree, where the order is the backend's to take.
+        if choice.backend == Backend::Banded && case.network == Network::Ring {
+            let orders = [
+                Elimination::Scene,
+                Elimination::Border,
+                Elimination::MinimumDegree,
+            ];
+            tasks.extend(orders.map(|elimination| Task {
+                choice: choice.clone(),
+                elimination,
+                rung: 0,
             }));
-            // Loops by border rows against the order of minimum degree, where the order is the backend's to take.
-            if choice.backend == Backend::Banded && case.network == Network::Ring {
-                let orders = [
-                    Elimination::Scene,
-                    Elimination::Border,
-                    Elimination::MinimumDegree,
-                ];
-                tasks.extend(orders.map(|elimination| Task {
-                    case: index,
-                    choice: choice.clone(),
-                    elimination,
-                    rung: 0,
-                }));
-            }
         }
     }
-    tasks
+    (tasks, omissions)
 }
 
 /// Why a solver has no rows for a case.
@@ -409,7 +422,7 @@ mod tests {
             timing_budget: Duration::ZERO,
             ..Config::quick()
         };
-        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         for network in Network::ALL {
             let own = results.records.iter().filter(|r| r.scene == network.name());
             assert!(own.count() > 0, "{}", network.name());

@@ -8,13 +8,14 @@ mod study;
 
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
-use serde::Serialize;
+use crate::cases::Cases;
+use serde::{Deserialize, Serialize};
 use std::time::Instant;
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::errors::worse;
 use taut_ground::matrix::sequence::{FORMS, Sequence, Stretch, Systems};
 use taut_ground::trajectory::Timing;
+use taut_output::check::ExperimentError;
 use taut_solver::{SolveError, Status, backward_error, forward_error};
 
 /// Passes through the sequence.
@@ -45,7 +46,7 @@ impl Default for Config {
 }
 
 /// A solver on a sequence.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Backend and form, without iterations.
     pub backend: String,
@@ -99,14 +100,20 @@ pub struct Results {
     pub omissions: Vec<Omission>,
 }
 
-/// Runs all solvers through a sequence, one after the other. `progress` advances once for each row.
-#[must_use]
-pub fn run(sequence: &Sequence, config: &Config, progress: &ProgressBar) -> Results {
-    let mut results = Results::default();
+/// Runs all solvers through a sequence, one after the other. What is not known of the exact solutions is found before the first.
+///
+/// # Errors
+/// Those of the cases; a solver's own failure is a row.
+pub fn run(
+    sequence: &mut Sequence,
+    config: &Config,
+    cases: &Cases,
+) -> Result<Results, ExperimentError> {
+    let mut omissions = Vec::new();
     let mut tasks = Vec::new();
     for choice in &config.choices {
         if let Some(reason) = left_out(sequence, choice, config.named) {
-            results.omissions.push(Omission {
+            omissions.push(Omission {
                 backend: choice.family(),
                 reason,
             });
@@ -116,12 +123,23 @@ pub fn run(sequence: &Sequence, config: &Config, progress: &ProgressBar) -> Resu
             tasks.push((choice, 0));
         }
     }
-    progress.set_length(tasks.len() as u64);
-    for (choice, limit) in tasks {
-        results.records.push(row(sequence, choice, limit));
-        progress.inc(1);
-    }
-    results
+    let mut is_solved = false;
+    let records = cases.in_turn(
+        "solvers",
+        &tasks,
+        |_| 1.0,
+        |&(choice, limit)| {
+            if !std::mem::replace(&mut is_solved, true) {
+                let systems = sequence.stretches.iter_mut().flat_map(|s| &mut s.systems);
+                systems.for_each(Systems::solve_exactly);
+            }
+            Ok::<_, ExperimentError>(row(sequence, choice, limit))
+        },
+    )?;
+    Ok(Results {
+        records: records.all()?,
+        omissions,
+    })
 }
 
 fn left_out(sequence: &Sequence, choice: &Choice, named: bool) -> Option<String> {

@@ -30,11 +30,12 @@ pub use scene::{DROP, PLUCK, SEGMENTS, Shock, scene};
 pub use settings::Setting;
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
+use crate::cases::Cases;
 use rayon::prelude::*;
 use serde::Serialize;
 use taut_ground::cache;
 use taut_integrator::{StepError, StepOptions};
+use taut_output::check::ExperimentError;
 use taut_solver::Backend;
 
 /// What [`run`] runs.
@@ -102,80 +103,61 @@ pub struct Results {
 /// A shock with its ratio and length.
 type Case = (Shock, f64, f64);
 
-/// Runs every setting through every shock, in parallel, then times the first setting's steps alone. `progress` advances
-/// once for each reference motion, each run and each timing.
+/// Runs every setting through every shock, in parallel, then times the first setting's steps alone. A shock with its ratio and
+/// length is a case, with its reference and all its settings.
 ///
 /// # Errors
 /// A scene that cannot be built, options that a stepper refuses. A run that fails is an outcome.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
-    let mut cases: Vec<Case> = Vec::new();
+pub fn run(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
+    let mut shocks: Vec<Case> = Vec::new();
     for &length in &config.lengths {
         for &shock in &config.shocks {
-            cases.extend(config.ratios.iter().map(|&ratio| (shock, ratio, length)));
+            shocks.extend(config.ratios.iter().map(|&ratio| (shock, ratio, length)));
         }
     }
-    let timed = if config.repeats > 0 { 1 } else { 0 };
-    progress.set_length((cases.len() * (2 + config.settings.len() + timed)) as u64);
-    progress.set_message("reference motions");
-    let references = references(config, &cases, progress)?;
-    progress.set_message("shocks");
-    let tasks: Vec<(&Setting, Case, &Reference)> = config
-        .settings
-        .iter()
-        .flat_map(|setting| {
-            let each = cases.iter().zip(&references);
-            each.map(move |(case, reference)| (setting, *case, reference))
-        })
-        .collect();
-    let mut outcomes: Vec<Outcome> = tasks
-        .into_par_iter()
-        .map(|(setting, case, reference)| {
-            let (shock, ratio, length) = case;
-            let run = measure(shock, ratio, length, &setting.options, config.time)?;
-            progress.inc(1);
-            Ok(Outcome::new(&setting.name, case, run, reference))
-        })
-        .collect::<Result<_, StepError>>()?;
-    progress.set_message("timing");
-    if let (Some(setting), true) = (config.settings.first(), config.repeats > 0) {
-        for (outcome, &(shock, ratio, length)) in outcomes.iter_mut().zip(&cases) {
-            let options = &setting.options;
-            let timing = times(shock, ratio, length, options, config.time, config.repeats)?;
-            outcome.worst_step_ns = Some(timing.max);
-            outcome.median_step_ns = Some(timing.median);
-            progress.inc(1);
+    let parts = cases.parallel("shocks", &shocks, |_| 1.0, |&case| outcomes(config, case))?;
+    let first = config.settings.first().filter(|_| config.repeats > 0);
+    let timings = match first {
+        None => None,
+        Some(setting) => Some(cases.in_turn(
+            "timing",
+            &shocks,
+            |_| 1.0,
+            |&case| {
+                let (shock, ratio, length) = case;
+                let options = &setting.options;
+                let timing = times(shock, ratio, length, options, config.time, config.repeats)?;
+                Ok::<_, StepError>([timing.max, timing.median])
+            },
+        )?),
+    };
+    let mut parts = parts.all()?;
+    if let Some(timings) = timings {
+        for (part, [max, median]) in parts.iter_mut().zip(timings.all()?) {
+            part[0].worst_step_ns = Some(max);
+            part[0].median_step_ns = Some(median);
         }
     }
+    let of = |setting: usize| parts.iter().map(move |part| part[setting].clone());
     Ok(Results {
         time: config.time,
         fineness: config.fineness,
-        outcomes,
+        outcomes: (0..config.settings.len()).flat_map(of).collect(),
     })
 }
 
-fn references(
-    config: &Config,
-    cases: &[Case],
-    progress: &ProgressBar,
-) -> Result<Vec<Reference>, StepError> {
-    let tasks: Vec<(Case, usize)> = cases
-        .iter()
-        .flat_map(|&case| config.fineness.map(|substeps| (case, substeps)))
-        .collect();
-    let runs: Vec<Run> = tasks
-        .into_par_iter()
-        .map(|(case, substeps)| {
-            let run = fine_run(config, case, substeps);
-            progress.inc(1);
-            run
-        })
-        .collect::<Result<_, _>>()?;
-    let pairs = runs.as_chunks::<2>().0.iter().zip(cases);
-    pairs
-        .map(|([coarser, finer], &(shock, ratio, length))| {
-            Reference::new(shock, ratio, length, coarser, finer.clone())
-        })
-        .collect()
+/// What all settings make of a shock.
+fn outcomes(config: &Config, case: Case) -> Result<Vec<Outcome>, StepError> {
+    let (shock, ratio, length) = case;
+    let [coarser, finer] = config.fineness;
+    let fine_run = |substeps| fine_run(config, case, substeps);
+    let (coarser, finer) = rayon::join(|| fine_run(coarser), || fine_run(finer));
+    let reference = Reference::new(shock, ratio, length, &coarser?, finer?)?;
+    let settings = config.settings.par_iter().map(|setting| {
+        let run = measure(shock, ratio, length, &setting.options, config.time)?;
+        Ok(Outcome::new(&setting.name, case, run, &reference))
+    });
+    settings.collect()
 }
 
 fn fine_run(

@@ -13,13 +13,13 @@ mod tables;
 pub(crate) use study::STUDY;
 pub use tables::text_tables;
 
-use indicatif::ProgressBar;
-use rayon::prelude::*;
+use crate::cases::Cases;
 use serde::Serialize;
 use std::f64::consts::PI;
 use taut_ground::trajectory::{Failure, simulate};
 use taut_integrator::{GeometricStiffness, Guard, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{CrossSection, Hoist, HoistParams, JointKind, Material, SceneError, Stiffness};
+use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 
 /// What a cable is made of.
@@ -304,30 +304,20 @@ pub fn predicted_limit(hoist: &Hoist, gravity: f64, dt: f64, bending: bool) -> f
     tension / (gravity * m)
 }
 
-/// Runs every ratio of every cell, in parallel. `progress` advances once for each run.
+/// Runs every ratio of every cell, in parallel, each a case.
 ///
 /// # Errors
 /// Scenes and options that are not sound; an unstable run is none.
-pub fn run(config: &Config, progress: &ProgressBar) -> Result<Vec<Record>, StepError> {
+pub fn run(config: &Config, cases: &Cases) -> Result<Vec<Record>, ExperimentError> {
     let ratios = &config.ratios;
-    let tasks: Vec<(&Case, f64)> = config
-        .cases
-        .iter()
-        .flat_map(|case| ratios.iter().map(move |&ratio| (case, ratio)))
-        .collect();
-    progress.set_length(tasks.len() as u64);
-    let failures: Vec<Option<_>> = tasks
-        .par_iter()
-        .map(|&(case, ratio)| {
-            let failure = fails(config, case, ratio);
-            progress.inc(1);
-            failure
-        })
-        .collect::<Result<_, _>>()?;
+    let each = |case| ratios.iter().map(move |&ratio| (case, ratio));
+    let runs: Vec<(&Case, f64)> = config.cases.iter().flat_map(each).collect();
+    let cost = |(case, _): &(&Case, f64)| case.segments as f64;
+    let fails = |(case, ratio): &(&Case, f64)| fails(config, case, *ratio);
+    let failures = cases.parallel("runs", &runs, cost, fails)?.all()?;
     let cells = config.cases.iter().zip(failures.chunks(ratios.len()));
-    cells
-        .map(|(case, failures)| record(config, case, failures))
-        .collect()
+    let records = cells.map(|(case, failures)| record(config, case, failures));
+    Ok(records.collect::<Result<_, _>>()?)
 }
 
 /// How and when a run becomes unstable.

@@ -9,14 +9,14 @@ mod table;
 
 pub(crate) use study::STUDY;
 
-use indicatif::ProgressBar;
-use rayon::prelude::*;
-use serde::Serialize;
+use crate::cases::Cases;
+use serde::{Deserialize, Serialize};
 use taut_ground::choice::Choice;
 use taut_ground::pace;
 use taut_ground::trajectory::load_position;
 use taut_integrator::{StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
+use taut_output::check::ExperimentError;
 use taut_solver::Status;
 
 /// Steps of [`hold`]: half a second at 60 Hz.
@@ -78,7 +78,7 @@ pub fn hold(params: &HoistParams, options: &StepOptions) -> Result<Held, StepErr
 }
 
 /// A cable released unstretched and damped to rest.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Settled {
     /// Backend and form.
     pub backend: String,
@@ -145,7 +145,7 @@ pub fn settle(
 }
 
 /// Fewest iterations a step that hold the hanging cable's elongation within a level.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Needed {
     /// Backend and form.
     pub backend: String,
@@ -242,7 +242,7 @@ pub struct Config {
 }
 
 /// Rows of a sweep.
-#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Results {
     /// Direct solvers: the cable damped to rest.
     pub settled: Vec<Settled>,
@@ -253,12 +253,12 @@ pub struct Results {
 /// Most steps of [`settle`] in a sweep: the load's bounce at the largest ratios takes a few hundred.
 const SETTLE_STEPS: usize = 6000;
 
-/// Settles the cable with every direct solver and counts the iterations of the others, in parallel. `progress`
-/// advances once for each solver on each scene.
+/// Settles the cable with every direct solver and counts the iterations of the others, in parallel; each solver on each scene
+/// is a case.
 ///
 /// # Errors
 /// As [`Stepper::step`].
-pub fn sweep(config: &Config, progress: &ProgressBar) -> Result<Results, StepError> {
+pub fn sweep(config: &Config, cases: &Cases) -> Result<Results, ExperimentError> {
     let mut tasks = Vec::new();
     for &segments in &config.segments {
         for &mass_ratio in &config.ratios {
@@ -272,17 +272,10 @@ pub fn sweep(config: &Config, progress: &ProgressBar) -> Result<Results, StepErr
             }));
         }
     }
-    progress.set_length(tasks.len() as u64);
-    let parts: Vec<Results> = tasks
-        .par_iter()
-        .map(|(params, choice)| {
-            let part = sweep_one(config, params, choice);
-            progress.inc(1);
-            part
-        })
-        .collect::<Result<_, _>>()?;
+    let cost = |(params, _): &(HoistParams, &Choice)| params.segments as f64;
+    let run = |(params, choice): &(HoistParams, &Choice)| sweep_one(config, params, choice);
     let mut all = Results::default();
-    for mut part in parts {
+    for mut part in cases.parallel("solvers", &tasks, cost, run)?.all()? {
         all.settled.append(&mut part.settled);
         all.needed.append(&mut part.needed);
     }

@@ -1,7 +1,7 @@
 //! An experiment as a value: its name, its options, how it runs, what its plots show.
 
+use crate::cases::Cases;
 use clap::{ArgMatches, Command};
-use indicatif::ProgressBar;
 use serde::Serialize;
 use serde_json::Value;
 use std::path::PathBuf;
@@ -33,7 +33,7 @@ pub struct Study {
     pub options: fn(Command) -> Command,
     /// The files that it reads, by its options.
     pub reads: fn(&ArgMatches) -> Vec<PathBuf>,
-    /// Runs it.
+    /// Runs it. What it comes to depends on its options and on the records of its cases alone.
     pub run: fn(&ArgMatches, &mut Reporter<'_>) -> Result<Found, ExperimentError>,
     /// The tables of its rows.
     pub sheets: &'static [Sheet],
@@ -59,8 +59,8 @@ pub const PLAIN: Study = Study {
 
 /// Where a running experiment reports to.
 pub struct Reporter<'a> {
-    /// How far it is.
-    pub progress: &'a ProgressBar,
+    /// What runs its cases, and shows how far it is.
+    pub cases: &'a Cases,
     /// The machine, as results name it.
     pub machine: String,
     /// Prints a part of the experiment's text at once.

@@ -6,6 +6,8 @@ mod against;
 mod appearance;
 /// The pages of reports in a browser.
 mod browser;
+/// `--shard`, `--resume`, `taut merge`: the cases of studies as files.
+mod cases;
 /// `taut paper`, `taut hard`, `taut static`: records of checks.
 mod checks;
 /// `taut run --columns`.

@@ -8,7 +8,7 @@ use super::exact::{condition, solution};
 use super::prepared::Problem;
 use super::{Matrix, RightHandSide, System};
 use crate::choice::{Choice, Omission};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 use taut_solver::{Backend, SolveError, Status, forward_error};
 
@@ -77,7 +77,7 @@ pub fn refining(backend: Backend) -> Backend {
 }
 
 /// A system and what is known of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the matrix.
     pub matrix: String,
@@ -93,7 +93,7 @@ pub struct About {
     pub symmetric: bool,
     /// Order in which those backends eliminate that keep it: `natural`, `minimum-degree`; none for general matrices and
     /// where the fill is out of reach.
-    pub order: Option<&'static str>,
+    pub order: Option<String>,
     /// Entries of the block factor in this order.
     pub factor_entries: Option<u64>,
     /// Floating-point operations of that factorisation.
@@ -109,7 +109,7 @@ pub struct About {
 }
 
 /// One row: a backend on a system.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// Name of the matrix.
     pub matrix: String,
@@ -164,7 +164,7 @@ impl Record {
 }
 
 /// What was measured on a system.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Results {
     /// The system.
     pub about: About,
@@ -239,7 +239,7 @@ fn about(system: &System, problem: &Problem<'_>, solution: String) -> About {
         entries: system.matrix.entries(),
         duplicates: system.duplicates,
         symmetric: matches!(system.matrix, Matrix::Symmetric(_)),
-        order: ordered.map(super::order::Ordered::name),
+        order: ordered.map(|ordered| ordered.name().to_owned()),
         factor_entries: ordered.map(|o| o.cost.entries),
         factor_flops: ordered.map(|o| o.cost.flops),
         condition: condition.map(|c| c.of_matrix),

@@ -5,10 +5,11 @@
 //! are near each other for a reader without green cones. What is no solver has other colours, and the forms in
 //! turn: it shares no plot with solvers. All can be read on white and on a dark page, where black is the page's ink.
 
+use serde::{Deserialize, Serialize};
 use taut_solver::Backend;
 
 /// What a point is drawn as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Shape {
     /// A dot; a ring where it is hollow.
     #[default]
@@ -24,7 +25,7 @@ pub enum Shape {
 }
 
 /// What a line is drawn as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub enum Dash {
     /// Without gaps.
     #[default]
@@ -70,7 +71,7 @@ impl Dash {
 }
 
 /// How a series looks, whatever its place among the others.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Look {
     /// Red, green and blue.
     pub colour: [u8; 3],

@@ -1,13 +1,13 @@
 //! The study of whole motions: its options, settings and plots.
 
+use super::Config;
 use super::table::{SHEETS, text};
-use super::{Config, cases};
+use crate::cases::Cases;
 use crate::options::{
     Backends, Iterations, Quick, Ratios, Segments, Time, number as read, require_positive, sorted,
 };
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{
@@ -22,7 +22,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick --segments 4 --ratios 10,1e4"],
     mark: ("records", "horizontal_m"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -48,7 +48,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     let mut ratios: Vec<f64> = config.cases.iter().map(|c| c.mass_ratio).collect();
     options.ratios.replace(&mut ratios)?;
@@ -56,7 +56,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         config.choice_ratios.clone_from(&ratios);
     }
     let segments = config.cases.iter().map(|c| c.segments).collect();
-    config.cases = cases(&sorted(&options.segments.segments, segments), &ratios);
+    config.cases = super::cases(&sorted(&options.segments.segments, segments), &ratios);
     options.backends.refuse_limits()?;
     options.backends.replace(&mut config.choices)?;
     options.iterations.replace(&mut config.iterations)?;
@@ -69,7 +69,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         1,
         "it must be at least one step",
     )?;
-    let results = super::run(&config, progress)?;
+    let results = super::run(&config, cases)?;
     let rows = data(&results)?;
     let text = format!(
         "{} s of the hoist, 10 m, segments of 1 kg, YA = 2·10⁷ N{}",

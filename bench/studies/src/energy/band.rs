@@ -2,7 +2,7 @@
 
 use super::{MOVE_TIME, moved, options};
 use indicatif::ProgressBar;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use taut_ground::pace;
 use taut_ground::trajectory::{Failure, steps_in};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, Stepper};
@@ -29,7 +29,7 @@ pub struct BandCase {
 
 /// What came of it. Energies are those of [`Stepper::energy`] over the load's largest kinetic energy in the first
 /// window.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Band {
     /// Segments of the cable.
     pub segments: usize,

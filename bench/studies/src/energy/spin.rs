@@ -5,7 +5,7 @@
 
 use super::{Setting, options};
 use nalgebra::{UnitQuaternion, Vector3};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use taut_ground::pace;
 use taut_ground::trajectory::{Failure, steps_in};
 use taut_integrator::{StepError, Stepper};
@@ -14,7 +14,7 @@ use taut_model::{
 };
 
 /// One run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Spin {
     /// The scheme.
     pub scheme: String,
@@ -30,7 +30,7 @@ pub struct Spin {
     pub failure: Option<Failure>,
 }
 
-const RODS: usize = 12;
+pub(super) const RODS: usize = 12;
 /// Length \[m] and mass \[kg] of a rod, and of a ball.
 const LENGTH: f64 = 0.5;
 const ROD: f64 = 1.0;

@@ -2,10 +2,10 @@
 
 use super::table::{SHEETS, text_tables};
 use super::{Config, Setting};
+use crate::cases::Cases;
 use crate::options::Quick;
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plan::{PLAIN, Plan, error, linear, positive};
@@ -20,7 +20,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick"],
     mark: ("bands", "first_band"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -33,9 +33,9 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let config = options.quick.of(Config::quick);
-    let results = super::run(&config, progress)?;
+    let results = super::run(&config, cases)?;
     let rows = data(&results)?;
     Ok(Found {
         settings: set_to(&config),

@@ -2,14 +2,14 @@
 
 use super::{Config, MOVE, Setting, moved, options};
 use nalgebra::{Matrix4, Vector4};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 use taut_ground::pace;
 use taut_ground::trajectory::{Failure, load_position};
 use taut_integrator::{StepError, Stepper};
 
 /// Amplitudes of one run \[m].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Amplitude {
     /// At the first moment.
     pub early_m: f64,
@@ -26,7 +26,7 @@ impl Amplitude {
 }
 
 /// One run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Swing {
     /// Load over segment mass.
     pub mass_ratio: f64,

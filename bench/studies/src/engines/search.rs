@@ -2,7 +2,7 @@
 
 use super::{Config, Record, params};
 use nalgebra::Vector3;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
 use taut_ground::engine::motion::{self, Converged, FRAME, Motion};
 use taut_ground::engine::{Engine, Frame, Setting};
@@ -10,7 +10,7 @@ use taut_ground::trajectory::{Timing, steps_in};
 use taut_integrator::StepError;
 
 /// What came of a setting.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Steps a frame.
     pub substeps: usize,

@@ -2,10 +2,10 @@
 
 use super::Config;
 use super::table::{SHEETS, text};
+use crate::cases::Cases;
 use crate::options::{Quick, Ratios, Segments, Time};
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_ground::engine::motion::FRAME;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
@@ -20,7 +20,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick --segments 4 --ratios 10"],
     mark: ("", "over_ours"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -39,7 +39,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.segments.replace(&mut config.segments);
     options.ratios.replace(&mut config.ratios)?;
@@ -49,7 +49,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         1,
         "it must be at least one frame of 1/60 s",
     )?;
-    let records = super::run(&config, progress)?;
+    let records = super::run(&config, cases)?;
     let rows = data(&records)?;
     Ok(Found {
         settings: settings(&config),

@@ -2,10 +2,10 @@
 
 use super::table::{SHEETS, conclusions};
 use super::{ANGLE, Config, WARM_UP};
+use crate::cases::Cases;
 use crate::options::{Backends, Quick, Ratios, Segments, count};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_model::Network;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
@@ -20,7 +20,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick --backends cg:group"],
     mark: ("", "target"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -49,9 +49,9 @@ pieces to the multipliers (assembly, factorisation, solve), × the direct solver
 row: the direct solver, r0 without, r1 with one refinement. cold: from zero; warm: from the step before; no: not
 reached; guess: the step before is as near as that";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let config = config(options)?;
-    let results = super::run(&config, progress)?;
+    let results = super::run(&config, cases)?;
     let rows = data(&results.records)?;
     let text = format!(
         "hoist at {ANGLE} rad and networks, state after {WARM_UP} steps of 1/{:.0} s, up to {} iterations\n\

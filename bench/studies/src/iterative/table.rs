@@ -122,9 +122,9 @@ fn unreached(records: &[Record]) -> Vec<Value> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::Cases;
     use crate::iterative::{Config, run};
     use crate::study::{data, tables};
-    use indicatif::ProgressBar;
     use std::time::Duration;
     use taut_model::Network;
     use taut_output::table::plain;
@@ -139,7 +139,7 @@ mod tests {
             timing_budget: Duration::ZERO,
             ..Config::default()
         };
-        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         let rows = data(&results.records).unwrap();
         let text = tables(SHEETS, &rows) + &conclusions(&results.records, config.limit);
         let text = plain(&text);

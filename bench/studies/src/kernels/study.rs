@@ -2,10 +2,10 @@
 
 use super::table::SHEETS;
 use super::{Config, Rival};
+use crate::cases::Cases;
 use crate::options::{Quick, Ratios, Segments};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
 use taut_output::settings::{Setting, counts, list, numbers, seconds, set, step};
@@ -19,7 +19,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--backends banded,faer:llt"],
     mark: ("records", "ns_per_joint"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -48,7 +48,7 @@ matrices. +refine: with one refinement from the pieces, by the step's clock; umf
 default; +many: 8 right-hand sides a factorisation, time of each; batch: 8 cables side by side, without the copies that
 bring them there; lapack: dpbtrf and dpbtrs, without the filling of the band";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.segments.replace(&mut config.segments);
     options.ratios.replace(&mut config.ratios)?;
@@ -62,7 +62,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
             }
         }
     }
-    let results = super::run(&config, progress)?;
+    let results = super::run(&config, cases)?;
     let rows = data(&results)?;
     let text = format!(
         "hoist: hanging at an angle, Δt = 1/60 s, one thread\n{LEGEND}\n{MARK}\n{}{}",

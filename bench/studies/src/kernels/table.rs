@@ -38,9 +38,9 @@ fn joints(row: &Row) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::Cases;
     use crate::kernels::{Config, run};
     use crate::study::{data, tables};
-    use indicatif::ProgressBar;
     use std::time::Duration;
     use taut_output::table::plain;
 
@@ -51,7 +51,7 @@ mod tests {
             share: Duration::from_micros(100),
             ..Config::default()
         };
-        let results = run(&config, &ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         let shown = plain(&tables(SHEETS, &data(&results).unwrap()));
         let width = shown.lines().map(|l| l.chars().count()).max();
         assert!(width <= Some(120), "{width:?}\n{shown}");
@@ -67,7 +67,7 @@ mod tests {
             share: Duration::ZERO,
             ..Config::default()
         };
-        let mut results = run(&config, &ProgressBar::hidden()).unwrap();
+        let mut results = run(&config, &Cases::default()).unwrap();
         results.records[0].error = Some("too hot".to_owned());
         let shown = plain(&tables(SHEETS, &data(&results).unwrap()));
         assert!(shown.contains("dense:double failed: too hot"), "{shown}");

@@ -66,6 +66,24 @@ impl Subject {
         }
     }
 
+    /// What it is, in a line.
+    pub(super) fn title(&self) -> String {
+        match self {
+            Self::Hoist(params) => {
+                format!("{} segments at {:e}", params.segments, params.mass_ratio)
+            }
+            Self::Own(own) => own.name.clone(),
+        }
+    }
+
+    /// Its bodies, about.
+    pub(super) fn bodies(&self) -> usize {
+        match self {
+            Self::Hoist(params) => params.segments,
+            Self::Own(own) => own.scene.bodies.len(),
+        }
+    }
+
     /// How finely its reference is stepped, and what is stepped.
     fn motion(&self, config: &Config) -> Result<(Motion, usize), StepError> {
         match self {

@@ -1,9 +1,9 @@
 //! What the rows of the main job do not hold: cost against size, error against mass ratio and condition, error against
 //! the time step, the times of single steps, energies, patterns.
 
-use super::{Config, nan_for_null};
+use super::{Config, OwnScene, nan_for_null};
+use crate::cases::Cases;
 use crate::linear;
-use indicatif::ProgressBar;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 use std::time::{Duration, Instant};
@@ -14,6 +14,7 @@ use taut_ground::reference::{self, Motion};
 use taut_ground::trajectory::{Timing, simulate, steps_in};
 use taut_integrator::{GeometricStiffness, PhaseTimes, Scheme, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Network, NetworkParams, Scene};
+use taut_output::check::ExperimentError;
 use taut_solver::{BlockPattern, SymBlockMatrix};
 
 /// What the rows of the main job do not hold.
@@ -135,51 +136,88 @@ pub struct Pattern {
 const RATIO: f64 = 1e3;
 const DT: f64 = 1.0 / 60.0;
 
-/// Measures all of them. `progress` advances once for each.
+/// A part of them, measured by itself.
+#[derive(Debug, Clone, Copy)]
+enum Part {
+    Sizes,
+    MassRatios,
+    TimeSteps,
+    Trace,
+    Energies,
+    Patterns,
+}
+
+impl Part {
+    const ALL: [Self; 6] = [
+        Self::Sizes,
+        Self::MassRatios,
+        Self::TimeSteps,
+        Self::Trace,
+        Self::Energies,
+        Self::Patterns,
+    ];
+
+    fn measure(self, choices: &[Choice], quick: bool) -> Result<Extras, ExperimentError> {
+        let mut extras = Extras::default();
+        match self {
+            Self::Sizes => extras.sizes = sizes(choices, quick)?,
+            Self::MassRatios => {
+                (extras.ladder, extras.conditions) = mass_ratios(choices, quick)?;
+            }
+            Self::TimeSteps => extras.steps = time_steps(choices, quick)?,
+            Self::Trace => extras.trace = trace(quick)?,
+            Self::Energies => extras.energies = energies(quick)?,
+            Self::Patterns => extras.patterns = patterns()?,
+        }
+        Ok(extras)
+    }
+}
+
+impl Extras {
+    /// These with those of another part.
+    fn with(mut self, part: Self) -> Self {
+        self.sizes.extend(part.sizes);
+        self.ladder.extend(part.ladder);
+        self.conditions.extend(part.conditions);
+        self.steps.extend(part.steps);
+        self.energies.extend(part.energies);
+        self.patterns.extend(part.patterns);
+        if self.trace.step_ns.is_empty() {
+            self.trace = part.trace;
+        }
+        self
+    }
+}
+
+/// Measures all of them, each part a case.
 ///
 /// # Errors
 /// Where a scene or a step of the default solver fails; another solver's failure leaves its point out.
 pub(super) fn measure(
     choices: &[Choice],
     quick: bool,
-    progress: &ProgressBar,
-) -> Result<Extras, StepError> {
-    progress.set_length(6);
-    progress.reset();
-    let done = |what: &'static str| {
-        progress.inc(1);
-        progress.set_message(what);
-    };
-    progress.set_message("cost against size");
-    let sizes = sizes(choices, quick)?;
-    done("error against mass ratio");
-    let (ladder, conditions) = mass_ratios(choices, quick)?;
-    done("error against Δt");
-    let steps = time_steps(choices, quick)?;
-    done("step times");
-    let trace = trace(quick)?;
-    done("energies");
-    let energies = energies(quick)?;
-    done("patterns");
-    Ok(Extras {
-        sizes,
-        ladder,
-        conditions,
-        steps,
-        trace,
-        energies,
-        patterns: patterns()?,
-    })
+    cases: &Cases,
+) -> Result<Extras, ExperimentError> {
+    let measure = |part: &Part| part.measure(choices, quick);
+    let parts = cases
+        .in_turn("plots", &Part::ALL, |_| 1.0, measure)?
+        .all()?;
+    Ok(parts.into_iter().fold(Extras::default(), Extras::with))
 }
 
 /// Of scenes other than the hoist: the patterns, and the step times of the first.
 ///
 /// # Errors
 /// As [`Stepper::new`] and [`Stepper::solve`].
-pub(super) fn measure_own(config: &Config) -> Result<Extras, StepError> {
-    let Some(first) = config.own.first() else {
-        return Ok(Extras::default());
-    };
+pub(super) fn measure_own(config: &Config, cases: &Cases) -> Result<Extras, ExperimentError> {
+    let first: Vec<_> = config.own.iter().take(1).collect();
+    let names: Vec<&str> = first.iter().map(|own| own.name.as_str()).collect();
+    let measure = |_: &&str| of_own(config, first[0]);
+    let parts = cases.in_turn("plots", &names, |_| 1.0, measure)?.all()?;
+    Ok(parts.into_iter().fold(Extras::default(), Extras::with))
+}
+
+fn of_own(config: &Config, first: &OwnScene) -> Result<Extras, StepError> {
     let patterns = config
         .own
         .iter()
@@ -263,7 +301,10 @@ fn median_step(scene: Scene, choice: &Choice, budget: Duration) -> Option<f64> {
     Some(Timing::of(times.into_iter()).median)
 }
 
-fn mass_ratios(choices: &[Choice], quick: bool) -> Result<(Vec<Rung>, Vec<[f64; 2]>), StepError> {
+fn mass_ratios(
+    choices: &[Choice],
+    quick: bool,
+) -> Result<(Vec<Rung>, Vec<[f64; 2]>), ExperimentError> {
     let decades = if quick { 2 } else { 1 };
     let ratios: Vec<f64> = (0..=8).step_by(decades).map(|k| 10_f64.powi(k)).collect();
     let config = linear::Config {
@@ -278,7 +319,7 @@ fn mass_ratios(choices: &[Choice], quick: bool) -> Result<(Vec<Rung>, Vec<[f64; 
         refinements: vec![0, 1],
         ..linear::Config::quick()
     };
-    let rows = linear::run(&config, &ProgressBar::hidden())?;
+    let rows = linear::run(&config, &Cases::default())?;
     let rungs = rows.into_iter().filter(|r| r.error.is_none());
     let rungs = rungs.map(|r| Rung {
         backend: r.backend,

@@ -1,8 +1,7 @@
 //! What makes a row of the main job: the errors on common states, the motion, the hanging cable, and the times.
 
-use super::{Case, Config, Record, Task};
+use super::{Case, Config, Record, Task, Untimed};
 use crate::statics;
-use indicatif::ProgressBar;
 use std::time::{Duration, Instant};
 use taut_ground::choice::Choice;
 use taut_ground::claim::{over, over_letter};
@@ -13,19 +12,22 @@ use taut_integrator::{Phase, StepError, StepOptions, StepReport};
 use taut_solver::{backward_error, forward_error};
 
 /// The untimed part of all rows of a task.
-pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Record> {
-    let mut rows: Vec<Record> = Vec::new();
+pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untimed> {
+    let mut rows: Vec<Untimed> = Vec::new();
     for &rung in &task.rungs {
         let choice = task.choice_at(rung);
         // Where no solve needed all the iterations allowed, more of them change nothing.
-        let unchanged = rows.last().filter(|last| last.settled).cloned();
-        let row = match unchanged {
-            Some(last) => Record {
-                iterations: rung,
-                options: choice.to_string(),
-                ..last
-            },
-            None => measure_row(config, case, &choice, rung),
+        let row = match rows.last().cloned() {
+            Some((last, true)) => {
+                let options = choice.to_string();
+                let row = Record {
+                    iterations: rung,
+                    options,
+                    ..last
+                };
+                (row, true)
+            }
+            _ => measure_row(config, case, &choice, rung),
         };
         rows.push(row);
     }
@@ -67,14 +69,13 @@ impl Record {
             verified_to_rounding: None,
             frames: case.exact.len(),
             fastest_at: Vec::new(),
-            settled: false,
             error: None,
         }
     }
 }
 
 /// The untimed part of one row.
-fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Record {
+fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Untimed {
     let mut row = Record::new(config, case, choice, rung);
     if let Err(e) = measure_algebra(config, case, choice, &mut row) {
         // What was measured before it failed is not the worst of all frames.
@@ -108,8 +109,8 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Re
             row.elongation_error_continuum = Some(held.error_continuum);
         }
     }
-    row.settled = row.iterations > 0 && row.error.is_none() && claimed == solves;
-    row
+    let settled = row.iterations > 0 && row.error.is_none() && claimed == solves;
+    (row, settled)
 }
 
 /// Errors of the multipliers on the common states. Iterations start from zero at the first state, which is not measured,
@@ -196,32 +197,34 @@ fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajecto
     ))
 }
 
-/// Times the rows of a task one after the other.
+/// The rows of a task with their times, taken one after the other.
 pub(super) fn time_rows(
     config: &Config,
     case: &Case,
     task: &Task,
-    rows: &mut [Record],
-    progress: &ProgressBar,
-) {
-    let mut settled: Option<[f64; 4]> = None;
-    for row in rows {
-        progress.inc(1);
+    rows: &[Untimed],
+) -> Vec<Record> {
+    let mut known: Option<[f64; 4]> = None;
+    let mut timed = Vec::new();
+    for (row, is_settled) in rows {
+        let mut row = row.clone();
         // Rows that converged below their limit do the same work as the row before.
-        let times = settled.map_or_else(
+        let times = known.map_or_else(
             || time_row(config, case, &task.choice_at(row.iterations)),
             Ok,
         );
         match times {
             Ok(times) => {
                 [row.step_ns, row.step_ns_min, row.solve_ns, row.refine_ns] = times;
-                settled = row.settled.then_some(times);
+                known = is_settled.then_some(times);
             }
             Err(e) => {
                 row.error.get_or_insert(e.to_string());
             }
         }
+        timed.push(row);
     }
+    timed
 }
 
 /// Steps from the common states in turn, warm started as in a run, taken as they come: [step, minimum, solve, refine]

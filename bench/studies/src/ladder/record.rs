@@ -81,9 +81,6 @@ pub struct Record {
     pub frames: usize,
     /// Error levels at which this row is the fastest of its scene.
     pub fastest_at: Vec<Fastest>,
-    /// Whether no solve of the three measurements used up its iterations, so that more of them would change nothing.
-    #[serde(skip)]
-    pub settled: bool,
     /// Why there are no numbers, where the solver failed on the common states: they are null in JSON then. Without it
     /// null is what was not measured.
     pub error: Option<String>,

@@ -1,9 +1,10 @@
 //! The study of the main job: its options, what it says, its rows with what its page shows besides.
 
-use super::extras::{Extras, measure, measure_own};
+use super::extras::{measure, measure_own};
 use super::settings::settings;
 use super::table::{LEGEND, answer, rows};
-use super::{Config, OwnScene, SceneNote};
+use super::{Config, OwnScene, Results, SceneNote};
+use crate::cases::{Cases, CasesError};
 use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, Time, overrides};
 use crate::study::{self, Found, Reporter, Study, data};
 use clap::parser::ValueSource;
@@ -198,22 +199,31 @@ fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentErro
     Ok(format!("{scene}; {} s simulated{stand_ins}", config.time))
 }
 
-fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
-    let config = config(options)?;
-    let results = super::run(&config, reporter.progress)?;
-    let scene = about(&config, &results.scenes)?;
-    let answer = answer(&results);
-    (reporter.say)(&if options.rows {
-        let rows = rows(&results);
+/// What is told of the rows.
+fn told(options: &Options, config: &Config, results: &Results) -> Result<String, ExperimentError> {
+    let scene = about(config, &results.scenes)?;
+    let answer = answer(results);
+    Ok(if options.rows {
+        let rows = rows(results);
         format!("{scene}\n{LEGEND}\n{MARK}\n{rows}\n{ANSWER}\n{answer}")
     } else {
         format!("{scene}\n{ANSWER}\n\n{answer}\n{MORE}\n")
-    })?;
-    let extras: Extras = if config.own.is_empty() {
-        measure(&config.choices, options.quick.quick, reporter.progress)?
+    })
+}
+
+fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
+    let config = config(options)?;
+    // The rows are told before the plots of the page are measured.
+    let results = Cases::unless_elsewhere(super::run(&config, reporter.cases))?;
+    if let Some(results) = &results {
+        (reporter.say)(&told(options, &config, results)?)?;
+    }
+    let extras = if config.own.is_empty() {
+        measure(&config.choices, options.quick.quick, reporter.cases)?
     } else {
-        measure_own(&config)?
+        measure_own(&config, reporter.cases)?
     };
+    let results = results.ok_or(CasesError::Elsewhere)?;
     let mut settings = settings(&config)?;
     if !options.overrides.is_empty() {
         settings.push(("set".to_owned(), options.overrides.join(", ")));

@@ -2,10 +2,10 @@
 
 use super::table::{SHEETS, bars};
 use super::{Config, patient, verdicts};
+use crate::cases::Cases;
 use crate::options::{Backends, Quick, Ratios, Segments, choice};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::notation::number;
 use taut_output::plan::{PLAIN, Plan, error, positive};
@@ -20,7 +20,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--segments 24"],
     mark: ("", "pose"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -45,7 +45,7 @@ Each cell: relative errors of the multipliers against extended precision, ∞-no
 the last. Iterative solvers start from zero, and each of their solves has at most 1000 iterations, unless they name
 their own, to 1e-12";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.segments.replace(&mut config.segments);
     options.ratios.replace(&mut config.ratios)?;
@@ -64,7 +64,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
             }
         }
     }
-    let records = super::run(&config, progress)?;
+    let records = super::run(&config, cases)?;
     let rows = data(&records)?;
     let text = format!(
         "hoist: strain of at most {} (steel, made stiffer with the load), Δt = 1/{:.0} s, {}\n\

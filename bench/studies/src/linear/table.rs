@@ -65,9 +65,9 @@ pub(super) fn bars(verdicts: &[Verdict]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cases::Cases;
     use crate::linear::{Config, run};
     use crate::study::data;
-    use indicatif::ProgressBar;
     use taut_output::table::plain;
 
     #[test]
@@ -76,7 +76,7 @@ mod tests {
             segments: vec![3],
             ..Config::default()
         };
-        let records = run(&config, &ProgressBar::hidden()).unwrap();
+        let records = run(&config, &Cases::default()).unwrap();
         let text = plain(&SHEETS[0].text(&data(&records).unwrap()));
         let heading = text.lines().find(|l| l.contains("solver")).unwrap();
         let ratios: Vec<&str> = heading.split_whitespace().skip(1).collect();

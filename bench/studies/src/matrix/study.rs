@@ -2,10 +2,10 @@
 
 use super::compared;
 use super::table::SHEETS;
+use crate::cases::Cases;
 use crate::options::{Iterations, Quick};
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use std::path::PathBuf;
 use std::time::Duration;
 use taut_ground::Choice;
@@ -29,7 +29,7 @@ pub(crate) const STUDY: Study = Study {
         let paths = matches.get_many("matrices");
         paths.into_iter().flatten().cloned().collect()
     },
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -98,7 +98,7 @@ pub fn measured(system: &System, config: &Config) -> Result<Results, ExperimentE
     }
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let (limits, milliseconds): (&[usize], u64) = if options.quick.quick {
         (&[10, 100], 20)
     } else {
@@ -114,12 +114,15 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
     let read = |path: &PathBuf| System::read(path, None, None);
     let systems = options.matrices.iter().map(read);
     let systems: Vec<System> = systems.collect::<Result<_, _>>()?;
-    progress.set_length(systems.len() as u64);
-    let mut results = Vec::new();
-    for system in &systems {
-        results.push(measured(system, &config)?);
-        progress.inc(1);
-    }
+    let places = systems.iter().enumerate();
+    let places: Vec<(usize, &str)> = places
+        .map(|(k, system)| (k, system.name.as_str()))
+        .collect();
+    let cost = |(k, _): &(usize, &str)| systems[*k].matrix.dim() as f64;
+    let results = cases.in_turn("systems", &places, cost, |(k, _)| {
+        measured(&systems[*k], &config)
+    })?;
+    let results = results.all()?;
     let tables: String = results.iter().map(compared).collect();
     Ok(Found {
         settings: settings(&config),

@@ -118,7 +118,7 @@ fn heading(about: &About) -> String {
         let _ = write!(out, " ({condition:.0e} with rows scaled)");
     }
     if let (Some(order), Some(entries), Some(flops)) =
-        (about.order, about.factor_entries, about.factor_flops)
+        (&about.order, about.factor_entries, about.factor_flops)
     {
         let _ = write!(
             out,

@@ -2,10 +2,10 @@
 
 use super::Config;
 use super::table::{LEGEND, SHEETS, bar};
+use crate::cases::Cases;
 use crate::options::{Backends, Iterations, Quick, Ratios, Refused, Segments, sorted};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_model::Network;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, PRECISION, Plan, error, positive};
@@ -22,7 +22,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--scene ring --quick --segments 8,12"],
     mark: ("records", "solve_ns_per_row"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -62,7 +62,7 @@ fn network(name: &str) -> Result<Network, Refused> {
 ///
 /// # Errors
 /// Bad options, and scenes that cannot be run.
-pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+pub fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut networks = Vec::new();
     for name in &options.scenes {
         let network = network(name)?;
@@ -76,7 +76,7 @@ pub fn run(options: &Options, progress: &ProgressBar) -> Result<Found, Experimen
     options.iterations.replace(&mut config.iterations)?;
     options.backends.refuse_limits()?;
     config.choices = options.backends.choices()?;
-    let results = super::run(&config, progress)?;
+    let results = super::run(&config, cases)?;
     let rows = data(&results)?;
     let text = format!(
         "cables of 10 m, segments of 1 kg, Δt = 1/{:.0} s; {}\n{LEGEND}\n{MARK}\n{}{}",

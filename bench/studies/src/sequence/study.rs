@@ -1,10 +1,10 @@
 //! The study of sequences: its options, tables and plots.
 
 use super::{Config, run};
+use crate::cases::Cases;
 use crate::options::{Backends, Iterations};
 use crate::study::{self, Found, Study, data, tables};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use std::path::PathBuf;
 use taut_ground::matrix::sequence::{self, INDEX};
 use taut_output::check::ExperimentError;
@@ -31,7 +31,7 @@ pub(crate) const STUDY: Study = Study {
             .into_iter()
             .collect()
     },
-    run: |matches, reporter| perform(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| perform(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -55,7 +55,7 @@ iter: mean of a step, of the limit; analyse: the pattern, once; factorise, solve
 the longest step; claims: steps whose solver claims a solution; compon.: componentwise backward error; error: relative
 error of x in the largest norm; errors are the largest of all steps";
 
-fn perform(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn perform(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = Config {
         named: !options.backends.backends.is_empty(),
         ..Config::default()
@@ -64,9 +64,7 @@ fn perform(options: &Options, progress: &ProgressBar) -> Result<Found, Experimen
     options.backends.replace(&mut config.choices)?;
     options.iterations.replace(&mut config.iterations)?;
     let mut sequence = sequence::read(&options.folder)?;
-    let systems = sequence.stretches.iter_mut().flat_map(|s| &mut s.systems);
-    systems.for_each(sequence::Systems::solve_exactly);
-    let results = run(&sequence, &config, progress);
+    let results = run(&mut sequence, &config, cases)?;
     let rows = data(&results)?;
     let (steps, patterns) = (sequence.len(), sequence.stretches.len());
     let text = format!(

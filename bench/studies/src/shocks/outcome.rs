@@ -312,7 +312,7 @@ impl Reference {
 }
 
 /// Whether the load is where it should be.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Swing {
     /// Within the bar, or within three times what is not known of the reference.
@@ -324,7 +324,7 @@ pub enum Swing {
 }
 
 /// A setting's run through one shock, against the reference.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
     /// Name of the setting.
     pub setting: String,

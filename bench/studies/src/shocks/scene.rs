@@ -3,7 +3,8 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_xoshiro::Xoshiro256PlusPlus;
 use rand_xoshiro::rand_core::{Rng, SeedableRng};
-use serde::{Serialize, Serializer};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::fmt;
 use taut_model::{Bodies, HoistParams, Linearized, Scene, SceneError};
 
@@ -109,6 +110,16 @@ impl fmt::Display for Shock {
             Self::Pluck => "pluck",
             Self::Double => "double",
         })
+    }
+}
+
+impl<'de> Deserialize<'de> for Shock {
+    fn deserialize<D: Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(from)?;
+        let known = Self::ALL
+            .into_iter()
+            .find(|shock| shock.to_string() == text);
+        known.ok_or_else(|| D::Error::custom(format!("`{text}` is no shock")))
     }
 }
 

@@ -2,10 +2,10 @@
 
 use super::Config;
 use super::table::{SHEETS, text};
+use crate::cases::Cases;
 use crate::options::{Quick, Ratios, Time};
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, Plan, error, positive};
 use taut_output::settings::{self, counts, list, numbers, seconds, set, step};
@@ -18,7 +18,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick --ratios 100 --time 1"],
     mark: ("outcomes", "excess_gap"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -35,7 +35,7 @@ struct Options {
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     options.ratios.replace(&mut config.ratios)?;
     options.time.replace(
@@ -44,7 +44,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
         60,
         "the shocks need at least 1 s",
     )?;
-    let results = super::run(&config, progress)?;
+    let results = super::run(&config, cases)?;
     Ok(Found {
         settings: set_to(&config),
         text: text(&results),

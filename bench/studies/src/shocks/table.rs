@@ -201,6 +201,7 @@ fn failures(runs: &[Outcome]) -> String {
 mod tests {
     use super::super::{Config, Setting, Shock, run};
     use super::*;
+    use crate::cases::Cases;
 
     #[test]
     fn the_table_fits_and_lists_every_failure() {
@@ -214,7 +215,7 @@ mod tests {
             repeats: 1,
             ..Config::default()
         };
-        let results = run(&config, &indicatif::ProgressBar::hidden()).unwrap();
+        let results = run(&config, &Cases::default()).unwrap();
         assert_eq!(results.outcomes.len(), 3 * 8);
         let text = taut_output::table::plain(&text(&results));
         let widest = text.lines().map(|l| l.chars().count()).max();

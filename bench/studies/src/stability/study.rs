@@ -2,10 +2,10 @@
 
 use super::Config;
 use super::tables::{SHEETS, text_tables};
-use crate::options::Quick;
+use crate::cases::Cases;
+use crate::options::{Quick, Time};
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, Plan, positive, texts};
 use taut_output::settings::{Setting, counts, distinct, numbers, seconds, set, step};
@@ -18,7 +18,7 @@ pub(crate) const STUDY: Study = Study {
     examples: &["--quick"],
     mark: ("", "stable_to"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     plots: PLOTS,
     ..study::PLAIN
@@ -28,12 +28,18 @@ pub(crate) const STUDY: Study = Study {
 #[derive(Debug, Args)]
 struct Options {
     #[command(flatten)]
+    time: Time,
+    #[command(flatten)]
     quick: Quick,
 }
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
-    let config = options.quick.of(Config::quick);
-    let records = super::run(&config, progress)?;
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
+    let mut config = options.quick.of(Config::quick);
+    let needs = "it must be at least one step";
+    options
+        .time
+        .replace(&mut config.time, config.dt, 1, needs)?;
+    let records = super::run(&config, cases)?;
     let rows = data(&records)?;
     Ok(Found {
         settings: settings(&config),

@@ -2,10 +2,10 @@
 
 use super::table::SHEETS;
 use super::{Config, sweep};
+use crate::cases::Cases;
 use crate::options::{Refused, choices, count, number, require_positive};
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
-use indicatif::ProgressBar;
 use taut_ground::choice::Choice;
 use taut_output::check::ExperimentError;
 use taut_output::settings::{counts, numbers, set, solvers, step};
@@ -20,7 +20,7 @@ pub(crate) const STUDY: Study = Study {
     writes: "the rows",
     mark: ("settled", "sideways_m"),
     options: Options::augment_args,
-    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.progress),
+    run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
     ..study::PLAIN
 };
@@ -62,7 +62,7 @@ Iterations a step (to 2 % above 64) that hold the hanging cable for half a secon
 A straight cable is a chain of scalar systems, on which conjugate gradient ends after as many iterations as there are
 joints; for a bent, swinging one see `taut bench`.";
 
-fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentError> {
+fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let named = !options.backends.is_empty();
     let fits = |c: &Choice| named || (c.check().is_ok() && c.backend.name() != "dense");
     let choices = choices(&options.backends)?;
@@ -78,7 +78,7 @@ fn run(options: &Options, progress: &ProgressBar) -> Result<Found, ExperimentErr
     if config.limit == 0 {
         return Err(Refused("`--limit` is 0: it must be at least 1".to_owned()).into());
     }
-    let rows = data(&sweep(&config, progress)?)?;
+    let rows = data(&sweep(&config, cases)?)?;
     let [settled, needed] = SHEETS.map(|sheet| sheet.text(&rows));
     Ok(Found {
         settings: set([

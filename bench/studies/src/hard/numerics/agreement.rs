@@ -1,6 +1,7 @@
 //! H47: ring, junction, cranes, ladder and net with every solver: the multipliers of a common state against the KKT
 //! system in 32 digits, and the place of the load after a second against that of the reference solver.
 
+use crate::cases::Cases;
 use crate::scenes::{self, BAR, Config, Record};
 use indicatif::ProgressBar;
 use std::time::Duration;
@@ -45,7 +46,7 @@ pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
 }
 
 pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
-    let results = scenes::run(&config(quick), progress)?;
+    let results = scenes::run(&config(quick), &Cases::default().shown_by(progress.clone()))?;
     let mut checks = Vec::new();
     for network in Network::ALL {
         let own = results.records.iter().filter(|r| r.scene == network.name());

@@ -10,6 +10,7 @@ pub(super) mod chain;
 mod single;
 mod swing;
 
+use crate::cases::Cases;
 use crate::hard::numerics::extended_solution;
 use crate::hard::{grid, together, worse};
 use crate::linear::{self, Record};
@@ -81,7 +82,7 @@ pub(super) fn outcome(quick: bool, progress: &ProgressBar) -> Result<Outcome, Ex
         ratios: ratios.clone(),
         ..linear::Config::default()
     };
-    let records = linear::run(&config, progress)?;
+    let records = linear::run(&config, &Cases::default().shown_by(progress.clone()))?;
     let conditions: Vec<Condition> = ratios
         .par_iter()
         .flat_map(|&ratio| [Pose::Straight, Pose::Bent].map(|pose| (ratio, pose)))

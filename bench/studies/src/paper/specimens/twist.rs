@@ -203,8 +203,8 @@ pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
         text: report::tables(results),
         csv: csv(&results.rows)?,
         more_csv: vec![
-            ("motion", csv(&results.held)?),
-            ("leak", csv(&results.leaks)?),
+            ("motion".into(), csv(&results.held)?),
+            ("leak".into(), csv(&results.leaks)?),
         ],
         charts: vec![
             report::chart_at_rest(&results.rows),

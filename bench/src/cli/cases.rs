@@ -1,0 +1,140 @@
+//! The files of cases on the command line: `--shard`, `--resume`, `--cases`, and what a file says that its cases come from.
+
+use super::Failure;
+use super::study::Call;
+use crate::machine::{self, Machine};
+use crate::run_file::Sum;
+use clap::parser::ValueSource;
+use clap::{Arg, ArgAction, Args, Command, FromArgMatches};
+use std::fs::File;
+use std::io;
+use std::path::PathBuf;
+use taut_ground::files;
+use taut_studies::cases::{self, Cases, CasesError, Header, Input, Journal, Known, Shard};
+
+/// Which cases are run, and where they are kept.
+#[derive(Debug, Args)]
+pub(crate) struct CasesArgs {
+    /// Runs one of N shards that cost alike, and no tables: those are `taut merge`'s, of the files of all shards
+    #[arg(long, value_name = "I/N", help_heading = "Cases")]
+    shard: Option<Shard>,
+    /// Takes what the file of an earlier run holds and runs the rest; runs all where there is no file
+    #[arg(long, help_heading = "Cases")]
+    resume: bool,
+    /// File that keeps each case as it is finished (default: target/taut/NAME.cases, or NAME.I-of-N.cases)
+    #[arg(long = "cases", value_name = "PATH", help_heading = "Cases")]
+    kept: Option<PathBuf>,
+}
+
+/// The cases of a call, and the machines that they run on or have run on.
+pub(crate) struct Opened {
+    pub(crate) cases: Cases,
+    pub(crate) machine: String,
+    /// The file that keeps them.
+    pub(crate) path: PathBuf,
+}
+
+impl CasesArgs {
+    fn shard(&self) -> Shard {
+        self.shard.unwrap_or(Shard::WHOLE)
+    }
+
+    /// Where the cases of a study are kept.
+    fn path(&self, study: &str) -> PathBuf {
+        let own = || match self.shard() {
+            Shard::WHOLE => format!("target/taut/{study}.cases"),
+            Shard { number, of } => format!("target/taut/{study}.{number}-of-{of}.cases"),
+        };
+        self.kept.clone().unwrap_or_else(|| own().into())
+    }
+}
+
+/// Opens the file of a call. One that nobody asked for may be impossible to write: then the study runs without.
+pub(crate) fn open(call: &Call<'_>) -> Result<Opened, Failure> {
+    let args = CasesArgs::from_arg_matches(call.matches)?;
+    let (shard, path) = (args.shard(), args.path(call.study.name));
+    let is_asked_for = args.resume || args.shard.is_some() || args.kept.is_some();
+    let machine = Machine::current().to_string();
+    let header = header(call, shard)?;
+    let opened = Journal::open(&path, header, machine.clone(), args.resume, is_asked_for);
+    Ok(match opened {
+        Ok((journal, written)) => Opened {
+            machine: cases::machines(std::slice::from_ref(&written)),
+            cases: Cases::new(shard, written.known, Some(journal)),
+            path,
+        },
+        Err(e) if is_asked_for => return Err(e.into()),
+        Err(e) => {
+            files::complain(&format!("{e}: this run cannot be resumed"));
+            let cases = Cases::new(shard, Known::new(), None);
+            Opened {
+                cases,
+                machine,
+                path,
+            }
+        }
+    })
+}
+
+/// Version of this program, of its sources as far as they are known, and how it was built.
+pub(crate) fn version() -> String {
+    let build: Vec<&str> = machine::build_options().collect();
+    let (version, commit) = (env!("CARGO_PKG_VERSION"), machine::commit());
+    format!("{version} ({commit}), {}", build.join(" "))
+}
+
+/// What the cases of a call come from.
+pub(crate) fn header(call: &Call<'_>, shard: Shard) -> Result<Header, CasesError> {
+    Ok(Header {
+        version: version(),
+        command: command(call),
+        inputs: inputs(call)?,
+        shard,
+    })
+}
+
+/// The words of a call with the options that were given, in the order of the help.
+fn command(call: &Call<'_>) -> Vec<String> {
+    let mut words: Vec<String> = call.words.iter().map(ToString::to_string).collect();
+    let options = (call.options.options)(Command::new(call.options.name));
+    for option in options.get_arguments() {
+        let id = option.get_id().as_str();
+        if call.matches.value_source(id) != Some(ValueSource::CommandLine) {
+            continue;
+        }
+        let values = call.matches.get_raw(id).into_iter().flatten();
+        let values = values.map(|value| value.to_string_lossy().into_owned());
+        words.extend(match option.get_long() {
+            Some(long) if is_flag(option) => vec![format!("--{long}")],
+            Some(long) => values.map(|value| format!("--{long}={value}")).collect(),
+            None => values.collect(),
+        });
+    }
+    words
+}
+
+fn is_flag(option: &Arg) -> bool {
+    matches!(option.get_action(), ArgAction::SetTrue)
+}
+
+/// The files that a call reads. What is missing the study tells; what is a pipe can be read once, by the study.
+fn inputs(call: &Call<'_>) -> Result<Vec<Input>, CasesError> {
+    let paths = (call.study.reads)(call.matches).into_iter();
+    let paths = paths.filter(|path| path.is_file());
+    let input = |path: PathBuf| {
+        let mut sum = Sum::default();
+        let read = File::open(&path).and_then(|mut file| io::copy(&mut file, &mut sum));
+        match read {
+            Ok(_) => Ok(Input {
+                path,
+                checksum: sum.finalize(),
+            }),
+            Err(source) => Err(CasesError::File(files::FileError {
+                path,
+                doing: "read",
+                source,
+            })),
+        }
+    };
+    paths.map(input).collect()
+}

@@ -1,0 +1,65 @@
+//! `taut merge`: the shards of a study as one.
+
+use super::console::Console;
+use super::study::{self, Outputs};
+use super::{Failure, cases, parse};
+use clap::Args;
+use std::ffi::OsString;
+use std::path::PathBuf;
+use taut_studies::cases::{Cases, CasesError, Header, Joined, Written};
+
+/// What `--help` says below the options.
+pub(crate) const AFTER_HELP: &str = "\
+Example: taut merge target/taut/stability.1-of-2.cases target/taut/stability.2-of-2.cases --json stability.json";
+
+#[derive(Debug, Args)]
+pub(crate) struct MergeArgs {
+    /// The files of all shards
+    #[arg(value_name = "FILE.cases", required = true)]
+    files: Vec<PathBuf>,
+    /// Writes the rows to a file as well, as the study itself (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+    /// Writes the rows of the first table to a file as well, as CSV (`-` as above)
+    #[arg(long, value_name = "PATH")]
+    csv: Option<PathBuf>,
+}
+
+/// Tells and writes what the study of these files comes to.
+pub(crate) fn run(args: &MergeArgs, console: Console) -> Result<(), Failure> {
+    let files = args.files.iter().map(|path| Written::read(path));
+    let joined = Joined::of(files.collect::<Result<_, _>>()?)?;
+    let first = &args.files[0];
+    // Before its options are read, which may be others in another version.
+    let same = Header {
+        version: cases::version(),
+        ..joined.header.clone()
+    };
+    joined.header.check(first, &same, "this program")?;
+    let words = std::iter::once("taut").chain(joined.header.command.iter().map(String::as_str));
+    let unknown = || CasesError::NotCases(first.clone());
+    let cli = parse::parse(words.map(OsString::from)).map_err(|_| unknown())?;
+    let call = study::call(&cli)?.ok_or_else(unknown)?;
+    let own = cases::header(&call, joined.header.shard)?;
+    joined.header.check(first, &own, "this program")?;
+    if args.csv.is_some() && call.study.sheets.is_empty() {
+        let words = call.words.join(" ");
+        let message = format!("`taut {words}` has no table of rows for `--csv`: use `--json`");
+        return Err(Failure::Input(message));
+    }
+    let outputs = Outputs::open(
+        &call,
+        args.json.as_deref(),
+        args.csv.as_deref(),
+        &args.files,
+    )?;
+    let cases = Cases::merged(joined.known).shown_by(console.progress(0));
+    study::tell(
+        &call,
+        &cases,
+        joined.machine,
+        &own.command,
+        &outputs,
+        console,
+    )
+}

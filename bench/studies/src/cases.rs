@@ -1,0 +1,311 @@
+//! Cases: what a study runs one by one, keeps in a file as each is finished, and deals to shards.
+//!
+//! A study gives its cases as lists, stage by stage, with what runs one of them ([`Cases::parallel`], [`Cases::in_turn`]).
+//! What it makes of the records, its tables, page and verdicts, depends on nothing else: with every record known it
+//! comes to the same without running anything. A run that was interrupted takes the records of its file ([`Journal`]) and
+//! runs the rest; a shard runs and writes those that are dealt to it ([`Shard`]); the files of all shards together
+//! ([`Joined`]) are the whole study.
+//!
+//! Every record is encoded and decoded where it is made, whether a file is written or not: what a merged study shows
+//! cannot differ from what one run shows.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `shard` | which shard runs which case |
+//! | `journal` | the file of cases: its header, its items, how it is written and read |
+//! | `merge` | the files of all shards as one |
+//! | `error` | what is wrong with a file or with several |
+
+mod error;
+mod journal;
+mod merge;
+mod shard;
+#[cfg(test)]
+mod tests;
+
+pub use error::CasesError;
+pub use journal::{Header, Input, Item, Journal, Key, Known, Written};
+pub use merge::{Joined, machines};
+pub use shard::Shard;
+
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::fmt::Debug;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+use std::sync::{Mutex, OnceLock, PoisonError};
+use taut_ground::files;
+use taut_output::check::ExperimentError;
+
+/// The cases of a running study. The default runs all, keeps no file and shows no progress.
+#[derive(Debug)]
+pub struct Cases {
+    bar: ProgressBar,
+    shard: Shard,
+    known: Known,
+    journal: Mutex<Option<Journal>>,
+    /// Whether what is not known is missing, not to be run.
+    is_merged: bool,
+    counts: Counts,
+}
+
+/// How many cases there are of all shards, and of this one; how many were run here.
+#[derive(Debug, Default)]
+struct Counts {
+    all: AtomicUsize,
+    own: AtomicUsize,
+    run: AtomicUsize,
+}
+
+impl Default for Cases {
+    fn default() -> Self {
+        Self {
+            bar: ProgressBar::hidden(),
+            shard: Shard::WHOLE,
+            known: Known::new(),
+            journal: Mutex::new(None),
+            is_merged: false,
+            counts: Counts::default(),
+        }
+    }
+}
+
+impl Cases {
+    /// Those of a shard, of which some may be known, appended to a file as they are finished.
+    #[must_use]
+    pub fn new(shard: Shard, known: Known, journal: Option<Journal>) -> Self {
+        Self {
+            shard,
+            known,
+            journal: Mutex::new(journal),
+            ..Self::default()
+        }
+    }
+
+    /// Those of a study that has been run: nothing is run again.
+    #[must_use]
+    pub fn merged(known: Known) -> Self {
+        Self {
+            known,
+            is_merged: true,
+            ..Self::default()
+        }
+    }
+
+    /// The same with a bar that shows how far the study is.
+    #[must_use]
+    pub fn shown_by(self, bar: ProgressBar) -> Self {
+        Self { bar, ..self }
+    }
+
+    /// The bar, which advances once for each case.
+    #[must_use]
+    pub fn bar(&self) -> &ProgressBar {
+        &self.bar
+    }
+
+    /// Whether these are all cases of the study.
+    #[must_use]
+    pub fn is_whole(&self) -> bool {
+        self.shard == Shard::WHOLE
+    }
+
+    /// Runs a stage's cases in parallel, those that are dealt to this shard by their `cost`, in any unit. A list of the same
+    /// costs is dealt alike in every stage.
+    ///
+    /// # Errors
+    /// What a case ends in; a record that cannot be kept, or is that of another case.
+    pub fn parallel<C, T, E>(
+        &self,
+        stage: &'static str,
+        list: &[C],
+        cost: impl Fn(&C) -> f64,
+        run: impl Fn(&C) -> Result<T, E> + Sync,
+    ) -> Result<Records<T>, ExperimentError>
+    where
+        C: Debug + Sync,
+        T: Serialize + DeserializeOwned + Send,
+        E: Into<ExperimentError>,
+    {
+        let own = self.begin(stage, list, cost);
+        let cases = own.into_par_iter().enumerate().with_max_len(1);
+        let record = |(k, is_own): (usize, bool)| {
+            let run = || run(&list[k]);
+            is_own
+                .then(|| self.case(stage, k, &list[k], run))
+                .transpose()
+        };
+        Ok(Records(cases.map(record).collect::<Result<_, _>>()?))
+    }
+
+    /// Runs a stage's cases one after the other, such as those whose times are measured; else as
+    /// [`parallel`](Self::parallel).
+    ///
+    /// # Errors
+    /// As for [`parallel`](Self::parallel).
+    pub fn in_turn<C, T, E>(
+        &self,
+        stage: &'static str,
+        list: &[C],
+        cost: impl Fn(&C) -> f64,
+        run: impl FnMut(&C) -> Result<T, E>,
+    ) -> Result<Records<T>, ExperimentError>
+    where
+        C: Debug,
+        T: Serialize + DeserializeOwned,
+        E: Into<ExperimentError>,
+    {
+        let records = self
+            .each(stage, list, cost, run)
+            .collect::<Result<_, _>>()?;
+        Ok(Records(records))
+    }
+
+    /// As [`in_turn`](Self::in_turn), each record as soon as it is there; none for a case of another shard.
+    pub fn each<'a, C, T, E>(
+        &'a self,
+        stage: &'static str,
+        list: &'a [C],
+        cost: impl Fn(&C) -> f64,
+        mut run: impl FnMut(&C) -> Result<T, E> + 'a,
+    ) -> impl Iterator<Item = Result<Option<T>, ExperimentError>> + 'a
+    where
+        C: Debug,
+        T: Serialize + DeserializeOwned + 'a,
+        E: Into<ExperimentError> + 'a,
+    {
+        let own = self.begin(stage, list, cost).into_iter().enumerate();
+        own.map(move |(k, is_own)| {
+            let run = || run(&list[k]);
+            is_own
+                .then(|| self.case(stage, k, &list[k], run))
+                .transpose()
+        })
+    }
+
+    /// What `study` comes to; none where it lacks cases of other shards. For a study that has another stage to run after it.
+    ///
+    /// # Errors
+    /// Those of the study.
+    pub fn unless_elsewhere<T>(
+        study: Result<T, ExperimentError>,
+    ) -> Result<Option<T>, ExperimentError> {
+        match study {
+            Err(e) if CasesError::is_elsewhere(&e) => Ok(None),
+            other => other.map(Some),
+        }
+    }
+
+    /// Deals the cases of a stage: which of them are run here.
+    fn begin<C>(&self, stage: &'static str, list: &[C], cost: impl Fn(&C) -> f64) -> Vec<bool> {
+        let costs: Vec<f64> = list.iter().map(cost).collect();
+        let own = self.shard.own(&costs);
+        let count = own.iter().filter(|is_own| **is_own).count();
+        self.counts.all.fetch_add(list.len(), Relaxed);
+        self.counts.own.fetch_add(count, Relaxed);
+        self.bar.reset();
+        self.bar.set_length(count as u64);
+        self.bar.set_message(stage);
+        own
+    }
+
+    /// The record of a case: that of the file, or what running it comes to, which is then appended.
+    fn case<C: Debug, T: Serialize + DeserializeOwned, E: Into<ExperimentError>>(
+        &self,
+        stage: &'static str,
+        index: usize,
+        case: &C,
+        run: impl FnOnce() -> Result<T, E>,
+    ) -> Result<T, ExperimentError> {
+        let label = crc32fast::hash(format!("{case:?}").as_bytes());
+        let key = Key::new(stage, index);
+        let decoded = match self.known.get(&key) {
+            Some(item) if item.label == label => item.decoded()?,
+            Some(_) => return Err(CasesError::OtherCase(key).into()),
+            None if self.is_merged => return Err(CasesError::Missing(key).into()),
+            None => {
+                let record = run().map_err(Into::into)?;
+                let item = Item::of(key, label, &record)?;
+                self.keep(&item)?;
+                self.counts.run.fetch_add(1, Relaxed);
+                item.decoded()?
+            }
+        };
+        self.bar.inc(1);
+        Ok(decoded)
+    }
+
+    /// Appends to the file. One that nobody asked for is given up where it cannot be written, and the study goes on.
+    fn keep(&self, item: &Item) -> Result<(), CasesError> {
+        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some(open) = journal.as_mut() else {
+            return Ok(());
+        };
+        match open.append(item) {
+            Err(e) if !open.is_asked_for() => {
+                files::complain(&format!("{e}: this run cannot be resumed"));
+                *journal = None;
+                Ok(())
+            }
+            other => other,
+        }
+    }
+
+    /// Closes the file of a study that has run all its cases.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn finish(&self) -> Result<(), CasesError> {
+        let all = self.counts.all.load(Relaxed);
+        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
+        journal.as_mut().map_or(Ok(()), |open| open.finish(all))
+    }
+
+    /// What was done here, in a line.
+    #[must_use]
+    pub fn told(&self) -> String {
+        let [all, own, run] = [&self.counts.all, &self.counts.own, &self.counts.run];
+        let [all, own, run] = [all, own, run].map(|count| count.load(Relaxed));
+        let shard = self.shard;
+        format!(
+            "shard {shard}: {own} of {all} cases, {run} run now, {} known",
+            own - run
+        )
+    }
+}
+
+/// The records of a stage: of a shard its own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Records<T>(Vec<Option<T>>);
+
+impl<T> Records<T> {
+    /// All of them, in the order of the cases.
+    ///
+    /// # Errors
+    /// [`CasesError::Elsewhere`] where some are those of other shards.
+    pub fn all(self) -> Result<Vec<T>, CasesError> {
+        let all: Option<Vec<T>> = self.0.into_iter().collect();
+        all.ok_or(CasesError::Elsewhere)
+    }
+
+    /// That of a case.
+    ///
+    /// # Errors
+    /// [`CasesError::Elsewhere`] where it is of another shard.
+    pub fn of(&self, case: usize) -> Result<&T, CasesError> {
+        self.0[case].as_ref().ok_or(CasesError::Elsewhere)
+    }
+}
+
+/// What several stages need of a case, made by the first of them that runs it.
+///
+/// # Errors
+/// Those of `make`.
+pub fn shared<T, E>(place: &OnceLock<T>, make: impl FnOnce() -> Result<T, E>) -> Result<&T, E> {
+    match place.get() {
+        Some(made) => Ok(made),
+        // Not under the lock: what is made may be made in parallel.
+        None => make().map(|made| place.get_or_init(|| made)),
+    }
+}

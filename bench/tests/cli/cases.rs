@@ -1,0 +1,359 @@
+use crate::{folder, good, program, refused, taut, text};
+use serde_json::Value;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Stdio;
+use std::time::Duration;
+
+fn read(at: &Path, name: &str) -> Value {
+    let text = fs::read_to_string(at.join(name)).unwrap_or_else(|e| panic!("{name}: {e}"));
+    serde_json::from_str(&text).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The same without times, and without what comes from them.
+fn untimed(value: &Value) -> Value {
+    match value {
+        Value::Array(list) => list.iter().map(untimed).collect(),
+        Value::Object(fields) => {
+            let is_time = |key: &str| {
+                let timed = ["fastest_at", "ratio", "ratio_median", "samples", "trace"];
+                key.contains("ns") && !["constraints", "options"].contains(&key)
+                    || timed.contains(&key)
+            };
+            let kept = fields.iter().filter(|(key, _)| !is_time(key));
+            kept.map(|(key, value)| (key.clone(), untimed(value)))
+                .collect()
+        }
+        other => other.clone(),
+    }
+}
+
+/// The data of the page, without when and how it was made.
+fn page(at: &Path, study: &str) -> Value {
+    let mut report = read(at, &format!("target/taut/{study}.report.json"));
+    for field in ["unix_time", "command"] {
+        report.as_object_mut().expect("a report").remove(field);
+    }
+    report
+}
+
+/// Runs a study in three shards and merges them, the last first, with an option of the merge: what that prints.
+fn merged(at: &PathBuf, study: &str, call: &str, option: &str) -> String {
+    for shard in 1..=3 {
+        let told = good(at, &format!("{call} --shard {shard}/3"));
+        assert_eq!(told.lines().count(), 1, "{told}");
+        assert!(told.starts_with(&format!("shard {shard}/3: ")), "{told}");
+    }
+    let files = [3, 1, 2].map(|k| format!("target/taut/{study}.{k}-of-3.cases"));
+    let files = files.join(" ");
+    good(at, &format!("merge {files} --json merged.json {option}"))
+}
+
+#[test]
+fn three_shards_merged_are_one_run() {
+    for (study, call) in [
+        ("stability", "study stability --quick --time 0.5"),
+        (
+            "linear",
+            "study linear --segments 3 --ratios 10,1e6 --backends dense",
+        ),
+        ("energy", "study energy --quick"),
+    ] {
+        let at = folder(&format!("shards_{study}"));
+        let whole = good(&at, &format!("{call} --json whole.json --csv whole.csv"));
+        let own = page(&at, study);
+        assert_eq!(
+            merged(&at, study, call, "--csv merged.csv"),
+            whole,
+            "{study}"
+        );
+        assert_eq!(page(&at, study), own, "{study}");
+        for ending in ["json", "csv"] {
+            let [a, b] = ["whole", "merged"].map(|name| {
+                let path = at.join(format!("{name}.{ending}"));
+                fs::read_to_string(path).expect("written")
+            });
+            assert_eq!(a, b, "{study}");
+        }
+        let command = read(&at, &format!("target/taut/{study}.report.json"))["command"].clone();
+        assert!(
+            command
+                .as_str()
+                .is_some_and(|c| c.contains("--quick") || c.contains("--segments=3"))
+        );
+    }
+}
+
+#[test]
+fn three_shards_merged_are_one_run_but_for_times() {
+    for (study, call) in [
+        (
+            "bench",
+            "bench --quick --segments 4 --ratios 10,100 --iterations 1,50 --time 0.3",
+        ),
+        (
+            "kernels",
+            "study kernels --quick --segments 3,4 --backends dense",
+        ),
+        ("shocks", "study shocks --quick --ratios 100 --time 1"),
+        (
+            "scenes",
+            "bench --scene ring,net --segments 8 --ratios 10 --backends dense,cg:group --quick",
+        ),
+    ] {
+        let at = folder(&format!("timed_{study}"));
+        good(&at, &format!("{call} --json whole.json"));
+        let own = page(&at, study);
+        merged(&at, study, call, "");
+        let [a, b] = ["whole.json", "merged.json"].map(|name| untimed(&read(&at, name)));
+        assert_eq!(a, b, "{study}");
+        let merged = page(&at, study);
+        for field in ["settings", "omissions", "machine", "version"] {
+            assert_eq!(merged[field], own[field], "{study}: {field}");
+        }
+    }
+}
+
+/// The checks of `taut hard` and what `taut paper` writes are those of one run.
+#[test]
+fn experiments_that_end_in_checks_are_merged() {
+    let at = folder("shards_checks");
+    let call = "hard H01 H46 --quick";
+    let whole = good(&at, &format!("{call} --json whole.json"));
+    assert_eq!(merged(&at, "hard", call, ""), whole);
+    assert_eq!(read(&at, "merged.json"), read(&at, "whole.json"));
+    let files =
+        "target/taut/hard.1-of-3.cases target/taut/hard.2-of-3.cases target/taut/hard.3-of-3.cases";
+    refused(
+        &at,
+        &format!("merge {files} --csv a.csv"),
+        &["taut hard", "--csv"],
+    );
+    let call = "paper table1 fig2 --quick --out figures";
+    let whole = good(&at, call);
+    let files = || {
+        let entries = fs::read_dir(at.join("figures"))
+            .expect("a folder")
+            .flatten();
+        let mut files: Vec<_> = entries
+            .map(|e| (e.file_name(), fs::read(e.path()).expect("readable")))
+            .collect();
+        files.sort();
+        files
+    };
+    let own = files();
+    fs::remove_dir_all(at.join("figures")).expect("removed");
+    assert_eq!(merged(&at, "paper", call, ""), whole);
+    assert_eq!(files(), own);
+}
+
+#[test]
+fn a_killed_run_goes_on_with_what_it_has_written() {
+    let at = folder("killed");
+    let call = "study stability --quick";
+    let whole = good(
+        &at,
+        &format!("{call} --json whole.json --cases whole.cases"),
+    );
+    let mut child = program(&at, call);
+    let child = child.stdout(Stdio::null()).stderr(Stdio::null());
+    let mut child = child.spawn().expect("started");
+    let path = at.join("target/taut/stability.cases");
+    let has_cases = || fs::metadata(&path).is_ok_and(|file| file.len() > 600);
+    while !has_cases() && child.try_wait().expect("a child").is_none() {
+        std::thread::sleep(Duration::from_millis(2));
+    }
+    child.kill().expect("killed");
+    child.wait().expect("ended");
+    let resumed = good(&at, &format!("{call} --resume --json resumed.json"));
+    assert_eq!(resumed, whole);
+    assert_eq!(read(&at, "resumed.json"), read(&at, "whole.json"));
+    let files = ["target/taut/stability.cases", "whole.cases"];
+    let [resumed, once] = files.map(|name| fs::metadata(at.join(name)).expect("there").len());
+    assert_eq!(resumed, once, "a case is lost, or there twice");
+}
+
+#[test]
+fn a_study_that_refuses_its_options_costs_no_cases() {
+    let at = folder("kept");
+    let call = "study stability --quick --time 0.1";
+    good(&at, call);
+    let path = at.join("target/taut/stability.cases");
+    let kept = fs::read(&path).expect("written");
+    refused(&at, "study stability --quick --time 0", &["--time"]);
+    assert_eq!(fs::read(&path).expect("there"), kept);
+    good(&at, &format!("{call} --resume"));
+    assert_eq!(fs::read(&path).expect("there"), kept);
+}
+
+/// A folder that cannot be written costs the file of cases only, unless that was asked for.
+#[test]
+fn a_file_of_cases_that_cannot_be_written_is_named() {
+    let at = folder("no_cases");
+    fs::write(at.join("target"), "").expect("writable");
+    let call = "study stability --quick --time 0.1";
+    let output = taut(&at, call);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(text(&output.stdout).contains("linearly-implicit"));
+    assert!(text(&output.stderr).contains("cannot be resumed"));
+    for option in ["--shard 1/2", "--resume", "--cases target/a.cases"] {
+        refused(
+            &at,
+            &format!("{call} {option}"),
+            &["cannot write", "target"],
+        );
+    }
+}
+
+#[test]
+fn shards_that_are_none_are_refused() {
+    let at = folder("no_shards");
+    for shard in ["3/2", "0/2", "1/0", "half", "1/2/3", "1/99999"] {
+        refused(
+            &at,
+            &format!("study stability --shard {shard}"),
+            &["--shard", "from 1/8"],
+        );
+    }
+    for output in ["--json a.json", "--csv a.csv"] {
+        refused(
+            &at,
+            &format!("study stability --shard 1/2 {output}"),
+            &["cannot be used"],
+        );
+    }
+    refused(&at, "merge", &["FILE.cases"]);
+    assert_eq!(fs::read_dir(&at).expect("a folder").count(), 0);
+}
+
+#[test]
+fn files_that_cannot_be_merged_or_resumed_are_named() {
+    let at = folder("no_merge");
+    let call = "study stability --quick --time 0.1";
+    for shard in ["1/2", "2/2"] {
+        good(&at, &format!("{call} --shard {shard}"));
+    }
+    let [one, two] = [
+        "target/taut/stability.1-of-2.cases",
+        "target/taut/stability.2-of-2.cases",
+    ];
+    good(
+        &at,
+        "study stability --quick --time 0.2 --shard 2/2 --cases other.cases",
+    );
+    good(
+        &at,
+        "study linear --segments 3 --ratios 1 --backends dense --shard 2/2 --cases linear.cases",
+    );
+    let bytes = fs::read(at.join(two)).expect("readable");
+    fs::write(at.join("torn.cases"), &bytes[..30]).expect("writable");
+    fs::write(at.join("cut.cases"), &bytes[..bytes.len() - 3]).expect("writable");
+    fs::write(at.join("text.cases"), "a,b\n").expect("writable");
+    // The version is a text of the header: another one of the same length.
+    let version = env!("CARGO_PKG_VERSION").as_bytes();
+    let place = bytes
+        .windows(version.len())
+        .position(|w| w == version)
+        .expect("a version");
+    let mut older = bytes.clone();
+    older[place..place + version.len()].fill(b'0');
+    fs::write(at.join("older.cases"), &older).expect("writable");
+    for (files, words) in [
+        (one.to_owned(), ["shards are missing, of 2", "2"]),
+        (format!("{one} {one} {two}"), ["1/2 is there twice", one]),
+        (
+            format!("{one} other.cases"),
+            ["other.cases` has another command", "--time=0.2"],
+        ),
+        (
+            format!("{one} linear.cases"),
+            ["linear.cases` has another command", "taut study linear"],
+        ),
+        (
+            format!("{one} older.cases"),
+            ["older.cases` has another version", "00000"],
+        ),
+        ("older.cases".to_owned(), ["shards are missing", "1"]),
+        (
+            format!("{one} torn.cases"),
+            ["torn.cases` ends within its header", "again"],
+        ),
+        (
+            format!("{one} cut.cases"),
+            ["cut.cases` does not hold all", "--resume"],
+        ),
+        (
+            format!("{one} text.cases"),
+            ["text.cases` is no file of cases", "taut"],
+        ),
+        (format!("{one} none.cases"), ["cannot read", "none.cases"]),
+        (".".to_owned(), ["no file of cases", "."]),
+    ] {
+        refused(&at, &format!("merge {files} --json merged.json"), &words);
+        assert!(!at.join("merged.json").exists(), "{files}");
+    }
+    refused(
+        &at,
+        &format!("merge {one} {two} --json {one}"),
+        &["it is read"],
+    );
+    let resume =
+        |options: &str, words: &[&str]| refused(&at, &format!("study stability {options}"), words);
+    resume(
+        "--quick --resume --cases other.cases",
+        &["another command", "--time=0.2", "this run"],
+    );
+    resume(
+        "--quick --time 0.2 --shard 1/2 --resume --cases other.cases",
+        &["another shard", "`2/2`", "`1/2`"],
+    );
+    resume(
+        "--quick --time 0.1 --shard 2/2 --resume --cases older.cases",
+        &["another version", "00000"],
+    );
+    resume("--quick --cases text.cases", &["no file of cases"]);
+    // Its header alone is lost: there is nothing to resume, and no more to lose.
+    good(
+        &at,
+        &format!("{call} --shard 2/2 --resume --cases torn.cases"),
+    );
+    assert_eq!(
+        fs::read(at.join("torn.cases")).expect("there").len(),
+        bytes.len()
+    );
+}
+
+/// Two runs do not write one file.
+#[test]
+fn a_file_of_cases_has_one_writer() {
+    let at = folder("one_writer");
+    let file = File::create(at.join("a.cases")).expect("writable");
+    file.lock().expect("locked");
+    refused(
+        &at,
+        "study stability --quick --cases a.cases",
+        &["a.cases", "another run"],
+    );
+    refused(&at, "merge a.cases", &["a.cases", "another run"]);
+}
+
+/// What a study reads is part of what its cases come from.
+#[test]
+fn a_scene_that_changed_is_not_resumed() {
+    let at = folder("changed");
+    fs::write(at.join("a.toml"), good(&at, "scene hoist --set segments=3")).expect("writable");
+    let call = "bench --quick --scene a.toml --backends dense --time 0.4";
+    good(&at, call);
+    fs::write(at.join("a.toml"), good(&at, "scene hoist --set segments=4")).expect("writable");
+    refused(
+        &at,
+        &format!("{call} --resume"),
+        &["content of what it reads", "a.toml"],
+    );
+    refused(
+        &at,
+        "merge target/taut/bench.cases",
+        &["content of what it reads", "this program"],
+    );
+    good(&at, call);
+}
