@@ -35,6 +35,7 @@ pub use massless_cable::{MasslessCable, Winch};
 pub use motor::{Motor, Target};
 pub use paper::{Paper, TwistDefinition};
 pub(crate) use rows::Rows;
+pub(crate) use sheave::called;
 pub use sheave::{Lay, Sheave};
 pub use slider::Slider;
 pub use spherical::Spherical;

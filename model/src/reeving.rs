@@ -14,7 +14,7 @@
 //! length that slips at a fixed geometry changes the tensions linearly.
 
 use crate::body::Bodies;
-use crate::constraint::{Constraint, Lay, MasslessCable, Sheave};
+use crate::constraint::{Constraint, Lay, MasslessCable, Sheave, called};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::scene::Scene;
@@ -172,7 +172,12 @@ impl Scene {
                 let [Some(Some(end)), Some(Some(begin))] = ends else {
                     return false;
                 };
-                end.shared && begin.shared && end.radius == begin.radius && frames[0] == frames[1]
+                end.shared
+                    && begin.shared
+                    && end.radius == begin.radius
+                    && frames[0] == frames[1]
+                    && before.tension_only
+                    && after.tension_only
             });
             if !joined {
                 return Err(SceneError::Conflict {
@@ -229,8 +234,9 @@ impl MasslessCable {
         name: &str,
         bodies: &Bodies,
     ) -> Result<(Vec<Self>, Vec<f64>), SceneError> {
-        let what = |side: usize| format!("massless cable `{name}`: sheave {}", side + 1);
-        self.check_path(bodies, 0.0, &what)?;
+        let of = format!("massless cable `{name}`");
+        let what = |side: usize| called(&of, side);
+        self.check_path(bodies, 0.0, &of)?;
         let friction = |side: usize| self.sheaves[side].map_or(0.0, |s| s.friction);
         let cuts: Vec<usize> = (0..self.sheaves.len())
             .filter(|&side| friction(side) > 0.0)
@@ -240,7 +246,7 @@ impl MasslessCable {
         }
         if !self.tension_only {
             return Err(SceneError::Conflict {
-                what: format!("massless cable `{name}`"),
+                what: of,
                 reason: "pushes, which over a sheave with friction nothing can: remove `tension_only = false` or the friction",
             });
         }

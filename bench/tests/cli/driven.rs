@@ -110,7 +110,11 @@ fn faulty_inputs_are_refused_with_their_line() {
     );
     refused(&at, "run gantry --set parts=1", &["parts is 1", "2 to 12"]);
     refused(&at, "scene gantry --set drop=nan", &["drop is NaN"]);
-    refused(&at, "scene gantry --set sheaves=3", &["sheaves", "parts"]);
+    refused(
+        &at,
+        "scene gantry --set pulleys=3",
+        &["pulleys", "sheaves", "parts"],
+    );
 }
 
 #[test]

@@ -115,6 +115,8 @@ fn a_written_scene_runs_as_the_scene_itself() {
     for name in taut_model::named::NAMES {
         let size = if name.starts_with("particles") {
             "particles=4 --set seed=2"
+        } else if taut_model::Reeved::named(name).is_some() {
+            "falls=3 --set friction=0.2"
         } else {
             "segments=8 --set seed=2"
         };

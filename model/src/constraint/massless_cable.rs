@@ -317,17 +317,13 @@ impl MasslessCable {
         Some((sheave.radius, std::mem::replace(at, cut)))
     }
 
-    /// Checks its sheaves and that it has a tangent on each with the bodies where they are at time `t` (s); `what` names one.
-    pub(crate) fn check_path(
-        &self,
-        bodies: &Bodies,
-        t: f64,
-        what: &dyn Fn(usize) -> String,
-    ) -> Result<(), SceneError> {
+    /// Checks its sheaves and that it has a tangent on each with the bodies where they are at time `t` (s); `of` names it.
+    pub(crate) fn check_path(&self, bodies: &Bodies, t: f64, of: &str) -> Result<(), SceneError> {
         let (count, sides) = (self.sheaves.len(), self.frames.len());
         if count == 0 {
             return Ok(());
         }
+        let what = |side: usize| sheave::called(of, side);
         if count != sides {
             return Err(SceneError::Length {
                 what: "sheaves of a massless cable",
@@ -376,6 +372,9 @@ impl MasslessCable {
                 return conflict("is shared with another part: only the end of a part can be");
             }
         }
+        let (wound, length) = (self.wound(), self.length);
+        let needs = "more than what lies on its drums, turns × 2π × radius (m)";
+        check(format!("{of}: length"), length, wound < length, needs)?;
         // A path that has begun goes on from the state that it is in.
         let fault = self.fault(bodies, t).filter(|_| self.is_new());
         let fault = fault.or_else(|| Some((self.passed_by(bodies, t)?, PASSED_BY)));

@@ -23,7 +23,8 @@
 //! is fixed to, about the axis r (T_B − T_A).
 //!
 //! An end on a sheave is a **drum**: the cable is fastened to it at an angle that stays, and θ is what lies on it.
-//! An inner sheave that the cable leaves is off until the cable lies across it again.
+//! An inner sheave that the cable leaves is off until the cable lies across it again. Turns are counted from step to step, in
+//! each of which a sheave has to turn by less than half of one.
 
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -78,7 +79,13 @@ impl Sheave {
     }
 }
 
+/// What a sheave of a cable is called in errors.
+pub(crate) fn called(cable: &str, side: usize) -> String {
+    format!("{cable}: sheave {}", side + 1)
+}
+
 /// Where a cable touches a sheave.
+#[non_exhaustive]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
 use crate::body::{Bodies, Mobility};
-use crate::constraint::{Constraint, Distance, MasslessCable, Sheave};
+use crate::constraint::{Constraint, Distance, MasslessCable, Sheave, called};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -285,12 +285,12 @@ impl Scene {
             self.validate_frame(joint, &side, frame)?;
         }
         if let Constraint::MasslessCable(cable) = c {
-            let what = |side: usize| format!("joint `{joint}`: sheave {}", side + 1);
-            cable.check_path(&self.bodies, 0.0, &what)?;
+            let of = format!("joint `{joint}`");
+            cable.check_path(&self.bodies, 0.0, &of)?;
             let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0);
             if let Some(side) = cable.sheaves.iter().position(grips) {
                 return Err(SceneError::Conflict {
-                    what: what(side),
+                    what: called(&of, side),
                     reason: "has friction, over which one tension is none: add the cable with `Scene::reeve`",
                 });
             }

@@ -104,6 +104,12 @@ fn faults_of_sheaves() {
             &["radius is NaN"],
         ),
         (
+            "length = 20",
+            "length = 6",
+            "line ",
+            &["length is 6: it has to be more than what lies on its drums"],
+        ),
+        (
             "friction = 0.1",
             "friction = -0.1",
             "line ",
