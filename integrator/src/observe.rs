@@ -1,8 +1,9 @@
 //! What a stepper tells of its state: scene, multipliers, linear system, energies, and the exact solution of the next step.
 
-use crate::bounded::Verdict;
+use crate::bounded::{Bounded, Verdict};
 use crate::pieces::Pieces;
 use crate::plan::Plan;
+use crate::slip::Slip;
 use crate::stepper::{Stage, Stepper};
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
 use nalgebra::Vector3;
@@ -304,12 +305,14 @@ impl Stepper {
         self.linearize(self.options.stiffness)?;
         let dt = self.substep();
         // The stepper's own solves start from what they know, not from what is found here.
-        let mut bounded = self.bounded.clone();
+        let (mut bounded, mut slip) = (self.bounded.clone(), self.slip.clone());
         bounded.begin();
         loop {
             bounded.hold(&mut self.pieces, dt);
-            let solved = self.solve_extended();
+            let solved = self.solve_extended(None);
+            let solved = solved.and_then(|stuck| self.slip_extended(&mut slip, &bounded, stuck));
             bounded.release(&mut self.pieces);
+            slip.release(&mut self.pieces);
             let mut mu = solved?;
             match bounded.judge(&mut self.pieces, &mut mu, dt) {
                 Verdict::Settled => return Ok(mu),
@@ -319,8 +322,45 @@ impl Stepper {
         }
     }
 
-    /// μ of the KKT system of the present pieces, in extended precision.
-    fn solve_extended(&mut self) -> Result<Vec<f64>, StepError> {
+    /// The multipliers with cables that slip, from those of none, with every solve in extended precision.
+    fn slip_extended(
+        &mut self,
+        slip: &mut Slip,
+        bounded: &Bounded,
+        stuck: Vec<f64>,
+    ) -> Result<Vec<f64>, StepError> {
+        if slip.is_empty() {
+            return Ok(stuck);
+        }
+        slip.take_out(&mut self.pieces);
+        slip.begin();
+        let mut mu = stuck.clone();
+        let speed = self
+            .pieces
+            .rate
+            .iter()
+            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        for pass in 0.. {
+            while let Some((i, column)) = slip.wanted(bounded) {
+                let response = self.solve_extended(Some(&column.to_vec()))?;
+                slip.learn(i, &response);
+            }
+            match slip.settle(&stuck, &mut mu, speed, pass) {
+                Some(true) => break,
+                Some(false) => {}
+                None => return Err(StepError::Undecided { time: self.time }),
+            }
+        }
+        if slip.slips() {
+            slip.apply(&mut self.pieces, Some(bounded));
+            mu = self.solve_extended(None)?;
+            slip.correct(&mut mu);
+        }
+        Ok(mu)
+    }
+
+    /// μ of the KKT system of the present pieces, or with this part of the rows alone on the right, in extended precision.
+    fn solve_extended(&mut self, column: Option<&[f64]>) -> Result<Vec<f64>, StepError> {
         // What the backend factorises is no matter here: all is factorised.
         let (auto, all) = (Elimination::Auto, &taut_solver::Backend::Banded);
         let order = elimination::order_of(auto, &self.scene, &self.pieces.rows, all)
@@ -332,7 +372,10 @@ impl Stepper {
             &order.constraints,
         )
         .map_err(|e| self.at_state(e))?;
-        let (a, b) = self.fill_system(Form::Kkt, &mut plan);
+        let (a, mut b) = self.fill_system(Form::Kkt, &mut plan);
+        if let Some(column) = column {
+            plan.gather(&self.pieces.rows, None, column, 1.0, &mut b);
+        }
         let x = taut_solver::reference_solution(&a, &b).map_err(|e| self.at_state(e))?;
         let rows = &self.pieces.rows;
         let mut mu = vec![0.0; rows.rows()];

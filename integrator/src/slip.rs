@@ -196,7 +196,7 @@ impl Slip {
     }
 
     /// Adds the slip to the drives, and to c − J v of all rows or of those that are not held at a bound.
-    fn apply(&mut self, pieces: &mut Pieces, bounded: Option<&Bounded>) {
+    pub(crate) fn apply(&mut self, pieces: &mut Pieces, bounded: Option<&Bounded>) {
         for sheave in &mut self.sheaves {
             let (more, whole) = (sheave.rate - sheave.applied, sheave.rate);
             sheave.applied = whole;
@@ -223,8 +223,8 @@ impl Slip {
         }
     }
 
-    /// The first sheave that slips and whose response is not known, with B in `column`.
-    pub(crate) fn wanted(&mut self, bounded: &Bounded) -> Option<usize> {
+    /// The first sheave that slips and whose response A⁻¹ B is not known, with B.
+    pub(crate) fn wanted(&mut self, bounded: &Bounded) -> Option<(usize, &[f64])> {
         let of = |s: &Sheave| s.motion != Motion::Sticks && !s.is_known;
         let i = self.sheaves.iter().position(of)?;
         let Sheave { rows, bounds, .. } = self.sheaves[i];
@@ -234,18 +234,23 @@ impl Slip {
                 self.column[row] = b;
             }
         }
-        Some(i)
+        Some((i, &self.column))
     }
 
-    /// A⁻¹ B of sheave number `i` is in `column` now.
-    pub(crate) fn learn(&mut self, i: usize) {
+    /// A⁻¹ B of sheave number `i`.
+    pub(crate) fn learn(&mut self, i: usize, response: &[f64]) {
         let sheave = &mut self.sheaves[i];
-        sheave.response.copy_from_slice(&self.column);
+        sheave.response.copy_from_slice(response);
         sheave.is_known = true;
     }
 
+    /// Whether any sheave slips.
+    pub(crate) fn slips(&self) -> bool {
+        !self.slipping.is_empty()
+    }
+
     /// Corrects the rates of the sheaves that slip so that μ obeys their law, and μ with them. False where no rates do.
-    fn correct(&mut self, mu: &mut [f64]) -> bool {
+    pub(crate) fn correct(&mut self, mu: &mut [f64]) -> bool {
         let Self {
             sheaves,
             slipping,
@@ -272,9 +277,19 @@ impl Slip {
         true
     }
 
-    /// One pattern: rates from the multipliers `stuck` of none, which `mu` becomes those of. Whether the pattern stays; the
-    /// next one is chosen where it does not. `speed` is a size of the rates of the rows.
-    fn settle(&mut self, stuck: &[f64], mu: &mut [f64], speed: f64, singly: bool) -> bool {
+    /// Pattern number `pass`: rates from the multipliers `stuck` of none, which `mu` becomes those of. Whether the pattern
+    /// stays; the next one is chosen where it does not, none after the last. `speed` is a size of the rates of the rows.
+    pub(crate) fn settle(
+        &mut self,
+        stuck: &[f64],
+        mu: &mut [f64],
+        speed: f64,
+        pass: usize,
+    ) -> Option<bool> {
+        if pass >= TOGETHER + SINGLY {
+            return None;
+        }
+        let singly = pass >= TOGETHER;
         mu.copy_from_slice(stuck);
         self.sheaves.iter_mut().for_each(|s| s.rate = 0.0);
         self.slipping.clear();
@@ -286,7 +301,7 @@ impl Slip {
             self.sheaves
                 .iter_mut()
                 .for_each(|s| s.motion = Motion::Sticks);
-            return false;
+            return Some(false);
         }
         let largest = self
             .sheaves
@@ -310,7 +325,7 @@ impl Slip {
                 (sheave.motion, settled) = (next, false);
             }
         }
-        settled
+        Some(settled)
     }
 
     /// Rates of a slack cable, the least with which no part is short while another hangs: `w` are the rows' residuals, which
@@ -350,7 +365,7 @@ impl Stepper {
         let settled = self.settle_slip(&stuck);
         self.in_rows[0] = stuck;
         self.tally.undecided += usize::from(!settled?);
-        if self.slip.slipping.is_empty() {
+        if !self.slip.slips() {
             return Ok(());
         }
         self.slip.apply(&mut self.pieces, Some(&self.bounded));
@@ -362,8 +377,8 @@ impl Stepper {
         Ok(())
     }
 
-    /// A⁻¹ of `slip.column`, in its place.
-    fn respond(&mut self) -> Result<(), StepError> {
+    /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
+    fn respond(&mut self, i: usize) -> Result<(), StepError> {
         let Self {
             solver,
             matrix,
@@ -382,6 +397,9 @@ impl Stepper {
             Form::Kkt => -1.0,
         };
         plan.scatter_multipliers(&pieces.rows, x, sign, &mut slip.column);
+        let response = std::mem::take(&mut slip.column);
+        slip.learn(i, &response);
+        slip.column = response;
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add(report, None);
         Ok(())
@@ -403,16 +421,15 @@ impl Stepper {
             .rate
             .iter()
             .fold(0.0, |m: f64, r| m.max(r.abs()));
-        for pass in 0..TOGETHER + SINGLY {
-            while let Some(i) = self.slip.wanted(&self.bounded) {
-                self.respond()?;
-                self.slip.learn(i);
+        for pass in 0.. {
+            while let Some((i, _)) = self.slip.wanted(&self.bounded) {
+                self.respond(i)?;
             }
-            let singly = pass >= TOGETHER;
-            if self.slip.settle(stuck, &mut self.mu, speed, singly) {
-                return Ok(true);
+            match self.slip.settle(stuck, &mut self.mu, speed, pass) {
+                Some(true) => return Ok(true),
+                Some(false) => self.tally.slip_passes += 1,
+                None => break,
             }
-            self.tally.slip_passes += 1;
         }
         Ok(false)
     }

@@ -165,6 +165,7 @@ fn scene_texts() -> Vec<String> {
             "pull" | "twist" | "bend" | "hoist" | "gantry" => ("segments", "4"),
             name if name.starts_with("particles") => ("particles", "4"),
             "net" => ("rows", "3"),
+            "capstan" | "tackle" | "elevator" => ("falls", "3"),
             _ => ("segments", "8"),
         };
         let source = SceneSource::load(name, &[small]).expect("a scene");
