@@ -219,7 +219,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     };
     let done = Cases::unless_elsewhere((call.study.run)(call.matches, &mut reporter));
     cases.bar().finish_and_clear();
-    done.map_err(failed)?;
+    done.map_err(|e| failed(&e))?;
     cases.finish()?;
     if !console.quiet {
         files::print(&format!("{}: {}\n", cases.told(), path.display()))?;
@@ -227,7 +227,7 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
-fn failed(e: ExperimentError) -> Failure {
+fn failed(e: &ExperimentError) -> Failure {
     Failure::Input(e.to_string())
 }
 
@@ -260,9 +260,9 @@ pub(crate) fn tell(
     };
     let found = (call.study.run)(call.matches, &mut reporter);
     cases.bar().finish_and_clear();
-    let mut found = found.map_err(failed)?;
+    let mut found = found.map_err(|e| failed(&e))?;
     cases.finish()?;
-    say(&found.text).map_err(failed)?;
+    say(&found.text).map_err(|e| failed(&e))?;
     found.text = text;
     if let Some(csv) = &outputs.csv {
         let rows = row::rows_of(&found.rows, call.study.sheets[0].list);

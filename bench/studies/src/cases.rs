@@ -227,7 +227,7 @@ impl Cases {
             None => {
                 let record = run().map_err(Into::into)?;
                 let item = Item::of(key, label, &record)?;
-                self.keep(&item)?;
+                self.write(|journal| journal.append(&item))?;
                 self.counts.run.fetch_add(1, Relaxed);
                 item.decoded()?
             }
@@ -236,13 +236,16 @@ impl Cases {
         Ok(decoded)
     }
 
-    /// Appends to the file. One that nobody asked for is given up where it cannot be written, and the study goes on.
-    fn keep(&self, item: &Item) -> Result<(), CasesError> {
+    /// Writes to the file. One that nobody asked for is given up where it cannot be written, and the study goes on.
+    fn write(
+        &self,
+        write: impl FnOnce(&mut Journal) -> Result<(), CasesError>,
+    ) -> Result<(), CasesError> {
         let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(open) = journal.as_mut() else {
             return Ok(());
         };
-        match open.append(item) {
+        match write(open) {
             Err(e) if !open.is_asked_for() => {
                 files::complain(&format!("{e}: this run cannot be resumed"));
                 *journal = None;
@@ -255,11 +258,10 @@ impl Cases {
     /// Closes the file of a study that has run all its cases.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// A file that cannot be written, where it was asked for.
     pub fn finish(&self) -> Result<(), CasesError> {
         let all = self.counts.all.load(Relaxed);
-        let mut journal = self.journal.lock().unwrap_or_else(PoisonError::into_inner);
-        journal.as_mut().map_or(Ok(()), |open| open.finish(all))
+        self.write(|journal| journal.finish(all))
     }
 
     /// What was done here, in a line.
