@@ -81,7 +81,7 @@
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | residual forces and law violations of a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
-//! | `slip` | cables that slip over sheaves with friction |
+//! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |

@@ -1,4 +1,4 @@
-//! Cables that slip over sheaves with friction ([`taut_model::reeving`]), over any backend.
+//! Cables that slip over sheaves with friction ([`taut_model::scene::reeving`]), over any backend.
 //!
 //! A slip rate s of a sheave acts as a drive of the two rows that meet there: with the matrix A of the step and B = ±1 on
 //! the rows after and before it, A μ = b + B s. Where the cable sticks s = 0; where it slips T_out = k T_in for s > 0, and
@@ -19,8 +19,6 @@
 
 use crate::bounded::Bounded;
 use crate::pieces::Pieces;
-use crate::stepper::Stepper;
-use crate::{Form, StepError};
 use taut_model::Scene;
 
 /// Patterns tried with all wrong sheaves changed at once, and then one at a time.
@@ -84,9 +82,9 @@ pub(crate) struct Slip {
     /// Those that slip, the dense system of their rates, by rows with the right-hand side, and a vector of the rows.
     slipping: Vec<usize>,
     dense: Vec<f64>,
-    column: Vec<f64>,
+    pub(crate) column: Vec<f64>,
     /// Right-hand side and solution of the step's system.
-    system: [Vec<f64>; 2],
+    pub(crate) system: [Vec<f64>; 2],
 }
 
 impl Slip {
@@ -353,85 +351,6 @@ impl Slip {
                 scene.slip(i, dt * sheave.rate);
             }
         }
-    }
-}
-
-impl Stepper {
-    /// After a solve in which all sheaves stick: the solution with those that slip.
-    pub(crate) fn solve_slip(&mut self) -> Result<(), StepError> {
-        self.slip.begin();
-        let mut stuck = std::mem::take(&mut self.in_rows[0]);
-        stuck.copy_from_slice(&self.mu);
-        let settled = self.settle_slip(&stuck);
-        self.in_rows[0] = stuck;
-        self.tally.undecided += usize::from(!settled?);
-        if !self.slip.slips() {
-            return Ok(());
-        }
-        self.slip.apply(&mut self.pieces, Some(&self.bounded));
-        self.right_hand_side();
-        self.solve_assembled()?;
-        // The law of friction to the last digits: what the rates lack now is rounding.
-        self.slip.correct(&mut self.mu);
-        self.slip.apply(&mut self.pieces, Some(&self.bounded));
-        Ok(())
-    }
-
-    /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
-    fn respond(&mut self, i: usize) -> Result<(), StepError> {
-        let Self {
-            solver,
-            matrix,
-            slip,
-            plan,
-            pieces,
-            options,
-            ..
-        } = self;
-        let [b, x] = &mut slip.system;
-        plan.gather(&pieces.rows, None, &slip.column, 1.0, b);
-        x.fill(0.0);
-        let report = solver.solve(matrix, b, x);
-        let sign = match options.form {
-            Form::Schur => 1.0,
-            Form::Kkt => -1.0,
-        };
-        plan.scatter_multipliers(&pieces.rows, x, sign, &mut slip.column);
-        let response = std::mem::take(&mut slip.column);
-        slip.learn(i, &response);
-        slip.column = response;
-        let report = report.map_err(|e| self.culprit(e))?;
-        self.tally.add(report, None);
-        Ok(())
-    }
-
-    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
-    pub(crate) fn end_slip(&mut self) {
-        let mut w = std::mem::take(&mut self.in_rows[0]);
-        self.bounded.residuals(&self.pieces, &self.mu, &mut w);
-        self.slip.share_slack(&mut w, &self.bounded);
-        self.in_rows[0] = w;
-        self.slip.apply(&mut self.pieces, None);
-    }
-
-    /// Whether a pattern of sticking and slipping was found.
-    fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
-        let speed = self
-            .pieces
-            .rate
-            .iter()
-            .fold(0.0, |m: f64, r| m.max(r.abs()));
-        for pass in 0.. {
-            while let Some((i, _)) = self.slip.wanted(&self.bounded) {
-                self.respond(i)?;
-            }
-            match self.slip.settle(stuck, &mut self.mu, speed, pass) {
-                Some(true) => return Ok(true),
-                Some(false) => self.tally.slip_passes += 1,
-                None => break,
-            }
-        }
-        Ok(false)
     }
 }
 

@@ -4,6 +4,7 @@
 pub(crate) mod balance;
 pub(crate) mod guarded;
 mod potential;
+mod slipping;
 mod system;
 
 use crate::bounded::Bounded;

@@ -31,6 +31,7 @@ pub use hinge::Hinge;
 pub use link_bend::{BendDefinition, LinkBend};
 pub use loads::{Loads, Wrench};
 pub use lock::Lock;
+pub(crate) use massless_cable::End;
 pub use massless_cable::{MasslessCable, Winch};
 pub use motor::{Motor, Target};
 pub use paper::{Paper, TwistDefinition};

@@ -75,7 +75,7 @@
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
-//! | [`reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
+//! | [`scene::reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
 //! | [`reeved`] | a capstan, a block and tackle, a traction elevator |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
@@ -111,7 +111,6 @@ mod notes;
 mod packs;
 pub mod particles;
 pub mod reeved;
-pub mod reeving;
 pub mod scene;
 #[cfg(feature = "toml")]
 pub mod scene_file;
@@ -145,8 +144,7 @@ pub use notes::Note;
 pub use packs::{Four, FourJoints, Joint, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use reeved::{Reeved, ReevedParams};
-pub use reeving::Capstan;
-pub use scene::{Action, CableParts, Control, Drive, Event, Scene, When};
+pub use scene::{Action, CableParts, Capstan, Control, Drive, Event, Scene, When};
 #[cfg(feature = "toml")]
 pub use scene_file::SceneSource;
 pub use specimen::{ResolvedSpecimen, Specimen, SpecimenParams};

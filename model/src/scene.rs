@@ -1,10 +1,12 @@
 //! A scene: bodies, constraints, gravity and names. Data only.
 
 mod event;
+pub mod reeving;
 mod remove;
 pub(crate) mod validate;
 
 pub use event::{Action, Event, When};
+pub use reeving::Capstan;
 
 use nalgebra::Vector3;
 
@@ -12,7 +14,6 @@ use crate::body::{Bodies, Body};
 use crate::constraint::{Constraint, Target};
 use crate::error::SceneError;
 use crate::frame::Frame;
-use crate::reeving::Capstan;
 
 /// A named input of a scene: a speed that an operator sets, and what follows it.
 #[derive(Debug, Clone, PartialEq, Default)]

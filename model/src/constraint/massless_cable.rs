@@ -6,7 +6,7 @@
 //!
 //! 1 row, m. The cable slides freely through the inner points: one tension |λ| in all spans. With
 //! [`sheaves`](MasslessCable::sheaves) it runs over wheels there ([`Sheave`]); beyond one with friction a cable goes on as
-//! another one ([`crate::reeving`]). φ > 0 and λ < 0 where it is taut. With `tension_only` the row has the bound λ ≤ 0 and is
+//! another one ([`crate::Scene::reeve`]). φ > 0 and λ < 0 where it is taut. With `tension_only` the row has the bound λ ≤ 0 and is
 //! slack where it is too long; without, it also pushes.
 //!
 //! A winch changes L at a speed of its own and holds up to a tension F: λ ≥ −F. Where that is not enough the drum slips:
@@ -25,11 +25,17 @@ use super::{RowLaw, Rows};
 use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
-use crate::reeving::End;
 
 /// What a sheave that the cable does not bend around is told.
 const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: turn its axis round, move it, or let \
                          the cable pass by (`off = true`)";
+
+/// An end of a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum End {
+    First,
+    Last,
+}
 
 /// Pays a massless cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,8 +11,8 @@ use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Side;
 use crate::motion::Motion;
-use crate::reeving::{Capstan, part_name};
-use crate::scene::{CableParts, Scene, first_names};
+use crate::scene::reeving::part_name;
+use crate::scene::{CableParts, Capstan, Scene, first_names};
 
 /// The name that stands for the world in a constraint.
 pub(super) const WORLD: &str = "world";

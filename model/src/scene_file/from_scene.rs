@@ -22,8 +22,7 @@ use crate::constraint::{
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
-use crate::reeving::Capstan;
-use crate::scene::Scene;
+use crate::scene::{Capstan, Scene};
 
 impl SceneText {
     /// The text of `scene`, which builds to an equal scene, bit for bit.

@@ -13,11 +13,11 @@
 //! by δ, and r δ from one length to the other: no φ changes. A part has the compliance Λ/EA of its present length, so that
 //! length that slips at a fixed geometry changes the tensions linearly.
 
+use super::Scene;
 use crate::body::Bodies;
-use crate::constraint::{Constraint, Lay, MasslessCable, Sheave, called};
+use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, called};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
-use crate::scene::Scene;
 
 /// Largest μθ: beyond it e^(μθ) is no number.
 const LARGEST: f64 = 700.0;
@@ -194,13 +194,6 @@ impl Scene {
         }
         Ok(())
     }
-}
-
-/// An end of a part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum End {
-    First,
-    Last,
 }
 
 /// Gives the parts of a cable its length and compliance so that they are strained alike.

@@ -1,0 +1,83 @@
+//! The step's solve with cables that slip over their sheaves: see [`crate::slip`].
+
+use super::Stepper;
+use crate::{Form, StepError};
+
+impl Stepper {
+    /// After a solve in which all sheaves stick: the solution with those that slip.
+    pub(crate) fn solve_slip(&mut self) -> Result<(), StepError> {
+        self.slip.begin();
+        let mut stuck = std::mem::take(&mut self.in_rows[0]);
+        stuck.copy_from_slice(&self.mu);
+        let settled = self.settle_slip(&stuck);
+        self.in_rows[0] = stuck;
+        self.tally.undecided += usize::from(!settled?);
+        if !self.slip.slips() {
+            return Ok(());
+        }
+        self.slip.apply(&mut self.pieces, Some(&self.bounded));
+        self.right_hand_side();
+        self.solve_assembled()?;
+        // The law of friction to the last digits: what the rates lack now is rounding.
+        self.slip.correct(&mut self.mu);
+        self.slip.apply(&mut self.pieces, Some(&self.bounded));
+        Ok(())
+    }
+
+    /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
+    fn respond(&mut self, i: usize) -> Result<(), StepError> {
+        let Self {
+            solver,
+            matrix,
+            slip,
+            plan,
+            pieces,
+            options,
+            ..
+        } = self;
+        let [b, x] = &mut slip.system;
+        plan.gather(&pieces.rows, None, &slip.column, 1.0, b);
+        x.fill(0.0);
+        let report = solver.solve(matrix, b, x);
+        let sign = match options.form {
+            Form::Schur => 1.0,
+            Form::Kkt => -1.0,
+        };
+        plan.scatter_multipliers(&pieces.rows, x, sign, &mut slip.column);
+        let response = std::mem::take(&mut slip.column);
+        slip.learn(i, &response);
+        slip.column = response;
+        let report = report.map_err(|e| self.culprit(e))?;
+        self.tally.add(report, None);
+        Ok(())
+    }
+
+    /// After the rows with bounds have been judged: the rates of what hangs slack, and of the rows that left the system.
+    pub(crate) fn end_slip(&mut self) {
+        let mut w = std::mem::take(&mut self.in_rows[0]);
+        self.bounded.residuals(&self.pieces, &self.mu, &mut w);
+        self.slip.share_slack(&mut w, &self.bounded);
+        self.in_rows[0] = w;
+        self.slip.apply(&mut self.pieces, None);
+    }
+
+    /// Whether a pattern of sticking and slipping was found.
+    fn settle_slip(&mut self, stuck: &[f64]) -> Result<bool, StepError> {
+        let speed = self
+            .pieces
+            .rate
+            .iter()
+            .fold(0.0, |m: f64, r| m.max(r.abs()));
+        for pass in 0.. {
+            while let Some((i, _)) = self.slip.wanted(&self.bounded) {
+                self.respond(i)?;
+            }
+            match self.slip.settle(stuck, &mut self.mu, speed, pass) {
+                Some(true) => return Ok(true),
+                Some(false) => self.tally.slip_passes += 1,
+                None => break,
+            }
+        }
+        Ok(false)
+    }
+}
