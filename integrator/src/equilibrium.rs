@@ -197,7 +197,10 @@ impl Spans {
                 _ => continue,
             };
             for (k, span) in cable.frames.windows(2).enumerate() {
-                if span[0].body_index() == span[1].body_index() {
+                let moves = |f: &taut_model::Frame| {
+                    f.body_index().is_some_and(|i| scene.bodies.is_dynamic(i))
+                };
+                if span[0].body_index() == span[1].body_index() || !span.iter().any(moves) {
                     continue;
                 }
                 let link = Constraint::Distance(Distance {

@@ -61,7 +61,7 @@ pub enum StepError {
         cable: String,
         /// What has happened, and what to do.
         reason: &'static str,
-        /// Time at the beginning of the step \[s].
+        /// Time of the last state that it had one in, or at the end of the step \[s].
         time: f64,
     },
     /// Which rows are at their bounds could not be decided.
@@ -138,7 +138,7 @@ impl fmt::Display for StepError {
                 cable,
                 reason,
                 time,
-            } => write!(f, "at t = {time:.4} s: `{cable}`: {reason}"),
+            } => write!(f, "at t = {time:.4} s: `{cable}` {reason}"),
             Self::Undecided { time } => write!(
                 f,
                 "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"

@@ -1,6 +1,7 @@
 //! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_model::scene::reeving::Laid;
 use taut_model::{Bodies, BodyVectors, Scene};
 
 /// The moving part of [`Bodies`], and the multipliers that go with it.
@@ -14,8 +15,8 @@ pub(crate) struct State {
     mu_dt: f64,
     /// λ of the geometric stiffness, which need not be `mu` over `mu_dt`.
     tension: Vec<f64>,
-    /// Lengths and cuts at the scene's capstans.
-    lengths: Vec<[f64; 3]>,
+    /// What the parts at the scene's capstans are laid with.
+    laid: Vec<[Laid; 2]>,
     time: f64,
 }
 
@@ -30,7 +31,7 @@ impl State {
             mu: vec![0.0; rows],
             mu_dt: 1.0,
             tension: vec![0.0; rows],
-            lengths: vec![[0.0; 3]; scene.capstans.len()],
+            laid: vec![Default::default(); scene.capstans.len()],
             time: 0.0,
         }
     }
@@ -44,8 +45,8 @@ impl State {
         tension: &[f64],
     ) {
         let bodies = &scene.bodies;
-        for (i, lengths) in self.lengths.iter_mut().enumerate() {
-            *lengths = scene.lengths_at(i);
+        for (i, laid) in self.laid.iter_mut().enumerate() {
+            *laid = scene.laid_at(i);
         }
         self.position.copy_from_slice(&bodies.position);
         self.orientation.copy_from_slice(&bodies.orientation);
@@ -70,8 +71,8 @@ impl State {
 
     /// Puts the lengths of cables over sheaves with friction back.
     pub(crate) fn restore_lengths(&self, scene: &mut Scene) {
-        for (i, lengths) in self.lengths.iter().enumerate() {
-            scene.put_back(i, *lengths);
+        for (i, laid) in self.laid.iter().enumerate() {
+            scene.put_back(i, laid);
         }
     }
 

@@ -227,8 +227,10 @@ impl Pieces {
         let mut worst = 0.0_f64;
         for gap in &self.gaps {
             let relative = gap.square(&self.rows.phi, &self.predicted) * gap.scale;
-            let is_worse = relative > worst || relative.is_nan();
-            if is_worse && self.idle.get(gap.constraint) != Some(&true) {
+            if relative.is_nan() {
+                return f64::NAN;
+            }
+            if relative > worst && self.idle.get(gap.constraint) != Some(&true) {
                 worst = relative;
             }
         }
@@ -364,7 +366,8 @@ fn turning_length(constraint: &Constraint) -> f64 {
         Constraint::Distance(link) => lever.max(link.length),
         // A mean span: the shorter ones turn faster.
         Constraint::MasslessCable(cable) => {
-            lever.max(cable.length / (cable.frames.len() - 1).max(1) as f64)
+            let off = cable.length - cable.wound();
+            lever.max(off / (cable.frames.len() - 1).max(1) as f64)
         }
         _ if constraint.has_stretch_rows() => lever,
         _ => 0.0,

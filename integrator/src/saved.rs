@@ -299,6 +299,8 @@ impl Stepper {
     ) -> Result<Self, StepError> {
         let mut scene = std::mem::take(&mut saved.scene);
         scene.start_in_equilibrium = false;
+        // Before cables that are new are taken to lie as they are laid.
+        scene.validate()?;
         scene.lay_cables(saved.time);
         let mut stepper = Self::build(scene, saved.options.clone(), given)?;
         let bounded = stepper.bounded.places().count();

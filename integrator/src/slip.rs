@@ -2,15 +2,15 @@
 //!
 //! A slip rate s of a sheave acts as a drive of the two rows that meet there: with the matrix A of the step and B = ±1 on
 //! the rows after and before it, A μ = b + B s. Where the cable sticks s = 0; where it slips T_out = k T_in for s > 0, and
-//! T_in = k T_out for s < 0, two of μ in a row of C. With all that stick left out,
+//! T_in = k T_out for s < 0, two of μ in a row of C. Leaving out the sheaves that stick,
 //!
 //! ```text
 //! μ = A⁻¹ b + Z s,   Z = A⁻¹ B,   (C Z) s = −C A⁻¹ b
 //! ```
 //!
 //! The system of the step stays symmetric and its factor serves every pattern of sticking and slipping; what is not
-//! symmetric is C Z, as large as the sheaves that slip, and is eliminated densely. Each sheave that slips costs one more
-//! solve. Merging the parts that slip into one row instead makes the sparse matrix itself unsymmetric, of another pattern
+//! symmetric is C Z, as large as the sheaves that slip, and is eliminated densely. A factor costs one more solve for each
+//! sheave that is tried slipping, and one at the end. Merging the parts that slip into one row instead makes the sparse matrix itself unsymmetric, of another pattern
 //! each time, for the LU backends alone.
 //!
 //! Patterns are found from the last one: sheaves beyond their cone slip, those that slip against their friction stick, all
@@ -24,6 +24,9 @@ use taut_model::Scene;
 /// Patterns tried with all wrong sheaves changed at once, and then one at a time.
 const TOGETHER: usize = 20;
 const SINGLY: usize = 60;
+
+/// Largest μθ: e^(μθ) is still a number.
+const LARGEST: f64 = 700.0;
 
 /// A tension beyond its cone, or a rate against its friction, is noise below this part of the largest.
 const NOISE: f64 = 1e-11;
@@ -153,16 +156,18 @@ impl Slip {
     /// Bounded rows that go slack together: those of one cable.
     pub(crate) fn chains(&self) -> Vec<Vec<usize>> {
         let mut chains: Vec<Vec<usize>> = Vec::new();
-        for Sheave {
-            bounds: [before, after],
-            ..
-        } in &self.sheaves
-        {
-            match chains.iter_mut().find(|chain| chain.contains(before)) {
-                Some(chain) if chain.contains(after) => {}
-                Some(chain) => chain.push(*after),
-                None => chains.push(vec![*before, *after]),
-            }
+        for sheave in &self.sheaves {
+            let mut joined = sheave.bounds.to_vec();
+            chains.retain(|chain| {
+                let meets = chain.iter().any(|k| sheave.bounds.contains(k));
+                if meets {
+                    joined.extend(chain);
+                }
+                !meets
+            });
+            joined.sort_unstable();
+            joined.dedup();
+            chains.push(joined);
         }
         chains
     }
@@ -170,7 +175,8 @@ impl Slip {
     /// k of the present wraps.
     pub(crate) fn grip(&mut self, scene: &Scene) {
         for (i, sheave) in self.sheaves.iter_mut().enumerate() {
-            sheave.grip = (sheave.friction * scene.wrap(i).max(0.0)).exp();
+            let turned = sheave.friction * scene.wrap(i);
+            sheave.grip = turned.clamp(0.0, LARGEST).exp();
         }
     }
 
@@ -344,11 +350,11 @@ impl Slip {
         }
     }
 
-    /// What has slipped in `dt` goes from length to length.
-    pub(crate) fn move_lengths(&self, scene: &mut Scene, dt: f64) {
+    /// What has slipped in `dt` up to the time `end` goes from length to length.
+    pub(crate) fn move_lengths(&self, scene: &mut Scene, dt: f64, end: f64) {
         for (i, sheave) in self.sheaves.iter().enumerate() {
             if sheave.rate != 0.0 {
-                scene.slip(i, dt * sheave.rate);
+                scene.slip(i, dt * sheave.rate, end);
             }
         }
     }

@@ -114,6 +114,16 @@ impl Stage {
     }
 }
 
+/// Largest turn of a sheave in a sub-step \[rad]: of half a one and more the direction is lost.
+const FASTEST: f64 = 3.0;
+
+/// What has become of a cable's way over its sheaves.
+const LOST: &str = "has no way over its sheaves any more";
+const TOO_FAST: &str = "runs over a sheave that turns by more than half a turn a step: use a smaller time step, or a \
+                        larger sheave";
+const LEFT: &str = "has lifted off a sheave with friction, which is not supported: set its friction to 0, or keep the cable \
+                    on it";
+
 /// A solver's error before the first step.
 fn at_start(source: SolveError) -> StepError {
     StepError::Solve {
@@ -260,7 +270,7 @@ impl Stepper {
                     Some(guard) => stepper.guarded_substep(guard)?,
                 }
             }
-            stepper.check_wraps()?;
+            stepper.check_paths()?;
             stepper.weigh()
         })?;
         report.slipping = self.slip.count();
@@ -268,21 +278,33 @@ impl Stepper {
         Ok(report)
     }
 
-    /// No cable has left a sheave that grips it.
-    fn check_wraps(&self) -> Result<(), StepError> {
+    /// All cables have a way over their sheaves, and none has left a sheave that grips it.
+    fn check_paths(&self) -> Result<(), StepError> {
+        let rows = &self.pieces.rows;
+        for &c in rows.others() {
+            let Constraint::MasslessCable(cable) = &self.scene.constraints[c] else {
+                continue;
+            };
+            if rows.phi[rows.row_range(c).start].is_nan() {
+                let known = rows.lost.filter(|(lost, _)| *lost == c);
+                return Err(self.off_path(c, known.map_or(LOST, |(_, reason)| reason)));
+            }
+            if cable.turn_of_sheaves(&self.scene.bodies) * self.substep() > FASTEST {
+                return Err(self.off_path(c, TOO_FAST));
+            }
+        }
         let capstans = self.scene.capstans.iter().enumerate();
-        let left = capstans
-            .filter(|(i, _)| self.scene.wrap(*i) < 0.0)
-            .map(|(_, c)| c.parts[0])
-            .next();
-        left.map_or(Ok(()), |part| {
-            Err(StepError::OffPath {
-                cable: self.scene.constraint_names[part].clone(),
-                reason: "has left the sheave with friction at its end: leave the friction of that sheave out, or keep the cable \
-                         on it",
-                time: self.time,
-            })
-        })
+        let left = capstans.filter(|(i, _)| self.scene.wrap(*i) < 0.0);
+        let part = left.map(|(_, capstan)| capstan.parts[0]).next();
+        part.map_or(Ok(()), |part| Err(self.off_path(part, LEFT)))
+    }
+
+    fn off_path(&self, constraint: usize, reason: &'static str) -> StepError {
+        StepError::OffPath {
+            cable: self.scene.constraint_names[constraint].clone(),
+            reason,
+            time: self.time,
+        }
     }
 
     /// A sub-step of the scheme: linearised, solved, updated.
@@ -307,13 +329,9 @@ impl Stepper {
     ) -> Result<StepReport, StepError> {
         self.tally = Tally::start();
         self.pieces.rows.lost = None;
-        let (time, mut done) = (self.time, work(self));
+        let mut done = work(self);
         if let (Err(_), Some((c, reason))) = (&done, self.pieces.rows.lost) {
-            done = Err(StepError::OffPath {
-                cable: self.scene.constraint_names[c].clone(),
-                reason,
-                time,
-            });
+            done = Err(self.off_path(c, reason));
         }
         if done.is_err() {
             self.stage.unsolve();
@@ -528,7 +546,7 @@ impl Stepper {
         self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
-        self.slip.move_lengths(&mut self.scene, dt);
+        self.slip.move_lengths(&mut self.scene, dt, self.time);
         self.stage = Stage::Advanced {
             dt,
             implicit: false,

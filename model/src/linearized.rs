@@ -290,7 +290,7 @@ impl Linearized {
         for &i in &self.others {
             is_reeved |= scene.constraints[i].update_winding(&scene.bodies, t);
         }
-        scene.recut();
+        scene.recut(t);
         is_reeved
     }
 
@@ -458,7 +458,7 @@ pub fn update_windings(scene: &mut Scene, t: f64) {
     for c in &mut scene.constraints {
         c.update_winding(&scene.bodies, t);
     }
-    scene.recut();
+    scene.recut(t);
 }
 
 #[cfg(test)]

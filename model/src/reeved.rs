@@ -14,7 +14,7 @@
 //! Drawn up it needs the tension W/Σ k⁻ⁱ, i = 1 … n, lowered W/Σ kⁱ, with k = e^(πμ).
 //!
 //! **Elevator**: the sheave drives car and counterweight by friction alone, and slips upwards beyond the acceleration
-//! g (k m_w − m_c)/(k m_w + m_c), with half the weight of the compensation sheave in m_c and m_w.
+//! g (k (m_w + m_s/2) − (m_c + m_s/2))/(k m_w + m_c), m_s being the mass of the compensation sheave, which hangs still.
 
 use std::f64::consts::{PI, TAU};
 
@@ -85,7 +85,7 @@ pub struct ReevedParams {
     pub radius: f64,
     /// Coefficient of friction of the cable on them; 0 lets it slide freely.
     pub friction: f64,
-    /// Whole turns of the capstan besides the half one.
+    /// Turns of the capstan besides the half one, whole.
     pub turns: f64,
     /// Inertia of the sheave about its axle \[kg m²]; 0 locks it. Default: a capstan's is locked, an elevator's has 5 kg m².
     pub wheel_inertia: Option<f64>,

@@ -107,7 +107,7 @@
 //! | `axis` | in the body's frame: the cable travels about it in the positive sense |
 //! | `turns` | that lie on it at first: whole ones of an inner sheave, all of a drum; default 0 |
 //! | `friction` | Coulomb's, of an inner sheave; default 0. The cable then has parts `NAME`, `NAME-2` … with a tension each |
-//! | `shared`, `on`, `off` | as a scene in motion is written |
+//! | `off` | `true` lets the cable pass by at first; `shared`, `on`, `clear`: as a scene in motion is written |
 //!
 //! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
 //! |---|---|

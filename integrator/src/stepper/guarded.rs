@@ -177,6 +177,7 @@ impl Stepper {
         self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.rows.drive(&self.scene, self.time, end);
         self.slip.forget();
+        self.slip.grip(&self.scene);
         let near = CONVERGED * guard.tolerance;
         for pass in 0..guard.passes {
             let first = pass == 0;
@@ -271,7 +272,7 @@ impl Stepper {
         }
         self.move_bodies(dt)?;
         self.substep_start.restore_lengths(&mut self.scene);
-        self.slip.move_lengths(&mut self.scene, dt);
+        self.slip.move_lengths(&mut self.scene, dt, end);
         self.pieces.rows.update_state(&self.scene, end);
         self.tally.end(Phase::Update);
         Ok(self.pieces.disagreement())

@@ -27,8 +27,8 @@ use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
 
 /// What a sheave that the cable does not bend around is told.
-const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: turn its axis round, move it, or let \
-                         the cable pass by (`off = true`)";
+const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: reverse its axis, move it, or, where \
+                         it has no friction, let the cable pass by (`off = true`)";
 
 /// An end of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -189,6 +189,28 @@ impl MasslessCable {
             .sum()
     }
 
+    /// Fastest turning of a sheave about its axis \[rad/s]; 0 without any on a body.
+    #[must_use]
+    pub fn turn_of_sheaves(&self, bodies: &Bodies) -> f64 {
+        let sides = self.frames.iter().zip(&self.sheaves);
+        let rates = sides
+            .filter(|(_, sheave)| sheave.is_some())
+            .map(|(frame, _)| {
+                let rate = |i: usize| {
+                    let axis = bodies.rotation(i) * frame.axes.column(0);
+                    bodies.angular_velocity[i].dot(&axis).abs()
+                };
+                frame.body_index().map_or(0.0, rate)
+            });
+        rates.fold(0.0, f64::max)
+    }
+
+    /// Whether the frame, one of its own, is that of a sheave.
+    pub(crate) fn has_sheave(&self, frame: &Frame) -> bool {
+        let mut sides = self.frames.iter().zip(&self.sheaves);
+        sides.any(|(own, sheave)| sheave.is_some() && std::ptr::eq(own, frame))
+    }
+
     /// Whether it does not lie on some sheave yet.
     pub(crate) fn is_new(&self) -> bool {
         self.sheaves.iter().flatten().any(|s| s.lay == Lay::New)
@@ -294,18 +316,23 @@ impl MasslessCable {
         angle(self.sheaves.last(), Lay::arriving)
     }
 
-    /// Makes it longer by so much, of the same material \[m].
-    pub(crate) fn lengthen(&mut self, by: f64) {
+    /// Makes it longer by so much at time `t` (s), of the same material \[m]; what its winch may still feed stays.
+    pub(crate) fn lengthen(&mut self, by: f64, t: f64) {
+        self.rebase(t);
+        if let Some(winch) = &mut self.winch {
+            winch.shortest += by;
+            winch.longest += by;
+        }
         let length = self.length + by;
         self.law.compliance *= length / self.length;
         self.length = length;
     }
 
     /// Fastens an end elsewhere on its sheave, at the angle `cut` (rad), with what lies between.
-    pub(crate) fn cut_at(&mut self, cut: f64, end: End) {
+    pub(crate) fn cut_at(&mut self, cut: f64, end: End, t: f64) {
         if let Some((radius, before)) = self.fasten(cut, end) {
             let by = radius * (cut - before);
-            self.lengthen(if end == End::First { -by } else { by });
+            self.lengthen(if end == End::First { -by } else { by }, t);
         }
     }
 
@@ -361,12 +388,14 @@ impl MasslessCable {
                     reason,
                 })
             };
+            let whole = is_end || turns.fract() == 0.0;
+            check(of("turns"), turns, whole, "whole: the path gives the rest")?;
             if is_end && friction > 0.0 {
                 return conflict(
                     "is a drum, from which the cable does not slip: leave its friction out",
                 );
             }
-            if is_end && sheave.lay == Lay::Off {
+            if is_end && sheave.lay.is_off() {
                 return conflict("is a drum, which the cable cannot leave: let it lie on it");
             }
             if let Lay::On { arriving, leaving } = sheave.lay {
@@ -470,11 +499,12 @@ impl MasslessCable {
             // What a state that is not finite left counts for nothing.
             if (leaving - arriving).is_finite() {
                 let on = Lay::On { arriving, leaving };
-                set(side, if has_left { Lay::Off } else { on });
+                let off = Lay::Off { clear: true };
+                set(side, if has_left { off } else { on });
             }
         };
         sheave::follow(resolved, |side| sheaves[side].get(), on);
-        let is_off = |side: &usize| sheaves[*side].get().is_some_and(|s| s.lay == Lay::Off);
+        let is_off = |side: &usize| sheaves[*side].get().is_some_and(|s| s.lay.is_off());
         for here in inner.clone().filter(is_off) {
             let before = (0..here).rev().find(|side| !is_off(side));
             let after = (here + 1..sheaves.len()).find(|side| !is_off(side));
@@ -485,8 +515,8 @@ impl MasslessCable {
                 let radius = sheaves[side].get().map_or(0.0, |s| s.radius);
                 Wheel::new(&self.frames[side].resolve(bodies, t), radius)
             });
-            if let Some([arriving, leaving]) = Sheave::landing([&before, &wheel, &after]) {
-                set(here, Lay::On { arriving, leaving });
+            if let Some(Lay::Off { clear }) = sheaves[here].get().map(|s| s.lay) {
+                set(here, Sheave::passed(clear, [&before, &wheel, &after]));
             }
         }
     }

@@ -41,8 +41,14 @@ const SMALL: f64 = 1e-8;
 /// Cosine of the fleet angle beyond which a cable does not lie down in a groove.
 const STEEP: f64 = 0.97;
 
+/// A bend the other way that is rounding \[rad].
+const STRAIGHT: f64 = 1e-9;
+
 /// Cosine of the fleet angle beyond which a groove does not hold a cable.
 const OBLIQUE: f64 = std::f64::consts::FRAC_1_SQRT_2;
+
+/// Distance from a wheel's plane within which a cable lies down on it, over its radius.
+const GROOVE: f64 = 0.25;
 
 /// Largest wrap with which a cable lies down on a sheave \[rad]: more would have passed through it.
 pub(super) const LANDING: f64 = 1.0;
@@ -54,8 +60,7 @@ pub(super) const LANDING: f64 = 1.0;
 pub struct Sheave {
     /// Radius of the cable's middle in the groove \[m], > 0.
     pub radius: f64,
-    /// Turns on it at first, ≥ 0: whole ones of an inner sheave, to which the part of one comes that the path has; all that
-    /// lies on a drum.
+    /// Turns on it at first, ≥ 0. Inner sheave: whole turns, added to the fraction that the path gives. Drum: all turns.
     pub turns: f64,
     /// Coefficient of Coulomb friction μ ≥ 0 of an inner sheave, over which [`Scene::reeve`](crate::Scene::reeve) cuts the
     /// cable; 0 lets it slide freely.
@@ -94,8 +99,11 @@ pub enum Lay {
     #[default]
     New,
     /// Not: the cable passes by.
-    Off,
-    /// From one angle to the other in the frame's v and w, through all turns \[rad].
+    Off {
+        /// Whether it was on the groove's side when last seen: one on the far side cannot lie down.
+        clear: bool,
+    },
+    /// From one angle to the other in the frame's v and w, unwrapped \[rad].
     On {
         /// Where it arrives; of a drum at the beginning where it is fastened.
         arriving: f64,
@@ -105,6 +113,12 @@ pub enum Lay {
 }
 
 impl Lay {
+    /// Whether the cable passes by.
+    #[must_use]
+    pub fn is_off(self) -> bool {
+        matches!(self, Self::Off { .. })
+    }
+
     pub(super) fn arriving(self) -> Option<f64> {
         match self {
             Self::On { arriving, .. } => Some(arriving),
@@ -198,6 +212,7 @@ pub(super) struct Span {
     pub(super) length: f64,
     /// Gradient of Λ on both sides.
     pub(super) gradient: [Pull; 2],
+    points: [Vector3<f64>; 2],
     /// The least cosine of the fleet angles; 1 between points.
     least_cosine: f64,
 }
@@ -332,6 +347,7 @@ impl Span {
             angles,
             length,
             gradient,
+            points: *points,
             least_cosine: [0, 1]
                 .into_iter()
                 .filter(|&k| wheel(k))
@@ -370,7 +386,7 @@ pub(super) fn follow(
             sheave,
         }
     });
-    let mut items = items.filter(|item| item.lay() != Lay::Off);
+    let mut items = items.filter(|item| !item.lay().is_off());
     let Some(mut last) = items.next() else {
         return 0.0;
     };
@@ -406,7 +422,7 @@ pub(super) fn fault(
             sheave,
         }
     });
-    let mut items = items.filter(|item| item.lay() != Lay::Off);
+    let mut items = items.filter(|item| !item.lay().is_off());
     let mut last = items.next()?;
     for next in items {
         let span = Span::between([&last.wheel, &next.wheel], [None; 2]);
@@ -442,6 +458,12 @@ impl Sheave {
         let found = match angles {
             [Some(arriving), Some(leaving)] if self.lay == Lay::New => {
                 let part = (leaving - arriving).rem_euclid(TAU);
+                // A straight rope about whole turns has no part of one, whatever its rounding.
+                let part = if part > TAU - STRAIGHT {
+                    part - TAU
+                } else {
+                    part
+                };
                 [arriving, arriving + part + TAU * self.turns.floor()]
             }
             [Some(arriving), Some(leaving)] => [arriving, leaving],
@@ -465,13 +487,28 @@ impl Sheave {
         }
     }
 
-    /// The angles between which a cable from one wheel to another comes to lie on the one that it passes by.
-    pub(super) fn landing([before, here, after]: [&Wheel; 3]) -> Option<[f64; 2]> {
+    /// What becomes of a sheave that a cable passes by on its way from one wheel to another, and was on the groove's side
+    /// when last seen or not (`clear`): the cable lies down where it goes from the groove's side to the far one, near the
+    /// wheel's plane and with a fleet angle that a groove takes.
+    pub(super) fn passed(clear: bool, [before, here, after]: [&Wheel; 3]) -> Lay {
         let [to, from] = [[before, here], [here, after]].map(|ends| Span::between(ends, [None; 2]));
         let [arriving, leaving] = [to.angles[1], from.angles[0]];
         let wrap = unwrap_angle(leaving - arriving, 0.0);
-        let lies = wrap > 0.0 && wrap < LANDING && to.least_cosine.min(from.least_cosine) >= STEEP;
-        lies.then_some([arriving, arriving + wrap])
+        if !(wrap > 0.0) {
+            return Lay::Off { clear: wrap <= 0.0 };
+        }
+        let straight = Span::between([before, after], [None; 2]);
+        let [start, end] = straight.points;
+        let along = (end - start) / straight.length;
+        let way = (here.hub - start).dot(&along).clamp(0.0, straight.length);
+        let aside = (start + along * way - here.hub).dot(&here.axes[0]);
+        let fits = to.least_cosine.min(from.least_cosine) >= STEEP;
+        let near = aside.abs() <= GROOVE * here.radius;
+        if clear && wrap < LANDING && fits && near {
+            let leaving = arriving + wrap;
+            return Lay::On { arriving, leaving };
+        }
+        Lay::Off { clear: false }
     }
 }
 

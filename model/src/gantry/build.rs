@@ -131,12 +131,7 @@ impl GantryParams {
             winch: Some(Winch {
                 force_limit: self.winch_force.unwrap_or(f64::INFINITY),
                 brake_limit: self.winch_force.unwrap_or(f64::INFINITY),
-                // Of the first fall where the others have lengths of their own.
-                shortest: if self.sheave_friction > 0.0 {
-                    self.least_drop
-                } else {
-                    self.rope_length(self.least_drop)
-                },
+                shortest: self.rope_length(self.least_drop),
                 ..Winch::new()
             }),
             sheaves,

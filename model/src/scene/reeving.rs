@@ -15,7 +15,7 @@
 
 use super::Scene;
 use crate::body::Bodies;
-use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, called};
+use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, called};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 
@@ -31,6 +31,15 @@ pub struct Capstan {
     pub parts: [usize; 2],
     /// Coefficient of friction μ ≥ 0.
     pub friction: f64,
+}
+
+/// What a part is laid with: all that slip and a cut that moves change of it.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Laid {
+    length: f64,
+    compliance: f64,
+    winch: Option<Winch>,
+    cut: f64,
 }
 
 impl Scene {
@@ -100,8 +109,8 @@ impl Scene {
         })
     }
 
-    /// Moves each capstan's cut to the middle of its wrap, and the lengths with it. Allocates: no.
-    pub fn recut(&mut self) {
+    /// Moves each capstan's cut to the middle of its wrap, and the lengths with it, at time `t` (s). Allocates: no.
+    pub fn recut(&mut self, t: f64) {
         for i in 0..self.capstans.len() {
             let capstan = self.capstans[i];
             let Some([before, after]) = self.parts(&capstan) else {
@@ -113,44 +122,52 @@ impl Scene {
             }
             for (part, end) in capstan.parts.into_iter().zip([End::Last, End::First]) {
                 if let Some(part) = self.part_mut(part) {
-                    part.cut_at(cut, end);
+                    part.cut_at(cut, end, t);
                 }
             }
         }
     }
 
-    /// Moves the length `by` (m) over capstan number `i` from the part before to the one after. Allocates: no.
-    pub fn slip(&mut self, i: usize, by: f64) {
+    /// Moves the length `by` (m) over capstan number `i` from the part before to the one after at time `t` (s). Allocates: no.
+    pub fn slip(&mut self, i: usize, by: f64, t: f64) {
         let Some(capstan) = self.capstans.get(i).copied() else {
             return;
         };
         for (part, by) in capstan.parts.into_iter().zip([-by, by]) {
             if let Some(part) = self.part_mut(part) {
-                part.lengthen(by);
+                part.lengthen(by, t);
             }
         }
     }
 
-    /// Lengths of the parts at capstan number `i` \[m] and its cut \[rad], for [`put_back`](Self::put_back).
+    /// What the parts at capstan number `i` are laid with, for [`put_back`](Self::put_back).
     #[must_use]
-    pub fn lengths_at(&self, i: usize) -> [f64; 3] {
+    pub fn laid_at(&self, i: usize) -> [Laid; 2] {
         let parts = self.capstans.get(i).and_then(|c| self.parts(c));
-        parts.map_or([f64::NAN; 3], |[before, after]| {
-            [before.length, after.length, after.first_arriving()]
+        let laid = |part: &MasslessCable, cut: f64| Laid {
+            length: part.length,
+            compliance: part.law.compliance,
+            winch: part.winch,
+            cut,
+        };
+        parts.map_or_else(Default::default, |[before, after]| {
+            let cut = after.first_arriving();
+            [laid(before, cut), laid(after, cut)]
         })
     }
 
-    /// Puts back what [`lengths_at`](Self::lengths_at) told. Allocates: no.
-    pub fn put_back(&mut self, i: usize, [before, after, cut]: [f64; 3]) {
+    /// Puts back what [`laid_at`](Self::laid_at) told. Allocates: no.
+    pub fn put_back(&mut self, i: usize, laid: &[Laid; 2]) {
         let Some(capstan) = self.capstans.get(i).copied() else {
             return;
         };
-        let both = [(before, End::Last), (after, End::First)];
-        for (part, (length, end)) in capstan.parts.into_iter().zip(both) {
+        let both = laid.iter().zip([End::Last, End::First]);
+        for (part, (laid, end)) in capstan.parts.into_iter().zip(both) {
             if let Some(part) = self.part_mut(part) {
-                part.fasten(cut, end);
-                part.lengthen(length - part.length);
-                part.length = length;
+                part.fasten(laid.cut, end);
+                part.length = laid.length;
+                part.law.compliance = laid.compliance;
+                part.winch = laid.winch;
             }
         }
     }
@@ -166,30 +183,53 @@ impl Scene {
                 capstan.friction >= 0.0,
                 needs,
             )?;
-            let joined = self.parts(capstan).is_some_and(|[before, after]| {
-                let ends = [before.sheaves.last(), after.sheaves.first()];
-                let frames = [before.frames.last(), after.frames.first()];
-                let [Some(Some(end)), Some(Some(begin))] = ends else {
-                    return false;
-                };
-                end.shared
-                    && begin.shared
-                    && end.radius == begin.radius
-                    && frames[0] == frames[1]
-                    && before.tension_only
-                    && after.tension_only
-            });
+            let [before, after] = capstan.parts;
+            let joined = before != after
+                && self.parts(capstan).is_some_and(|[before, after]| {
+                    let ends = [before.sheaves.last(), after.sheaves.first()];
+                    let frames = [before.frames.last(), after.frames.first()];
+                    let [Some(Some(end)), Some(Some(begin))] = ends else {
+                        return false;
+                    };
+                    end.shared
+                        && begin.shared
+                        && end.radius == begin.radius
+                        && frames[0] == frames[1]
+                        && before.tension_only
+                        && after.tension_only
+                        && self.wrap(i).is_finite()
+                });
             if !joined {
                 return Err(SceneError::Conflict {
-                    what: what(),
-                    reason: "does not join two parts on one shared sheave: lay the cable with `Scene::reeve`",
+                    what: format!("{}: `{}`", what(), self.constraint_name(after)),
+                    reason: "does not go on from another part on one shared sheave with `on` in both: lay the whole cable \
+                             at once, by `Scene::reeve` or as one [[massless_cable]]",
                 });
             }
-            let turned = capstan.friction * self.wrap(i);
-            let needs = "≤ 700: friction times wrap, of which e^(μθ) is taken; use a drum that does not slip instead";
-            // A wrap that is not known yet is no number.
-            if turned > LARGEST {
-                check(format!("{}: μθ", what()), turned, false, needs)?;
+        }
+        self.validate_shared()
+    }
+
+    /// Checks that each shared end of a part is at one capstan.
+    fn validate_shared(&self) -> Result<(), SceneError> {
+        for (c, constraint) in self.constraints.iter().enumerate() {
+            let Constraint::MasslessCable(part) = constraint else {
+                continue;
+            };
+            let is_shared =
+                |end: Option<&Option<Sheave>>| end.is_some_and(|s| s.is_some_and(|s| s.shared));
+            let ends = [
+                is_shared(part.sheaves.last()),
+                is_shared(part.sheaves.first()),
+            ];
+            for (k, shared) in ends.into_iter().enumerate() {
+                let capstans = self.capstans.iter().filter(|capstan| capstan.parts[k] == c);
+                if capstans.count() != usize::from(shared) {
+                    return Err(SceneError::Conflict {
+                        what: format!("joint `{}`", self.constraint_names[c]),
+                        reason: "has a shared sheave that one other part has to go on from, and no more",
+                    });
+                }
             }
         }
         Ok(())
@@ -206,6 +246,11 @@ fn share(parts: &mut [MasslessCable], whole: &MasslessCable, bodies: &Bodies) {
     for (part, (span, wound)) in parts.iter_mut().zip(spans.iter().zip(&wound)) {
         part.length = (span - wound) * part_of + wound;
         part.law.compliance = per_metre * part.length;
+        if let Some(winch) = &mut part.winch {
+            // The winch feeds the whole: what lies in the other parts is off its limits.
+            winch.shortest -= whole.length - part.length;
+            winch.longest -= whole.length - part.length;
+        }
     }
 }
 
@@ -246,6 +291,12 @@ impl MasslessCable {
         let mut laid = self.clone();
         laid.update_winding(bodies, 0.0);
         for &side in &cuts {
+            if self.sheaves[side].is_some_and(|s| s.lay.is_off()) {
+                return Err(SceneError::Conflict {
+                    what: what(side),
+                    reason: "is off: only sheaves without friction let the cable pass by",
+                });
+            }
             if let Some(Lay::On { arriving, leaving }) = laid.sheaves[side].map(|s| s.lay) {
                 let turned = friction(side) * (leaving - arriving);
                 let needs =

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 
 use super::{Scene, first_names};
 use crate::body::{Bodies, Mobility};
-use crate::constraint::{Constraint, Distance, MasslessCable, Sheave, called};
+use crate::constraint::{Constraint, Distance, MasslessCable, Sheave, Winch, called};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
@@ -239,6 +239,18 @@ impl Scene {
                 length,
                 ..
             }) => {
+                // The limits of a part's winch are those of the whole, less what lies in the other parts.
+                let is_part = matches!(c, Constraint::MasslessCable(part) if part.is_part());
+                let winch = if is_part {
+                    let (shortest, longest) = (Winch::new().shortest, f64::INFINITY);
+                    &Winch {
+                        shortest,
+                        longest,
+                        ..*winch
+                    }
+                } else {
+                    winch
+                };
                 winch.validate(|| format!("joint `{joint}`"))?;
                 let within = (winch.shortest..=winch.longest).contains(length);
                 let needs = "between shortest and longest of its winch";
@@ -256,7 +268,17 @@ impl Scene {
         // One that is not there is found below.
         let dynamic = |i: usize| mobility.get(i).is_none_or(|m| *m == Mobility::Dynamic);
         // A part between two sheaves of one body passes tensions on.
-        let passes = matches!(c, Constraint::MasslessCable(part) if part.is_part() && part.law.compliance > 0.0);
+        let is_part = matches!(c, Constraint::MasslessCable(part) if part.is_part());
+        let passes = is_part && c.row(0).1.compliance > 0.0;
+        let first = c.frames().first().map(Frame::body_index);
+        let rests =
+            !c.bodies().any(dynamic) || c.frames().iter().all(|f| Some(f.body_index()) == first);
+        if is_part && !passes && rests {
+            return Err(SceneError::Conflict {
+                what: of("tension"),
+                reason: "between two sheaves of one body is undetermined in a rigid cable: give the cable a stiffness `ea`",
+            });
+        }
         if !passes && !c.bodies().any(dynamic) {
             return Err(SceneError::BothWorld {
                 joint: joint.to_owned(),
@@ -291,7 +313,7 @@ impl Scene {
             if let Some(side) = cable.sheaves.iter().position(grips) {
                 return Err(SceneError::Conflict {
                     what: called(&of, side),
-                    reason: "has friction, over which one tension is none: add the cable with `Scene::reeve`",
+                    reason: "has friction: a cable has one tension, and is cut there: add it with `Scene::reeve`",
                 });
             }
         }
@@ -310,7 +332,8 @@ impl Scene {
         for frame in c.frames() {
             let body = frame.body_index().filter(|body| *body < self.bodies.len());
             let point = body.filter(|body| self.bodies.is_point(*body));
-            if let Some(body) = point.filter(|_| !pulls || frame.point.amax() != 0.0) {
+            let turns = matches!(c, Constraint::MasslessCable(cable) if cable.has_sheave(frame));
+            if let Some(body) = point.filter(|_| !pulls || turns || frame.point.amax() != 0.0) {
                 return Err(SceneError::Conflict {
                     what: format!("joint `{joint}` of body `{}`", self.body_names[body]),
                     reason: "would turn a point mass: give the body a shape or an inertia, or attach a ball joint, link or \

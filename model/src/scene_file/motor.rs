@@ -119,7 +119,7 @@ impl MotorEntry {
 
 impl WinchEntry {
     /// The winch of the cable `of`.
-    pub(super) fn build(&self, of: &Entry<'_>) -> Result<Winch, Fault> {
+    pub(super) fn build(&self, of: &Entry<'_>, is_part: bool) -> Result<Winch, Fault> {
         let default = Winch::new();
         let force = |key, value: Option<f64>, default| {
             let value = value.unwrap_or(default);
@@ -137,7 +137,8 @@ impl WinchEntry {
             shortest: of.check(
                 "winch.shortest",
                 shortest,
-                shortest > 0.0,
+                // That of a part is less by what lies in the others.
+                shortest > 0.0 || is_part,
                 "> 0 m: where hauling in stops",
             )?,
             longest: limit(of, "winch.longest", longest, longest >= shortest, needs)?,

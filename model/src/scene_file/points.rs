@@ -45,12 +45,14 @@ pub struct SheaveEntry {
     /// slides freely.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub friction: f64,
-    /// Whether the cable goes on as another one: see `after`.
+    /// Whether the next part begins here, or this one goes on from the one before: see `after`.
     pub shared: Option<bool>,
     /// The angles in v and w between which it lies on it \[rad]; default by the path.
     pub on: Option<[f64; 2]>,
-    /// Whether it passes by.
+    /// Whether the cable passes by.
     pub off: Option<bool>,
+    /// Whether a cable that passes by was on the groove's side when last seen; default `false`.
+    pub clear: Option<bool>,
 }
 
 impl SheaveEntry {
@@ -61,7 +63,9 @@ impl SheaveEntry {
             friction: self.friction,
             shared: self.shared.unwrap_or(false),
             lay: match self.on {
-                _ if self.off == Some(true) => Lay::Off,
+                _ if self.off == Some(true) => Lay::Off {
+                    clear: self.clear == Some(true),
+                },
                 Some([arriving, leaving]) => Lay::On { arriving, leaving },
                 None => Lay::New,
             },
@@ -85,9 +89,10 @@ impl SheaveEntry {
             shared: shared.then_some(true),
             on: match lay {
                 Lay::On { arriving, leaving } => Some([arriving, leaving]),
-                Lay::New | Lay::Off => None,
+                Lay::New | Lay::Off { .. } => None,
             },
-            off: (lay == Lay::Off).then_some(true),
+            off: lay.is_off().then_some(true),
+            clear: (lay == Lay::Off { clear: true }).then_some(true),
         }
     }
 }
@@ -164,7 +169,8 @@ impl MasslessCableEntry {
             return Err(of.conflict("stretch", "give it in m/N (0 is rigid), or ea in N"));
         };
         let law = law(&of, "stretch", compliance, self.damping)?;
-        let winch = self.winch.as_ref().map(|winch| winch.build(&of));
+        let is_part = self.through.iter().any(PointEntry::is_shared);
+        let winch = self.winch.as_ref().map(|winch| winch.build(&of, is_part));
         let sheave = |point: &PointEntry| point.sheave.as_ref().map(SheaveEntry::build);
         let mut sheaves: Vec<_> = self.through.iter().map(sheave).collect();
         if sheaves.iter().all(Option::is_none) {
@@ -264,6 +270,12 @@ fn through(
 }
 
 impl PointEntry {
+    /// Whether two parts of a cable meet there.
+    fn is_shared(&self) -> bool {
+        let sheave = self.sheave.as_ref();
+        sheave.is_some_and(|sheave| sheave.shared == Some(true))
+    }
+
     /// The frame of the point whose keys stand at `path`.
     pub(super) fn frame_at(
         &self,

@@ -82,7 +82,7 @@ fn a_reeved_scene_is_written_and_read_back_to_the_bit() {
     if let Constraint::MasslessCable(cable) = &mut scene.constraints[2]
         && let Some(Some(inner)) = cable.sheaves.get_mut(1)
     {
-        inner.lay = Lay::Off;
+        inner.lay = Lay::Off { clear: true };
     }
     let text = SceneText::from_scene(&scene).expect("is written");
     assert_eq!(text.build(), Ok(scene));

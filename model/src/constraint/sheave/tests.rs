@@ -162,7 +162,7 @@ fn a_cable_leaves_a_sheave_and_lies_down_again_without_a_jump() {
         scene.constraints[0].update_winding(&scene.bodies, 0.0);
         let now = length(&scene);
         assert!((now - last).abs() < 0.005, "at {z}: {last} to {now}");
-        let is_off = cable(&mut scene).sheaves[1].unwrap().lay == Lay::Off;
+        let is_off = cable(&mut scene).sheaves[1].unwrap().lay.is_off();
         let touches = z > -0.1;
         if (z + 0.1).abs() > 1e-9 {
             assert_eq!(is_off, !touches, "at {z}");
@@ -187,4 +187,28 @@ fn no_tangent_is_no_number() {
         (None, xz(0.4, 0.0), 0.3, -1.0),
     ];
     assert!(length(&scene(vec![], &crossed)).is_nan());
+}
+
+#[test]
+fn a_straight_rope_about_whole_turns_has_as_many_in_every_direction() {
+    for k in 0..40 {
+        let (sine, cosine) = (0.157 * f64::from(k)).sin_cos();
+        let at = |along: f64, across: f64| {
+            xz(
+                along * cosine - across * sine,
+                along * sine + across * cosine,
+            )
+        };
+        let through = [
+            (None, at(-2.0, 0.3), 0.0, 1.0),
+            (None, at(0.0, 0.0), 0.3, 1.0),
+            (None, at(3.0, 0.3), 0.0, 1.0),
+        ];
+        let mut scene = scene(vec![], &through);
+        if let Some(sheave) = cable(&mut scene).sheaves[1].as_mut() {
+            sheave.turns = 3.0;
+        }
+        let exact = 5.0 + 0.3 * 6.0 * PI;
+        assert!((length(&scene) - exact).abs() < 1e-12, "{k}");
+    }
 }
