@@ -51,7 +51,8 @@ impl Stepper {
 
     /// Puts the bodies into another state of the same scene, at a time \[s]; multipliers stay (they are zero after a step
     /// that failed), the past is taken to be like that state, velocities are taken as they are, and each twist row unwraps
-    /// to the angle within half a turn of its last one. Allocates nothing. Where it fails nothing has changed.
+    /// to the angle within half a turn of its last one; cables over sheaves keep the lengths of their parts. Allocates nothing.
+    /// Where it fails nothing has changed.
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs, [`StepError::Scene`] with the

@@ -342,7 +342,7 @@ impl Stepper {
             .fold(0.0, |m: f64, r| m.max(r.abs()));
         for pass in 0.. {
             while let Some((i, column)) = slip.wanted(bounded) {
-                let response = self.solve_extended(Some(&column.to_vec()))?;
+                let response = self.solve_extended(Some(column))?;
                 slip.learn(i, &response);
             }
             match slip.settle(&stuck, &mut mu, speed, pass) {

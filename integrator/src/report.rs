@@ -89,9 +89,10 @@ pub struct StepReport {
     /// Refinement sweeps made after each solve.
     pub refinements: usize,
     /// Linear systems solved: one a sub-step, those of the start and of the guard's Newton passes besides, and one more
-    /// each time that rows reach a bound or leave it.
+    /// each time that rows reach a bound or leave it; two or more besides where cables slip over sheaves.
     pub solves: usize,
-    /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off.
+    /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off; or in which it
+    /// was left undecided which cables slip.
     pub undecided: usize,
     /// Sheaves that cables slip over at the end of the step: see [`Stepper::slip_rates`](crate::Stepper::slip_rates).
     #[cfg_attr(feature = "serde", serde(default))]

@@ -369,7 +369,7 @@ fn eliminate(rows: &mut [f64], count: usize) -> bool {
         let Some(pivot) = (k..count).max_by(|a, b| size(a).total_cmp(&size(b))) else {
             return false;
         };
-        if !(size(&pivot) > 0.0) {
+        if size(&pivot) == 0.0 || size(&pivot).is_nan() {
             return false;
         }
         for c in 0..width {

@@ -494,7 +494,7 @@ impl Sheave {
         let [to, from] = [[before, here], [here, after]].map(|ends| Span::between(ends, [None; 2]));
         let [arriving, leaving] = [to.angles[1], from.angles[0]];
         let wrap = unwrap_angle(leaving - arriving, 0.0);
-        if !(wrap > 0.0) {
+        if wrap.is_nan() || wrap <= 0.0 {
             return Lay::Off { clear: wrap <= 0.0 };
         }
         let straight = Span::between([before, after], [None; 2]);

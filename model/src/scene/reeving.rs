@@ -10,8 +10,9 @@
 //! ```
 //!
 //! which a time stepper solves for. The sum of the lengths stays. After a step the cut goes to the middle of the wrap again,
-//! by δ, and r δ from one length to the other: no φ changes. A part has the compliance Λ/EA of its present length, so that
-//! length that slips at a fixed geometry changes the tensions linearly.
+//! by δ, and r δ from one length to the other: no φ changes. A part has the compliance Λ/EA of its stretched length, so that
+//! length that slips at a fixed geometry changes the tensions linearly; a cable of one part has that of its length at rest,
+//! which differs by the strain.
 
 use super::Scene;
 use crate::body::Bodies;

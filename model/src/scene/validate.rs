@@ -11,6 +11,19 @@ use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side};
 use crate::motion::Motion;
 
+/// Checks a winch and the length that it begins with. The limits of a part's winch are those of the whole, less what lies in
+/// the other parts.
+fn check_winch(joint: &str, winch: &Winch, length: f64, is_part: bool) -> Result<(), SceneError> {
+    let mut checked = *winch;
+    if is_part {
+        (checked.shortest, checked.longest) = (Winch::new().shortest, f64::INFINITY);
+    }
+    checked.validate(|| format!("joint `{joint}`"))?;
+    let within = (checked.shortest..=checked.longest).contains(&length);
+    let needs = "between shortest and longest of its winch";
+    check(format!("joint `{joint}`: length"), length, within, needs).map(|_| ())
+}
+
 /// What an angular velocity or a torque of a point mass has to be.
 const NEVER_TURNS: &str = "0 for a point mass: give the body a shape or an inertia";
 
@@ -239,27 +252,30 @@ impl Scene {
                 length,
                 ..
             }) => {
-                // The limits of a part's winch are those of the whole, less what lies in the other parts.
                 let is_part = matches!(c, Constraint::MasslessCable(part) if part.is_part());
-                let winch = if is_part {
-                    let (shortest, longest) = (Winch::new().shortest, f64::INFINITY);
-                    &Winch {
-                        shortest,
-                        longest,
-                        ..*winch
-                    }
-                } else {
-                    winch
-                };
-                winch.validate(|| format!("joint `{joint}`"))?;
-                let within = (winch.shortest..=winch.longest).contains(length);
-                let needs = "between shortest and longest of its winch";
-                check(of("length"), *length, within, needs)?;
+                check_winch(joint, winch, *length, is_part)?;
             }
             other => other
                 .motor()
                 .map_or(Ok(()), |m| m.validate(|| format!("joint `{joint}`")))?,
         }
+        self.check_sides(joint, c)?;
+        for (i, frame) in c.frames().iter().enumerate() {
+            let letter = u32::try_from(i)
+                .ok()
+                .and_then(|i| char::from_digit(i + 10, 36));
+            let side = letter.map_or_else(|| (i + 1).to_string(), String::from);
+            self.validate_frame(joint, &side, frame)?;
+        }
+        if let Constraint::MasslessCable(cable) = c {
+            self.check_sheaves(joint, cable)?;
+        }
+        self.check_points(joint, c)
+    }
+
+    /// Refuses a constraint between sides that do not move against each other, unless it passes a tension on.
+    fn check_sides(&self, joint: &str, c: &Constraint) -> Result<(), SceneError> {
+        let of = |quantity: &str| format!("joint `{joint}`: {quantity}");
         let sides = c.frames().len();
         let points = "at least 2 attachment points";
         check(of("number of sides"), sides as f64, sides >= 2, points)?;
@@ -299,25 +315,20 @@ impl Scene {
             }
             _ => {}
         }
-        for (i, frame) in c.frames().iter().enumerate() {
-            let letter = u32::try_from(i)
-                .ok()
-                .and_then(|i| char::from_digit(i + 10, 36));
-            let side = letter.map_or_else(|| (i + 1).to_string(), String::from);
-            self.validate_frame(joint, &side, frame)?;
-        }
-        if let Constraint::MasslessCable(cable) = c {
-            let of = format!("joint `{joint}`");
-            cable.check_path(&self.bodies, 0.0, &of)?;
-            let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0);
-            if let Some(side) = cable.sheaves.iter().position(grips) {
-                return Err(SceneError::Conflict {
-                    what: called(&of, side),
-                    reason: "has friction: a cable has one tension, and is cut there: add it with `Scene::reeve`",
-                });
-            }
-        }
-        self.check_points(joint, c)
+        Ok(())
+    }
+
+    fn check_sheaves(&self, joint: &str, cable: &MasslessCable) -> Result<(), SceneError> {
+        let of = format!("joint `{joint}`");
+        cable.check_path(&self.bodies, 0.0, &of)?;
+        let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0);
+        let side = cable.sheaves.iter().position(grips);
+        side.map_or(Ok(()), |side| {
+            Err(SceneError::Conflict {
+                what: called(&of, side),
+                reason: "has friction: a cable has one tension, and is cut there: add it with `Scene::reeve`",
+            })
+        })
     }
 
     /// Refuses a constraint that would turn a point mass.

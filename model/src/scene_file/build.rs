@@ -198,23 +198,7 @@ impl SceneText {
         scene.load = load.transpose().map_err(|e| Fault::new("load", e))?;
         let all = self.in_order(self.constraints(of_cables, &scene, &names)?)?;
         let grouped = all.iter().any(|built| built.group.is_some());
-        let number = |name: &str| all.iter().position(|built| built.name == name);
-        let mut capstans = Vec::new();
-        for (i, built) in all.iter().enumerate() {
-            let Some((before, friction)) = &built.after else {
-                continue;
-            };
-            let Some(before) = number(before) else {
-                let of = Entry::new("massless cable", &built.name);
-                let reason = "names a cable that is not there";
-                return Err(of.conflict("after", reason).within(&built.path));
-            };
-            capstans.push(Capstan {
-                parts: [before, i],
-                friction: *friction,
-            });
-        }
-        scene.capstans = capstans;
+        scene.capstans = capstans(&all)?;
         for built in all {
             let group = built.group.unwrap_or(0);
             let i = scene.add_constraint(built.name, built.constraint, group);
@@ -397,6 +381,27 @@ impl SceneText {
             None => Ok(ordered),
         }
     }
+}
+
+/// Where parts of a massless cable go on from others.
+fn capstans(all: &[Built]) -> Result<Vec<Capstan>, Fault> {
+    let number = |name: &str| all.iter().position(|built| built.name == name);
+    let mut capstans = Vec::new();
+    for (i, built) in all.iter().enumerate() {
+        let Some((before, friction)) = &built.after else {
+            continue;
+        };
+        let Some(before) = number(before) else {
+            let of = Entry::new("massless cable", &built.name);
+            let reason = "names a cable that is not there";
+            return Err(of.conflict("after", reason).within(&built.path));
+        };
+        capstans.push(Capstan {
+            parts: [before, i],
+            friction: *friction,
+        });
+    }
+    Ok(capstans)
 }
 
 /// The cable of that name, which is there or is added.

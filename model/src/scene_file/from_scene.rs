@@ -176,26 +176,10 @@ impl SceneText {
                 entry.set_slider(slider);
                 self.joint.push(entry);
             }
-            Constraint::MasslessCable(MasslessCable {
-                frames,
-                sheaves,
-                length,
-                law,
-                tension_only,
-                winch,
-            }) => self.massless_cable.push(MasslessCableEntry {
-                name: name.to_owned(),
-                through: over(points(scene, frames), sheaves),
-                after: None,
-                length: *length,
-                ea: None,
-                stretch: Some(law.compliance),
-                damping: law.damping,
-                tension_only: (!tension_only).then_some(false),
-                winch: winch.as_ref().map(WinchEntry::of),
-                breaks_at: None,
-                group: Some(group),
-            }),
+            Constraint::MasslessCable(cable) => {
+                let entry = MasslessCableEntry::of(scene, name, cable, group);
+                self.massless_cable.push(entry);
+            }
             Constraint::LinkBend(LinkBend {
                 frames,
                 law,
@@ -342,6 +326,33 @@ fn points(scene: &Scene, frames: &[Frame]) -> Vec<PointEntry> {
         .iter()
         .map(|frame| PointEntry::of(frame, scene))
         .collect()
+}
+
+impl MasslessCableEntry {
+    /// The cable as it is written.
+    fn of(scene: &Scene, name: &str, cable: &MasslessCable, group: u32) -> Self {
+        let MasslessCable {
+            frames,
+            sheaves,
+            length,
+            law,
+            tension_only,
+            winch,
+        } = cable;
+        Self {
+            name: name.to_owned(),
+            through: over(points(scene, frames), sheaves),
+            after: None,
+            length: *length,
+            ea: None,
+            stretch: Some(law.compliance),
+            damping: law.damping,
+            tension_only: (!tension_only).then_some(false),
+            winch: winch.as_ref().map(WinchEntry::of),
+            breaks_at: None,
+            group: Some(group),
+        }
+    }
 }
 
 /// The points with the sheaves that have their hubs there.

@@ -75,7 +75,11 @@ fn worst(scene: Scene, options: StepOptions, steps: usize, exact: f64) -> Result
         let now = speed(&stepper);
         let acceleration = (now - before) / dt;
         before = now;
-        if !((acceleration - exact).abs() <= (found - exact).abs()) {
+        if (acceleration - exact)
+            .abs()
+            .total_cmp(&(found - exact).abs())
+            .is_gt()
+        {
             found = acceleration;
         }
     }
