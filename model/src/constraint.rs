@@ -496,7 +496,7 @@ impl Constraint {
     }
 
     /// Moves the unwrapping reference of a twist or hinge angle to its value at time `t`, and where a cable touches its
-    /// sheaves; whether it has any.
+    /// sheaves; whether its rows are evaluated otherwise after that.
     pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         let sides = |frames: &[Frame; 2]| frames.map(|f| f.resolve(bodies, t));
         match self {
@@ -505,10 +505,7 @@ impl Constraint {
             | Self::Distance(_)
             | Self::Slider(_)
             | Self::LinkBend(_) => {}
-            Self::MasslessCable(c) => {
-                c.update_winding(bodies, t);
-                return !c.sheaves.is_empty();
-            }
+            Self::MasslessCable(c) => return c.update_winding(bodies, t),
             Self::Hinge(c) => {
                 let [a, b] = sides(&c.frames);
                 c.angle_reference = c.angle(&a, &b);

@@ -279,19 +279,19 @@ impl Linearized {
     }
 
     /// [`update_windings`] by the angles of the last [`Linearized::update`] or
-    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s). Whether rows are
-    /// evaluated otherwise now than they were: those of cables over sheaves.
+    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s). Whether some rows
+    /// are evaluated otherwise after that: those of cables over sheaves.
     ///
     /// # Panics
     /// As [`Linearized::update`].
     pub fn follow_windings(&mut self, scene: &mut Scene, t: f64) -> bool {
         self.packs.follow_windings(scene, &self.phi);
-        let mut is_reeved = false;
+        let mut changed = false;
         for &i in &self.others {
-            is_reeved |= scene.constraints[i].update_winding(&scene.bodies, t);
+            changed |= scene.constraints[i].update_winding(&scene.bodies, t);
         }
         scene.recut(t);
-        is_reeved
+        changed
     }
 
     /// Evaluates ∂φ/∂t of the prescribed motions as the mean over \[`t`, `t_next`] (s) with the bodies held; zero when

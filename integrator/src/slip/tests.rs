@@ -597,3 +597,31 @@ fn a_winch_feeds_the_whole_cable_over_sheaves_that_grip_it() {
     }
     stepper.save().unwrap();
 }
+
+#[test]
+fn a_saved_gantry_on_sheaves_goes_on_with_the_same_bits() {
+    for sheave_friction in [0.0, 0.1] {
+        let params = taut_model::GantryParams {
+            parts: 4,
+            sheaves: true,
+            sheave_friction,
+            ..taut_model::GantryParams::default()
+        };
+        let mut whole = Stepper::new(params.build().unwrap(), options()).unwrap();
+        let driven = taut_model::Controls {
+            trolley_speed: 0.5,
+            hoist_speed: 0.2,
+        };
+        whole.set_controls(&driven).unwrap();
+        for _ in 0..30 {
+            whole.step().unwrap();
+        }
+        let mut restored = Stepper::restore(whole.save().unwrap()).unwrap();
+        for _ in 0..30 {
+            whole.step().unwrap();
+            restored.step().unwrap();
+        }
+        assert_eq!(whole.scene(), restored.scene(), "{sheave_friction}");
+        assert_eq!(whole.multipliers(), restored.multipliers());
+    }
+}

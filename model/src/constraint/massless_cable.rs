@@ -483,14 +483,21 @@ impl MasslessCable {
     }
 
     /// Takes the angles at which the cable touches its sheaves, and whether it does, from the state at time `t` (s).
-    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) {
+    /// Whether its row is evaluated otherwise after that: angles alone change nothing, for each state has its own.
+    pub(crate) fn update_winding(&mut self, bodies: &Bodies, t: f64) -> bool {
         if self.sheaves.is_empty() {
-            return;
+            return false;
         }
+        // The compliance is that of what is off the ends' drums, the cuts of parts move.
+        let ends = [self.sheaves.first(), self.sheaves.last()];
+        let changed = Cell::new(ends.into_iter().flatten().any(Option::is_some));
         let inner = 1..self.sheaves.len() - 1;
         let sheaves = Cell::from_mut(&mut self.sheaves[..]).as_slice_of_cells();
         let set = |side: usize, lay: Lay| {
             let sheave = sheaves[side].get();
+            let is_on = |lay: Lay| matches!(lay, Lay::On { .. });
+            let other = sheave.is_some_and(|sheave| is_on(sheave.lay) != is_on(lay));
+            changed.set(changed.get() || other);
             sheaves[side].set(sheave.map(|sheave| Sheave { lay, ..sheave }));
         };
         let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
@@ -519,6 +526,7 @@ impl MasslessCable {
                 set(here, Sheave::passed(clear, [&before, &wheel, &after]));
             }
         }
+        changed.get()
     }
 }
 
