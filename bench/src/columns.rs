@@ -51,7 +51,7 @@ const OF_BODY: [Quantity<OfBody>; 10] = [
 ];
 
 /// Those of a joint, link or cable, where it has them.
-const OF_CONSTRAINT: [Quantity<OfConstraint>; 10] = [
+const OF_CONSTRAINT: [Quantity<OfConstraint>; 11] = [
     (TENSION, "N", |s, c| loads(s, c).tension),
     ("fx", "N", |s, c| Some(force(s, c)?.force.x)),
     ("fy", "N", |s, c| Some(force(s, c)?.force.y)),
@@ -64,6 +64,7 @@ const OF_CONSTRAINT: [Quantity<OfConstraint>; 10] = [
         force(s, c).and_then(|_| trajectory::gap(s, c))
     }),
     ("length", "m", |s, c| Some(cable(s, c)?.length_at(s.time()))),
+    ("slip", "m/s", slip),
 ];
 
 /// The quantity that cables of segments have, too.
@@ -81,6 +82,13 @@ fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
         Constraint::MasslessCable(cable) => Some(cable),
         _ => None,
     }
+}
+
+/// Rate at which a part of a cable slips over the sheave that it begins at.
+fn slip(stepper: &Stepper, c: usize) -> Option<f64> {
+    let capstans = stepper.scene().capstans.iter().zip(stepper.slip_rates());
+    let mut begins = capstans.filter(|(capstan, _)| capstan.parts[1] == c);
+    begins.next().map(|(_, rate)| rate)
 }
 
 /// On side b; a massless cable may have more than two sides, so none is b.

@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::stepper::{Stage, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Target, Winch};
+use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Scene, Target, Winch};
 use taut_solver::SolveError;
 
 impl Stepper {
@@ -51,8 +51,8 @@ impl Stepper {
 
     /// Puts the bodies into another state of the same scene, at a time \[s]; multipliers stay (they are zero after a step
     /// that failed), the past is taken to be like that state, velocities are taken as they are, and each twist row unwraps
-    /// to the angle within half a turn of its last one; cables over sheaves keep the lengths of their parts. Allocates nothing.
-    /// Where it fails nothing has changed.
+    /// to the angle within half a turn of its last one; cables over sheaves lie as they do, unless they are
+    /// [laid](Self::lay_cables) as in that state before. Allocates nothing. Where it fails nothing has changed.
     ///
     /// # Errors
     /// [`SolveError::Dimension`] in [`StepError::Solve`] where the number of bodies differs, [`StepError::Scene`] with the
@@ -113,6 +113,36 @@ impl Stepper {
         if rows.follow_windings(&mut self.scene, time) {
             rows.update(&self.scene, time);
         }
+        Ok(())
+    }
+
+    /// Lays the massless cables over sheaves as in another state of the same scene, before
+    /// [`set_state`](Self::set_state): with the lengths of their parts, their winches, and where they touch their sheaves.
+    ///
+    /// # Errors
+    /// [`StepError::NotControllable`] with a cable that runs through other points there; nothing has changed then.
+    pub fn lay_cables(&mut self, scene: &Scene) -> Result<(), StepError> {
+        let pairs = || self.scene.constraints.iter().zip(&scene.constraints);
+        let differs = |(own, other): &(&Constraint, &Constraint)| match (own, other) {
+            (Constraint::MasslessCable(own), Constraint::MasslessCable(other)) => {
+                own.frames != other.frames
+            }
+            (own, other) => own.rows() != other.rows(),
+        };
+        if self.scene.constraints.len() != scene.constraints.len() || pairs().any(|p| differs(&p)) {
+            return Err(refused(
+                format!("the cables of scene `{}`", scene.name),
+                "are not those of this one: lay them as in a state of the same scene",
+            ));
+        }
+        for (own, other) in self.scene.constraints.iter_mut().zip(&scene.constraints) {
+            if let (Constraint::MasslessCable(own), Constraint::MasslessCable(other)) = (own, other)
+                && !other.sheaves.is_empty()
+            {
+                own.clone_from(other);
+            }
+        }
+        self.stage.unsolve();
         Ok(())
     }
 

@@ -175,6 +175,16 @@ impl Tally {
         }
     }
 
+    /// A system was solved besides, whose solution is a part of the next one's: it counts, and what it falls short of
+    /// tells.
+    pub(crate) fn add_part(&mut self, solve: SolveReport) {
+        self.iterations += solve.iterations;
+        self.solves += 1;
+        if !solve.is_claim() && self.solve.is_none_or(|last| last.is_claim()) {
+            self.solve = Some(solve);
+        }
+    }
+
     /// Keeps the largest disagreement; NaN is infinite.
     pub(crate) fn see(&mut self, disagreement: f64) {
         let size = if disagreement.is_nan() {

@@ -82,7 +82,8 @@ impl Default for CgOptions {
     }
 }
 
-/// Options of MINRES.
+/// Options of MINRES: for indefinite systems, or those that have no Schur form. On those that have, conjugate gradient takes
+/// half as many iterations or fewer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MinresOptions {
     /// Most iterations; from 1 to 10⁷.

@@ -9,7 +9,7 @@ use crate::trajectory::load_position;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{Bodies, HoistParams, Scene, SceneError};
+use taut_model::{HoistParams, Scene, SceneError};
 use taut_solver::{Backend, DenseOptions};
 
 /// A finely stepped motion.
@@ -112,8 +112,8 @@ pub fn moves_most(motion: &Motion, dt: f64, steps: usize) -> Result<usize, StepE
 pub struct Snapshot {
     /// Time \[s].
     pub time: f64,
-    /// State of the bodies.
-    pub bodies: Bodies,
+    /// The scene in its state: its bodies, and how its cables lie.
+    pub scene: Scene,
     /// Multipliers of the step that led there, one a row; zeros at the beginning \[N, N m].
     pub tension: Vec<f64>,
 }
@@ -126,7 +126,7 @@ impl Snapshot {
         let dt = options.dt / options.substeps as f64;
         Self {
             time: stepper.time(),
-            bodies: stepper.scene().bodies.clone(),
+            scene: stepper.scene().clone(),
             tension: stepper.multipliers().iter().map(|mu| mu / dt).collect(),
         }
     }
@@ -136,7 +136,8 @@ impl Snapshot {
     /// # Errors
     /// As [`Stepper::set_state`].
     pub fn put(&self, stepper: &mut Stepper) -> Result<(), StepError> {
-        stepper.set_state(&self.bodies, self.time)?;
+        stepper.lay_cables(&self.scene)?;
+        stepper.set_state(&self.scene.bodies, self.time)?;
         stepper.set_tension(&self.tension)
     }
 }

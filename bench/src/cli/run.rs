@@ -39,7 +39,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// Columns of `--out`, and `columns` of `--json`: NAME.QUANTITY of a body (x y z vx vy vz speed wx wy wz), joint
-    /// (tension fx fy fz force bending twist drive gap) or massless cable (tension length drive), controls, `time` …
+    /// (tension fx fy fz force bending twist drive gap) or massless cable (tension length drive; slip of a
+    /// part `NAME-2` … over the sheave it begins at), controls, `time` …
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     columns: Vec<String>,
     /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)

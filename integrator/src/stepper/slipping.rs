@@ -48,7 +48,7 @@ impl Stepper {
         slip.learn(i, &response);
         slip.column = response;
         let report = report.map_err(|e| self.culprit(e))?;
-        self.tally.add(report, None);
+        self.tally.add_part(report);
         Ok(())
     }
 
