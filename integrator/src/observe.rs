@@ -352,7 +352,7 @@ impl Stepper {
             }
         }
         if slip.slips() {
-            slip.apply(&mut self.pieces, Some(bounded));
+            slip.apply(&mut self.pieces, bounded);
             mu = self.solve_extended(None)?;
             slip.correct(&mut mu);
         }

@@ -54,9 +54,9 @@ struct Sheave {
     motion: Motion,
     /// s \[m/s].
     rate: f64,
-    /// What of it the drives ∂φ/∂t hold, and which of the two rows of c − J v.
+    /// What of it the drives ∂φ/∂t hold, and what was added to c − J v of the two rows.
     applied: f64,
-    in_rate: [bool; 2],
+    added: [f64; 2],
     /// A⁻¹ B in the order of the rows; whether it is that of the present factor.
     response: Vec<f64>,
     is_known: bool,
@@ -103,7 +103,7 @@ impl Slip {
             motion: Motion::Sticks,
             rate: 0.0,
             applied: 0.0,
-            in_rate: [false; 2],
+            added: [0.0; 2],
             response: vec![0.0; rows.rows()],
             is_known: false,
         };
@@ -183,33 +183,45 @@ impl Slip {
     /// The drives and c − J v are those without any slip.
     pub(crate) fn forget(&mut self) {
         for sheave in &mut self.sheaves {
-            (sheave.rate, sheave.applied, sheave.in_rate) = (0.0, 0.0, [false; 2]);
+            (sheave.rate, sheave.applied, sheave.added) = (0.0, 0.0, [0.0; 2]);
         }
     }
 
     /// Takes the slip out of the drives and, where c − J v is still that of the last solve, out of it.
     pub(crate) fn take_out(&mut self, pieces: &mut Pieces) {
         for sheave in &mut self.sheaves {
-            let taken = [sheave.applied, -sheave.applied];
-            for ((row, taken), in_rate) in sheave.rows.into_iter().zip(taken).zip(sheave.in_rate) {
-                pieces.rows.phi_t[row] -= taken;
-                pieces.rate[row] += if in_rate { taken } else { 0.0 };
+            let driven = [-sheave.applied, sheave.applied];
+            for ((row, driven), added) in sheave.rows.into_iter().zip(driven).zip(sheave.added) {
+                pieces.rows.phi_t[row] += driven;
+                pieces.rate[row] -= added;
             }
         }
         self.forget();
     }
 
-    /// Adds the slip to the drives, and to c − J v of all rows or of those that are not held at a bound.
-    pub(crate) fn apply(&mut self, pieces: &mut Pieces, bounded: Option<&Bounded>) {
+    /// The drives hold the slip.
+    pub(crate) fn drive(&mut self, pieces: &mut Pieces) {
         for sheave in &mut self.sheaves {
-            let (more, whole) = (sheave.rate - sheave.applied, sheave.rate);
-            sheave.applied = whole;
+            let more = sheave.rate - std::mem::replace(&mut sheave.applied, sheave.rate);
+            let [before, after] = sheave.rows;
+            pieces.rows.phi_t[before] += more;
+            pieces.rows.phi_t[after] -= more;
+        }
+    }
+
+    /// The drives hold the slip, and so does c − J v of the rows that are not held at a bound.
+    pub(crate) fn apply(&mut self, pieces: &mut Pieces, bounded: &Bounded) {
+        self.drive(pieces);
+        self.add(pieces, |k| !bounded.holds(k));
+    }
+
+    /// Adds the slip to c − J v of the bounded rows that `are_in` it, where it is not there yet.
+    fn add(&mut self, pieces: &mut Pieces, are_in: impl Fn(usize) -> bool) {
+        for sheave in &mut self.sheaves {
             for (k, sign) in [-1.0, 1.0].into_iter().enumerate() {
-                let row = sheave.rows[k];
-                pieces.rows.phi_t[row] -= sign * more;
-                if bounded.is_none_or(|bounded| !bounded.holds(sheave.bounds[k])) {
-                    pieces.rate[row] += sign * if sheave.in_rate[k] { more } else { whole };
-                    sheave.in_rate[k] = true;
+                if sheave.added[k] == 0.0 && are_in(sheave.bounds[k]) {
+                    sheave.added[k] = sign * sheave.rate;
+                    pieces.rate[sheave.rows[k]] += sheave.added[k];
                 }
             }
         }
@@ -217,7 +229,8 @@ impl Slip {
 
     /// The rows that were held are back in the pieces, without the slip.
     pub(crate) fn release(&mut self, pieces: &mut Pieces) {
-        self.apply(pieces, None);
+        self.drive(pieces);
+        self.add(pieces, |_| true);
     }
 
     /// After a factorisation: nothing is known of A⁻¹.

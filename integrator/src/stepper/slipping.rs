@@ -15,12 +15,13 @@ impl Stepper {
         if !self.slip.slips() {
             return Ok(());
         }
-        self.slip.apply(&mut self.pieces, Some(&self.bounded));
+        self.slip.apply(&mut self.pieces, &self.bounded);
         self.right_hand_side();
         self.solve_assembled()?;
         // The law of friction to the last digits: what the rates lack now is rounding.
+        // The system stays the one that was solved.
         self.slip.correct(&mut self.mu);
-        self.slip.apply(&mut self.pieces, Some(&self.bounded));
+        self.slip.drive(&mut self.pieces);
         Ok(())
     }
 
@@ -58,7 +59,7 @@ impl Stepper {
         self.bounded.residuals(&self.pieces, &self.mu, &mut w);
         self.slip.share_slack(&mut w, &self.bounded);
         self.in_rows[0] = w;
-        self.slip.apply(&mut self.pieces, None);
+        self.slip.release(&mut self.pieces);
     }
 
     /// Whether a pattern of sticking and slipping was found.
