@@ -370,14 +370,12 @@ impl Item {
     }
 }
 
-/// Goes along a path through its sides as `resolved` and over their sheaves: tells each side that the cable touches, with
-/// its gradient of Λ and its angles (0 of a point). Returns Λ.
-pub(super) fn follow(
+/// The sides of a path that the cable touches.
+fn touched(
     resolved: impl Iterator<Item = Resolved>,
     sheave: impl Fn(usize) -> Option<Sheave>,
-    mut of: impl FnMut(usize, &Wheel, Pull, [f64; 2]),
-) -> f64 {
-    let items = resolved.enumerate().map(|(side, at)| {
+) -> impl Iterator<Item = Item> {
+    let items = resolved.enumerate().map(move |(side, at)| {
         let sheave = sheave(side);
         let wheel = Wheel::new(&at, sheave.map_or(0.0, |s| s.radius));
         Item {
@@ -386,7 +384,17 @@ pub(super) fn follow(
             sheave,
         }
     });
-    let mut items = items.filter(|item| !item.lay().is_off());
+    items.filter(|item| !item.lay().is_off())
+}
+
+/// Goes along a path through its sides as `resolved` and over their sheaves: tells each side that the cable touches, with
+/// its gradient of Λ and its angles (0 of a point). Returns Λ.
+pub(super) fn follow(
+    resolved: impl Iterator<Item = Resolved>,
+    sheave: impl Fn(usize) -> Option<Sheave>,
+    mut of: impl FnMut(usize, &Wheel, Pull, [f64; 2]),
+) -> f64 {
+    let mut items = touched(resolved, sheave);
     let Some(mut last) = items.next() else {
         return 0.0;
     };
@@ -413,16 +421,7 @@ pub(super) fn fault(
     resolved: impl Iterator<Item = Resolved>,
     sheave: impl Fn(usize) -> Option<Sheave>,
 ) -> Option<(usize, &'static str)> {
-    let items = resolved.enumerate().map(|(side, at)| {
-        let sheave = sheave(side);
-        let wheel = Wheel::new(&at, sheave.map_or(0.0, |s| s.radius));
-        Item {
-            side,
-            wheel,
-            sheave,
-        }
-    });
-    let mut items = items.filter(|item| !item.lay().is_off());
+    let mut items = touched(resolved, sheave);
     let mut last = items.next()?;
     for next in items {
         let span = Span::between([&last.wheel, &next.wheel], [None; 2]);
