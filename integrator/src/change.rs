@@ -23,6 +23,8 @@ pub struct Edit {
     time: f64,
     /// Whether anything was changed.
     touched: bool,
+    /// New constraints that go on from another: with its multiplier.
+    going_on: Vec<(ConstraintId, ConstraintId)>,
 }
 
 impl Edit {
@@ -128,13 +130,59 @@ impl Edit {
         self.remove(&[number], &[])
     }
 
-    /// Removes a constraint: a hook that lets go, a joint that breaks, a cable that is cut there.
+    /// Removes a constraint: a hook that lets go, a joint that breaks, a cable that is cut there. A part of a massless cable
+    /// over sheaves with friction takes the others along.
     ///
     /// # Errors
     /// [`StepError::Gone`].
     pub fn remove_constraint(&mut self, constraint: ConstraintId) -> Result<(), StepError> {
         let number = self.ids.constraint(constraint)?;
-        self.remove(&[], &[number])
+        let parts: Vec<usize> = self.scene.parts_of(number).collect();
+        self.remove(&[], &parts)
+    }
+
+    /// Adds a massless cable, cut at the sheaves that grip it: [`Scene::reeve`]. It has its length at this time.
+    ///
+    /// # Errors
+    /// [`StepError::Scene`] as there.
+    pub fn reeve(
+        &mut self,
+        name: &str,
+        cable: &MasslessCable,
+        group: u32,
+    ) -> Result<Vec<ConstraintId>, StepError> {
+        let mut cable = cable.clone();
+        if let Some(winch) = &mut cable.winch {
+            winch.since = self.time;
+        }
+        let parts = self.scene.reeve_at(name, &cable, group, self.time)?;
+        self.touched = true;
+        self.ids.extend(&self.scene);
+        Ok(parts
+            .into_iter()
+            .map(|part| self.ids.of_constraint(part))
+            .collect())
+    }
+
+    /// Joins the parts of cables that have left sheaves with friction, and cuts those that lie on some anew.
+    pub(crate) fn lift_and_land(&mut self) -> Result<(), StepError> {
+        loop {
+            let left = self.scene.left().next();
+            let Some(second) = left.and_then(|i| self.scene.lift_off(i, self.time)) else {
+                break;
+            };
+            self.remove(&[], &[second])?;
+        }
+        let landed: Vec<usize> = self.scene.landed().collect();
+        for whole in landed {
+            let parts = self.scene.lay_down(whole, self.time)?;
+            self.ids.extend(&self.scene);
+            let of = |part| self.ids.of_constraint(part);
+            let going_on = parts.into_iter().map(|part| (of(part), of(whole)));
+            self.going_on.extend(going_on);
+            self.touched = true;
+        }
+        Ok(())
     }
 
     /// Removes a cable with its segments, its joints, and what else joins its segments to each other.
@@ -275,6 +323,7 @@ impl Stepper {
             ids: self.ids.clone(),
             time: self.time,
             touched: false,
+            going_on: Vec::new(),
         };
         let value = work(&mut edit);
         self.ids.skip(&edit.ids);
@@ -319,7 +368,7 @@ impl Stepper {
         let dt = self.options.dt / self.options.substeps as f64;
         pieces.rows.drive(scene, self.time - dt, self.time);
         std::mem::swap(&mut driven, &mut pieces.rows.phi_t);
-        for r in new_ones(&moved.rows) {
+        for r in moved.without_past() {
             pieces.rows.phi_t[r] = driven[r];
             history.phi_t[r] = driven[r];
             history.rate[r] = jv[r] + driven[r];
@@ -342,14 +391,26 @@ pub(crate) struct Moved {
     bodies: Vec<Option<usize>>,
     rows: Vec<Option<usize>>,
     bounded: Vec<Option<usize>>,
+    /// Rows that are there with another path: of a cable that has left a sheave or lies on one.
+    other_paths: Vec<usize>,
 }
 
 impl Moved {
     fn new(old: &Stepper, edit: &Edit) -> Self {
         let [bodies, constraints] = edit.ids.numbers_in(&old.ids);
-        let (mut rows, mut bounded) = (Vec::new(), Vec::new());
+        let (mut rows, mut bounded) = (Vec::<Option<usize>>::new(), Vec::new());
+        let mut other_paths = Vec::new();
         let old_bounds = &old.pieces.rows.bounds;
-        for (constraint, before) in edit.scene.constraints.iter().zip(constraints) {
+        for (i, (constraint, before)) in edit.scene.constraints.iter().zip(constraints).enumerate()
+        {
+            let id = edit.ids.of_constraint(i);
+            let mut going_on = edit.going_on.iter().filter(|(new, _)| *new == id);
+            let whole = going_on.find_map(|(_, whole)| old.ids.constraint(*whole).ok());
+            let before = before.or(whole);
+            let path = |c: usize| old.scene.constraints[c].frames().len();
+            if whole.is_some() || before.is_some_and(|c| path(c) != constraint.frames().len()) {
+                other_paths.push(rows.len());
+            }
             let first = before.map(|c| old.pieces.rows.row_range(c).start);
             rows.extend((0..constraint.rows()).map(|k| first.map(|first| first + k)));
             if constraint.bounds(old.time).is_some() {
@@ -361,7 +422,13 @@ impl Moved {
             bodies,
             rows,
             bounded,
+            other_paths,
         }
+    }
+
+    /// Rows whose past is taken to be like the present.
+    fn without_past(&self) -> impl Iterator<Item = usize> + '_ {
+        new_ones(&self.rows).chain(self.other_paths.iter().copied())
     }
 
     /// Numbers of the bodies that are new, or were so far.

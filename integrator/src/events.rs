@@ -41,7 +41,8 @@ impl Stepper {
                 Action::Release(constraint) => Some(*constraint),
                 _ => None,
             });
-            edit.remove(&[], &released.collect::<Vec<_>>())
+            let parts = released.flat_map(|c| edit.scene().parts_of(c));
+            edit.remove(&[], &parts.collect::<Vec<_>>())
         })?;
         for (name, value) in settings {
             // A control goes with the last thing that it drives.
@@ -68,10 +69,14 @@ impl Stepper {
 }
 
 impl Stepper {
-    /// Tension of a constraint, or the size of its force where it has none \[N].
+    /// Tension of a constraint, or the size of its force where it has none; of a cable in parts the largest \[N].
     fn strain(&self, constraint: usize) -> f64 {
-        let size = || Some(self.force(constraint)?.force.norm());
-        self.tension(constraint).or_else(size).unwrap_or(0.0)
+        let of = |part: usize| {
+            let size = || Some(self.force(part)?.force.norm());
+            self.tension(part).or_else(size).unwrap_or(0.0)
+        };
+        let parts = self.scene.parts_of(constraint);
+        parts.map(of).fold(f64::NEG_INFINITY, f64::max)
     }
 
     /// Whether a joint of the same cable is strained more, or as much and before it, by another of the events that are due.

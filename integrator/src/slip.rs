@@ -82,6 +82,8 @@ impl Sheave {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Slip {
     sheaves: Vec<Sheave>,
+    /// Whether there are any, or a cable passes one by that it may lie down on.
+    pub(crate) may_change: bool,
     /// Those that slip, the dense system of their rates, by rows with the right-hand side, and a vector of the rows.
     slipping: Vec<usize>,
     dense: Vec<f64>,
@@ -110,6 +112,7 @@ impl Slip {
         let sheaves: Vec<_> = scene.capstans.iter().map(sheave).collect();
         let count = sheaves.len();
         Self {
+            may_change: scene.has_rough_sheaves(),
             slipping: Vec::with_capacity(count),
             dense: vec![0.0; count * (count + 1)],
             column: vec![0.0; if count > 0 { rows.rows() } else { 0 }],

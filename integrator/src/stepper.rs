@@ -121,8 +121,6 @@ const FASTEST: f64 = 3.0;
 const LOST: &str = "has no way over its sheaves any more";
 const TOO_FAST: &str = "runs over a sheave that turns by more than half a turn a step: use a smaller time step, or a \
                         larger sheave";
-const LEFT: &str = "has lifted off a sheave with friction, which is not supported: set its friction to 0, or keep the cable \
-                    on it";
 
 /// A solver's error before the first step.
 fn at_start(source: SolveError) -> StepError {
@@ -274,11 +272,12 @@ impl Stepper {
             stepper.weigh()
         })?;
         report.slipping = self.slip.count();
+        self.lift_and_land()?;
         report.events = self.fire()?;
         Ok(report)
     }
 
-    /// All cables have a way over their sheaves, and none has left a sheave that grips it.
+    /// All cables have a way over their sheaves.
     fn check_paths(&self) -> Result<(), StepError> {
         let rows = &self.pieces.rows;
         for &c in rows.others() {
@@ -293,10 +292,7 @@ impl Stepper {
                 return Err(self.off_path(c, TOO_FAST));
             }
         }
-        let capstans = self.scene.capstans.iter().enumerate();
-        let left = capstans.filter(|(i, _)| self.scene.wrap(*i) < 0.0);
-        let part = left.map(|(_, capstan)| capstan.parts[0]).next();
-        part.map_or(Ok(()), |part| Err(self.off_path(part, LEFT)))
+        Ok(())
     }
 
     fn off_path(&self, constraint: usize, reason: &'static str) -> StepError {

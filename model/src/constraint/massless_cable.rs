@@ -27,8 +27,8 @@ use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
 
 /// What a sheave that the cable does not bend around is told.
-const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: reverse its axis, move it, or, where \
-                         it has no friction, let the cable pass by (`off = true`)";
+const PASSED_BY: &str = "does not touch the cable, which would bend the other way there: reverse its axis, move it, or let the \
+                         cable pass by (`off = true`)";
 
 /// An end of a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,7 +1,6 @@
 //! Events: one-shot actions while a scene runs. A rope breaks, a load is let go, a hook catches it.
 
 use super::Scene;
-use super::remove::PARTS;
 use crate::constraint::{Constraint, Distance, RowLaw, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
@@ -29,7 +28,7 @@ pub enum When {
     /// From this time on \[s].
     Time(f64),
     /// The tension of constraint number `constraint` exceeds `above` \[N], or the size of its force if it has no
-    /// tension.
+    /// tension. Of a cable over sheaves with friction the largest of its parts counts.
     Force {
         /// The constraint.
         constraint: usize,
@@ -51,7 +50,7 @@ pub enum When {
 #[cfg_attr(feature = "serde", serde(rename_all = "kebab-case"))]
 #[non_exhaustive]
 pub enum Action {
-    /// Removes the constraint of this number: it lets go.
+    /// Removes the constraint of this number: it lets go. A part of a cable over sheaves with friction takes the others along.
     Release(usize),
     /// Ties two points together by a rigid link of their present distance, or by a ball joint where they coincide.
     Attach {
@@ -152,12 +151,6 @@ impl Scene {
         event.then.iter().try_for_each(|action| match action {
             Action::Release(constraint) if *constraint >= self.constraints.len() => {
                 Err(self.unknown_constraint(&what, *constraint))
-            }
-            Action::Release(part) if self.capstans.iter().any(|c| c.parts.contains(part)) => {
-                Err(SceneError::Conflict {
-                    what: format!("{what}: `{}`", self.constraint_name(*part)),
-                    reason: PARTS,
-                })
             }
             Action::Release(_) => Ok(()),
             Action::Attach { name, between } => {

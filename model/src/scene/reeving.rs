@@ -10,11 +10,13 @@
 //! ```
 //!
 //! which a time stepper solves for. The sum of the lengths stays. After a step the cut goes to the middle of the wrap again,
-//! by δ, and r δ from one length to the other: no φ changes. A part has the compliance Λ/EA of its stretched length, so that
+//! by δ, and r δ from one length to the other: no φ changes. A cable that leaves such a sheave is one part there until it
+//! lies down on it again ([`Scene::lift_off`], [`Scene::lay_down`]): at θ = 0 the lengths add up, the gradients do, and k
+//! is 1, so that nothing jumps; where the tensions differed by rounding, springs in a row only lose energy. A part has the compliance Λ/EA of its stretched length, so that
 //! length that slips at a fixed geometry changes the tensions linearly; a cable of one part has that of its length at rest,
 //! which differs by the strain.
 
-use super::Scene;
+use super::{Scene, When};
 use crate::body::Bodies;
 use crate::constraint::{Constraint, End, Lay, MasslessCable, Sheave, Winch, called};
 use crate::error::{SceneError, check};
@@ -43,6 +45,20 @@ pub struct Laid {
     cut: f64,
 }
 
+impl Laid {
+    /// Length at rest \[m].
+    #[must_use]
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Angle on the sheave at which the part is fastened \[rad].
+    #[must_use]
+    pub fn cut(&self) -> f64 {
+        self.cut
+    }
+}
+
 impl Scene {
     /// Appends a massless cable, cut at its inner sheaves that have friction, and returns the numbers of its parts. They are
     /// called `name`, `name-2`, `name-3` … The bodies have to be in their places. At the beginning all parts are strained
@@ -56,21 +72,152 @@ impl Scene {
         cable: &MasslessCable,
         group: u32,
     ) -> Result<Vec<usize>, SceneError> {
+        self.reeve_at(name, cable, group, 0.0)
+    }
+
+    /// [`reeve`](Self::reeve) at time `t` (s), which the cable has its length at.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn reeve_at(
+        &mut self,
+        name: &str,
+        cable: &MasslessCable,
+        group: u32,
+        t: f64,
+    ) -> Result<Vec<usize>, SceneError> {
         let mut bodies = cable.frames.iter().filter_map(Frame::body_index);
         if let Some(i) = bodies.find(|i| *i >= self.bodies.len()) {
             return Err(self.unknown_body(&format!("massless cable `{name}`"), i));
         }
-        let (parts, frictions) = cable.in_parts(name, &self.bodies)?;
-        let mut numbers = Vec::with_capacity(parts.len());
-        for (i, part) in parts.into_iter().enumerate() {
-            numbers.push(self.add_constraint(part_name(name, i), part, group));
+        let parts = cable.in_parts(name, &self.bodies, t)?;
+        let mut numbers: Vec<usize> = Vec::with_capacity(parts.len());
+        for Part { cable, after, .. } in parts {
+            let (number, friction) = after.unwrap_or_default();
+            let number = self.add_constraint(part_name(name, number), cable, group);
+            if let Some(before) = numbers.last() {
+                let parts = [*before, number];
+                self.capstans.push(Capstan { parts, friction });
+            }
+            numbers.push(number);
         }
-        let joined = numbers.windows(2).zip(frictions);
-        self.capstans.extend(joined.map(|(pair, friction)| Capstan {
-            parts: [pair[0], pair[1]],
-            friction,
-        }));
         Ok(numbers)
+    }
+
+    /// Whether a cable has sheaves with friction, on which it lies or not.
+    #[must_use]
+    pub fn has_rough_sheaves(&self) -> bool {
+        let rough = |c: &Constraint| match c {
+            Constraint::MasslessCable(cable) => cable.rough_sheaves().next().is_some(),
+            _ => false,
+        };
+        !self.capstans.is_empty() || self.constraints.iter().any(rough)
+    }
+
+    /// The sheaves with friction that a cable has left, by their capstans: the wrap is negative.
+    pub fn left(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.capstans.len()).filter(|i| self.wrap(*i) < 0.0)
+    }
+
+    /// Makes the parts at capstan number `i` one, in the place of the first of them, that passes the sheave by from time `t`
+    /// (s) on. What watches the second one watches it. Returns the number of the second one, which nothing names any more
+    /// and which is to be [removed](Self::remove).
+    pub fn lift_off(&mut self, i: usize, t: f64) -> Option<usize> {
+        let capstan = *self.capstans.get(i)?;
+        let [first, second] = capstan.parts;
+        let mut after = self.part_mut(second)?.clone();
+        after.rebase(t);
+        let before = self.part_mut(first)?;
+        before.append(&after, capstan.friction, t);
+        self.capstans.remove(i);
+        for capstan in &mut self.capstans {
+            capstan.parts = capstan.parts.map(|c| if c == second { first } else { c });
+        }
+        for event in &mut self.events {
+            if let When::Force { constraint, .. } = &mut event.when
+                && *constraint == second
+            {
+                *constraint = first;
+            }
+        }
+        Some(second)
+    }
+
+    /// The cables that lie on a sheave with friction which they have passed by so far.
+    pub fn landed(&self) -> impl Iterator<Item = usize> + '_ {
+        let lands = |c: &Constraint| match c {
+            Constraint::MasslessCable(cable) => cable.grips(),
+            _ => false,
+        };
+        let all = self.constraints.iter().enumerate();
+        all.filter_map(move |(c, constraint)| lands(constraint).then_some(c))
+    }
+
+    /// Cuts a cable at the sheaves with friction that it lies on since time `t` (s). The first part stays in its place; returns
+    /// the numbers of the others, which are appended. All have the tension that it had, and what slips over other sheaves goes on.
+    ///
+    /// # Errors
+    /// As [`reeve`](Self::reeve); the scene is then as it was.
+    pub fn lay_down(&mut self, c: usize, t: f64) -> Result<Vec<usize>, SceneError> {
+        let Some(Constraint::MasslessCable(cable)) = self.constraints.get(c) else {
+            return Ok(Vec::new());
+        };
+        let mut cable = cable.clone();
+        cable.rebase(t);
+        let (name, passed) = self.begins_with(c);
+        let mut parts = cable.in_parts(&name, &self.bodies, t)?.into_iter();
+        let Some(first) = parts.next() else {
+            return Ok(Vec::new());
+        };
+        let group = self.groups[c];
+        self.constraints[c] = first.cable.into();
+        let mut numbers = vec![c];
+        for Part { cable, after } in parts {
+            let (number, friction) = after.unwrap_or_default();
+            let after = self.add_constraint(part_name(&name, passed + number), cable, group);
+            let before = numbers[numbers.len() - 1];
+            self.capstans.push(Capstan {
+                parts: [before, after],
+                friction,
+            });
+            numbers.push(after);
+        }
+        let (last, made) = (numbers[numbers.len() - 1], numbers.len() - 1);
+        let known = self.capstans.len() - made;
+        for capstan in &mut self.capstans[..known] {
+            // What went on from the whole goes on from its last part.
+            let [before, _] = &mut capstan.parts;
+            *before = if *before == c { last } else { *before };
+        }
+        Ok(numbers.split_off(1))
+    }
+
+    /// The parts of the cable that constraint number `c` is a part of, from its first one; `c` alone where it is none.
+    pub fn parts_of(&self, c: usize) -> impl Iterator<Item = usize> + '_ {
+        // A chain has no more links than there are capstans.
+        let count = self.capstans.len();
+        let linked = move |c: &usize, [from, to]: [usize; 2]| {
+            let link = self.capstans.iter().find(|s| s.parts[from] == *c);
+            link.map(|s| s.parts[to])
+        };
+        let back = std::iter::successors(Some(c), move |c| linked(c, [1, 0]));
+        let first = back.take(count + 1).last();
+        std::iter::successors(first, move |c| linked(c, [0, 1])).take(count + 1)
+    }
+
+    /// Name of the cable that constraint number `c` is a part of, and how many sheaves with friction come before it.
+    fn begins_with(&self, c: usize) -> (String, usize) {
+        let (mut name, mut passed) = (c, 0);
+        for (k, part) in self.parts_of(c).take_while(|part| *part != c).enumerate() {
+            if k == 0 {
+                name = part;
+            }
+            passed += 1;
+            if let Some(Constraint::MasslessCable(part)) = self.constraints.get(part) {
+                passed += part.rough_sheaves().count();
+            }
+        }
+        (self.constraint_name(name).to_owned(), passed)
     }
 
     /// Lays new cables on their sheaves as the bodies are at time `t` (s): from then on what winds up on a drum counts.
@@ -237,20 +384,29 @@ impl Scene {
     }
 }
 
-/// Gives the parts of a cable its length and compliance so that they are strained alike.
-fn share(parts: &mut [MasslessCable], whole: &MasslessCable, bodies: &Bodies) {
-    let spans: Vec<f64> = parts.iter().map(|part| part.path(bodies, 0.0)).collect();
-    let wound: Vec<f64> = parts.iter().map(MasslessCable::wound).collect();
+/// A part of a cable, and after what it comes: the number of sheaves with friction before it, and the friction of the last.
+pub(crate) struct Part {
+    pub(crate) cable: MasslessCable,
+    pub(crate) after: Option<(usize, f64)>,
+}
+
+/// Gives the parts of a cable its length and compliance at time `t` so that they are strained alike.
+fn share(parts: &mut [Part], whole: &MasslessCable, bodies: &Bodies, t: f64) {
+    let spans: Vec<f64> = parts
+        .iter()
+        .map(|part| part.cable.path(bodies, t))
+        .collect();
+    let wound: Vec<f64> = parts.iter().map(|part| part.cable.wound()).collect();
     let (path, off) = (spans.iter().sum::<f64>(), wound.iter().sum::<f64>());
     let part_of = (whole.length - off) / (path - off);
     let per_metre = whole.law.compliance / whole.length;
-    for (part, (span, wound)) in parts.iter_mut().zip(spans.iter().zip(&wound)) {
-        part.length = (span - wound) * part_of + wound;
-        part.law.compliance = per_metre * part.length;
-        if let Some(winch) = &mut part.winch {
+    for (Part { cable, .. }, (span, wound)) in parts.iter_mut().zip(spans.iter().zip(&wound)) {
+        cable.length = (span - wound) * part_of + wound;
+        cable.law.compliance = per_metre * cable.length;
+        if let Some(winch) = &mut cable.winch {
             // The winch feeds the whole: what lies in the other parts is off its limits.
-            winch.shortest -= whole.length - part.length;
-            winch.longest -= whole.length - part.length;
+            winch.shortest -= whole.length - cable.length;
+            winch.longest -= whole.length - cable.length;
         }
     }
 }
@@ -264,7 +420,19 @@ pub(crate) fn part_name(name: &str, i: usize) -> String {
 }
 
 impl MasslessCable {
-    /// Its parts between the inner sheaves that have friction, with the friction between each and the next.
+    /// Its inner sheaves with friction, on which it lies or not.
+    fn rough_sheaves(&self) -> impl Iterator<Item = usize> + '_ {
+        let rough = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0);
+        (0..self.sheaves.len()).filter(move |&side| rough(&self.sheaves[side]))
+    }
+
+    /// Whether it lies on a sheave with friction, as no part does within.
+    fn grips(&self) -> bool {
+        let on = |side: usize| self.sheaves[side].is_some_and(|s| !s.lay.is_off());
+        self.rough_sheaves().any(on)
+    }
+
+    /// Its parts between the inner sheaves that have friction and that it lies on, at time `t` (s).
     ///
     /// # Errors
     /// As [`Scene::reeve`].
@@ -272,33 +440,30 @@ impl MasslessCable {
         &self,
         name: &str,
         bodies: &Bodies,
-    ) -> Result<(Vec<Self>, Vec<f64>), SceneError> {
+        t: f64,
+    ) -> Result<Vec<Part>, SceneError> {
         let of = format!("massless cable `{name}`");
         let what = |side: usize| called(&of, side);
-        self.check_path(bodies, 0.0, &of)?;
+        self.check_path(bodies, t, &of)?;
         let friction = |side: usize| self.sheaves[side].map_or(0.0, |s| s.friction);
-        let cuts: Vec<usize> = (0..self.sheaves.len())
-            .filter(|&side| friction(side) > 0.0)
-            .collect();
-        if cuts.is_empty() {
-            return Ok((vec![self.clone()], Vec::new()));
-        }
-        if !self.tension_only {
+        let rough: Vec<usize> = self.rough_sheaves().collect();
+        if !rough.is_empty() && !self.tension_only {
             return Err(SceneError::Conflict {
                 what: of,
                 reason: "pushes, which over a sheave with friction nothing can: remove `tension_only = false` or the friction",
             });
         }
         let mut laid = self.clone();
-        laid.update_winding(bodies, 0.0);
-        for &side in &cuts {
+        laid.update_winding(bodies, t);
+        // Number of sheaves with friction up to each cut.
+        let mut cuts: Vec<(usize, usize)> = Vec::with_capacity(rough.len());
+        for (passed, &side) in (1..).zip(&rough) {
             if self.sheaves[side].is_some_and(|s| s.lay.is_off()) {
-                return Err(SceneError::Conflict {
-                    what: what(side),
-                    reason: "is off: only sheaves without friction let the cable pass by",
-                });
+                // Until a step has it lie down.
+                laid.sheaves[side] = self.sheaves[side];
             }
-            if let Some(Lay::On { arriving, leaving }) = laid.sheaves[side].map(|s| s.lay) {
+            let lay = laid.sheaves[side].map(|s| s.lay);
+            if let Some(Lay::On { arriving, leaving }) = lay {
                 let turned = friction(side) * (leaving - arriving);
                 let needs =
                     "≤ 700, for e^(μθ): let the cable end on a drum, which it does not slip from";
@@ -308,14 +473,46 @@ impl MasslessCable {
                     turned <= LARGEST,
                     needs,
                 )?;
+                cuts.push((side, passed));
             }
         }
-        let mut first = 0;
-        let ends = cuts.iter().copied().chain([self.frames.len() - 1]);
-        let parts = ends.map(|end| laid.part(std::mem::replace(&mut first, end), end));
-        let mut parts: Vec<_> = parts.collect();
-        share(&mut parts, self, bodies);
-        Ok((parts, cuts.into_iter().map(friction).collect()))
+        if cuts.is_empty() {
+            let (cable, after) = (self.clone(), None);
+            return Ok(vec![Part { cable, after }]);
+        }
+        let mut begin = (0, None);
+        let ends = cuts
+            .iter()
+            .map(|&(side, passed)| (side, Some((passed, friction(side)))));
+        let part = |(end, next): (usize, Option<(usize, f64)>)| {
+            let (first, after) = std::mem::replace(&mut begin, (end, next));
+            let cable = laid.part(first, end);
+            Part { cable, after }
+        };
+        let mut parts: Vec<_> = ends
+            .chain([(self.frames.len() - 1, None)])
+            .map(part)
+            .collect();
+        share(&mut parts, self, bodies, t);
+        Ok(parts)
+    }
+
+    /// Goes on as another part at time `t` (s), past the sheave with friction at which they were joined.
+    fn append(&mut self, after: &Self, friction: f64, t: f64) {
+        let compliance = self.law.compliance + after.law.compliance;
+        self.rebase(t);
+        self.lengthen(after.length, t);
+        self.law.compliance = compliance;
+        if let Some(Some(sheave)) = self.sheaves.last_mut() {
+            let lay = Lay::Off { clear: true };
+            *sheave = Sheave {
+                friction,
+                lay,
+                ..Sheave::new(sheave.radius)
+            };
+        }
+        self.frames.extend_from_slice(&after.frames[1..]);
+        self.sheaves.extend_from_slice(&after.sheaves[1..]);
     }
 
     /// The part from one side to another, which are sheaves it shares with other parts unless they are its ends.

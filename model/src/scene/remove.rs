@@ -5,10 +5,6 @@ use crate::body::Bodies;
 use crate::error::SceneError;
 use crate::frame::{Frame, Side};
 
-/// What the removal of a part is told.
-pub(super) const PARTS: &str =
-    "is a part of a cable over sheaves with friction: its parts go together or not at all";
-
 /// New numbers of what is kept, by the old ones.
 struct Kept(Vec<Option<usize>>);
 
@@ -123,7 +119,7 @@ impl Scene {
         if let Some(capstan) = torn {
             return Err(SceneError::Conflict {
                 what: format!("joint `{}`", self.constraint_names[capstan.parts[1]]),
-                reason: PARTS,
+                reason: "is a part of a cable over sheaves with friction: its parts, `Scene::parts_of`, go together or not at all",
             });
         }
         let stays = |i: &usize| constraints.0[*i].is_some();

@@ -321,7 +321,7 @@ impl Scene {
     fn check_sheaves(&self, joint: &str, cable: &MasslessCable) -> Result<(), SceneError> {
         let of = format!("joint `{joint}`");
         cable.check_path(&self.bodies, 0.0, &of)?;
-        let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0);
+        let grips = |s: &Option<Sheave>| s.is_some_and(|s| s.friction > 0.0 && !s.lay.is_off());
         let side = cable.sheaves.iter().position(grips);
         side.map_or(Ok(()), |side| {
             Err(SceneError::Conflict {

@@ -11,7 +11,7 @@ use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Side;
 use crate::motion::Motion;
-use crate::scene::reeving::part_name;
+use crate::scene::reeving::{Part, part_name};
 use crate::scene::{CableParts, Capstan, Scene, first_names};
 
 /// The name that stands for the world in a constraint.
@@ -318,19 +318,19 @@ impl SceneText {
         for (i, entry) in self.massless_cable.iter().enumerate() {
             let list = "massless_cable";
             let parts = entry.build(bodies, names);
-            let (parts, frictions) = parts.map_err(|f| f.within(&format!("{list}.{i}")))?;
-            let frictions = std::iter::once(entry.shared_friction()).chain(frictions);
-            for (k, (part, friction)) in parts.into_iter().zip(frictions).enumerate() {
-                let name = part_name(&entry.name, k);
-                let cable = Ok(Constraint::MasslessCable(part));
-                let mut cable = built(list, i, &name, entry.group, cable)?;
-                cable.breaks_at = entry.breaks_at;
-                let before = match k {
-                    0 => entry.after.clone(),
-                    _ => Some(part_name(&entry.name, k - 1)),
-                };
-                cable.after = before.map(|before| (before, friction));
-                all.push(cable);
+            let parts = parts.map_err(|f| f.within(&format!("{list}.{i}")))?;
+            let mut before = entry.after.clone().zip(Some(entry.shared_friction()));
+            for Part { cable, after } in parts {
+                let (number, friction) = after.unwrap_or_default();
+                let name = part_name(&entry.name, number);
+                let part = Ok(Constraint::MasslessCable(cable));
+                let mut part = built(list, i, &name, entry.group, part)?;
+                // All parts break with the first.
+                part.breaks_at = entry.breaks_at.filter(|_| after.is_none());
+                part.after =
+                    before.map(|(name, of_entry)| (name, after.map_or(of_entry, |_| friction)));
+                before = Some((name, friction));
+                all.push(part);
             }
         }
         for (i, entry) in self.bend.iter().enumerate() {

@@ -11,6 +11,7 @@ use super::places::Fault;
 use crate::body::Bodies;
 use crate::constraint::{BendDefinition, Constraint, Lay, LinkBend, MasslessCable, RowLaw, Sheave};
 use crate::frame::{Frame, axes_along, hanging_axes};
+use crate::scene::reeving::Part;
 
 /// A point of a body or of the world.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
@@ -151,12 +152,8 @@ pub struct BendEntry {
 }
 
 impl MasslessCableEntry {
-    /// The parts between bodies that have their places, and the friction between each and the next.
-    pub(super) fn build(
-        &self,
-        bodies: &Bodies,
-        names: &Names<'_>,
-    ) -> Result<(Vec<MasslessCable>, Vec<f64>), Fault> {
+    /// The parts between bodies that have their places.
+    pub(super) fn build(&self, bodies: &Bodies, names: &Names<'_>) -> Result<Vec<Part>, Fault> {
         let of = Entry::new("massless cable", &self.name);
         if self.through.len() < 2 {
             return Err(of.conflict("through", "needs at least 2 points"));
@@ -186,13 +183,8 @@ impl MasslessCableEntry {
             sheaves,
             ..MasslessCable::new(frames, self.length, law)
         };
-        let parts = cable.in_parts(&self.name, bodies);
-        let parts = parts.map_err(|error| Fault::new("through", error))?;
-        if parts.0.len() > 1 && self.breaks_at.is_some() {
-            let reason = "is not for cables over sheaves with friction, whose parts have different tensions: leave it out";
-            return Err(of.conflict("breaks_at", reason));
-        }
-        Ok(parts)
+        let parts = cable.in_parts(&self.name, bodies, 0.0);
+        parts.map_err(|error| Fault::new("through", error))
     }
 
     /// Friction of the sheave that it shares with the cable before it.
