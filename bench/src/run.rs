@@ -155,8 +155,11 @@ pub struct Summary {
     pub notes: Vec<String>,
     /// The scene's events: time \[s] and name.
     pub events: Vec<(f64, String)>,
-    /// Largest gap of a joint \[m].
+    /// Largest gap of a joint, link or cable over the run \[m].
     pub max_violation_m: f64,
+    /// The one that has it.
+    #[serde(skip)]
+    pub widest: Option<String>,
     /// Largest |gap sum of the cable − its exact elongation at rest|/length over the run; hoists only.
     pub max_elongation_error: Option<f64>,
     /// Whole step \[ns].
@@ -350,6 +353,7 @@ fn summary(
         notes: notes.map(|note| note.to_string()).collect(),
         events: tally.events,
         max_violation_m: tally.violation,
+        widest: widest(scene, &simulation.gaps, tally.violation),
         max_elongation_error: yardstick.cable.map(|_| tally.elongation_error),
         step_ns: whole.timing(),
         phases_ns: phases
@@ -358,6 +362,13 @@ fn summary(
         iterations_mean: tally.iterations as f64 / tally.steps.max(1) as f64,
         final_state: final_state(stepper.scene()),
     }
+}
+
+/// The constraint with the largest gap of a run, unless none opened or it is gone.
+fn widest(scene: &Scene, gaps: &[f64], largest: f64) -> Option<String> {
+    let mut open = scene.constraint_names.iter().zip(gaps);
+    let widest = open.find(|(_, gap)| largest > 0.0 && **gap == largest);
+    widest.map(|(name, _)| name.clone())
 }
 
 fn final_state(scene: &Scene) -> FinalState {
@@ -444,8 +455,17 @@ pub fn text(s: &Summary) -> String {
         _ => "not asked for".to_owned(),
     };
     let tension = match (s.load_tension, s.max_load_tension) {
-        (Some(end), Some(most)) => format!("{end:.4e} N at the end, at most {most:.4e} N"),
+        (Some(end), Some(most)) => {
+            format!("{end:.4e} N at the end, at most {most:.4e} N, in what holds the load tightest")
+        }
         _ => "none: no joint, link or cable holds it".to_owned(),
+    };
+    let gap = match &s.widest {
+        Some(name) => format!(
+            "{:.3e} m, of `{name}`: open or stretched",
+            s.max_violation_m
+        ),
+        None => format!("{:.3e} m", s.max_violation_m),
     };
     let rows = [
         ("scene", s.scene.clone()),
@@ -491,8 +511,8 @@ pub fn text(s: &Summary) -> String {
             ),
         ),
         ("energy excess", excess),
-        ("tension at load", tension),
-        ("largest gap", format!("{:.3e} m", s.max_violation_m)),
+        ("load tension", tension),
+        ("largest gap", gap),
         (
             "step time",
             format!(

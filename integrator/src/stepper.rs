@@ -262,14 +262,16 @@ impl Stepper {
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let mut report = self.tallied(|stepper| {
             stepper.start()?;
+            let mut elastic = None;
             for _ in 0..stepper.options.substeps {
+                elastic = stepper.elastic_at_start();
                 match stepper.options.guard {
                     None => stepper.linear_substep()?,
                     Some(guard) => stepper.guarded_substep(guard)?,
                 }
             }
             stepper.check_paths()?;
-            stepper.weigh()
+            stepper.weigh(elastic)
         })?;
         report.slipping = self.slip.count();
         self.lift_and_land()?;

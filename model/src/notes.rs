@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::constraint::{Constraint, RowKind};
+use crate::constraint::{Constraint, MasslessCable, RowKind};
 use crate::frame::Frame;
 use crate::scene::Scene;
 
@@ -12,6 +12,12 @@ const FAR: f64 = 300.0;
 
 /// Strain beyond which a cable's stiffness is in doubt: steel ropes break at 2 %.
 const STRAINED: f64 = 0.05;
+
+/// Fleet angle beyond which the axis of a sheave is in doubt \[°]: crane standards allow 4 in plain grooves.
+const STEEP: f64 = 4.0;
+
+/// Slack over length that is no rounding.
+const LOOSE: f64 = 1e-9;
 
 /// A likely mistake in a scene that is none for the equations.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +40,22 @@ pub enum Note {
         lever: f64,
         /// Radius of gyration of the body \[m].
         size: f64,
+    },
+    /// A cable arrives at a sheave or leaves it more askew than grooves are made for.
+    FleetAngle {
+        /// The cable.
+        cable: String,
+        /// Which of its points the sheave is, from 1.
+        point: usize,
+        /// Angle between the span and the plane of the sheave \[rad].
+        angle: f64,
+    },
+    /// A cable over sheaves is longer than its path.
+    Slack {
+        /// The cable, with all of its parts.
+        cable: String,
+        /// By how much \[m].
+        slack: f64,
     },
     /// There is a load, but neither gravity nor any other force.
     NoGravity,
@@ -65,6 +87,20 @@ impl fmt::Display for Note {
                 f,
                 "`{constraint}` holds body `{body}` at {lever:.3e} m from its centre, whose radius of gyration is \
                  {size:.3e} m: are all lengths in metres?"
+            ),
+            Self::FleetAngle {
+                cable,
+                point,
+                angle,
+            } => write!(
+                f,
+                "`{cable}` has a fleet angle of {:.1}° at the sheave that is its point {point}: ropes leave their grooves beyond \
+                 {STEEP}°: turn the axis of the sheave, or move it",
+                angle.to_degrees()
+            ),
+            Self::Slack { cable, slack } => write!(
+                f,
+                "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves"
             ),
             Self::NoGravity => {
                 f.write_str("gravity is zero and no other force acts: the load has no weight")
@@ -158,7 +194,54 @@ impl Scene {
             notes.push(Note::NoGravity);
         }
         notes.extend(self.far_lever());
+        notes.extend(self.fleet_angle());
+        notes.extend(self.slack());
         notes
+    }
+
+    /// The steepest fleet angle, where that is in doubt.
+    fn fleet_angle(&self) -> Option<Note> {
+        let cables = self.massless_cables();
+        let steepest = cables.filter_map(|(c, cable)| {
+            let (side, angle) = cable.fleet_angle(&self.bodies, 0.0)?;
+            Some((c, side, angle))
+        });
+        let (c, side, angle) = steepest.max_by(|a, b| a.2.total_cmp(&b.2))?;
+        (angle.to_degrees() > STEEP).then(|| Note::FleetAngle {
+            cable: self.constraint_names[c].clone(),
+            point: side + 1,
+            angle,
+        })
+    }
+
+    /// The first cable over sheaves that is longer than its path, all parts of it together.
+    fn slack(&self) -> Option<Note> {
+        let over = self
+            .massless_cables()
+            .filter(|(_, cable)| !cable.sheaves.is_empty());
+        let mut whole: Vec<(usize, f64, f64)> = Vec::new();
+        for (c, cable) in over {
+            let length = cable.length_at(0.0);
+            let slack = length - cable.path(&self.bodies, 0.0);
+            let before = self.capstans.iter().find(|capstan| capstan.parts[1] == c);
+            match whole.last_mut().filter(|_| before.is_some()) {
+                Some((_, sum, all)) => (*sum, *all) = (*sum + slack, *all + length),
+                None => whole.push((c, slack, length)),
+            }
+        }
+        let slack = whole.into_iter().find(|(_, sum, all)| *sum > LOOSE * all);
+        slack.map(|(c, slack, _)| Note::Slack {
+            cable: self.constraint_names[c].clone(),
+            slack,
+        })
+    }
+
+    fn massless_cables(&self) -> impl Iterator<Item = (usize, &MasslessCable)> {
+        let constraints = self.constraints.iter().enumerate();
+        constraints.filter_map(|(c, constraint)| match constraint {
+            Constraint::MasslessCable(cable) => Some((c, cable)),
+            _ => None,
+        })
     }
 
     /// The note on the largest strain of a run, where it is one: `gaps` are the largest of each constraint in it \[m]. A
@@ -240,7 +323,7 @@ impl Scene {
 mod tests {
     use super::*;
     use crate::constraint::{Distance, RowLaw, Spherical};
-    use crate::{Body, HoistParams, ParticleChainParams, named};
+    use crate::{Body, HoistParams, ParticleChainParams, Reeved, ReevedParams, named};
     use nalgebra::Vector3;
 
     #[test]
@@ -278,6 +361,33 @@ mod tests {
         assert_eq!(light.notes(), [Note::NoGravity]);
         light.bodies.force[24].x = 1.0;
         assert_eq!(light.notes(), []);
+    }
+
+    #[test]
+    fn cables_askew_or_slack_over_their_sheaves_are_noted() {
+        let params = ReevedParams::new(Reeved::Capstan);
+        let (mut askew, mut slack) = (
+            params.build().expect("builds"),
+            params.build().expect("builds"),
+        );
+        let load = askew.body("load").expect("a load");
+        // 10 m below the sheave.
+        askew.bodies.position[load].y += 1.0;
+        let text = askew.notes()[0].to_string();
+        assert!(
+            text.starts_with(
+                "`rope-2` has a fleet angle of 5.7° at the sheave that is its point 1"
+            ),
+            "{text}"
+        );
+        askew.bodies.position[load].y -= 0.4;
+        let only_slack = |note: &Note| matches!(note, Note::FleetAngle { .. });
+        assert!(!askew.notes().iter().any(only_slack));
+
+        // Both parts of the rope lose a little; what one gains the other may have.
+        slack.bodies.position[load].z += 0.25;
+        let text = slack.notes()[0].to_string();
+        assert!(text.starts_with("`rope` starts slack: it is 2.5"), "{text}");
     }
 
     #[test]

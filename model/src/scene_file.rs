@@ -104,10 +104,17 @@
 //! | `sheave = { … }` | a wheel that turns with the point's body, at an end of the cable a drum; see [`SheaveEntry`] |
 //! |---|---|
 //! | `radius` | m |
-//! | `axis` | in the body's frame: the cable travels about it in the positive sense |
-//! | `turns` | that lie on it at first: whole ones of an inner sheave, all of a drum; default 0 |
+//! | `axis` | in the body's frame: the cable travels about it in the positive sense, so that its sign says over which |
+//! | | side the cable goes |
+//! | `turns` | that lie on it at first: whole ones of an inner sheave beside what the path gives, all of a drum with |
+//! | | their fraction; default 0 |
 //! | `friction` | Coulomb's, of an inner sheave; default 0. The cable then has parts `NAME`, `NAME-2` … with a tension each |
-//! | `off` | `true` lets the cable pass by at first; `shared`, `on`, `clear`: as a scene in motion is written |
+//! | `off` | `true` lets the cable pass by at first |
+//!
+//! A scene that is written back, such as by `taut scene NAME --explicit`, holds more of a sheave, which nobody needs to
+//! write: `axes` of its point in place of `axis`, `on` with the angles between which the cable lies on it, `clear` with `off`,
+//! and a cable over sheaves with friction as its parts, joined by `shared` and `after`. The winch of a part has a `shortest`
+//! and `longest` that have moved with what slipped from part to part; `shortest` may then be negative, elsewhere it is > 0.
 //!
 //! | `winch = { … }` | any of these keys, see [`WinchEntry`]; a limit left out (or `inf`) is none |
 //! |---|---|
@@ -243,6 +250,12 @@
 //! let fault = fault.expect_err("a negative stiffness").to_string();
 //! assert_eq!(fault, "line 68, column 1: massless cable `rope`: ea is -1: it has to be > 0 N, or N m²");
 //! # Ok::<(), taut_model::SceneError>(())
+//! ```
+//!
+//! A drum of 4 kW that lifts a load over a sheave with friction; `taut run drum.toml --columns time,load.z,rope-2.slip --out -`
+//! follows it:
+//! ```toml
+#![doc = include_str!("scene_file/drum.toml")]
 //! ```
 //!
 //! # Overrides

@@ -139,17 +139,22 @@ pub fn backends() -> String {
             backend.name(),
             if backend.is_compiled() { "yes" } else { "no" },
             backend.feature().unwrap_or("always"),
-            if backend.accepts_unsymmetric() {
-                "any"
-            } else if backend.accepts_indefinite() {
-                "definite, quasi-definite"
-            } else {
-                "definite"
-            },
+            systems(&backend),
             backend.licence(),
         ]);
     }
     text(&t)
+}
+
+/// The systems that a backend takes, with any of its options.
+fn systems(backend: &Backend) -> &'static str {
+    match backend {
+        Backend::Faer(_) => "llt definite, ldlt also quasi-definite, lblt symmetric, lu any",
+        Backend::Minres(_) => "symmetric",
+        _ if backend.accepts_unsymmetric() => "any",
+        _ if backend.accepts_indefinite() => "definite, quasi-definite",
+        _ => "definite",
+    }
 }
 
 #[cfg(test)]

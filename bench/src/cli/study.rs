@@ -12,6 +12,7 @@ use taut_ground::files::{self, FileError, Output};
 use taut_output::check::ExperimentError;
 use taut_output::row;
 use taut_studies::cases::Cases;
+use taut_studies::ladder::is_lost;
 use taut_studies::studies::{self, BENCH, STUDIES};
 use taut_studies::study::{Found, Reporter, Study};
 
@@ -228,6 +229,9 @@ fn perform(call: &Call<'_>, console: Console) -> Result<(), Failure> {
 }
 
 fn failed(e: &ExperimentError) -> Failure {
+    if is_lost(e) {
+        return Failure::Unstable(e.to_string());
+    }
     Failure::Input(e.to_string())
 }
 

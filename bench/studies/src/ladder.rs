@@ -23,7 +23,7 @@ mod study;
 mod table;
 
 pub use answer::Answer;
-pub use case::OwnScene;
+pub use case::{OwnScene, is_lost};
 pub use claims::{Claims, claims};
 pub use extras::{Energies, Extras, Pattern, Rung, Size, Step, Trace};
 pub use record::nan_for_null;

@@ -205,6 +205,21 @@ fn a_file_of_cases_that_cannot_be_written_is_named() {
     }
 }
 
+/// A shard that is queued twice loses nothing.
+#[test]
+fn a_shard_is_not_run_over_its_own_cases() {
+    let at = folder("shard_again");
+    let call = "study stability --quick --time 0.1 --shard 1/2";
+    good(&at, call);
+    let path = at.join("target/taut/stability.1-of-2.cases");
+    let kept = fs::read(&path).expect("written");
+    refused(&at, call, &["stability.1-of-2.cases", "--resume", "delete"]);
+    assert_eq!(fs::read(&path).expect("there"), kept);
+    good(&at, &format!("{call} --resume"));
+    fs::remove_file(&path).expect("removed");
+    good(&at, call);
+}
+
 #[test]
 fn shards_that_are_none_are_refused() {
     let at = folder("no_shards");
@@ -259,7 +274,13 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
     older[place..place + version.len()].fill(b'0');
     fs::write(at.join("older.cases"), &older).expect("writable");
     for (files, words) in [
-        (one.to_owned(), ["shards are missing, of 2", "2"]),
+        (
+            one.to_owned(),
+            [
+                "shards are missing, of 2: 2",
+                "`taut study stability --time=0.1 --quick --shard 2/2`",
+            ],
+        ),
         (format!("{one} {one} {two}"), ["1/2 is there twice", one]),
         (
             format!("{one} other.cases"),
@@ -280,7 +301,10 @@ fn files_that_cannot_be_merged_or_resumed_are_named() {
         ),
         (
             format!("{one} cut.cases"),
-            ["cut.cases` does not hold all", "--resume"],
+            [
+                "cut.cases` does not hold all",
+                "--quick --shard 2/2 --resume --cases cut.cases`",
+            ],
         ),
         (
             format!("{one} text.cases"),

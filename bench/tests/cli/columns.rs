@@ -1,4 +1,4 @@
-use crate::{folder, good, json, refused};
+use crate::{folder, good, json, refused, taut, text};
 use std::fs;
 
 /// Headings and rows of a table; a cell is empty where there is no number.
@@ -151,6 +151,31 @@ fn what_comes_and_goes_is_told_and_followed() {
     refused(&at, &none, &["`rope.30.tension`", "30 segments"]);
     let told = good(&at, "run crane.toml --time 1.5");
     assert!(told.contains("event  t = 0.5000 s: slip"), "{told}");
+}
+
+/// What a wrong name is answered with, `run --help` names as well.
+#[test]
+fn the_help_names_every_quantity() {
+    let at = folder("column_help");
+    let help = good(&at, "run --help");
+    let asked = [
+        ("run hoist --set segments=2", "depth"),
+        ("run hoist --set segments=2", "load.zz"),
+        ("run hoist --set segments=3", "joint-1.zz"),
+        ("run gantry --set segments=2", "rail.zz"),
+        ("run tackle", "rope-2.zz"),
+    ];
+    for (run, column) in asked {
+        let output = taut(&at, &format!("{run} --out a.csv --columns {column}"));
+        let told = text(&output.stderr);
+        let (_, names) = told.trim_end().split_once("choose one of ").expect(told);
+        let names = names.split(", or ").next().unwrap_or_default();
+        for name in names.split(", ") {
+            let listed = help.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            assert!(listed.into_iter().any(|word| word == name), "{name}");
+        }
+    }
+    assert!(help.contains("NAME-2") && help.contains("CABLE.SEGMENT.tension"));
 }
 
 #[test]

@@ -445,3 +445,64 @@ fn help_and_version_are_no_errors() {
         assert!(good(&at, command).contains("Usage"), "{command}");
     }
 }
+
+/// The drum of the guide of scenes, as it is printed there.
+const DRUM: &str = include_str!("../../../model/src/scene_file/drum.toml");
+
+#[test]
+fn the_drum_of_the_guide_lifts_its_load_as_printed() {
+    let at = folder("drum");
+    fs::write(at.join("drum.toml"), DRUM).expect("writable");
+    let run = "run drum.toml --time 4";
+    let table = good(
+        &at,
+        &format!("{run} --columns time,load.z,rope-2.slip --out -"),
+    );
+    let last = table.lines().last().expect("rows").split(',').nth(1);
+    let height: f64 = last.expect("a height").parse().expect("a number");
+    // 0.15 m/s for four seconds.
+    assert!((height + 10.0 - 0.6).abs() < 0.05, "{height}");
+    let told = good(&at, run);
+    assert!(
+        told.contains("load tension  9.8") && told.contains("in what holds the load"),
+        "{told}"
+    );
+    assert!(
+        told.contains("m, of `rope") && told.contains("open or stretched"),
+        "{told}"
+    );
+}
+
+#[test]
+fn a_drum_that_starts_at_once_over_a_soft_cable_is_stable() {
+    let at = folder("jump");
+    for speed in ["0.5", "-0.5"] {
+        let soft = DRUM.replace("speed = -0.5", &format!("speed = {speed}"));
+        fs::write(at.join("soft.toml"), soft.replace("ea = 2e6", "ea = 1e6")).expect("writable");
+        let told = good(&at, "run soft.toml --time 4");
+        assert!(told.contains("verdict  stable\n"), "{told}");
+    }
+}
+
+/// A drum that runs empty: the reason, and code 1, from a run and from the main job.
+#[test]
+fn a_scene_that_is_lost_is_told_with_its_reason() {
+    let at = folder("lost");
+    let lost = DRUM
+        .replace("turns = 4.25", "turns = 0.3")
+        .replace("length = 22.2", "length = 14.7")
+        .replace("speed = -0.5", "speed = 2.5");
+    fs::write(at.join("lost.toml"), lost).expect("writable");
+    for call in [
+        "run lost.toml --time 2",
+        "bench --quick --scene lost.toml --time 2 --backends banded",
+    ] {
+        let output = taut(&at, call);
+        assert_eq!(output.status.code(), Some(1), "{call}");
+        let told = text(&output.stderr);
+        assert!(
+            told.contains("`rope` has run off its drum"),
+            "{call}: {told}"
+        );
+    }
+}

@@ -445,6 +445,14 @@ impl MasslessCable {
         sheave::fault(resolved, |side| self.sheaves[side])
     }
 
+    /// The largest angle between a span and the plane of a sheave where it ends \[rad], at time `t` (s), and the number of that
+    /// sheave's side from 0; `None` without sheaves.
+    #[must_use]
+    pub fn fleet_angle(&self, bodies: &Bodies, t: f64) -> Option<(usize, f64)> {
+        let resolved = self.frames.iter().map(|f| f.resolve(bodies, t));
+        sheave::steepest(resolved, |side| self.sheaves.get(side).copied().flatten())
+    }
+
     /// Why it has no way over its sheaves, where the state is finite.
     pub(crate) fn lost(&self, bodies: &Bodies, t: f64) -> Option<&'static str> {
         let point = |f: &Frame| f.resolve(bodies, t).point();

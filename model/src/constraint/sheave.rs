@@ -448,6 +448,30 @@ pub(super) fn fault(
     None
 }
 
+/// The largest fleet angle of a path, between a span and the plane of the sheave where it ends \[rad], and the side of that
+/// sheave; NaN angles, of a path without tangents, count for nothing.
+pub(super) fn steepest(
+    resolved: impl Iterator<Item = Resolved>,
+    sheave: impl Fn(usize) -> Option<Sheave>,
+) -> Option<(usize, f64)> {
+    let mut items = touched(resolved, sheave);
+    let mut last = items.next()?;
+    let mut found: Option<(usize, f64)> = None;
+    for next in items {
+        let span = Span::between([&last.wheel, &next.wheel], [None; 2]);
+        let [start, end] = span.points;
+        for item in [&last, &next] {
+            let aside = (end - start).dot(&item.wheel.axes[0]) / span.length;
+            let angle = aside.abs().min(1.0).asin();
+            if !item.wheel.is_point() && found.is_none_or(|(_, most)| angle > most) {
+                found = Some((item.side, angle));
+            }
+        }
+        last = next;
+    }
+    found
+}
+
 impl Sheave {
     /// The angles that the cable touches it between, through all turns, where it arrives and leaves; of a drum one of the two
     /// is where it is fastened.

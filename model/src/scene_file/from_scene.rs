@@ -359,6 +359,9 @@ impl MasslessCableEntry {
 fn over(mut points: Vec<PointEntry>, sheaves: &[Option<Sheave>]) -> Vec<PointEntry> {
     for (point, sheave) in points.iter_mut().zip(sheaves) {
         point.sheave = sheave.as_ref().map(SheaveEntry::of);
+        // In place of the axis, which no sheave goes without.
+        let axes = sheave.map(|_| hanging_axes().into());
+        point.axes = point.axes.or(axes);
     }
     points
 }

@@ -22,7 +22,7 @@ pub struct PointEntry {
     /// The point, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
     #[serde(default)]
     pub point: [f64; 3],
-    /// Columns u, v, w of the frame, of which sheaves alone use any; default hanging.
+    /// Columns u, v, w of the frame, of which sheaves alone use any, as a written scene holds them for `axis`; default hanging.
     pub axes: Option<[[f64; 3]; 3]>,
     /// Motion of a point of the world.
     pub motion: Option<MotionEntry>,
@@ -36,8 +36,8 @@ pub struct PointEntry {
 pub struct SheaveEntry {
     /// Radius \[m].
     pub radius: f64,
-    /// Its axis in the frame of what it is fixed to, about which the cable travels in the positive sense; default the u of
-    /// `axes`.
+    /// Its axis in the frame of what it is fixed to, about which the cable travels in the positive sense; a scene
+    /// that is written back has `axes` of the point instead.
     pub axis: Option<[f64; 3]>,
     /// Turns that the cable lies on it at first: whole ones of an inner sheave, all of a drum; default 0.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -46,13 +46,13 @@ pub struct SheaveEntry {
     /// slides freely.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub friction: f64,
-    /// Whether the next part begins here, or this one goes on from the one before: see `after`.
+    /// Whether the next part begins here, or this one goes on from the one before: see `after`. Written back only.
     pub shared: Option<bool>,
-    /// The angles in v and w between which it lies on it \[rad]; default by the path.
+    /// The angles in v and w between which it lies on it \[rad]; default by the path. Written back only.
     pub on: Option<[f64; 2]>,
     /// Whether the cable passes by.
     pub off: Option<bool>,
-    /// Whether a cable that passes by was on the groove's side when last seen; default `false`.
+    /// Whether a cable that passes by was on the groove's side when last seen; default `false`. Written back only.
     pub clear: Option<bool>,
 }
 
@@ -284,6 +284,13 @@ impl PointEntry {
         of.finite(&key("point"), &self.point)?;
         let axis = self.sheave.as_ref().and_then(|sheave| sheave.axis);
         let axes = match (axis, self.axes) {
+            (None, None) if self.sheave.is_some() => {
+                let reason = "is missing: give the direction of the sheave's axis, about which the cable travels in the \
+                              positive sense";
+                return Err(of
+                    .conflict(&key("sheave.axis"), reason)
+                    .or_at(&key("sheave")));
+            }
             (None, axes) => axes.map_or_else(hanging_axes, Matrix3::from),
             (Some(_), Some(_)) => {
                 let reason = "is the u of `axes`: remove one of them";

@@ -128,6 +128,13 @@ fn a_cable_off_a_sheave_with_friction_is_one_that_breaks_as_a_whole() {
 }
 
 #[test]
+fn the_drum_of_the_guide_is_a_scene_without_doubts() {
+    let scene = built(include_str!("drum.toml"));
+    assert_eq!(scene.constraint_names, ["axle", "rope", "rope-2"]);
+    assert_eq!(scene.notes(), []);
+}
+
+#[test]
 fn faults_of_sheaves() {
     let cases: &[FaultCase] = &[
         (
@@ -185,6 +192,12 @@ fn faults_of_sheaves() {
             "radius = 0.2, axis = [0, 0, 0]",
             "line ",
             &["has no direction"],
+        ),
+        (
+            "radius = 0.3, axis = [0, 1, 0] } },\n  { body = \"load\"",
+            "radius = 0.3 } },\n  { body = \"load\"",
+            "line ",
+            &["massless cable `rope`: through.2.sheave.axis: is missing"],
         ),
         (
             "ea = 1e7",

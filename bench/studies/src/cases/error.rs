@@ -37,10 +37,19 @@ pub enum CasesError {
     },
     /// Two files of the same shard.
     Twice(Shard, [PathBuf; 2]),
-    /// Shards without a file, of so many.
-    Absent(Vec<usize>, usize),
-    /// A file whose run has not come to its end.
-    Unfinished(PathBuf),
+    /// A shard's file that holds cases, of a run that is not to resume it.
+    Kept(PathBuf),
+    /// Shards without a file.
+    Absent {
+        /// Their numbers.
+        numbers: Vec<usize>,
+        /// How many shards there are.
+        of: usize,
+        /// The command that runs the first of them.
+        command: String,
+    },
+    /// A file whose run has not come to its end, and the command that resumes it.
+    Unfinished(PathBuf, String),
     /// Files that do not hold as many cases as there are.
     Count {
         /// Cases in the files.
@@ -116,12 +125,23 @@ impl fmt::Display for CasesError {
                 a.display(),
                 b.display()
             ),
-            Self::Absent(numbers, of) => {
-                write!(f, "shards are missing, of {of}: {}", some(numbers))
-            }
-            Self::Unfinished(path) => write!(
+            Self::Kept(path) => write!(
                 f,
-                "`{}` does not hold all its cases: run its study again with `--resume`",
+                "`{}` holds cases of this shard: add `--resume` to go on with them, or delete it to run the shard anew",
+                path.display()
+            ),
+            Self::Absent {
+                numbers,
+                of,
+                command,
+            } => write!(
+                f,
+                "shards are missing, of {of}: {}: name their files too, which `{command}` writes for the first",
+                some(numbers)
+            ),
+            Self::Unfinished(path, command) => write!(
+                f,
+                "`{}` does not hold all its cases: finish it with `{command}`",
                 path.display()
             ),
             Self::Count { found, wanted } => write!(

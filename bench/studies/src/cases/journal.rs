@@ -46,6 +46,25 @@ pub struct Input {
 }
 
 impl Header {
+    /// The command as a shell takes it, with its shard where it is one, and further words.
+    pub(super) fn call(&self, more: &[&str]) -> String {
+        let shard = match self.shard {
+            Shard::WHOLE => None,
+            shard => Some(format!("--shard {shard}")),
+        };
+        let quoted = |word: &str| {
+            let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=./,:+".contains(c);
+            match word.chars().all(is_plain) {
+                true => word.to_owned(),
+                false => format!("'{}'", word.replace('\'', r"'\''")),
+            }
+        };
+        let words = self.command.iter().map(|word| quoted(word));
+        let more = more.iter().map(|word| quoted(word));
+        let words = std::iter::once("taut".to_owned()).chain(words);
+        words.chain(shard).chain(more).collect::<Vec<_>>().join(" ")
+    }
+
     /// Refuses a file of another version, another command or other inputs than `other`, which is called `name`.
     ///
     /// # Errors
@@ -289,7 +308,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a file, making its folder: with `resume` for what it holds, else anew. A file that nobody asked for
+    /// Opens a file, making its folder: with `resume` for what it holds, else anew, but for a shard's that holds cases. A file that nobody asked for
     /// (`is_asked_for` false) may fail later without ending the run.
     ///
     /// # Errors
@@ -318,6 +337,10 @@ impl Journal {
                 let shards = [&written.header, &header].map(|h| h.shard.to_string());
                 same(path, "this run", "shard", shards)?;
                 written
+            }
+            // A whole run is made anew every day; a shard is one of hours, queued by a script.
+            Ok(written) if header.shard != Shard::WHOLE && !written.known.is_empty() => {
+                return Err(CasesError::Kept(path.to_owned()));
             }
             // Of a run that was killed before its first case there is nothing to resume.
             Err(e) if resume && !matches!(e, CasesError::NoHeader(_)) => return Err(e),

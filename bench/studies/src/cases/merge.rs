@@ -20,7 +20,11 @@ impl Joined {
     /// [`CasesError`]: files of different commands, versions or inputs, a shard that is absent, unfinished or there twice.
     pub fn of(files: Vec<Written>) -> Result<Self, CasesError> {
         let Some(first) = files.first() else {
-            return Err(CasesError::Absent(vec![1], 1));
+            return Err(CasesError::Absent {
+                numbers: vec![1],
+                of: 1,
+                command: "taut study NAME".to_owned(),
+            });
         };
         let name = format!("`{}`", first.path.display());
         for file in &files[1..] {
@@ -28,7 +32,9 @@ impl Joined {
         }
         every_shard_once(&files)?;
         if let Some(file) = files.iter().find(|file| file.all.is_none()) {
-            return Err(CasesError::Unfinished(file.path.clone()));
+            let kept = file.path.display().to_string();
+            let command = file.header.call(&["--resume", "--cases", &kept]);
+            return Err(CasesError::Unfinished(file.path.clone(), command));
         }
         let found: usize = files.iter().map(|file| file.known.len()).sum();
         let other = |file: &&Written| file.all != Some(found);
@@ -58,10 +64,18 @@ fn every_shard_once(files: &[Written]) -> Result<(), CasesError> {
     }
     let absent = (1..=of).filter(|number| shards[number - 1].is_none());
     let absent: Vec<usize> = absent.collect();
-    if absent.is_empty() {
+    let Some(&number) = absent.first() else {
         return Ok(());
-    }
-    Err(CasesError::Absent(absent, of))
+    };
+    let first = Header {
+        shard: Shard { number, of },
+        ..files[0].header.clone()
+    };
+    Err(CasesError::Absent {
+        numbers: absent,
+        of,
+        command: first.call(&[]),
+    })
 }
 
 /// The machines of these files; where they differ with the shards of each, if there are several.

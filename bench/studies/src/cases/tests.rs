@@ -156,7 +156,10 @@ fn files_that_do_not_belong_together_are_named() {
     let at = folder("together");
     let [one, two, three] = shards(&at, 3).try_into().expect("three");
     refused(joined(&[]), &["missing"]);
-    refused(joined(&[one.clone(), three.clone()]), &["missing, of 3: 2"]);
+    refused(
+        joined(&[one.clone(), three.clone()]),
+        &["missing, of 3: 2", "roots --shard 2/3`"],
+    );
     let twice = [one.clone(), two.clone(), two.clone(), three.clone()];
     refused(joined(&twice), &["2/3", "twice", "2-of-3.cases"]);
     let other = shards(&at, 2).remove(0);
@@ -190,7 +193,11 @@ fn files_that_do_not_belong_together_are_named() {
     }
     let mut files = [&one, &two, &three].map(|path| read(path));
     files[2].all = None;
-    refused(Joined::of(files.to_vec()), &["3-of-3.cases", "--resume"]);
+    let resumed = format!(
+        "`taut study roots --shard 3/3 --resume --cases {}`",
+        three.display()
+    );
+    refused(Joined::of(files.to_vec()), &["3-of-3.cases", &resumed]);
     files[2].all = Some(20);
     refused(Joined::of(files.to_vec()), &["18 cases", "20"]);
     let _ = fs::remove_dir_all(at);

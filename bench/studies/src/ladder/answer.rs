@@ -188,7 +188,7 @@ fn advice(records: &[Record]) -> String {
     let mut text =
         format!("Use `{best}`: the fastest in {count} of {all} combinations of scene and error");
     if let (Some(least), Some(most)) = (factors.first(), factors.last()) {
-        text += &format!(", {least:.1} to {most:.1} times as fast as the next family");
+        text += &ahead(*least, *most);
     }
     let others = wins
         .iter()
@@ -205,10 +205,37 @@ fn advice(records: &[Record]) -> String {
     }
 }
 
+/// By how much the next family is slower, at the least and at the most.
+fn ahead(least: f64, most: f64) -> String {
+    let [least, most] = [least, most].map(|factor| format!("{factor:.1}"));
+    if most == "1.0" {
+        return ", on a par with the next family".to_owned();
+    }
+    let factors = match least.as_str() {
+        "1.0" => format!("up to {most}"),
+        _ if least == most => most,
+        _ => format!("{least} to {most}"),
+    };
+    format!(", {factors} times as fast as the next family")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::ladder::Fastest;
+
+    #[test]
+    fn a_tie_is_called_one() {
+        for (factors, words) in [
+            ([1.0, 1.04], "on a par with the next family"),
+            ([1.0, 3.0], "up to 3.0 times as fast"),
+            ([1.12, 1.14], ", 1.1 times as fast"),
+            ([2.0, 5.0], "2.0 to 5.0 times as fast"),
+        ] {
+            let text = ahead(factors[0], factors[1]);
+            assert!(text.contains(words), "{text}");
+        }
+    }
 
     /// A row with an error and a time that are the same refined and unrefined.
     fn row(ratio: f64, backend: &str, iterations: usize, ns: f64, error: f64) -> Record {

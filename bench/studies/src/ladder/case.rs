@@ -2,6 +2,7 @@
 //! multipliers.
 
 use super::{Config, SceneNote};
+use std::fmt;
 use taut_ground::inputs::Inputs;
 use taut_ground::reference::{self, Motion, Reference, reference_choice};
 use taut_ground::source;
@@ -57,12 +58,42 @@ pub(super) struct Case {
     pub(super) failure: Option<Failure>,
 }
 
+/// What a scene of the user's own ends with before any solver is compared.
+#[derive(Debug)]
+struct Named {
+    scene: String,
+    error: StepError,
+}
+
+impl fmt::Display for Named {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.scene, self.error)
+    }
+}
+
+impl std::error::Error for Named {}
+
+/// Whether the motion of a scene was lost, which is no fault of its text.
+#[must_use]
+pub fn is_lost(error: &ExperimentError) -> bool {
+    let named = error.downcast_ref::<Named>().map(|named| &named.error);
+    matches!(
+        named.or_else(|| error.downcast_ref()),
+        Some(
+            StepError::NonFinite { .. } | StepError::EnergyGain { .. } | StepError::OffPath { .. }
+        )
+    )
+}
+
 impl Subject {
     /// An error, with the name of a scene that is not the hoist.
     pub(super) fn named(&self, error: StepError) -> ExperimentError {
         match self {
             Self::Hoist(_) => error.into(),
-            Self::Own(own) => format!("{}: {error}", own.name).into(),
+            Self::Own(own) => Box::new(Named {
+                scene: own.name.clone(),
+                error,
+            }),
         }
     }
 

@@ -196,7 +196,31 @@ fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentErro
         ))
     };
     let stand_ins: String = scenes.iter().filter_map(stand_in).collect();
-    Ok(format!("{scene}; {} s simulated{stand_ins}", config.time))
+    let lost: String = scenes
+        .iter()
+        .filter_map(lost)
+        .map(|s| format!("\n{s}"))
+        .collect();
+    Ok(format!(
+        "{scene}; {} s simulated{stand_ins}{lost}",
+        config.time
+    ))
+}
+
+/// How the step itself is lost, solved directly.
+fn lost(note: &SceneNote) -> Option<String> {
+    let failure = note.failure.as_ref()?;
+    Some(format!(
+        "{}: the step itself is unstable at t = {:.3} s: {}",
+        note.scene, failure.time, failure.reason
+    ))
+}
+
+/// Which scenes of the user's own are lost within the time simulated.
+fn missed(config: &Config, scenes: &[SceneNote]) -> Option<String> {
+    let within = |note: &&SceneNote| note.failure.as_ref().is_some_and(|f| f.time <= config.time);
+    let lost: Vec<_> = scenes.iter().filter(within).filter_map(lost).collect();
+    (!config.own.is_empty() && !lost.is_empty()).then(|| lost.join("; "))
 }
 
 /// What is told of the rows.
@@ -234,6 +258,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
         settings,
         rows: data(&results.records)?,
         extras: data(&extras)?,
+        missed: missed(&config, &results.scenes),
         omissions: results.omissions,
         ..Found::default()
     })
