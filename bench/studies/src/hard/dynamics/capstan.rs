@@ -424,7 +424,7 @@ fn driven(quick: bool) -> Result<Vec<Check>, ExperimentError> {
         let slipping = format!("{} of {} steps slip", worst.slipping, 3 * steps);
         checks.push(
             Check::off(
-                &format!("{case}: T₂/T₁ within its cone"),
+                format!("{case}: T₂/T₁ within its cone"),
                 "e^(±μθ)",
                 worst.beyond,
                 "",
@@ -435,7 +435,7 @@ fn driven(quick: bool) -> Result<Vec<Check>, ExperimentError> {
         );
         checks.push(
             Check::off(
-                &format!("{case}: energy"),
+                format!("{case}: energy"),
                 "none gained",
                 worst.gained,
                 "",
