@@ -149,7 +149,7 @@ pub fn backends() -> String {
 /// The systems that a backend takes, with any of its options.
 fn systems(backend: &Backend) -> &'static str {
     match backend {
-        Backend::Faer(_) => "llt definite, ldlt also quasi-definite, lblt symmetric, lu any",
+        Backend::Faer(_) => "definite; ldlt quasi-definite; lblt symmetric; lu any",
         Backend::Minres(_) => "symmetric",
         _ if backend.accepts_unsymmetric() => "any",
         _ if backend.accepts_indefinite() => "definite, quasi-definite",

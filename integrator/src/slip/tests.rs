@@ -807,3 +807,33 @@ fn a_saved_gantry_on_sheaves_goes_on_with_the_same_bits() {
         assert_eq!(whole.multipliers(), restored.multipliers());
     }
 }
+
+/// Blocks and weights are thrown up, so that cables hang loose, leave sheaves and fall back on them.
+#[test]
+fn cables_that_are_thrown_off_their_sheaves_go_on() {
+    let (mut changes, mut lost) = (0, 0);
+    for seed in 1..=40 {
+        let mut scene = reeving(seed);
+        let mut numbers = Numbers(seed);
+        for velocity in &mut scene.bodies.velocity {
+            *velocity += xz(numbers.next() - 0.5, 4.0 * numbers.next());
+        }
+        let mut stepper = Stepper::new(scene, options()).unwrap();
+        let mut parts = stepper.scene().constraints.len();
+        for _ in 0..120 {
+            match stepper.step() {
+                Ok(_) => {}
+                Err(crate::StepError::OffPath { .. }) => {
+                    lost += 1;
+                    break;
+                }
+                Err(e) => panic!("{seed}: {e}"),
+            }
+            let scene = stepper.scene();
+            assert_eq!(scene.validate(), Ok(()), "{seed}");
+            changes += usize::from(scene.constraints.len() != parts);
+            parts = scene.constraints.len();
+        }
+    }
+    assert!(changes > 10 && lost < 10, "{changes} {lost}");
+}
