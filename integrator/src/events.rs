@@ -1,4 +1,4 @@
-//! Events of a scene: their conditions after each step, and what they do.
+//! What happens after a step: the events of a scene, and cables that leave sheaves with friction or lie down on them.
 
 use crate::StepError;
 use crate::change::Edit;
@@ -52,6 +52,16 @@ impl Stepper {
         }
         self.fired.extend(due.into_iter().map(|event| event.name));
         Ok(self.fired.len())
+    }
+
+    /// Cables that have left a sheave with friction in this step, or lie on one that they passed by, get other parts. Allocates
+    /// where there are any.
+    pub(crate) fn lift_and_land(&mut self) -> Result<(), StepError> {
+        let changes = || self.scene.left().next().is_some() || self.scene.landed().next().is_some();
+        if self.slip.may_change && changes() {
+            self.change(Edit::lift_and_land)?;
+        }
+        Ok(())
     }
 
     fn is_due(&self, event: &Event) -> bool {

@@ -1,7 +1,6 @@
 //! The step's solve with cables that slip over their sheaves: see [`crate::slip`].
 
 use super::Stepper;
-use crate::change::Edit;
 use crate::{Form, StepError};
 
 impl Stepper {
@@ -61,16 +60,6 @@ impl Stepper {
         self.slip.share_slack(&mut w, &self.bounded);
         self.in_rows[0] = w;
         self.slip.release(&mut self.pieces);
-    }
-
-    /// Cables that have left a sheave with friction in this step, or lie on one that they passed by, get other parts. Allocates
-    /// where there are any.
-    pub(crate) fn lift_and_land(&mut self) -> Result<(), StepError> {
-        let changes = || self.scene.left().next().is_some() || self.scene.landed().next().is_some();
-        if self.slip.may_change && changes() {
-            self.change(Edit::lift_and_land)?;
-        }
-        Ok(())
     }
 
     /// Whether a pattern of sticking and slipping was found.
