@@ -23,7 +23,7 @@ pub struct Edit {
     time: f64,
     /// Whether anything was changed.
     touched: bool,
-    /// New constraints that go on from another: with its multiplier.
+    /// New parts of cables, each with the cable that it is cut from, whose multiplier it takes over.
     going_on: Vec<(ConstraintId, ConstraintId)>,
 }
 

@@ -94,7 +94,7 @@ impl fmt::Display for Note {
                 angle,
             } => write!(
                 f,
-                "`{cable}` has a fleet angle of {:.1}° at the sheave that is its point {point}: ropes leave their grooves beyond \
+                "`{cable}` has a fleet angle of {:.1}° at the sheave that is its point {point}, and ropes leave their grooves beyond \
                  {STEEP}°: turn the axis of the sheave, or move it",
                 angle.to_degrees()
             ),
@@ -219,20 +219,20 @@ impl Scene {
         let over = self
             .massless_cables()
             .filter(|(_, cable)| !cable.sheaves.is_empty());
-        let mut whole: Vec<(usize, f64, f64)> = Vec::new();
-        for (c, cable) in over {
-            let length = cable.length_at(0.0);
-            let slack = length - cable.path(&self.bodies, 0.0);
-            let before = self.capstans.iter().find(|capstan| capstan.parts[1] == c);
-            match whole.last_mut().filter(|_| before.is_some()) {
-                Some((_, sum, all)) => (*sum, *all) = (*sum + slack, *all + length),
-                None => whole.push((c, slack, length)),
+        let mut firsts = over.filter(|(c, _)| self.parts_of(*c).next() == Some(*c));
+        firsts.find_map(|(first, _)| {
+            let (mut slack, mut length) = (0.0, 0.0);
+            for part in self.parts_of(first) {
+                if let Constraint::MasslessCable(cable) = &self.constraints[part] {
+                    let own = cable.length_at(0.0);
+                    slack += own - cable.path(&self.bodies, 0.0);
+                    length += own;
+                }
             }
-        }
-        let slack = whole.into_iter().find(|(_, sum, all)| *sum > LOOSE * all);
-        slack.map(|(c, slack, _)| Note::Slack {
-            cable: self.constraint_names[c].clone(),
-            slack,
+            (slack > LOOSE * length).then(|| Note::Slack {
+                cable: self.constraint_names[first].clone(),
+                slack,
+            })
         })
     }
 

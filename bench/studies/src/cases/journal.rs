@@ -308,8 +308,8 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a file, making its folder: with `resume` for what it holds, else anew, but for a shard's that holds cases. A file that nobody asked for
-    /// (`is_asked_for` false) may fail later without ending the run.
+    /// Opens a file, making its folder: with `resume` for what it holds, else anew. One of a shard that holds cases is refused
+    /// without `resume`. A file that nobody asked for (`is_asked_for` false) may fail later without ending the run.
     ///
     /// # Errors
     /// [`CasesError`].

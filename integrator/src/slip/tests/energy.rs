@@ -1,0 +1,153 @@
+//! Energy over sheaves with friction: step by step, and never gained.
+
+use super::*;
+use crate::GeometricStiffness;
+use taut_model::body_vectors::unpacked;
+use taut_model::{Controls, GantryParams};
+
+/// What is left of the energy of one unguarded step \[J]. With φ̂ the predicted φ, d the drives and slips ∂φ/∂t, and G the
+/// work of what the geometric stiffness adds to M and to Δt f,
+///
+/// ```text
+/// ΔKE = Δt f·v⁺ + Σ μ ((φ̂ − φ)/Δt − d) − ½ |Δv|²_M + G
+/// ```
+fn residual_of_the_step(stepper: &mut Stepper) -> f64 {
+    let before = stepper.scene().clone();
+    let phi = stepper.linearized().phi.clone();
+    stepper.step().unwrap();
+    let dt = stepper.options.dt;
+    let (pieces, bodies) = (&stepper.pieces, &before.bodies);
+    let halves = |[x, y, z, p, q, r]: [f64; 6]| [Vector3::new(x, y, z), Vector3::new(p, q, r)];
+    let mut gained = 0.0;
+    for i in before.dynamic_bodies() {
+        let inertia = bodies.inertia_world(i);
+        let [v, w] = halves(pieces.v.get(i));
+        let [dv, dw] = halves(pieces.dv.get(i));
+        let (v, w) = (v + dv, w + dw);
+        let force = (bodies.force[i] + before.gravity * bodies.mass[i]) * dt;
+        let torque = bodies.torque[i] * dt;
+        gained += force.dot(&v) + torque.dot(&w);
+        gained -= 0.5 * (bodies.mass[i] * dv.norm_squared() + dw.dot(&(inertia * dw)));
+        let [linear, angular] = halves(pieces.inertia.impulse.get(i));
+        let stiff = unpacked(pieces.inertia.angular.get(i));
+        gained += (linear - force).dot(&v) + (angular - torque + (inertia - stiff) * dw).dot(&w);
+    }
+    for (r, mu) in stepper.multipliers().iter().enumerate() {
+        gained += mu * ((pieces.predicted[r] - phi[r]) / dt - pieces.rows.phi_t[r]);
+    }
+    stepper.scene().kinetic_energy() - before.kinetic_energy() - gained
+}
+
+fn implicit() -> StepOptions {
+    StepOptions {
+        scheme: Scheme::LinearlyImplicit,
+        guard: None,
+        ..options()
+    }
+}
+
+#[test]
+fn the_energy_of_each_step_is_accounted_for() {
+    for seed in 1..=20 {
+        let scene = reeving(seed);
+        let size: f64 = scene.bodies.mass.iter().sum::<f64>() * G * 3.0;
+        let plain = StepOptions {
+            stiffness: GeometricStiffness::Off,
+            dt: DT / 4.0,
+            ..implicit()
+        };
+        let mut stepper = Stepper::new(scene, plain).unwrap();
+        for step in 0..100 {
+            let compliance = stepper.linearized().compliance.clone();
+            let left = residual_of_the_step(&mut stepper);
+            assert!(left.abs() < 1e-12 * size, "{seed}, {step}: {left:e}");
+            // Of taut cables the work is what e = φ²/2ε changes by, and ½ (φ̂ − φ)²/ε that is lost.
+            for bound in &stepper.linearized().bounds {
+                let r = bound.row;
+                let (mu, predicted) = (stepper.multipliers()[r], stepper.pieces.predicted[r]);
+                let law = mu + stepper.options.dt * predicted / compliance[r];
+                assert!(
+                    mu == 0.0 || law.abs() < 1e-9 * mu.abs(),
+                    "{seed}, {step}: {law:e}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn so_is_that_of_a_gantry_driven_for_a_minute() {
+    for falls in [2, 4, 8, 12] {
+        for sheave_friction in [0.0, 0.1, 0.2] {
+            let params = GantryParams {
+                parts: falls,
+                sheaves: true,
+                sheave_friction,
+                mass_ratio: 1e5,
+                ..GantryParams::default()
+            };
+            let scene = params.build().unwrap();
+            let size = scene.bodies.mass.iter().sum::<f64>() * G * 10.0;
+            let mut stepper = Stepper::new(scene, implicit()).unwrap();
+            let mut worst = 0.0_f64;
+            for step in 0..3600 {
+                if step % 300 == 0 {
+                    let sign = if step % 600 == 0 { 1.0 } else { -1.0 };
+                    let controls = Controls {
+                        trolley_speed: 0.5 * sign,
+                        hoist_speed: 0.1 * sign,
+                    };
+                    stepper.set_controls(&controls).unwrap();
+                }
+                worst = worst.max(residual_of_the_step(&mut stepper).abs() / size);
+            }
+            assert!(worst < 1e-12, "{falls}, {sheave_friction}: {worst:e}");
+        }
+    }
+}
+
+#[test]
+fn friction_never_adds_energy_and_keeps_its_cone() {
+    let mut slipped = 0;
+    for seed in 1..=40 {
+        let scene = reeving(seed);
+        let frictions: Vec<f64> = scene.capstans.iter().map(|c| c.friction).collect();
+        let options = StepOptions {
+            scheme: Scheme::LinearlyImplicit,
+            dt: DT / 4.0,
+            ..options()
+        };
+        let mut stepper = Stepper::new(scene, options).unwrap();
+        let whole = total_length(stepper.scene());
+        let mut start = None;
+        for step in 0..120 {
+            let wraps: Vec<f64> = (0..frictions.len())
+                .map(|i| stepper.scene().wrap(i))
+                .collect();
+            let report = stepper.step().unwrap();
+            assert_eq!(report.undecided, 0, "{seed}, step {step}");
+            let found = tensions(&stepper);
+            let most = found.iter().fold(0.0, |m: f64, t| m.max(*t));
+            let rates: Vec<f64> = stepper.slip_rates().collect();
+            for (i, rate) in rates.into_iter().enumerate() {
+                let (k, before, after) = ((frictions[i] * wraps[i]).exp(), found[i], found[i + 1]);
+                let beyond = (after - k * before).max(before - k * after);
+                assert!(beyond <= 1e-10 * most, "{seed}, step {step}: {found:?}");
+                assert!(
+                    rate * (after - before) >= -1e-10 * most,
+                    "{seed}, step {step}"
+                );
+                slipped += usize::from(rate != 0.0);
+            }
+            assert!((total_length(stepper.scene()) - whole).abs() < 1e-12 * whole);
+            let total = total_energy(&stepper);
+            let size = whole * 10.0 * G;
+            let start = *start.get_or_insert(total);
+            assert!(
+                total <= start + 1e-9 * size,
+                "{seed}, step {step}: {total} from {start}"
+            );
+        }
+    }
+    assert!(slipped > 1000, "{slipped}");
+}
