@@ -407,3 +407,7 @@ fn eliminate(rows: &mut [f64], count: usize) -> bool {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_energy;
+#[cfg(test)]
+mod tests_lifting;

@@ -5,14 +5,11 @@ use taut_model::{
     Body, Constraint, Frame, Hinge, MasslessCable, RowLaw, Scene, Sheave, Slider, axes_along,
 };
 
-mod energy;
-mod lifting;
+pub(super) const G: f64 = 9.81;
+pub(super) const R: f64 = 0.2;
+pub(super) const DT: f64 = 1.0 / 60.0;
 
-const G: f64 = 9.81;
-const R: f64 = 0.2;
-const DT: f64 = 1.0 / 60.0;
-
-fn xz(x: f64, z: f64) -> Vector3<f64> {
+pub(super) fn xz(x: f64, z: f64) -> Vector3<f64> {
     Vector3::new(x, 0.0, z)
 }
 
@@ -64,7 +61,7 @@ fn atwood(masses: [f64; 2], friction: f64, turns: f64, wheel: Option<f64>, law: 
     scene
 }
 
-fn options() -> StepOptions {
+pub(super) fn options() -> StepOptions {
     StepOptions {
         dt: DT,
         ..StepOptions::default()
@@ -147,7 +144,7 @@ fn a_locked_sheave_holds_up_to_the_capstan_ratio_and_then_slips() {
 }
 
 /// A block of mass `mass` that hangs in `falls` falls over locked sheaves, and a hand that holds the end.
-fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64) -> Scene {
+pub(super) fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64) -> Scene {
     let (drop, radius) = (4.0, 0.1);
     let mut scene = Scene::new("tackle");
     scene.gravity = xz(0.0, -G);
@@ -201,7 +198,7 @@ fn tackle(falls: usize, mass: f64, hand: f64, friction: f64, ea: f64) -> Scene {
 }
 
 /// Tensions of all parts \[N].
-fn tensions(stepper: &Stepper) -> Vec<f64> {
+pub(super) fn tensions(stepper: &Stepper) -> Vec<f64> {
     let parts = stepper.scene().constraints.iter().enumerate();
     let parts = parts.filter(|(_, c)| matches!(c, Constraint::MasslessCable(_)));
     let row = |c: usize| stepper.linearized().row_range(c).start;
@@ -246,10 +243,10 @@ fn tackles_over_locked_sheaves_carry_what_friction_leaves() {
 }
 
 /// Numbers in 0 to 1.
-struct Numbers(u64);
+pub(super) struct Numbers(pub(super) u64);
 
 impl Numbers {
-    fn next(&mut self) -> f64 {
+    pub(super) fn next(&mut self) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -259,7 +256,7 @@ impl Numbers {
 }
 
 /// Two masses and, between them, upper sheaves that are locked or turn and moving blocks, of random sizes.
-fn reeving(seed: u64) -> Scene {
+pub(super) fn reeving(seed: u64) -> Scene {
     let mut numbers = Numbers(seed);
     let mut scene = Scene::new("reeving");
     scene.gravity = xz(0.0, -G);
@@ -329,14 +326,14 @@ fn reeving(seed: u64) -> Scene {
     scene
 }
 
-fn cable_length(scene: &Scene, cable: &MasslessCable) -> f64 {
+pub(super) fn cable_length(scene: &Scene, cable: &MasslessCable) -> f64 {
     let mut phi = [0.0];
     Constraint::MasslessCable(cable.clone()).violation(&scene.bodies, 0.0, &mut phi);
     phi[0] + cable.length
 }
 
 /// Length at rest of all massless cables.
-fn total_length(scene: &Scene) -> f64 {
+pub(super) fn total_length(scene: &Scene) -> f64 {
     let of = |c: &Constraint| match c {
         Constraint::MasslessCable(cable) => cable.length,
         _ => 0.0,
@@ -345,7 +342,7 @@ fn total_length(scene: &Scene) -> f64 {
 }
 
 /// Kinetic, gravitational and elastic energy, that of taut cables \[J].
-fn total_energy(stepper: &Stepper) -> f64 {
+pub(super) fn total_energy(stepper: &Stepper) -> f64 {
     let (scene, rows) = (stepper.scene(), stepper.linearized());
     let stored = rows.bounds.iter().map(|b| {
         let phi = rows.phi[b.row].max(0.0);

@@ -1,7 +1,8 @@
 //! Energy over sheaves with friction: step by step, and never gained.
 
-use super::*;
-use crate::GeometricStiffness;
+use super::tests::{DT, G, options, reeving, tensions, total_energy, total_length};
+use crate::{GeometricStiffness, Scheme, StepOptions, Stepper};
+use nalgebra::Vector3;
 use taut_model::body_vectors::unpacked;
 use taut_model::{Controls, GantryParams};
 

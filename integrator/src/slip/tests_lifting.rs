@@ -1,6 +1,9 @@
 //! Cables that leave sheaves and lie down on them.
 
-use super::*;
+use super::tests::{DT, G, Numbers, options, reeving, tackle, total_energy, total_length, xz};
+use crate::{Scheme, StepOptions, Stepper};
+use nalgebra::{Matrix3, Vector3};
+use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Sheave};
 
 /// A cable between two points at the height 0, and a sheave that it passes by, in its sense of travel.
 fn beside(hub: Vector3<f64>) -> Stepper {
