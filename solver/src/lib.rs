@@ -67,6 +67,7 @@
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
 //! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
+//! | [`coulomb`] | contact problems with Coulomb's exact friction cone, on a dense operator |
 //! | `serde_forms` (feature `serde`) | numbers that may be NaN, backends as text |
 //!
 //! # Left out
@@ -94,6 +95,7 @@ mod chain;
 mod checked;
 mod claim;
 mod convert;
+pub mod coulomb;
 mod double_double;
 mod entry;
 mod error;

@@ -1,0 +1,131 @@
+//! A linearised contact problem in few unknowns, which both Newton methods solve.
+//!
+//! A contact that is open has no unknown, one that sticks has its three impulses. One that slides has its impulse along
+//! a ray of the cone and one across the ray. With a column c and a row ĉ of each unknown y, x = Σ c y, the rows say
+//! ĉᵀ (W x + q) + γ y = 0.
+
+use super::dense::{self, Kind};
+use super::scaled::{Scaled, Three, dot, three};
+
+/// One unknown.
+#[derive(Debug, Clone, Copy)]
+struct Unknown {
+    contact: usize,
+    column: Three,
+    row: Three,
+    /// γ.
+    compliance: f64,
+}
+
+/// Beyond this γ, in units of the scaled operator's diagonal, an unknown is zero to rounding.
+const RIGID: f64 = 1e14;
+
+/// The linearised problem and its workspace.
+#[derive(Debug, Default)]
+pub(super) struct Step {
+    unknowns: Vec<Unknown>,
+    rows: Vec<f64>,
+    solution: Vec<f64>,
+    /// Whether all rows are their columns.
+    symmetric: bool,
+}
+
+impl Step {
+    /// Forgets the last one.
+    pub(super) fn clear(&mut self) {
+        self.unknowns.clear();
+        self.symmetric = true;
+    }
+
+    /// A contact whose three impulses x are unknown and whose velocity is −`compliance` x.
+    pub(super) fn stick(&mut self, contact: usize, compliance: f64) {
+        for k in 0..3 {
+            let mut axis = [0.0; 3];
+            axis[k] = 1.0;
+            self.push(contact, axis, axis, compliance);
+        }
+    }
+
+    /// A contact whose impulse lies on the ray along `column`, where `row`ᵀ u = 0, and across it with compliance `across`
+    /// for `tangent` = (t₁, t₂), the ray's tangential direction.
+    pub(super) fn slide(
+        &mut self,
+        contact: usize,
+        (column, compliance): (Three, f64),
+        row: Three,
+        tangent: (f64, f64),
+        across: f64,
+    ) {
+        self.push(contact, column, row, compliance);
+        // NaN, where a radius vanishes, is none.
+        if across < RIGID {
+            let side = [0.0, -tangent.1, tangent.0];
+            self.push(contact, side, side, across);
+        }
+    }
+
+    fn push(&mut self, contact: usize, column: Three, row: Three, compliance: f64) {
+        self.symmetric &= column == row;
+        self.unknowns.push(Unknown {
+            contact,
+            column,
+            row,
+            compliance,
+        });
+    }
+
+    /// Solves for x, given what the scaled problem's operator is and `rate`, its q by contacts. `false` where the matrix
+    /// is singular to rounding; x is then of no use.
+    pub(super) fn solve(
+        &mut self,
+        problem: &Scaled,
+        rate: impl Fn(usize) -> Three,
+        x: &mut [f64],
+    ) -> bool {
+        let m = self.unknowns.len();
+        self.solution.resize(m, 0.0);
+        let mut done = false;
+        if self.symmetric {
+            self.assemble(problem, &rate);
+            done = dense::solve(m, &mut self.rows, Kind::Definite, &mut self.solution);
+        }
+        if !done {
+            self.assemble(problem, &rate);
+            done = dense::solve(m, &mut self.rows, Kind::General, &mut self.solution);
+        }
+        x.fill(0.0);
+        for (unknown, y) in self.unknowns.iter().zip(&self.solution) {
+            let x = &mut x[3 * unknown.contact..3 * unknown.contact + 3];
+            x.iter_mut()
+                .zip(unknown.column)
+                .for_each(|(x, c)| *x += c * y);
+        }
+        done
+    }
+
+    /// The matrix Ĉᵀ W C + Γ and −Ĉᵀ q beside it.
+    fn assemble(&mut self, problem: &Scaled, rate: &impl Fn(usize) -> Three) {
+        let (m, size) = (self.unknowns.len(), 3 * problem.n);
+        self.rows.clear();
+        self.rows.resize(m * (m + 1), 0.0);
+        for (k, (to, a)) in self
+            .rows
+            .chunks_exact_mut(m + 1)
+            .zip(&self.unknowns)
+            .enumerate()
+        {
+            for (component, &weight) in a.row.iter().enumerate() {
+                if weight == 0.0 {
+                    continue;
+                }
+                let first = (3 * a.contact + component) * size;
+                let operator = &problem.operator[first..first + size];
+                for (to, b) in to.iter_mut().zip(&self.unknowns) {
+                    *to += weight * dot(three(operator, b.contact), b.column);
+                }
+            }
+            to[k] += a.compliance;
+            to[m] = -dot(a.row, rate(a.contact));
+        }
+    }
+}
