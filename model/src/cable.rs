@@ -32,6 +32,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use crate::body::Body;
+use crate::collide::{Collider, Shape, Surface};
 use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
@@ -169,6 +170,9 @@ pub struct Cable {
     pub rest: Rest,
     /// Group of its joints, for block Gauss–Seidel over groups; see also [`Scene::group_by_topology`].
     pub group: u32,
+    /// Surface of its segments, which are then capsules `NAME-1` … of its radius; `None`: nothing touches it. A
+    /// capsule's ends reach over those of its segment by the radius, so that it overlaps the next.
+    pub collide: Option<Surface>,
 }
 
 impl Cable {
@@ -196,6 +200,7 @@ impl Cable {
             twist: true,
             rest: Rest::Straight,
             group: 0,
+            collide: None,
         }
     }
 
@@ -283,12 +288,15 @@ impl Scene {
         let laid = route.lay(cable)?;
         self.check_new_names(cable, laid.len())?;
         let (bodies, constraints) = (self.bodies.len(), self.constraints.len());
+        let colliders = self.colliders.len();
         self.lay(cable, &route, &laid);
         let new_bodies: Vec<usize> = (bodies..self.bodies.len()).collect();
         let new: Vec<usize> = (constraints..self.constraints.len()).collect();
         let mut bodies = new_bodies.iter();
         let sound = bodies.try_for_each(|i| self.validate_body(*i));
         let sound = sound.and_then(|()| new.iter().try_for_each(|i| self.validate_constraint(*i)));
+        let mut capsules = colliders..self.colliders.len();
+        let sound = sound.and_then(|()| capsules.try_for_each(|i| self.validate_collider(i)));
         if sound.is_err() {
             self.remove(&new_bodies, &new)?;
         }
@@ -304,6 +312,9 @@ impl Scene {
             rod.at(segment.centre).turned(segment.turn)
         });
         Strand::add_segments(self, number, &cable.name, rods);
+        if let Some(surface) = cable.collide {
+            self.cover(cable, first, laid, surface);
+        }
         let ends = |i: usize| strand.ends(first + i, laid[i].chord);
         let name = |of: &str| format!("{}-{of}", cable.name);
         if let Some((kind, frame)) = self.held(cable, route, &laid[0], 0) {
@@ -333,6 +344,19 @@ impl Scene {
         }
         for joint in &self.cables[number].joints {
             self.groups[*joint] = cable.group;
+        }
+    }
+
+    /// Gives the segments, from body `first` on, their capsules.
+    fn cover(&mut self, cable: &Cable, first: usize, laid: &[Laid], surface: Surface) {
+        for (i, segment) in laid.iter().enumerate() {
+            let (length, radius) = (segment.chord, cable.radius);
+            let capsule = Shape::Capsule { length, radius };
+            let name = format!("{}-{}", cable.name, i + 1);
+            self.colliders.push(Collider {
+                surface,
+                ..Collider::new(name, Some(first + i), capsule)
+            });
         }
     }
 
@@ -374,7 +398,10 @@ impl Scene {
             None => false,
         };
         let mut cables = self.cables.iter().map(|c| &c.name);
+        let covered = cable.collide.is_some();
+        let mut capsules = self.colliders.iter().map(|c| &c.name).filter(|_| covered);
         for (kind, taken) in [
+            ("collider", capsules.find(body)),
             ("cable", cables.find(|name| **name == cable.name)),
             ("body", self.body_names.iter().find(body)),
             ("joint", self.constraint_names.iter().find(joint)),

@@ -53,9 +53,10 @@
 //! | A, I_a, J_t | [`CrossSection`] | area, second moment, torsion constant | m², m⁴, m⁴ |
 //! | YA, YI, GJ | [`Stiffness`] `ea`, `ei`, `gj` | axial, bending, torsional stiffness | N, N m², N m² |
 //! | l, L | `segment_length`, `length` | length of a segment, of the cable | m |
-//! | r, θ, μ | [`Sheave`], [`Scene::wrap`], [`Capstan::friction`] | radius, wrap and friction of a sheave | m, rad, – |
+//! | r, θ, μ | [`Sheave`], [`Scene::wrap`], [`Capstan::friction`] | radius, wrap and friction of a sheave; μ is also [`Surface::friction`] | m, rad, – |
 //! | L(t) | [`MasslessCable::length_at`] | length at rest of a cable with a winch | m |
 //! | lo, hi | [`RowBounds`] | bounds of λ: a cable cannot push, a motor has a limited force | N or N m |
+//! | g | | gap of two shapes along the normal of a contact, < 0 in overlap | m |
 //! | M/m | [`HoistParams::mass_ratio`] | mass of the load over that of a segment | – |
 //!
 //! # Map
@@ -71,11 +72,14 @@
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | `notes` | how far constraints may open, and what in a scene is likely to be a mistake |
 //! | [`cable`] | [`Cable`]: segments and joints along a route; what belongs to a cable |
+//! | [`collide`] | [`Collider`]: shapes on bodies and their surfaces, which pairs can touch |
+//! | [`contacts`] | [`contacts::Collisions`]: where they touch; broad and narrow phase |
 //! | [`topology`] | which bodies hang together, loops, groups, leaf-to-root order |
 //! | [`hoist`], [`particles`], [`mod@named`] | the main scene, particle chains, and their parameters; scenes by name |
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
 //! | [`scene::reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
+//! | [`grounded`] | a stack of boxes, a load dragged over a floor, cables in a pile |
 //! | [`reeved`] | a capstan, a block and tackle, a traction elevator |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
 //! | `scene_file` (feature `toml`) | scenes as TOML text, read with overrides and written; the format |
@@ -97,10 +101,13 @@ pub mod body;
 pub mod body_vectors;
 pub mod cable;
 mod check;
+pub mod collide;
 pub mod constraint;
+pub mod contacts;
 mod error;
 pub mod frame;
 pub mod gantry;
+pub mod grounded;
 pub mod hoist;
 pub mod linearized;
 pub mod material;
@@ -124,6 +131,7 @@ pub use body::{Bodies, Body, Mobility};
 pub use body_vectors::{BodyVectors, FourBodies, PACK};
 pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
+pub use collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 pub use constraint::{
     BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, Lay, LinkBend, Loads, Lock,
     MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Sheave, Slider, Spherical, Target,
@@ -132,6 +140,7 @@ pub use constraint::{
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};
 pub use gantry::{Controls, GantryParams, ResolvedGantry};
+pub use grounded::{Grounded, GroundedParams};
 pub use hoist::{Apart, Hoist, HoistParams};
 pub use linearized::{Block, Linearized, RowBounds, Slot, Transverse, update_windings};
 pub use material::{CrossSection, Material, Stiffness};

@@ -2,6 +2,7 @@
 
 use crate::error::SceneError;
 use crate::gantry::GantryParams;
+use crate::grounded::{Grounded, GroundedParams};
 use crate::hoist::HoistParams;
 use crate::network::{Network, NetworkParams};
 use crate::particles::{ChainModel, ParticleChainParams};
@@ -10,7 +11,7 @@ use crate::scene::Scene;
 use crate::specimen::{Specimen, SpecimenParams};
 
 /// Names of the scenes that [`named`] builds.
-pub const NAMES: [&str; 19] = [
+pub const NAMES: [&str; 22] = [
     "hoist",
     "gantry",
     ChainModel::Links.scene_name(),
@@ -30,6 +31,9 @@ pub const NAMES: [&str; 19] = [
     Reeved::Capstan.name(),
     Reeved::Tackle.name(),
     Reeved::Elevator.name(),
+    Grounded::Stack.name(),
+    Grounded::Floor.name(),
+    Grounded::Pile.name(),
 ];
 
 /// The scene called `name`, with its default parameters.
@@ -53,6 +57,8 @@ pub fn named(name: &str) -> Result<Scene, SceneError> {
         NetworkParams::new(network).build()
     } else if let Some(reeved) = Reeved::named(name) {
         ReevedParams::new(reeved).build()
+    } else if let Some(grounded) = Grounded::named(name) {
+        GroundedParams::new(grounded).build()
     } else {
         Err(unknown(name))
     }
@@ -85,7 +91,7 @@ mod tests {
             message,
             "no scene is called `hoits`: choose one of hoist, gantry, particles-a, particles-b, particles-c, particles-d, \
              particles-e, particles-f, pull, twist, bend, ring, junction, cranes, ladder, net, \
-             capstan, tackle, elevator, or give a TOML file"
+             capstan, tackle, elevator, stack, floor, pile, or give a TOML file"
         );
     }
 }

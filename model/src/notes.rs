@@ -19,6 +19,9 @@ const STEEP: f64 = 4.0;
 /// Slack over length that is no rounding.
 const LOOSE: f64 = 1e-9;
 
+/// Overlap of two shapes over the smallest dimension of either, beyond which they are not meant to touch.
+const INSIDE: f64 = 0.1;
+
 /// A likely mistake in a scene that is none for the equations.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
@@ -56,6 +59,13 @@ pub enum Note {
         cable: String,
         /// By how much \[m].
         slack: f64,
+    },
+    /// Two shapes that can meet begin inside each other: they are thrown apart.
+    Overlap {
+        /// The names of the colliders that overlap most.
+        colliders: [String; 2],
+        /// By how much \[m].
+        depth: f64,
     },
     /// There is a load, but neither gravity nor any other force.
     NoGravity,
@@ -101,6 +111,14 @@ impl fmt::Display for Note {
             Self::Slack { cable, slack } => write!(
                 f,
                 "`{cable}` starts slack: it is {slack:.3e} m longer than its path over the sheaves"
+            ),
+            Self::Overlap {
+                colliders: [a, b],
+                depth,
+            } => write!(
+                f,
+                "the shapes `{a}` and `{b}` overlap by {depth:.3e} m at the start, which throws them apart: move one, or \
+                 leave the pair out by groups"
             ),
             Self::NoGravity => {
                 f.write_str("gravity is zero and no other force acts: the load has no weight")
@@ -189,14 +207,33 @@ impl Scene {
     pub fn notes(&self) -> Vec<Note> {
         let mut notes = Vec::new();
         if self.gravity.norm() > 0.0 {
-            notes.extend(self.unheld());
+            // What falls may fall on something.
+            if self.colliders.is_empty() {
+                notes.extend(self.unheld());
+            }
         } else if self.load.is_some() && self.external_force() == 0.0 {
             notes.push(Note::NoGravity);
         }
         notes.extend(self.far_lever());
         notes.extend(self.fleet_angle());
         notes.extend(self.slack());
+        notes.extend(self.overlap());
         notes
+    }
+
+    /// The deepest overlap of shapes over their size, where it is in doubt.
+    fn overlap(&self) -> Option<Note> {
+        let mut collisions = crate::contacts::Collisions::new(self);
+        let contacts = collisions.find(self, 0.0).ok()?;
+        let part = |c: &crate::contacts::Contact| {
+            let least = c.colliders.map(|i| self.colliders[i].shape.dimensions()[0]);
+            -c.gap / least[0].min(least[1])
+        };
+        let deepest = contacts.iter().max_by(|a, b| part(a).total_cmp(&part(b)))?;
+        (part(deepest) > INSIDE).then(|| Note::Overlap {
+            colliders: deepest.colliders.map(|i| self.colliders[i].name.clone()),
+            depth: -deepest.gap,
+        })
     }
 
     /// The steepest fleet angle, where that is in doubt.
@@ -388,6 +425,24 @@ mod tests {
         slack.bodies.position[load].z += 0.25;
         let text = slack.notes()[0].to_string();
         assert!(text.starts_with("`rope` starts slack: it is 2.5"), "{text}");
+    }
+
+    #[test]
+    fn shapes_that_begin_inside_each_other_are_noted() {
+        use crate::collide::{Collider, Shape};
+        let mut scene = Scene::new("heap");
+        for (name, z) in [("low", 0.95), ("high", 2.7)] {
+            let body = scene.add_body(name, Body::sphere(1.0, 1.0).at(Vector3::z() * z));
+            let ball = Shape::Sphere { radius: 1.0 };
+            scene.add_collider(Collider::new(name, Some(body), ball));
+        }
+        scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+        let text = scene.notes()[0].to_string();
+        let words = "the shapes `low` and `high` overlap by 2.500e-1 m at the start";
+        assert!(text.starts_with(words), "{text}");
+        // A little is what a resting contact has.
+        scene.bodies.position[1].z = 2.9;
+        assert_eq!(scene.notes(), []);
     }
 
     #[test]

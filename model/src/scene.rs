@@ -1,5 +1,6 @@
 //! A scene: bodies, constraints, gravity and names. Data only.
 
+mod colliders;
 mod event;
 pub mod reeving;
 mod remove;
@@ -11,6 +12,7 @@ pub use reeving::Capstan;
 use nalgebra::Vector3;
 
 use crate::body::{Bodies, Body};
+use crate::collide::Collider;
 use crate::constraint::{Constraint, Target};
 use crate::error::SceneError;
 use crate::frame::Frame;
@@ -92,6 +94,12 @@ pub struct Scene {
         serde(default, skip_serializing_if = "Vec::is_empty")
     )]
     pub capstans: Vec<Capstan>,
+    /// The shapes that can touch: see [`collide`](crate::collide).
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Vec::is_empty")
+    )]
+    pub colliders: Vec<Collider>,
     /// What happens by itself while a simulation runs.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: Vec<Event>,

@@ -4,8 +4,8 @@
 //! [`HoistParams`], `[gantry]` with those of [`GantryParams`], `[particles-a]` … `[particles-f]` with those of
 //! [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`,
 //! `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`], `[capstan]`, `[tackle]` or `[elevator]` with those of
-//! [`ReevedParams`]. `taut scene NAME` writes it with every key, its
-//! meaning and its unit. Or it is **explicit**: lists of bodies and of constraints, one by one.
+//! [`ReevedParams`], `[stack]`, `[floor]` or `[pile]` with those of [`GroundedParams`]. `taut scene NAME` writes it with every
+//! key, its meaning and its unit. Or it is **explicit**: lists of bodies and of constraints, one by one.
 //! `taut scene NAME --explicit` writes any scene so.
 //!
 //! ```toml
@@ -34,6 +34,7 @@
 //! | | the body's z, which may be called `rod`, too; `"particle"`: a point mass |
 //! | `inertia` or | principal moments along the body's axes, kg m² |
 //! | `inertia_matrix` | rows of the matrix in the body's frame, kg m² |
+//! | `collide` | whether `shape` touches others; see below; default `false` |
 //! | `position` | centre of mass, world, m; default the origin |
 //! | `orientation` or `rotation` | unit quaternion body to world, scalar first; rotation vector, rad; default unturned |
 //! | `velocity`, `angular_velocity` | world, m/s and rad/s; default 0 |
@@ -86,6 +87,7 @@
 //! | `joint`, `bend`, `twist` | `cosserat` (default), `paper` or `spherical`; `false` leaves such rows out |
 //! | `rest` | rest shape: `straight` (default) or `as-routed` |
 //! | `breaks_at`, `group` | as in a joint |
+//! | `collide` | whether its segments touch others, as capsules `NAME-1` … of its radius; see below; default `false` |
 //!
 //! Bodies and joints written one by one name the cable that they belong to by the key `cable`.
 //!
@@ -130,6 +132,37 @@
 //! | `definition` | `vector` (default) or `angle` |
 //! | `bend` | compliance, rad/(N m) |
 //! | `damping`, `group` | as in a joint |
+//!
+//! | `collide = true` or `{ … }` | of a body, whose collider has the body's name, or of a cable; see [`SurfaceEntry`] |
+//! |---|---|
+//! | `friction`, `restitution` | Coulomb's, default 0.5; speed of separation over speed of approach, default 0 |
+//! | `compliance`, `damping` | of a contact point, m/N and s; default 1e-10 and 1e-3 |
+//! | `groups` | names of the groups that it is in, at most 32 in a scene; default `["default"]` |
+//! | `meets` | names of the groups that it touches; default all |
+//!
+//! | `[[ground]]` | everything on one side of a plane of the world, see [`GroundEntry`] |
+//! |---|---|
+//! | `name` | |
+//! | `point` | of its surface, m; default the origin |
+//! | `normal` | out of it; default `[0, 0, 1]` |
+//! | `friction`, `restitution`, | |
+//! | `compliance`, `damping`, | |
+//! | `groups`, `meets` | as in `collide` |
+//!
+//! | `[[collider]]` | any shape of a body, beside others, or of the world; see [`ColliderEntry`] |
+//! |---|---|
+//! | `name`, `body` | `world` or a body's name |
+//! | `shape` | in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` along z, |
+//! | | `{ capsule = { length, radius } }` along z, its length between the centres of its ends; `"half-space"`: below z = 0 |
+//! | `position` | of the shape's origin in the body's frame, m; default the origin: the centre of mass |
+//! | `orientation` or `rotation` | from the shape's frame to the body's, as of a body; default unturned |
+//! | `friction`, `restitution`, | |
+//! | `compliance`, `damping`, | |
+//! | `groups`, `meets` | as in `collide` |
+//!
+//! Which pairs never touch is said in the module [`collide`](crate::collide): bodies that a constraint joins, above all. A
+//! cable does not touch itself, and there are no meshes. A scene that is written back has each shape as a `[[collider]]`,
+//! with the groups `default`, `group-1` … `group-31`, which are names that any text may use.
 //!
 //! | `[[control]]` | an input that an operator sets, zero until then; see [`ControlEntry`] |
 //! |---|---|
@@ -270,10 +303,12 @@
 
 mod build;
 mod cable;
+mod collide;
 mod control;
 mod entries;
 mod event;
 mod from_scene;
+mod groups;
 mod joint;
 mod keys;
 mod motion;
@@ -285,6 +320,8 @@ mod points;
 mod tests;
 #[cfg(test)]
 mod tests_cable;
+#[cfg(test)]
+mod tests_collide;
 #[cfg(test)]
 mod tests_drives;
 #[cfg(test)]
@@ -300,6 +337,7 @@ mod tests_sheaves;
 mod write;
 
 pub use cable::{CableEntry, EndEntry, Hold};
+pub use collide::{CollideEntry, ColliderEntry, ColliderShape, GroundEntry, SurfaceEntry};
 pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use event::{AttachEntry, DistanceEntry, EventEntry, ForceEntry, SetEntry};
@@ -319,6 +357,7 @@ use toml::de::DeTable;
 
 use crate::error::SceneError;
 use crate::gantry::GantryParams;
+use crate::grounded::{Grounded, GroundedParams};
 use crate::hoist::HoistParams;
 use crate::named::unknown;
 use crate::network::{Network, NetworkParams};
@@ -343,6 +382,8 @@ pub enum SceneSource {
     Network(Box<NetworkParams>),
     /// Cables over sheaves and their parameters.
     Reeved(Box<ReevedParams>),
+    /// What lies on the ground and its parameters.
+    Grounded(Box<GroundedParams>),
     /// Bodies and joints one by one.
     Explicit(Box<SceneText>),
 }
@@ -356,6 +397,7 @@ enum Whole {
     Specimen(Specimen),
     Network(Network),
     Reeved(Reeved),
+    Grounded(Grounded),
 }
 
 impl Whole {
@@ -369,7 +411,9 @@ impl Whole {
         let specimen = || Specimen::named(name).map(Self::Specimen);
         let network = || Network::named(name).map(Self::Network);
         let reeved = || Reeved::named(name).map(Self::Reeved);
-        chain.or_else(specimen).or_else(network).or_else(reeved)
+        let grounded = || Grounded::named(name).map(Self::Grounded);
+        let whole = chain.or_else(specimen).or_else(network).or_else(reeved);
+        whole.or_else(grounded)
     }
 }
 
@@ -416,6 +460,10 @@ impl SceneSource {
                 let params: ReevedParams = read_whole(text, table, overrides)?;
                 Self::Reeved(Box::new(ReevedParams { reeved, ..params }))
             }
+            Whole::Grounded(grounded) => {
+                let params: GroundedParams = read_whole(text, table, overrides)?;
+                Self::Grounded(Box::new(GroundedParams { grounded, ..params }))
+            }
         })
     }
 
@@ -431,6 +479,7 @@ impl SceneSource {
             Self::Specimen(specimen) => specimen.build(),
             Self::Network(network) => network.build(),
             Self::Reeved(reeved) => reeved.build(),
+            Self::Grounded(grounded) => grounded.build(),
             Self::Explicit(text) => text.build(),
         }
     }
@@ -448,6 +497,7 @@ impl SceneSource {
             Self::Specimen(params) => write::commented(self, params.specimen.name(), params),
             Self::Network(params) => write::commented(self, params.network.name(), params),
             Self::Reeved(params) => write::commented(self, params.reeved.name(), params),
+            Self::Grounded(params) => write::commented(self, params.grounded.name(), params),
             Self::Explicit(scene) => write::explicit_commented(scene),
         }
     }
@@ -471,6 +521,9 @@ impl SceneSource {
             }
             Self::Reeved(params) => {
                 toml::to_string(&BTreeMap::from([(params.reeved.name(), params)]))
+            }
+            Self::Grounded(params) => {
+                toml::to_string(&BTreeMap::from([(params.grounded.name(), params)]))
             }
             Self::Explicit(scene) => return write::explicit(scene),
         };

@@ -41,8 +41,8 @@ impl Kept {
 }
 
 impl Scene {
-    /// Removes bodies and constraints by their numbers. The others keep their order; drives, cables, events and the
-    /// load follow them. Controls whose last drive goes, cables whose last part goes, and events that watch or act on
+    /// Removes bodies and constraints by their numbers. The others keep their order; drives, cables, events, colliders
+    /// and the load follow them; the colliders of removed bodies go. Controls whose last drive goes, cables whose last part goes, and events that watch or act on
     /// what goes are removed as well. Returns the numbers that the removed controls had.
     ///
     /// # Errors
@@ -97,6 +97,8 @@ impl Scene {
             let [before, after] = &mut capstan.parts;
             kept.follow(before) && kept.follow(after)
         });
+        self.colliders
+            .retain_mut(|c| c.body.as_mut().is_none_or(|i| kept_bodies.follow(i)));
         if let Some(load) = &mut self.load {
             kept_bodies.follow(load);
         }
@@ -215,6 +217,24 @@ mod tests {
         let rest = [0, 1];
         scene.remove(&[], &rest).expect("goes");
         assert!(scene.controls.is_empty());
+    }
+
+    #[test]
+    fn shapes_stay_with_their_bodies() {
+        use crate::collide::{Collider, Shape};
+        use crate::{Body, Scene};
+        let mut scene = Scene::new("three");
+        let ball = Shape::Sphere { radius: 1.0 };
+        for name in ["a", "b", "c"] {
+            let body = scene.add_body(name, Body::sphere(1.0, 1.0));
+            scene.add_collider(Collider::new(name, Some(body), ball));
+        }
+        scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+        scene.remove(&[1], &[]).expect("goes");
+        assert_eq!(scene.validate(), Ok(()));
+        let of = scene.colliders.iter().map(|c| (c.name.as_str(), c.body));
+        let of: Vec<_> = of.collect();
+        assert_eq!(of, [("a", Some(0)), ("c", Some(1)), ("ground", None)]);
     }
 
     #[test]

@@ -85,6 +85,7 @@ impl Scene {
         self.validate_capstans()?;
         self.validate_controls()?;
         self.validate_cables()?;
+        self.validate_colliders()?;
         self.validate_events()?;
         match self.load {
             Some(i) if i >= self.bodies.len() => Err(self.unknown_body("load", i)),

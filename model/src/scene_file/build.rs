@@ -3,7 +3,9 @@
 use std::collections::{HashMap, HashSet};
 
 use super::cable::CableEntry;
+use super::collide::CollideEntry;
 use super::entries::SceneText;
+use super::groups::Groups;
 use super::motion::MotionEntry;
 use super::places::Fault;
 use crate::cable::strand::Strand;
@@ -130,6 +132,12 @@ impl<'a> Names<'a> {
         body.map(Side::Body).map_err(|error| Fault::new(key, error))
     }
 
+    /// Number of the body called `name`, under `key` of the entry `of`.
+    pub(super) fn body(&self, of: &Entry<'_>, key: &str, name: &str) -> Result<usize, Fault> {
+        let body = self.find(format!("{} `{}`", of.list, of.name), name);
+        body.map_err(|error| Fault::new(key, error))
+    }
+
     fn find(&self, what: String, name: &str) -> Result<usize, SceneError> {
         let body = self.index.get(name).copied();
         body.ok_or_else(|| SceneError::UnknownBody {
@@ -168,6 +176,7 @@ impl SceneText {
         let mut scene = Scene::new(self.name.clone());
         scene.gravity = self.gravity.into();
         scene.start_in_equilibrium = self.equilibrium;
+        let colliding = Groups::of(self)?;
         let mut seen = HashSet::with_capacity(self.body.len());
         for (i, entry) in self.body.iter().enumerate() {
             let path = format!("body.{i}");
@@ -187,10 +196,13 @@ impl SceneText {
             if let Some(cable) = &entry.cable {
                 parts_of(&mut scene, cable).bodies.push(i);
             }
+            let collider = self.collide_body(&mut scene, i, &colliding);
+            collider.map_err(|fault| fault.within(&path))?;
         }
-        let of_cables = self.lay_cables(&mut scene)?;
+        let of_cables = self.lay_cables(&mut scene, &colliding)?;
         let names = scene.body_names.clone();
         let names = Names::of(&names);
+        self.add_colliders(&mut scene, &names, &colliding)?;
         let load = self
             .load
             .as_ref()
@@ -260,14 +272,20 @@ impl SceneText {
     }
 
     /// Lays the cables of segments: their bodies in the scene, their joints in a list.
-    fn lay_cables(&self, scene: &mut Scene) -> Result<Vec<Built>, Fault> {
+    fn lay_cables(&self, scene: &mut Scene, groups: &Groups) -> Result<Vec<Built>, Fault> {
         let mut all = Vec::new();
         for (i, entry) in self.cable.iter().enumerate() {
             let path = format!("cable.{i}");
             let cable = entry.build(&Names::of(&scene.body_names));
             let cable = cable.map_err(|fault| fault.within(&path))?;
+            let first = scene.colliders.len();
             let laid = scene.add_cable(&cable);
             laid.map_err(|error| CableEntry::fault(error).within(&path))?;
+            if let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) {
+                for collider in &mut scene.colliders[first..] {
+                    (collider.groups, collider.meets) = groups.masks(&surface);
+                }
+            }
             let names = std::mem::take(&mut scene.constraint_names);
             for (name, constraint) in names.into_iter().zip(scene.constraints.drain(..)) {
                 all.push(Built {

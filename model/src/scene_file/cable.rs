@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
+use super::collide::CollideEntry;
 use super::motion::MotionEntry;
 use super::places::Fault;
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
@@ -59,6 +60,9 @@ pub struct CableEntry {
     pub breaks_at: Option<f64>,
     /// Group of its joints for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
+    /// Whether its segments touch others, as capsules of its radius: `true`, or `{ friction, restitution, compliance,
+    /// damping, groups, meets }`; default `false`. A cable never touches itself.
+    pub collide: Option<CollideEntry>,
 }
 
 /// An end of a cable.
@@ -113,7 +117,10 @@ impl CableEntry {
             (None, Some(ratio)) => Damping::Ratio(ratio),
             (time, None) => Damping::Time(time.unwrap_or(0.0)),
         };
+        let surface = self.collide.as_ref().and_then(CollideEntry::surface);
+        let surface = surface.map(|surface| surface.build(&of, "collide."));
         Ok(Cable {
+            collide: surface.transpose()?,
             points: self.points.iter().copied().map(Vector3::from).collect(),
             segments,
             density: self.mass_per_length.unwrap_or(solid),
@@ -165,6 +172,7 @@ impl CableEntry {
             ("leg", &["points", "to"]),
             ("segment", &["segments", "lengths", "points"]),
             ("joint", &["joint"]),
+            ("smallest dimension", &["collide", "radius"]),
             ("ei", &["ei"]),
             ("gj", &["gj"]),
         ];

@@ -5,12 +5,14 @@ use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, WORLD};
 use super::cable::CableEntry;
+use super::collide::{CollideEntry, ColliderEntry, GroundEntry};
 use super::control::ControlEntry;
 use super::event::EventEntry;
 use super::joint::JointEntry;
 use super::places::{Fault, Places};
 use super::points::{BendEntry, MasslessCableEntry};
 use crate::body::{Body, Mobility};
+use crate::collide;
 
 /// An explicit scene: bodies and constraints one by one. The format is explained in the module's documentation.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -39,6 +41,12 @@ pub struct SceneText {
     pub massless_cable: Vec<MasslessCableEntry>,
     /// The bends of links.
     pub bend: Vec<BendEntry>,
+    /// Half-spaces of the world.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub ground: Vec<GroundEntry>,
+    /// Other shapes that can touch.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub collider: Vec<ColliderEntry>,
     /// The inputs.
     pub control: Vec<ControlEntry>,
     /// What happens by itself.
@@ -63,6 +71,8 @@ impl Default for SceneText {
             cable: Vec::new(),
             massless_cable: Vec::new(),
             bend: Vec::new(),
+            ground: Vec::new(),
+            collider: Vec::new(),
             control: Vec::new(),
             event: Vec::new(),
             places: Places::default(),
@@ -88,6 +98,9 @@ pub struct BodyEntry {
     pub inertia: Option<[f64; 3]>,
     /// Inertia matrix in the body frame, by rows \[kg m²].
     pub inertia_matrix: Option<[[f64; 3]; 3]>,
+    /// Whether its shape touches others: `true`, or `{ friction, restitution, compliance, damping, groups, meets }`;
+    /// default `false`.
+    pub collide: Option<CollideEntry>,
     /// Centre of mass, world \[m].
     #[serde(default)]
     pub position: [f64; 3],
@@ -147,7 +160,7 @@ fn is_dynamic(mobility: &Mobility) -> bool {
 }
 
 /// Whether all numbers are +0, bit for bit.
-fn is_zero(vector: &[f64; 3]) -> bool {
+pub(super) fn is_zero(vector: &[f64; 3]) -> bool {
     vector.iter().all(|x| x.to_bits() == 0)
 }
 
@@ -205,18 +218,7 @@ impl BodyEntry {
         }
         body.mobility = self.mobility;
         body.position = self.position.into();
-        body.orientation = match (self.orientation, self.rotation) {
-            (None, None) => UnitQuaternion::identity(),
-            (None, Some(vector)) => UnitQuaternion::from_scaled_axis(Vector3::from(vector)),
-            // Taken as it is, so that a written scene reads back to the same bits; validation checks the norm.
-            (Some([w, x, y, z]), None) => {
-                UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z))
-            }
-            (Some(_), Some(_)) => {
-                let reason = "excludes rotation: give one of them";
-                return Err(of.conflict("orientation", reason));
-            }
-        };
+        body.orientation = turn(self.orientation, self.rotation, &of)?;
         body.velocity = self.velocity.into();
         body.angular_velocity = self.angular_velocity.into();
         body.force = self.force.into();
@@ -225,7 +227,46 @@ impl BodyEntry {
     }
 }
 
+/// The turn that an entry gives as a quaternion, scalar first, or as a rotation vector (rad).
+pub(super) fn turn(
+    orientation: Option<[f64; 4]>,
+    rotation: Option<[f64; 3]>,
+    of: &Entry<'_>,
+) -> Result<UnitQuaternion<f64>, Fault> {
+    of.finite("rotation", rotation.as_ref().map_or(&[][..], |v| v))?;
+    match (orientation, rotation) {
+        (None, None) => Ok(UnitQuaternion::identity()),
+        (None, Some(vector)) => Ok(UnitQuaternion::from_scaled_axis(Vector3::from(vector))),
+        // Taken as it is, so that a written scene reads back to the same bits; validation checks the norm.
+        (Some([w, x, y, z]), None) => {
+            Ok(UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z)))
+        }
+        (Some(_), Some(_)) => {
+            let reason = "excludes rotation: give one of them";
+            Err(of.conflict("orientation", reason))
+        }
+    }
+}
+
+/// A turn as it is written: nothing where there is none.
+pub(super) fn written(orientation: &UnitQuaternion<f64>) -> Option<[f64; 4]> {
+    let q = orientation.as_ref();
+    let quaternion = [q.w, q.i, q.j, q.k];
+    let turned = quaternion.map(f64::to_bits) != [1.0, 0.0, 0.0, 0.0].map(f64::to_bits);
+    turned.then_some(quaternion)
+}
+
 impl Shape {
+    /// The same shape as it touches others; a point mass has none.
+    pub(super) fn collides(&self) -> Option<collide::Shape> {
+        Some(match *self {
+            Self::Particle => return None,
+            Self::Sphere { radius } => collide::Shape::Sphere { radius },
+            Self::Rod { length, radius } => collide::Shape::Cylinder { length, radius },
+            Self::Box { size } => collide::Shape::Cuboid { size: size.into() },
+        })
+    }
+
     fn body(&self, mass: f64, of: &Entry<'_>) -> Result<Body, Fault> {
         let long = |key, value| of.check(key, value, value > 0.0, "> 0 m");
         Ok(match *self {

@@ -8,8 +8,9 @@ use std::collections::HashMap;
 use nalgebra::Matrix3;
 
 use super::build::WORLD;
+use super::collide::ColliderEntry;
 use super::control::ControlEntry;
-use super::entries::{BodyEntry, SceneText};
+use super::entries::{BodyEntry, SceneText, written};
 use super::event::EventEntry;
 use super::joint::{JointEntry, Kind};
 use super::motion::MotionEntry;
@@ -44,6 +45,7 @@ impl SceneText {
             controls,
             cables: _,
             capstans,
+            colliders,
             events,
         } = scene;
         let [segments, joined] = memberships(scene);
@@ -93,6 +95,8 @@ impl SceneText {
         if !joints.chain(cables).chain(bends).eq(constraint_names) {
             text.order.clone_from(constraint_names);
         }
+        let collider = |collider| ColliderEntry::of(collider, scene);
+        text.collider = colliders.iter().map(collider).collect();
         let control = |control| ControlEntry::of(control, scene);
         text.control = controls.iter().map(control).collect();
         let event = |event| EventEntry::of(event, scene);
@@ -260,9 +264,6 @@ fn body(name: &str, body: &Body) -> BodyEntry {
     let (held, fixed) = (*mobility != Mobility::Dynamic, Body::fixed());
     let left_out = held && same_bits(inertia, &fixed.inertia);
     let mass_left_out = held && mass.to_bits() == fixed.mass.to_bits();
-    let q = orientation.as_ref();
-    let quaternion = [q.w, q.i, q.j, q.k];
-    let turned = quaternion.map(f64::to_bits) != [1.0, 0.0, 0.0, 0.0].map(f64::to_bits);
     BodyEntry {
         name: name.to_owned(),
         mobility: *mobility,
@@ -270,8 +271,9 @@ fn body(name: &str, body: &Body) -> BodyEntry {
         shape: None,
         inertia: (principal && !left_out).then(|| diagonal.into()),
         inertia_matrix: (!principal).then(|| inertia.transpose().into()),
+        collide: None,
         position: (*position).into(),
-        orientation: turned.then_some(quaternion),
+        orientation: written(orientation),
         rotation: None,
         velocity: (*velocity).into(),
         angular_velocity: (*angular_velocity).into(),
@@ -415,6 +417,10 @@ fn difference(built: &Scene, scene: &Scene) -> Option<String> {
     let mut events = built.events.iter().zip(&scene.events);
     if let Some((_, event)) = events.find(|(built, event)| built != event) {
         return Some(format!("something of the event `{}`", event.name));
+    }
+    let mut colliders = built.colliders.iter().zip(&scene.colliders);
+    if let Some((_, collider)) = colliders.find(|(built, collider)| built != collider) {
+        return Some(format!("something of the collider `{}`", collider.name));
     }
     let mut cables = scene.cables.iter();
     if let Some(cable) = cables.find(|cable| !built.cables.contains(cable)) {

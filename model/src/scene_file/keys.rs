@@ -20,6 +20,7 @@ pub(super) fn of_source(source: &SceneSource) -> Vec<Key> {
         SceneSource::Specimen(_) => of_struct(include_str!("../specimen.rs"), "SpecimenParams"),
         SceneSource::Network(_) => of_struct(include_str!("../network.rs"), "NetworkParams"),
         SceneSource::Reeved(_) => of_struct(include_str!("../reeved.rs"), "ReevedParams"),
+        SceneSource::Grounded(_) => of_struct(include_str!("../grounded.rs"), "GroundedParams"),
         SceneSource::Explicit(_) => Vec::new(),
     }
 }
@@ -33,6 +34,7 @@ pub(super) fn about(source: &SceneSource) -> String {
         SceneSource::Specimen(_) => first_paragraph(include_str!("../specimen.rs")),
         SceneSource::Network(_) => first_paragraph(include_str!("../network.rs")),
         SceneSource::Reeved(_) => first_paragraph(include_str!("../reeved.rs")),
+        SceneSource::Grounded(_) => first_paragraph(include_str!("../grounded.rs")),
         SceneSource::Explicit(_) => "Bodies and constraints one by one.".to_owned(),
     }
 }
@@ -63,6 +65,8 @@ pub(super) fn of_list(list: &str) -> Vec<Key> {
         "event" => of_struct(include_str!("event.rs"), "EventEntry"),
         "control" => of_struct(include_str!("control.rs"), "ControlEntry"),
         "massless_cable" => of_struct(include_str!("points.rs"), "MasslessCableEntry"),
+        "ground" => of_struct(include_str!("collide.rs"), "GroundEntry"),
+        "collider" => of_struct(include_str!("collide.rs"), "ColliderEntry"),
         "bend" => of_struct(include_str!("points.rs"), "BendEntry"),
         _ => Vec::new(),
     }

@@ -14,6 +14,7 @@ use crate::constraint::{
     Motor, Paper, RowLaw, Slider, Spherical, Target, TwistDefinition, Winch,
 };
 use crate::frame::{Frame, hanging_axes};
+use crate::grounded::Grounded;
 use crate::motion::Motion;
 use crate::named::NAMES;
 use crate::network::Network;
@@ -73,6 +74,9 @@ fn every_named_scene() {
                 &[],
                 &[("friction", "0"), ("falls", "3"), ("counter_mass", "7")],
             ],
+            _ if Grounded::named(name).is_some() => {
+                &[&[], &[("friction", "0.7"), ("count", "3"), ("ei", "0")]]
+            }
             _ => &[
                 &[],
                 &[

@@ -12,12 +12,14 @@ use crate::error::SceneError;
 const WIDTH: usize = 110;
 
 /// The lists of an explicit scene; those of constraints in the order in which they stand without `order`.
-pub(super) const LISTS: [&str; 7] = [
+pub(super) const LISTS: [&str; 9] = [
     "body",
     "joint",
     "cable",
     "massless_cable",
     "bend",
+    "ground",
+    "collider",
     "control",
     "event",
 ];

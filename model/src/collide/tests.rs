@@ -1,0 +1,146 @@
+use nalgebra::Quaternion;
+
+use super::*;
+use crate::body::{Body, Mobility};
+use crate::scene::Scene;
+
+#[test]
+fn surfaces_that_meet_share_their_friction_and_add_their_compliances() {
+    let ice = Surface {
+        friction: 0.04,
+        restitution: 0.5,
+        compliance: 1e-8,
+        damping: 0.0,
+    };
+    let rubber = Surface {
+        friction: 1.0,
+        restitution: 0.25,
+        compliance: 3e-8,
+        damping: 2e-3,
+    };
+    let both = ice.meet(&rubber);
+    assert_eq!(both, rubber.meet(&ice));
+    assert!((both.friction - 0.2).abs() < 1e-15);
+    assert_eq!((both.restitution, both.damping), (0.5, 2e-3));
+    assert!((both.compliance - 4e-8).abs() < 1e-22);
+    let odd = Surface {
+        friction: 0.3,
+        ..ice
+    };
+    assert_eq!(odd.meet(&odd).friction, 0.3);
+}
+
+/// A ball, a point mass and a static body with a shape each, and the ground.
+fn yard() -> Scene {
+    let mut scene = Scene::new("yard");
+    let bodies = [Body::sphere(1.0, 1.0), Body::particle(1.0), Body::fixed()];
+    for (name, body) in ["ball", "point", "base"].into_iter().zip(bodies) {
+        let body = scene.add_body(name, body);
+        let ball = Shape::Sphere { radius: 1.0 };
+        scene.add_collider(Collider::new(format!("{name}'s"), Some(body), ball));
+    }
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    assert_eq!(scene.validate(), Ok(()));
+    scene
+}
+
+fn says(change: impl FnOnce(&mut Scene), words: &str) {
+    let mut scene = yard();
+    change(&mut scene);
+    let fault = scene.validate().expect_err(words).to_string();
+    assert!(fault.contains(words), "{fault}");
+    assert!(!fault.contains('\n'));
+}
+
+#[test]
+fn faults_of_shapes() {
+    let shape = |shape: Shape, words: &str| says(|s| s.colliders[0].shape = shape, words);
+    let radius = "collider `ball's` of body `ball`: radius is";
+    shape(Shape::Sphere { radius: 0.0 }, radius);
+    shape(Shape::Sphere { radius: f64::NAN }, radius);
+    shape(
+        Shape::Sphere {
+            radius: f64::INFINITY,
+        },
+        radius,
+    );
+    let cuboid = |x: f64, words| {
+        let size = Vector3::new(1.0, 1.0, x);
+        shape(Shape::Cuboid { size }, words);
+    };
+    cuboid(-1.0, "size is -1: it has to be > 0 m");
+    cuboid(
+        1e-10,
+        "smallest dimension is 0.0000000001: it has to be > 1e-9 of the largest",
+    );
+    let capsule = |length: f64, radius: f64, words| shape(Shape::Capsule { length, radius }, words);
+    capsule(-1.0, 1.0, "length is -1: it has to be ≥ 0 m");
+    capsule(1.0, 0.0, "radius is 0");
+    capsule(1e9, 0.1, "smallest dimension is 0.2");
+    let cylinder =
+        |length: f64, radius: f64, words| shape(Shape::Cylinder { length, radius }, words);
+    cylinder(0.0, 1.0, "length is 0: it has to be > 0 m");
+    cylinder(1.0, -1.0, "radius is -1");
+    cylinder(1.0, 1e9, "smallest dimension is 1:");
+    shape(
+        Shape::HalfSpace,
+        "`ball`: shape: is a half-space, which has no end",
+    );
+    let mut sound = yard();
+    sound.colliders[2].shape = Shape::HalfSpace;
+    let (length, radius) = (0.0, 1.0);
+    sound.colliders[0].shape = Shape::Capsule { length, radius };
+    assert_eq!(sound.validate(), Ok(()));
+}
+
+#[test]
+fn faults_of_colliders() {
+    let nan = f64::NAN;
+    says(
+        |s| s.colliders[0].surface.friction = -0.1,
+        "friction is -0.1: it has to be ≥ 0",
+    );
+    says(|s| s.colliders[0].surface.friction = nan, "friction is NaN");
+    says(
+        |s| s.colliders[3].surface.restitution = 1.1,
+        "collider `ground`: restitution is 1.1",
+    );
+    says(
+        |s| s.colliders[0].surface.restitution = nan,
+        "restitution is NaN",
+    );
+    says(
+        |s| s.colliders[0].surface.compliance = -1.0,
+        "compliance is -1: it has to be ≥ 0 m/N",
+    );
+    says(
+        |s| s.colliders[0].surface.damping = f64::INFINITY,
+        "damping is inf",
+    );
+    says(|s| s.colliders[0].position.y = nan, "position is NaN");
+    let long = UnitQuaternion::new_unchecked(Quaternion::new(1.0, 1.0, 0.0, 0.0));
+    says(
+        |s| s.colliders[0].orientation = long,
+        "norm of the orientation is 1.41",
+    );
+    says(
+        |s| s.colliders[0].body = Some(3),
+        "collider `ball's` names the body `number 3`",
+    );
+    says(
+        |s| s.colliders[0].name = "ground".into(),
+        "two collider entries are called `ground`",
+    );
+    let point = "collider `point's` of body `point`: shape: would turn a point mass";
+    says(|s| s.colliders[1].position.x = 0.1, point);
+    let (length, radius) = (1.0, 1.0);
+    says(
+        |s| s.colliders[1].shape = Shape::Cylinder { length, radius },
+        point,
+    );
+    // A point mass that nothing moves is turned by nothing.
+    let mut held = yard();
+    held.bodies.mobility[1] = Mobility::Static;
+    held.colliders[1].position.x = 0.1;
+    assert_eq!(held.validate(), Ok(()));
+}

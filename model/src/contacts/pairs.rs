@@ -1,0 +1,68 @@
+//! Which pairs of colliders never meet, whatever their poses.
+
+use std::collections::HashSet;
+
+use crate::scene::Scene;
+
+/// The pairs of bodies and cables that never meet.
+#[derive(Debug, Clone)]
+pub(super) struct Pairs {
+    /// Pairs of bodies that a constraint joins, the lower number first.
+    joined: HashSet<[usize; 2]>,
+    /// The cable of each body.
+    cable: Vec<Option<usize>>,
+    /// Whether no pair meets.
+    empty: bool,
+}
+
+impl Pairs {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let mut pairs = Self {
+            joined: HashSet::new(),
+            cable: vec![None; scene.bodies.len()],
+            empty: true,
+        };
+        if scene.colliders.len() < 2 {
+            return pairs;
+        }
+        for constraint in &scene.constraints {
+            for (n, i) in constraint.bodies().enumerate() {
+                let others = constraint.bodies().skip(n + 1);
+                pairs.joined.extend(others.map(|j| [i.min(j), i.max(j)]));
+            }
+        }
+        for (number, cable) in scene.cables.iter().enumerate() {
+            for body in &cable.bodies {
+                pairs.cable[*body] = Some(number);
+            }
+        }
+        // Most often the first pair that is tried meets.
+        let count = scene.colliders.len();
+        let mut all = (0..count).flat_map(|j| (0..j).map(move |i| [i, j]));
+        pairs.empty = !all.any(|pair| pairs.meet(scene, pair));
+        pairs
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.empty
+    }
+
+    /// Number of bodies of the scene that this was made of.
+    pub(super) fn bodies(&self) -> usize {
+        self.cable.len()
+    }
+
+    /// Whether two colliders can meet.
+    pub(super) fn meet(&self, scene: &Scene, pair: [usize; 2]) -> bool {
+        let [a, b] = pair.map(|i| &scene.colliders[i]);
+        let dynamic = |body: Option<usize>| body.is_some_and(|i| scene.bodies.is_dynamic(i));
+        if a.body == b.body || !(dynamic(a.body) || dynamic(b.body)) || !a.meets(b) {
+            return false;
+        }
+        let (Some(i), Some(j)) = (a.body, b.body) else {
+            return true;
+        };
+        let same_cable = self.cable[i].is_some() && self.cable[i] == self.cable[j];
+        !same_cable && !self.joined.contains(&[i.min(j), i.max(j)])
+    }
+}

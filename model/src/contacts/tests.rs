@@ -1,0 +1,482 @@
+//! Gaps and normals of all pairs of shapes against formulas.
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use super::*;
+use crate::body::Body;
+use crate::collide::Collider;
+
+/// How exact gaps, points and normals are in shapes of about 1 m.
+const EXACT: f64 = 1e-12;
+
+fn v(x: f64, y: f64, z: f64) -> Vector3<f64> {
+    Vector3::new(x, y, z)
+}
+
+fn about(axis: Vector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_scaled_axis(axis * angle)
+}
+
+fn ball(radius: f64) -> Shape {
+    Shape::Sphere { radius }
+}
+
+fn cuboid(x: f64, y: f64, z: f64) -> Shape {
+    let size = v(x, y, z);
+    Shape::Cuboid { size }
+}
+
+fn capsule(length: f64, radius: f64) -> Shape {
+    Shape::Capsule { length, radius }
+}
+
+fn cylinder(length: f64, radius: f64) -> Shape {
+    Shape::Cylinder { length, radius }
+}
+
+type Placed = (Shape, Vector3<f64>, UnitQuaternion<f64>);
+
+/// Two bodies with a shape each, in a frame that is turned and moved any way; a half-space is the world's.
+fn scene(shapes: [Placed; 2], turn: &UnitQuaternion<f64>, shift: Vector3<f64>) -> Scene {
+    let mut scene = Scene::new("two");
+    for (i, (shape, position, orientation)) in shapes.into_iter().enumerate() {
+        let (position, orientation) = (turn * position + shift, turn * orientation);
+        let name = format!("shape-{i}");
+        if shape == Shape::HalfSpace {
+            scene.add_collider(Collider {
+                position,
+                orientation,
+                ..Collider::new(name, None, shape)
+            });
+        } else {
+            let body = Body::sphere(1.0, 1.0).at(position).turned(orientation);
+            let body = scene.add_body(format!("body-{i}"), body);
+            scene.add_collider(Collider::new(name, Some(body), shape));
+        }
+    }
+    assert_eq!(scene.validate(), Ok(()));
+    scene
+}
+
+fn contacts(scene: &Scene) -> Vec<Contact> {
+    let mut collisions = Collisions::new(scene);
+    let found = collisions.find(scene, 0.0).expect("finite");
+    found.to_vec()
+}
+
+/// Checks that the shapes have contacts of these gaps, all with that normal, in both orders and in all frames.
+fn expect(shapes: [Placed; 2], normal: Vector3<f64>, gaps: &[f64]) {
+    let frames = [
+        (UnitQuaternion::identity(), Vector3::zeros()),
+        (about(v(0.6, 0.0, 0.8), 1.1), v(3.0, -2.0, 7.0)),
+        (about(v(0.0, 1.0, 0.0), 3.1), v(0.0, 0.5, 0.0)),
+    ];
+    for (turn, shift) in frames {
+        for order in [1.0, -1.0] {
+            let ordered = if order > 0.0 {
+                shapes
+            } else {
+                [shapes[1], shapes[0]]
+            };
+            let scene = scene(ordered, &turn, shift);
+            let found = contacts(&scene);
+            let mut got: Vec<f64> = found.iter().map(|c| c.gap).collect();
+            got.sort_by(f64::total_cmp);
+            let near = got.iter().zip(gaps).all(|(a, b)| (a - b).abs() < EXACT);
+            assert!(
+                got.len() == gaps.len() && near,
+                "{got:?} {gaps:?} {shapes:?}"
+            );
+            for c in found {
+                let off = (c.normal - turn * normal * order).norm();
+                assert!(off < EXACT, "{off:e} {shapes:?}");
+                let sideways = c.points[0] - c.points[1] - c.normal * c.gap;
+                assert!(sideways.norm() < 1e-11, "{c:?}");
+                let frame = &scene.colliders[0];
+                let key = match frame.body {
+                    Some(i) => scene.bodies.point_world(i, &c.key),
+                    None => frame.position + frame.orientation * c.key,
+                };
+                assert!((key - c.points[0]).norm() < EXACT, "{c:?}");
+            }
+        }
+    }
+}
+
+fn at(shape: Shape, x: f64, y: f64, z: f64) -> Placed {
+    (shape, v(x, y, z), UnitQuaternion::identity())
+}
+
+fn turned(shape: Shape, position: Vector3<f64>, turn: UnitQuaternion<f64>) -> Placed {
+    (shape, position, turn)
+}
+
+/// Overlap of the pairs below: shallow, so that no other direction is shorter.
+const IN: f64 = -1e-4;
+const QUARTER: f64 = std::f64::consts::FRAC_PI_2;
+
+#[test]
+fn balls_touch_in_one_point() {
+    let z = v(0.0, 0.0, 1.0);
+    let small = |height: f64| at(ball(0.25), 0.0, 0.0, height + IN);
+    expect([small(0.75), at(ball(0.5), 0.0, 0.0, 0.0)], z, &[IN]);
+    expect(
+        [small(0.75), at(cuboid(2.0, 3.0, 1.0), 0.3, 0.4, 0.0)],
+        z,
+        &[IN],
+    );
+    expect(
+        [small(1.25), at(capsule(1.0, 0.5), 0.0, 0.0, 0.0)],
+        z,
+        &[IN],
+    );
+    expect(
+        [small(0.75), at(cylinder(1.0, 0.5), 0.2, 0.1, 0.0)],
+        z,
+        &[IN],
+    );
+    expect([small(0.25), at(Shape::HalfSpace, 4.0, 0.0, 0.0)], z, &[IN]);
+    // At an edge, a corner, the side and the rim: from there to the centre of the ball.
+    let near = |edge: Vector3<f64>, n: Vector3<f64>| {
+        let p = edge + n * (0.25 + IN);
+        at(ball(0.25), p.x, p.y, p.z)
+    };
+    let slanted = v(0.0, 0.6, 0.8);
+    expect(
+        [
+            near(v(0.3, 1.0, 0.5), slanted),
+            at(cuboid(2.0, 2.0, 1.0), 0.0, 0.0, 0.0),
+        ],
+        slanted,
+        &[IN],
+    );
+    let corner = v(2.0, 1.0, 2.0) / 3.0;
+    expect(
+        [
+            near(v(1.0, 1.0, 0.5), corner),
+            at(cuboid(2.0, 2.0, 1.0), 0.0, 0.0, 0.0),
+        ],
+        corner,
+        &[IN],
+    );
+    let side = v(0.6, 0.8, 0.0);
+    expect(
+        [
+            near(side * 0.5, side),
+            at(cylinder(1.0, 0.5), 0.0, 0.0, 0.0),
+        ],
+        side,
+        &[IN],
+    );
+    expect(
+        [
+            near(v(0.0, 0.5, 0.5), slanted),
+            at(cylinder(1.0, 0.5), 0.0, 0.0, 0.0),
+        ],
+        slanted,
+        &[IN],
+    );
+}
+
+#[test]
+fn shapes_on_the_ground_touch_it_with_what_is_lowest() {
+    let (z, ground) = (v(0.0, 0.0, 1.0), at(Shape::HalfSpace, 0.0, 0.0, 0.0));
+    let lying = about(Vector3::x(), QUARTER);
+    expect(
+        [at(cuboid(2.0, 1.0, 0.5), 1.0, 2.0, 0.25 + IN), ground],
+        z,
+        &[IN; 4],
+    );
+    expect(
+        [at(capsule(1.0, 0.1), 0.0, 0.0, 0.6 + IN), ground],
+        z,
+        &[IN],
+    );
+    expect(
+        [
+            turned(capsule(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying),
+            ground,
+        ],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [
+            turned(cylinder(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying),
+            ground,
+        ],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [at(cylinder(1.0, 0.1), 0.0, 0.0, 0.5 + IN), ground],
+        z,
+        &[IN; 8],
+    );
+    // Tilted: an edge, a corner, a point of the rim.
+    let (sine, cosine) = 0.5_f64.sin_cos();
+    let tilt = about(Vector3::x(), 0.5);
+    let low = 0.5 * (1.0 * sine + 0.5 * cosine);
+    expect(
+        [
+            turned(cuboid(2.0, 1.0, 0.5), v(0.0, 0.0, low + IN), tilt),
+            ground,
+        ],
+        z,
+        &[IN; 2],
+    );
+    let low = 0.5 * cosine + 0.1 * sine;
+    expect(
+        [
+            turned(cylinder(1.0, 0.1), v(0.0, 0.0, low + IN), tilt),
+            ground,
+        ],
+        z,
+        &[IN],
+    );
+    let skew = about(Vector3::z(), 0.3) * about(Vector3::x(), 0.5) * about(Vector3::y(), 0.4);
+    let rows = skew.to_rotation_matrix();
+    let low = 0.5
+        * rows
+            .matrix()
+            .row(2)
+            .transpose()
+            .abs()
+            .dot(&v(2.0, 1.0, 0.5));
+    expect(
+        [
+            turned(cuboid(2.0, 1.0, 0.5), v(0.0, 0.0, low + IN), skew),
+            ground,
+        ],
+        z,
+        &[IN],
+    );
+}
+
+#[test]
+fn capsules_touch_in_two_points_where_they_are_parallel() {
+    let z = v(0.0, 0.0, 1.0);
+    let lying = |shape: Shape, height: f64, yaw: f64| {
+        let turn = about(Vector3::z(), yaw) * about(Vector3::x(), QUARTER);
+        turned(shape, v(0.1, 0.0, height), turn)
+    };
+    let (thin, thick) = (capsule(1.0, 0.1), capsule(3.0, 0.2));
+    expect(
+        [lying(thin, 0.3 + IN, 0.0), lying(thick, 0.0, 0.0)],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [lying(thin, 0.3 + IN, 0.7), lying(thick, 0.0, 0.0)],
+        z,
+        &[IN],
+    );
+    expect(
+        [
+            lying(thin, 0.1 + IN, 0.4),
+            at(cuboid(3.0, 3.0, 2.0), 0.0, 0.0, -1.0),
+        ],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [
+            lying(thin, 0.1 + IN, 0.4),
+            at(cylinder(1.0, 2.0), 0.0, 0.0, -0.5),
+        ],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [
+            lying(thin, 0.3 + IN, 0.0),
+            lying(cylinder(3.0, 0.2), 0.0, 0.0),
+        ],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [
+            lying(thin, 0.3 + IN, 0.8),
+            lying(cylinder(3.0, 0.2), 0.0, 0.0),
+        ],
+        z,
+        &[IN],
+    );
+    // Across an edge of a box that stands on it.
+    let edge = turned(
+        cuboid(2.0, 1.0, 1.0),
+        v(0.0, 0.0, -(0.5_f64.sqrt())),
+        about(Vector3::x(), 0.5 * QUARTER),
+    );
+    expect([lying(thin, 0.1 + IN, 0.3), edge], z, &[IN]);
+    expect([lying(thin, 0.1 + IN, QUARTER), edge], z, &[IN; 2]);
+}
+
+#[test]
+fn boxes_and_cylinders_touch_with_their_faces_and_edges() {
+    let (z, plate) = (v(0.0, 0.0, 1.0), at(cuboid(4.0, 4.0, 1.0), 0.0, 0.0, -0.5));
+    let yaw = about(Vector3::z(), 0.3);
+    let lying = about(Vector3::z(), 0.3) * about(Vector3::x(), QUARTER);
+    expect(
+        [
+            turned(cuboid(2.0, 1.0, 0.5), v(0.3, 0.2, 0.25 + IN), yaw),
+            plate,
+        ],
+        z,
+        &[IN; 4],
+    );
+    let twin = cuboid(1.0, 1.0, 1.0);
+    let eighth = about(Vector3::z(), 0.5 * QUARTER);
+    expect(
+        [
+            turned(twin, v(0.0, 0.0, 1.0 + IN), eighth),
+            at(twin, 0.0, 0.0, 0.0),
+        ],
+        z,
+        &[IN; 8],
+    );
+    expect(
+        [at(twin, 0.3, 0.4, 1.0 + IN), at(twin, 0.0, 0.0, 0.0)],
+        z,
+        &[IN; 4],
+    );
+    expect(
+        [
+            turned(cylinder(1.0, 0.1), v(0.0, 0.0, 0.1 + IN), lying),
+            plate,
+        ],
+        z,
+        &[IN; 2],
+    );
+    expect(
+        [at(cylinder(1.0, 0.1), 0.0, 0.0, 0.5 + IN), plate],
+        z,
+        &[IN; 8],
+    );
+    expect(
+        [
+            at(cylinder(1.0, 0.1), 0.0, 0.0, 1.0 + IN),
+            at(cylinder(1.0, 0.5), 0.1, 0.0, 0.0),
+        ],
+        z,
+        &[IN; 8],
+    );
+    let drum = |height: f64, yaw: f64| {
+        let turn = about(Vector3::z(), yaw) * about(Vector3::x(), QUARTER);
+        turned(cylinder(1.0, 0.3), v(0.0, 0.0, height), turn)
+    };
+    expect([drum(0.6 + IN, 0.0), drum(0.0, 0.0)], z, &[IN; 2]);
+    expect([drum(0.6 + IN, 1.0), drum(0.0, 0.0)], z, &[IN]);
+    // An edge across an edge, and across a drum.
+    let edge = |height: f64, yaw: f64| {
+        let turn = about(Vector3::z(), yaw) * about(Vector3::x(), 0.5 * QUARTER);
+        turned(cuboid(2.0, 1.0, 1.0), v(0.0, 0.0, height), turn)
+    };
+    let half = 0.5_f64.sqrt();
+    expect([edge(2.0 * half + IN, 0.9), edge(0.0, 0.0)], z, &[IN]);
+    expect([edge(half + 0.3 + IN, 0.9), drum(0.0, 0.0)], z, &[IN]);
+}
+
+#[test]
+fn rims_touch_edges_and_each_other_near_the_point_where_they_cross() {
+    // The rim of a cylinder that is tilted about x is lowest at a point, which stands on the ridge of a roof along x.
+    let tilt = 0.6_f64;
+    let low = 0.5 * tilt.cos() + 0.3 * tilt.sin();
+    let point = v(0.0, 0.5 * tilt.sin() - 0.3 * tilt.cos(), -low);
+    let lifted = -point + v(0.0, 0.0, IN);
+    let barrel = turned(cylinder(1.0, 0.3), lifted, about(Vector3::x(), tilt));
+    let roof = turned(
+        cuboid(2.0, 1.0, 1.0),
+        v(0.0, 0.0, -(0.5_f64.sqrt())),
+        about(Vector3::x(), 0.5 * QUARTER),
+    );
+    // The same barrel upside down under it, turned about z: rim to rim.
+    let under = about(Vector3::z(), 1.2) * about(Vector3::x(), 2.0 * QUARTER);
+    let other = turned(
+        cylinder(1.0, 0.3),
+        under * -point,
+        under * about(Vector3::x(), tilt),
+    );
+    for below in [roof, other] {
+        let pair = scene(
+            [barrel, below],
+            &UnitQuaternion::identity(),
+            Vector3::zeros(),
+        );
+        let found = contacts(&pair);
+        assert!(!found.is_empty());
+        for c in found {
+            // Straight up they overlap by this much, and by less along the normal.
+            assert!((IN..0.0).contains(&c.gap), "{c:?}");
+            // As long as the chord that the overlap cuts off.
+            assert!(c.points.iter().all(|p| p.norm() < 2e-2), "{c:?}");
+            assert!(c.normal.z > 0.5, "{c:?}");
+        }
+    }
+}
+
+#[test]
+fn a_box_on_an_incline_has_the_normal_of_the_plane() {
+    for angle in [0.1, 0.35, 0.9] {
+        let turn = about(v(0.0, 1.0, 0.0), angle);
+        let normal = turn.to_rotation_matrix() * Vector3::z();
+        let shapes = [
+            at(cuboid(1.0, 0.5, 0.4), 0.0, 0.0, 0.2),
+            at(Shape::HalfSpace, 0.0, 0.0, 0.0),
+        ];
+        let plate = [shapes[0], at(cuboid(9.0, 9.0, 1.0), 0.0, 0.0, -0.5)];
+        for pair in [shapes, plate] {
+            let found = contacts(&scene(pair, &turn, Vector3::zeros()));
+            assert_eq!(found.len(), 4);
+            assert!(
+                found.iter().all(|c| (c.normal - normal).norm() < 1e-15),
+                "{found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn deep_overlaps_come_apart_on_the_shortest_way() {
+    let z = v(0.0, 0.0, 1.0);
+    expect(
+        [
+            at(cuboid(1.0, 1.0, 1.0), 0.0, 0.0, 0.3),
+            at(cuboid(3.0, 3.0, 2.0), 0.0, 0.0, 0.0),
+        ],
+        z,
+        &[-1.2; 4],
+    );
+    expect(
+        [
+            at(ball(0.1), 0.1, 0.0, 0.3),
+            at(cuboid(3.0, 3.0, 1.0), 0.0, 0.0, 0.0),
+        ],
+        z,
+        &[-0.3],
+    );
+    expect(
+        [
+            at(ball(0.1), 0.3, 0.0, 0.0),
+            at(cylinder(2.0, 0.5), 0.0, 0.0, 0.0),
+        ],
+        Vector3::x(),
+        &[-0.3],
+    );
+    for shape in [
+        ball(1.0),
+        cuboid(1.0, 2.0, 3.0),
+        cylinder(3.0, 0.5),
+        capsule(1.0, 0.5),
+        cylinder(1.0, 1.0),
+    ] {
+        let found = contacts(&scene(
+            [at(shape, 0.0, 0.0, 0.0); 2],
+            &UnitQuaternion::identity(),
+            Vector3::zeros(),
+        ));
+        let least = shape.dimensions()[0];
+        assert!((found[0].gap + least).abs() < EXACT, "{found:?}");
+    }
+}

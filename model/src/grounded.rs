@@ -1,0 +1,352 @@
+//! Scenes on the ground, with contacts: a stack of boxes, a load that a cable drags over the floor, cables in a pile.
+//!
+//! **Stack**: boxes on each other, the lowest of `segment_mass`, each heavier than the one below by the same factor up to
+//! `mass_ratio`. A floor carries N boxes of masses m_k with (Σ m_k) g.
+//!
+//! **Floor**: a cable that lies on the floor, between a load and a tug that drags it with a steady speed: while the load
+//! slides its cable pulls with the friction μ M g.
+//!
+//! **Pile**: cables laid crosswise above each other fall on the floor and on each other. Every other one is `mass_ratio`
+//! times as heavy.
+
+use std::f64::consts::FRAC_PI_2;
+
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::body::{Body, Mobility};
+use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
+use crate::collide::{Collider, Shape, Surface};
+use crate::error::{SceneError, check};
+use crate::frame::Frame;
+use crate::material::Stiffness;
+use crate::scene::Scene;
+
+/// Most boxes or cables.
+const MOST: usize = 200;
+
+/// Density of the load that is dragged \[kg/m³].
+const DENSITY: f64 = 2500.0;
+
+/// What is on the ground.
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Grounded {
+    /// Boxes on each other.
+    #[default]
+    Stack,
+    /// A load dragged by a cable.
+    Floor,
+    /// Cables that fall on each other.
+    Pile,
+}
+
+impl Grounded {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Stack, Self::Floor, Self::Pile];
+
+    /// Name of its scene: `stack`, `floor`, `pile`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Stack => "stack",
+            Self::Floor => "floor",
+            Self::Pile => "pile",
+        }
+    }
+
+    /// The one with that name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|s| s.name() == name)
+    }
+}
+
+/// Parameters of such a scene. SI units.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "toml", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "toml", serde(default, deny_unknown_fields))]
+pub struct GroundedParams {
+    /// Which it is. Not part of a scene's text: the table's name says it.
+    #[cfg_attr(feature = "toml", serde(skip))]
+    pub grounded: Grounded,
+    /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables.
+    pub count: Option<usize>,
+    /// Segments of a cable, 1 to 10 000.
+    pub segments: usize,
+    /// Length of a cable, and edge of a box times its number \[m].
+    pub length: f64,
+    /// Radius of a cable \[m].
+    pub radius: f64,
+    /// Mass of a segment, and of the lightest box \[kg].
+    pub segment_mass: f64,
+    /// Mass of the heaviest box, of the load or of a heavy segment over `segment_mass`, ≥ 1.
+    pub mass_ratio: f64,
+    /// Axial stiffness of a cable \[N].
+    pub ea: f64,
+    /// Bending and torsional stiffness of a cable \[N m²]; 0 for ball joints.
+    pub ei: f64,
+    /// Damping time τ of a cable \[s].
+    pub damping: f64,
+    /// Coefficient of friction of all surfaces.
+    pub friction: f64,
+    /// Coefficient of restitution of all surfaces, 0 to 1.
+    pub restitution: f64,
+    /// Speed of the tug \[m/s].
+    pub speed: f64,
+    /// Acceleration of gravity along −z \[m/s²], ≥ 0.
+    pub gravity: f64,
+}
+
+impl Default for GroundedParams {
+    fn default() -> Self {
+        Self {
+            grounded: Grounded::Stack,
+            count: None,
+            segments: 24,
+            length: 10.0,
+            radius: 0.02,
+            segment_mass: 1.0,
+            mass_ratio: 100.0,
+            ea: 2e7,
+            ei: 20.0,
+            damping: 0.01,
+            friction: 0.3,
+            restitution: 0.0,
+            speed: 0.5,
+            gravity: 9.81,
+        }
+    }
+}
+
+impl GroundedParams {
+    /// The default parameters of a scene.
+    #[must_use]
+    pub fn new(grounded: Grounded) -> Self {
+        Self {
+            grounded,
+            ..Self::default()
+        }
+    }
+
+    fn count(&self) -> usize {
+        let default = if self.grounded == Grounded::Pile {
+            4
+        } else {
+            10
+        };
+        self.count.unwrap_or(default)
+    }
+
+    /// Builds the scene. Bodies: `box-1` … from the ground; `tug`, `load` and the cable `rope`; the cables `rope-1` … The load
+    /// is the highest box, what is dragged, the last segment of the highest cable.
+    ///
+    /// # Errors
+    /// Names the parameter that is out of range, and what it has to be.
+    pub fn build(&self) -> Result<Scene, SceneError> {
+        self.check_ranges()?;
+        let mut scene = Scene::new(self.grounded.name());
+        scene.gravity = Vector3::z() * -self.gravity;
+        let ground = Collider::new("ground", None, Shape::HalfSpace);
+        self.add(&mut scene, ground);
+        match self.grounded {
+            Grounded::Stack => self.stack(&mut scene),
+            Grounded::Floor => self.floor(&mut scene)?,
+            Grounded::Pile => self.pile(&mut scene)?,
+        }
+        scene.group_by_topology();
+        scene.validate()?;
+        Ok(scene)
+    }
+
+    fn check_ranges(&self) -> Result<(), SceneError> {
+        for (what, value, most) in [
+            ("count", self.count(), MOST),
+            ("segments", self.segments, 10_000),
+        ] {
+            let needs = if most == MOST {
+                "1 to 200"
+            } else {
+                "1 to 10 000"
+            };
+            check(what, value as f64, (1..=most).contains(&value), needs)?;
+        }
+        for (what, value) in [
+            ("length", self.length),
+            ("radius", self.radius),
+            ("segment_mass", self.segment_mass),
+            ("ea", self.ea),
+        ] {
+            check(
+                what,
+                value,
+                (1e-150..=1e150).contains(&value),
+                "> 0, 1e-150 to 1e150",
+            )?;
+        }
+        let heavier = (1.0..=1e12).contains(&self.mass_ratio);
+        check("mass_ratio", self.mass_ratio, heavier, "1 to 1e12")?;
+        for (what, value) in [
+            ("ei", self.ei),
+            ("damping", self.damping),
+            ("friction", self.friction),
+            ("gravity", self.gravity),
+        ] {
+            check(what, value, value >= 0.0 && value.is_finite(), "≥ 0")?;
+        }
+        let bounces = (0.0..=1.0).contains(&self.restitution);
+        check("restitution", self.restitution, bounces, "0 to 1")?;
+        check("speed", self.speed, self.speed.is_finite(), "a number").map(|_| ())
+    }
+
+    fn surface(&self) -> Surface {
+        Surface {
+            friction: self.friction,
+            restitution: self.restitution,
+            ..Surface::default()
+        }
+    }
+
+    fn add(&self, scene: &mut Scene, collider: Collider) {
+        let surface = self.surface();
+        scene.add_collider(Collider {
+            surface,
+            ..collider
+        });
+    }
+
+    /// A box that stands on the ground, or on what is `z` high.
+    fn add_box(
+        &self,
+        scene: &mut Scene,
+        name: &str,
+        [x, z]: [f64; 2],
+        edge: f64,
+        mass: f64,
+    ) -> usize {
+        let size = Vector3::repeat(edge);
+        let place = Vector3::new(x, 0.0, z + 0.5 * edge);
+        let body = scene.add_body(name, Body::cuboid(size, mass).at(place));
+        self.add(
+            scene,
+            Collider::new(name, Some(body), Shape::Cuboid { size }),
+        );
+        body
+    }
+
+    fn stack(&self, scene: &mut Scene) {
+        let edge = self.length / self.count() as f64;
+        for k in 0..self.count() {
+            let part = k as f64 / (self.count() - 1).max(1) as f64;
+            let mass = self.segment_mass * self.mass_ratio.powf(part);
+            let name = format!("box-{}", k + 1);
+            scene.load = Some(self.add_box(scene, &name, [0.0, k as f64 * edge], edge, mass));
+        }
+    }
+
+    fn floor(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        let mass = self.segment_mass * self.mass_ratio;
+        let edge = (mass / DENSITY).cbrt().max(2.0 * self.radius);
+        let load = self.add_box(scene, "load", [-0.5 * edge, 0.0], edge, mass);
+        scene.load = Some(load);
+        let mut tug = Body::fixed().at(Vector3::new(self.length, 0.0, self.radius));
+        tug.mobility = Mobility::Driven;
+        tug.velocity.x = self.speed;
+        let tug = scene.add_body("tug", tug);
+        let hitch = Vector3::new(0.5 * edge, 0.0, self.radius - 0.5 * edge);
+        let ends = [Frame::body(load, hitch), Frame::body(tug, Vector3::zeros())];
+        scene.add_cable(&self.cable("rope", ends.map(CableEnd::Pinned), 1.0))?;
+        Ok(())
+    }
+
+    fn pile(&self, scene: &mut Scene) -> Result<(), SceneError> {
+        for k in 0..self.count() {
+            let height = self.radius * (3.0 + 3.0 * k as f64);
+            // Off the middles of the others, so that crossings are not at joints.
+            let offset =
+                0.3 * self.length / self.segments as f64 * (1.0 + k as f64 / self.count() as f64);
+            let turn = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2 * k as f64);
+            let ends = [-0.5, 0.5].map(|part| {
+                let place = Vector3::new(part * self.length, offset, height);
+                CableEnd::Free(turn * place)
+            });
+            let heavy = if k % 2 == 1 { self.mass_ratio } else { 1.0 };
+            let parts = scene.add_cable(&self.cable(&format!("rope-{}", k + 1), ends, heavy))?;
+            scene.load = parts.bodies.last().copied();
+        }
+        Ok(())
+    }
+
+    /// A cable whose segments are `heavy` times `segment_mass`.
+    fn cable(&self, name: &str, ends: [CableEnd; 2], heavy: f64) -> Cable {
+        let stiff = self.ei > 0.0;
+        // A cable that resists neither bending nor torsion has no such rows, and any stiffness will do.
+        let ei = if stiff { self.ei } else { 1.0 };
+        Cable {
+            name: name.to_owned(),
+            ends,
+            points: Vec::new(),
+            segments: Segments::Equal(self.segments),
+            density: heavy * self.segment_mass * self.segments as f64 / self.length,
+            radius: self.radius,
+            stiffness: Stiffness {
+                ea: self.ea,
+                ei,
+                gj: ei,
+            },
+            damping: Damping::Time(self.damping),
+            joint: if stiff {
+                JointKind::Cosserat
+            } else {
+                JointKind::Spherical
+            },
+            bend: stiff,
+            twist: stiff,
+            rest: Rest::Straight,
+            group: 0,
+            collide: Some(self.surface()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_scene_stands_clear_of_the_ground() {
+        for grounded in Grounded::ALL {
+            let scene = GroundedParams::new(grounded).build().expect("builds");
+            assert_eq!(scene.name, grounded.name());
+            assert!(scene.bodies.position.iter().all(|x| x.z > 0.0));
+            assert!(scene.load.is_some());
+        }
+    }
+
+    #[test]
+    fn parameters_out_of_range_are_named() {
+        let stack = GroundedParams::default();
+        let faults = [
+            GroundedParams {
+                count: Some(0),
+                ..stack.clone()
+            },
+            GroundedParams {
+                restitution: 1.5,
+                ..stack.clone()
+            },
+            GroundedParams {
+                friction: f64::NAN,
+                ..stack.clone()
+            },
+            GroundedParams {
+                mass_ratio: 0.5,
+                ..stack
+            },
+        ];
+        let names = ["count", "restitution", "friction", "mass_ratio"];
+        for (fault, name) in faults.iter().zip(names) {
+            let message = fault.build().expect_err("out of range").to_string();
+            assert!(message.contains(name), "{message}");
+        }
+    }
+}

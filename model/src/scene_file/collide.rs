@@ -1,0 +1,390 @@
+//! Shapes that can touch, in explicit scenes: the key `collide` of bodies and cables, `[[ground]]` and `[[collider]]`.
+
+use std::fmt;
+
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::build::{Entry, Names, WORLD};
+use super::entries::{self, SceneText, is_zero};
+use super::groups::{Groups, names_of};
+use super::motor::unless;
+use super::places::Fault;
+use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
+use crate::error::SceneError;
+use crate::scene::Scene;
+
+/// Whether a body or a cable touches others, and with what surface.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(untagged)]
+#[non_exhaustive]
+pub enum CollideEntry {
+    /// With the default surface, or not at all.
+    Is(bool),
+    /// With that surface.
+    With(SurfaceEntry),
+}
+
+impl<'de> Deserialize<'de> for CollideEntry {
+    /// By hand, for a fault of the table to name its key.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+
+        impl<'de> Visitor<'de> for Either {
+            type Value = CollideEntry;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("`true`, `false` or a table such as { friction = 0.3 }")
+            }
+
+            fn visit_bool<E>(self, is: bool) -> Result<CollideEntry, E> {
+                Ok(CollideEntry::Is(is))
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<CollideEntry, A::Error> {
+                let entry = SurfaceEntry::deserialize(MapAccessDeserializer::new(map));
+                entry.map(CollideEntry::With)
+            }
+        }
+
+        deserializer.deserialize_any(Either)
+    }
+}
+
+/// The surface of a shape, and what it meets.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SurfaceEntry {
+    /// Coefficient of friction; default 0.5.
+    pub friction: Option<f64>,
+    /// Speed of separation over speed of approach, 0 to 1; default 0.
+    pub restitution: Option<f64>,
+    /// Compliance of a contact point \[m/N]; default 1e-10.
+    pub compliance: Option<f64>,
+    /// Damping time of a contact point \[s]; default 1e-3.
+    pub damping: Option<f64>,
+    /// Names of the groups that it is a member of; default `["default"]`.
+    pub groups: Option<Vec<String>>,
+    /// Names of the groups whose members it meets; default all.
+    pub meets: Option<Vec<String>>,
+}
+
+/// The ground, or a wall: everything on one side of a plane of the world.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroundEntry {
+    /// Its name.
+    pub name: String,
+    /// A point of its surface, world \[m]; default the origin.
+    #[serde(default)]
+    pub point: [f64; 3],
+    /// Where free space is: a vector across the surface, world; default upwards, `[0, 0, 1]`.
+    pub normal: Option<[f64; 3]>,
+    /// Coefficient of friction; default 0.5.
+    pub friction: Option<f64>,
+    /// Speed of separation over speed of approach, 0 to 1; default 0.
+    pub restitution: Option<f64>,
+    /// Compliance of a contact point \[m/N]; default 1e-10.
+    pub compliance: Option<f64>,
+    /// Damping time of a contact point \[s]; default 1e-3.
+    pub damping: Option<f64>,
+    /// Names of the groups that it is a member of; default `["default"]`.
+    pub groups: Option<Vec<String>>,
+    /// Names of the groups whose members it meets; default all.
+    pub meets: Option<Vec<String>>,
+}
+
+/// A shape of a body, which may have several, or of the world.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ColliderEntry {
+    /// Its name.
+    pub name: String,
+    /// `world` or a body's name.
+    pub body: String,
+    /// The shape, in m: `{ sphere = { radius } }`, `{ box = { size } }`, `{ cylinder = { length, radius } }` or
+    /// `{ capsule = { length, radius } }` along z, `length` between the centres of its ends; or `"half-space"` below z = 0.
+    pub shape: ColliderShape,
+    /// Origin of the shape, body frame \[m] (world frame for the world); default the origin: a body's centre of mass.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub position: [f64; 3],
+    /// Unit quaternion from the shape's frame to the body's, scalar first; default unturned.
+    pub orientation: Option<[f64; 4]>,
+    /// Rotation vector from the shape's frame to the body's: axis times angle \[rad].
+    pub rotation: Option<[f64; 3]>,
+    /// Coefficient of friction; default 0.5.
+    pub friction: Option<f64>,
+    /// Speed of separation over speed of approach, 0 to 1; default 0.
+    pub restitution: Option<f64>,
+    /// Compliance of a contact point \[m/N]; default 1e-10.
+    pub compliance: Option<f64>,
+    /// Damping time of a contact point \[s]; default 1e-3.
+    pub damping: Option<f64>,
+    /// Names of the groups that it is a member of; default `["default"]`.
+    pub groups: Option<Vec<String>>,
+    /// Names of the groups whose members it meets; default all.
+    pub meets: Option<Vec<String>>,
+}
+
+/// A shape of a [`ColliderEntry`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+#[non_exhaustive]
+pub enum ColliderShape {
+    /// A ball.
+    Sphere {
+        /// Radius \[m].
+        radius: f64,
+    },
+    /// A box.
+    Box {
+        /// Edge lengths along the axes of its frame \[m].
+        size: [f64; 3],
+    },
+    /// A cylinder along z with half a ball on each end.
+    Capsule {
+        /// Distance between the centres of the half balls \[m].
+        length: f64,
+        /// Radius \[m].
+        radius: f64,
+    },
+    /// A cylinder along z; `rod` in a text, too.
+    #[serde(alias = "rod")]
+    Cylinder {
+        /// Length \[m].
+        length: f64,
+        /// Radius \[m].
+        radius: f64,
+    },
+    /// Everything below z = 0.
+    HalfSpace,
+}
+
+impl ColliderShape {
+    fn build(&self) -> Shape {
+        match *self {
+            Self::Sphere { radius } => Shape::Sphere { radius },
+            Self::Box { size } => Shape::Cuboid { size: size.into() },
+            Self::Capsule { length, radius } => Shape::Capsule { length, radius },
+            Self::Cylinder { length, radius } => Shape::Cylinder { length, radius },
+            Self::HalfSpace => Shape::HalfSpace,
+        }
+    }
+
+    fn of(shape: &Shape) -> Self {
+        match *shape {
+            Shape::Sphere { radius } => Self::Sphere { radius },
+            Shape::Cuboid { size } => Self::Box { size: size.into() },
+            Shape::Capsule { length, radius } => Self::Capsule { length, radius },
+            Shape::Cylinder { length, radius } => Self::Cylinder { length, radius },
+            Shape::HalfSpace => Self::HalfSpace,
+        }
+    }
+}
+
+impl CollideEntry {
+    /// The surface, where it touches anything.
+    pub(super) fn surface(&self) -> Option<SurfaceEntry> {
+        match self {
+            Self::Is(false) => None,
+            Self::Is(true) => Some(SurfaceEntry::default()),
+            Self::With(surface) => Some(surface.clone()),
+        }
+    }
+}
+
+impl SurfaceEntry {
+    /// The surface of the entry `of`; `within` is what stands before its keys.
+    pub(super) fn build(&self, of: &Entry<'_>, within: &str) -> Result<Surface, Fault> {
+        let default = Surface::default();
+        let least = |key: &str, value: Option<f64>, default: f64, most: f64, needs| {
+            let value = value.unwrap_or(default);
+            let ok = (0.0..=most).contains(&value);
+            of.check(&format!("{within}{key}"), value, ok, needs)
+        };
+        let max = f64::MAX;
+        Ok(Surface {
+            friction: least("friction", self.friction, default.friction, max, "≥ 0")?,
+            restitution: least(
+                "restitution",
+                self.restitution,
+                default.restitution,
+                1.0,
+                "from 0 to 1",
+            )?,
+            compliance: least(
+                "compliance",
+                self.compliance,
+                default.compliance,
+                max,
+                "≥ 0 m/N; 0 is rigid",
+            )?,
+            damping: least("damping", self.damping, default.damping, max, "≥ 0 s")?,
+        })
+    }
+}
+
+impl GroundEntry {
+    pub(super) fn surface(&self) -> SurfaceEntry {
+        SurfaceEntry {
+            friction: self.friction,
+            restitution: self.restitution,
+            compliance: self.compliance,
+            damping: self.damping,
+            groups: self.groups.clone(),
+            meets: self.meets.clone(),
+        }
+    }
+
+    fn build(&self) -> Result<Collider, Fault> {
+        let of = Entry::new("ground", &self.name);
+        of.finite("point", &self.point)?;
+        let normal = Vector3::from(self.normal.unwrap_or([0.0, 0.0, 1.0]));
+        of.finite("normal", normal.as_slice())?;
+        if normal.amax() == 0.0 {
+            return Err(of.conflict("normal", "is zero: give a vector out of the ground"));
+        }
+        // Scaled first, so that the square of a tiny or huge vector is a number.
+        let normal = (normal / normal.amax()).normalize();
+        let upside_down = UnitQuaternion::from_quaternion(Quaternion::new(0.0, 1.0, 0.0, 0.0));
+        let turn = UnitQuaternion::rotation_between(&Vector3::z(), &normal);
+        let mut collider = Collider::new(&*self.name, None, Shape::HalfSpace);
+        collider.position = self.point.into();
+        collider.orientation = turn.unwrap_or(upside_down);
+        collider.surface = self.surface().build(&of, "")?;
+        Ok(collider)
+    }
+}
+
+impl ColliderEntry {
+    pub(super) fn surface(&self) -> SurfaceEntry {
+        SurfaceEntry {
+            friction: self.friction,
+            restitution: self.restitution,
+            compliance: self.compliance,
+            damping: self.damping,
+            groups: self.groups.clone(),
+            meets: self.meets.clone(),
+        }
+    }
+
+    fn build(&self, names: &Names<'_>) -> Result<Collider, Fault> {
+        let of = Entry::new("collider", &self.name);
+        let body = match &*self.body {
+            WORLD => None,
+            name => Some(names.body(&of, "body", name)?),
+        };
+        of.finite("position", &self.position)?;
+        let mut collider = Collider::new(&*self.name, body, self.shape.build());
+        collider.position = self.position.into();
+        collider.orientation = entries::turn(self.orientation, self.rotation, &of)?;
+        collider.surface = self.surface().build(&of, "")?;
+        Ok(collider)
+    }
+
+    /// The collider as it is written.
+    pub(super) fn of(collider: &Collider, scene: &Scene) -> Self {
+        let Collider {
+            name,
+            body,
+            position,
+            orientation,
+            shape,
+            surface,
+            groups,
+            meets,
+        } = collider;
+        let Surface {
+            friction,
+            restitution,
+            compliance,
+            damping,
+        } = *surface;
+        let default = Surface::default();
+        Self {
+            name: name.clone(),
+            body: body.map_or_else(|| WORLD.to_owned(), |i| scene.body_names[i].clone()),
+            shape: ColliderShape::of(shape),
+            position: (*position).into(),
+            orientation: entries::written(orientation),
+            rotation: None,
+            friction: unless(friction, default.friction),
+            restitution: unless(restitution, default.restitution),
+            compliance: unless(compliance, default.compliance),
+            damping: unless(damping, default.damping),
+            groups: (*groups != DEFAULT_GROUP).then(|| names_of(*groups)),
+            meets: (*meets != u32::MAX).then(|| names_of(*meets)),
+        }
+    }
+}
+
+impl SceneText {
+    /// Gives body number `i`, which is the scene's last, the shape that its mass has.
+    pub(super) fn collide_body(
+        &self,
+        scene: &mut Scene,
+        i: usize,
+        groups: &Groups,
+    ) -> Result<(), Fault> {
+        let entry = &self.body[i];
+        let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) else {
+            return Ok(());
+        };
+        let of = Entry::new("body", &entry.name);
+        let Some(shape) = entry.shape.as_ref().and_then(entries::Shape::collides) else {
+            let reason = "needs shape: a sphere, a box or a cylinder; or write a [[collider]]";
+            return Err(of.conflict("collide", reason));
+        };
+        let mut collider = Collider::new(&*entry.name, Some(i), shape);
+        collider.surface = surface.build(&of, "collide.")?;
+        (collider.groups, collider.meets) = groups.masks(&surface);
+        let paths = ["shape", "collide"].map(str::to_owned).to_vec();
+        add(scene, collider).map_err(|error| Fault { paths, error })
+    }
+
+    /// Adds the colliders that stand for themselves.
+    pub(super) fn add_colliders(
+        &self,
+        scene: &mut Scene,
+        names: &Names<'_>,
+        groups: &Groups,
+    ) -> Result<(), Fault> {
+        let grounds = self.ground.iter().enumerate().map(|(i, entry)| {
+            let path = format!("ground.{i}");
+            (path, entry.build(), entry.surface())
+        });
+        let others = self.collider.iter().enumerate().map(|(i, entry)| {
+            let path = format!("collider.{i}");
+            (path, entry.build(names), entry.surface())
+        });
+        for (path, built, surface) in grounds.chain(others) {
+            let mut collider = built.map_err(|fault| fault.within(&path))?;
+            (collider.groups, collider.meets) = groups.masks(&surface);
+            add(scene, collider).map_err(|error| {
+                let key = match &error {
+                    SceneError::Duplicate { .. } => "name",
+                    SceneError::BadValue { what, .. } if what.contains("orientation") => {
+                        "orientation"
+                    }
+                    _ => "shape",
+                };
+                Fault::new(key, error).within(&path)
+            })?;
+        }
+        Ok(())
+    }
+}
+
+/// Adds a collider with a name of its own that is sound.
+fn add(scene: &mut Scene, collider: Collider) -> Result<(), SceneError> {
+    if scene.colliders.iter().any(|c| c.name == collider.name) {
+        return Err(SceneError::Duplicate {
+            kind: "collider",
+            name: collider.name,
+        });
+    }
+    let number = scene.add_collider(collider);
+    scene.validate_collider(number)
+}
