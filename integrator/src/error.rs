@@ -69,6 +69,15 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
+    /// More contacts hang together than a dense problem holds.
+    TooManyContacts {
+        /// Contacts that hang together by bodies and joints.
+        contacts: usize,
+        /// Most of them.
+        most: usize,
+        /// Time at the beginning of the step \[s].
+        time: f64,
+    },
     /// No static equilibrium was found.
     NoEquilibrium {
         /// Solves made.
@@ -142,6 +151,15 @@ impl fmt::Display for StepError {
             Self::Undecided { time } => write!(
                 f,
                 "at t = {time:.4} s: which cables are slack and which motors at their limits could not be decided"
+            ),
+            Self::TooManyContacts {
+                contacts,
+                most,
+                time,
+            } => write!(
+                f,
+                "at t = {time:.4} s: {contacts} contacts hang together, and the most is {most}: give fewer bodies a \
+                 shape, or part them"
             ),
             Self::NoEquilibrium {
                 passes,

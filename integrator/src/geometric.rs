@@ -109,11 +109,15 @@ impl Geometric {
         dispatch(Level::best(), joints);
         for s in rows.others().iter().flat_map(|&c| rows.slot_range(c)) {
             let (r, (force, _)) = (rows.lever(s), wrench(rows, s, lambda));
-            let tension = force.dot(&r);
-            if tension > 0.0 {
-                self.stiffness
-                    .add(rows.slots[s].body, across(tension, r.as_ref()));
-            }
+            self.add_force(rows.slots[s].body, &r, &force);
+        }
+    }
+
+    /// Adds K of a force (N) that acts at the lever arm `r` (m) of a body.
+    pub(crate) fn add_force(&mut self, body: usize, r: &Vector3<f64>, force: &Vector3<f64>) {
+        let tension = force.dot(r);
+        if tension > 0.0 {
+            self.stiffness.add(body, across(tension, r.as_ref()));
         }
     }
 

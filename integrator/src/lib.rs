@@ -82,6 +82,7 @@
 //! | `imbalance` | residual forces and law violations of a state at rest |
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
+//! | `contact`, `contact/operator`, `stepper/touching` | contacts with friction: rows, dense operator, the solve with them |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
@@ -100,6 +101,7 @@ mod assembly;
 mod bounded;
 mod change;
 mod closing;
+mod contact;
 mod elimination;
 mod equilibrium;
 mod error;
@@ -124,13 +126,14 @@ mod slip;
 mod stepper;
 
 pub use change::Edit;
+pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
 pub use identity::{BodyId, ConstraintId, ControlId};
 pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
-pub use report::{Phase, PhaseTimes, StepReport};
+pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;

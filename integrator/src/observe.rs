@@ -307,19 +307,51 @@ impl Stepper {
         // The stepper's own solves start from what they know, not from what is found here.
         let (mut bounded, mut slip) = (self.bounded.clone(), self.slip.clone());
         bounded.begin();
+        self.contacts.keep(&self.pieces.inertia, false);
         loop {
             bounded.hold(&mut self.pieces, dt);
-            let solved = self.solve_extended(None);
-            let solved = solved.and_then(|stuck| self.slip_extended(&mut slip, &bounded, stuck));
+            self.contacts.keep(&self.pieces.inertia, true);
+            let solved = self.touch_extended(&mut slip, &bounded, dt);
             bounded.release(&mut self.pieces);
             slip.release(&mut self.pieces);
+            self.contacts.apply(&mut self.pieces.inertia, false);
             let mut mu = solved?;
             match bounded.judge(&mut self.pieces, &mut mu, dt) {
                 Verdict::Settled => return Ok(mu),
-                Verdict::Changed => {}
+                Verdict::Changed => self.contacts.take_out(&mut self.pieces.inertia, false),
                 Verdict::Undecided => return Err(StepError::Undecided { time: self.time }),
             }
         }
+    }
+
+    /// The multipliers with contacts: those of solves in extended precision, their impulses through the backend's factor
+    /// until nothing is left to correct.
+    fn touch_extended(
+        &mut self,
+        slip: &mut Slip,
+        bounded: &Bounded,
+        dt: f64,
+    ) -> Result<Vec<f64>, StepError> {
+        self.contacts.apply(&mut self.pieces.inertia, true);
+        let stuck = self.solve_extended(None)?;
+        let mu = self.slip_extended(slip, bounded, stuck)?;
+        if self.contacts.is_empty() {
+            return Ok(mu);
+        }
+        let own = (self.mu.clone(), self.mu_dt);
+        self.assemble(dt);
+        let factorized = self.solver.factorize(&self.matrix);
+        factorized.map_err(|e| self.culprit(e))?;
+        self.mu = mu;
+        let done = self.pass_through(dt, 0.0, |stepper| {
+            slip.take_out(&mut stepper.pieces);
+            let stuck = stepper.solve_extended(None)?;
+            stepper.mu = stepper.slip_extended(slip, bounded, stuck)?;
+            Ok(())
+        });
+        let mu = std::mem::replace(&mut self.mu, own.0);
+        self.mu_dt = own.1;
+        done.map(|_| mu)
     }
 
     /// The multipliers with cables that slip, from those of none, with every solve in extended precision.

@@ -4,6 +4,7 @@ use crate::{Elimination, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
+use taut_solver::coulomb::ConeMethod;
 
 /// At which mean of past and future states the constraint forces are evaluated: the order of the step and what it damps.
 ///
@@ -413,6 +414,9 @@ pub struct StepOptions {
     pub refinements: usize,
     /// Whether iterative backends start from the last step's multipliers (else from zero).
     pub warm_start: bool,
+    /// How the impulses of contacts are found.
+    #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text", default))]
+    pub contacts: ConeMethod,
     /// Largest energy from nowhere that a motion may have, over its own
     /// ([`EnergyBalance::excess`](crate::EnergyBalance)), > 0: more is [`StepError::EnergyGain`]. The balance costs some
     /// passes over rows and bodies a step; `None` does without.
@@ -438,6 +442,7 @@ impl Default for StepOptions {
             refinements: usize::from(!backend.is_iterative()),
             backend,
             warm_start: true,
+            contacts: ConeMethod::default(),
             energy_tolerance: None,
         }
     }

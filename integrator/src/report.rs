@@ -2,6 +2,7 @@
 
 use crate::EnergyBalance;
 use std::time::{Duration, Instant};
+use taut_solver::coulomb::ConeReport;
 use taut_solver::{SolveReport, Status};
 
 /// The phases of a step, in order.
@@ -75,6 +76,44 @@ impl PhaseTimes {
     }
 }
 
+/// What a step did with contacts: see [`Stepper::contacts`](crate::Stepper::contacts).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ContactReport {
+    /// Contacts that shapes could have come to within the last sub-step.
+    pub near: usize,
+    /// Those of them that carry a force.
+    pub touching: usize,
+    /// Those of these whose friction is at its limit.
+    pub sliding: usize,
+    /// Largest penetration at the beginning of a sub-step \[m].
+    pub deepest: f64,
+    /// Sum of the normal forces \[N].
+    pub load: f64,
+    /// Factorisations of dense problems, and sweeps over their contacts.
+    pub pivots: usize,
+    /// Sweeps over contacts.
+    pub sweeps: usize,
+    /// Dense problems that Newton's method left to its fall-backs.
+    pub fallbacks: usize,
+    /// Times that contacts were taken softer for want of a solution.
+    pub softened: usize,
+    /// Largest violation of the conditions on rates and impulses, in rates over the largest of them, without unit.
+    pub complementarity: f64,
+    /// Largest excess of an impulse over its cone, over the largest impulse, without unit.
+    pub cone: f64,
+}
+
+impl ContactReport {
+    pub(crate) fn add(&mut self, solved: &ConeReport, softer: bool) {
+        self.softened += usize::from(softer);
+        self.pivots += solved.pivots;
+        self.sweeps += solved.sweeps;
+        self.fallbacks += solved.fallbacks;
+    }
+}
+
 /// What one step did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -100,6 +139,9 @@ pub struct StepReport {
     /// Patterns of sticking and slipping that were tried and left.
     #[cfg_attr(feature = "serde", serde(default))]
     pub slip_passes: usize,
+    /// What it did with contacts.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub contacts: ContactReport,
     /// Implicit sub-steps that the guard took instead; 0 where the linear steps were accepted.
     pub implicit_substeps: usize,
     /// Implicit sub-steps whose Newton passes did not converge at the smallest length.
@@ -129,6 +171,7 @@ pub(crate) struct Tally {
     solves: usize,
     pub(crate) undecided: usize,
     pub(crate) slip_passes: usize,
+    pub(crate) contacts: ContactReport,
     pub(crate) implicit_substeps: usize,
     pub(crate) unconverged_substeps: usize,
     pub(crate) redone: bool,
@@ -146,6 +189,7 @@ impl Tally {
             solves: 0,
             undecided: 0,
             slip_passes: 0,
+            contacts: ContactReport::default(),
             implicit_substeps: 0,
             unconverged_substeps: 0,
             redone: false,
@@ -205,6 +249,7 @@ impl Tally {
             undecided: self.undecided,
             slipping: 0,
             slip_passes: self.slip_passes,
+            contacts: self.contacts,
             implicit_substeps: self.implicit_substeps,
             unconverged_substeps: self.unconverged_substeps,
             redone: self.redone,

@@ -9,6 +9,7 @@
 use crate::bounded::Place;
 use crate::change::Moved;
 use crate::closing::UNKNOWN;
+use crate::contact::Known;
 use crate::history::History;
 use crate::stepper::balance::Account;
 use crate::stepper::{Stage, Stepper};
@@ -49,6 +50,11 @@ pub struct SavedRun {
     /// Where cables slip over sheaves with friction, 1 in the direction of travel, −1 against it.
     #[cfg_attr(feature = "serde", serde(default))]
     slips: Vec<i8>,
+    /// What touched in the last solve, and the length of its step.
+    #[cfg_attr(feature = "serde", serde(default))]
+    contacts: Vec<Known>,
+    #[cfg_attr(feature = "serde", serde(default))]
+    contact_time: f64,
     /// v at the beginning of the last sub-step and its change: the energy belongs to the middle.
     velocity: Vec<[f64; 6]>,
     velocity_change: Vec<[f64; 6]>,
@@ -114,6 +120,7 @@ impl SavedRun {
             ages: to.bounded(&self.ages, UNKNOWN),
             // Of a changed cable they are found anew.
             slips: Vec::new(),
+            contacts: Vec::new(),
             velocity: to.bodies(&self.velocity),
             velocity_change: to.bodies(&self.velocity_change),
             drive: to.rows(&self.drive),
@@ -134,10 +141,18 @@ impl SavedRun {
             ("time", self.time),
             ("advanced", self.advanced),
             ("impulse_time", self.impulse_time),
+            ("contact_time", self.contact_time),
         ] {
             finite(what, [time].iter())?;
         }
+        let contacts = self.contacts.iter();
+        let numbers = contacts.flat_map(|known| known.key.iter().chain(&known.impulse));
+        finite("contacts", numbers)?;
         for (what, positive) in [
+            (
+                "contact_time",
+                self.contacts.is_empty() || self.contact_time > 0.0,
+            ),
             ("impulse_time", self.impulse_time > 0.0),
             ("advanced", self.advanced >= 0.0),
         ] {
@@ -271,6 +286,8 @@ impl Stepper {
             places: self.bounded.places().collect(),
             ages: self.closing.ages().to_vec(),
             slips: self.slip.motions(),
+            contacts: self.contacts.known().0.to_vec(),
+            contact_time: self.contacts.known().1,
             velocity: numbers_of(&self.pieces.v, bodies),
             velocity_change: numbers_of(&self.pieces.dv, bodies),
             drive: self.pieces.rows.phi_t.clone(),
@@ -329,6 +346,7 @@ impl Stepper {
         stepper.bounded.put(&saved.places);
         stepper.closing.put(&saved.ages);
         stepper.slip.put(&saved.slips);
+        stepper.contacts.put(saved.contacts, saved.contact_time);
         let rows = &mut stepper.pieces.rows;
         rows.update(&stepper.scene, saved.time);
         rows.phi_t = saved.drive;

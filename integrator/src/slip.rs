@@ -88,12 +88,10 @@ pub(crate) struct Slip {
     slipping: Vec<usize>,
     dense: Vec<f64>,
     pub(crate) column: Vec<f64>,
-    /// Right-hand side and solution of the step's system.
-    pub(crate) system: [Vec<f64>; 2],
 }
 
 impl Slip {
-    pub(crate) fn new(scene: &Scene, pieces: &Pieces, dim: usize) -> Self {
+    pub(crate) fn new(scene: &Scene, pieces: &Pieces) -> Self {
         let rows = &pieces.rows;
         let bound = |c: usize| rows.bounds.binary_search_by_key(&c, |b| b.constraint);
         let sheave = |capstan: &taut_model::Capstan| Sheave {
@@ -116,7 +114,6 @@ impl Slip {
             slipping: Vec::with_capacity(count),
             dense: vec![0.0; count * (count + 1)],
             column: vec![0.0; if count > 0 { rows.rows() } else { 0 }],
-            system: [(); 2].map(|()| vec![0.0; if count > 0 { dim } else { 0 }]),
             sheaves,
         }
     }

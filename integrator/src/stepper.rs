@@ -6,9 +6,11 @@ pub(crate) mod guarded;
 mod potential;
 mod slipping;
 mod system;
+mod touching;
 
 use crate::bounded::Bounded;
 use crate::closing::Closing;
+use crate::contact::Contacts;
 use crate::elimination::{self, EliminationOrder};
 use crate::history::{History, State};
 use crate::identity::Identities;
@@ -54,6 +56,10 @@ pub struct Stepper {
     pub(crate) closing: Closing,
     /// Which cables slip over their sheaves.
     pub(crate) slip: Slip,
+    /// What touches.
+    pub(crate) contacts: Contacts,
+    /// Right-hand sides and solutions for responses to sheaves and contacts.
+    pub(crate) columns: [Vec<f64>; 2],
     pub(crate) history: History,
     /// Impulses μ = Δt λ of the last solve, one a row.
     pub(crate) mu: Vec<f64>,
@@ -208,7 +214,8 @@ impl Stepper {
         let mut history = History::new(rows, scene.bodies.len());
         history.forget(&pieces.rows.phi_t);
         let state = State::new(&scene, rows);
-        let slip = Slip::new(&scene, &pieces, dim);
+        let slip = Slip::new(&scene, &pieces);
+        let contacts = Contacts::new(&scene, &pieces);
         Ok(Self {
             time: 0.0,
             solver,
@@ -237,6 +244,8 @@ impl Stepper {
                 bounded
             },
             slip,
+            contacts,
+            columns: Default::default(),
             closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
             elimination,
@@ -310,7 +319,10 @@ impl Stepper {
         self.solve_scheme(self.options.stiffness)?;
         self.update()?;
         self.accept_linear();
-        Ok(())
+        if self.contacts.is_empty() {
+            return Ok(());
+        }
+        self.rebound()
     }
 
     /// Solves the scheme's linear system at the present state.
@@ -416,6 +428,9 @@ impl Stepper {
     pub(crate) fn linearize(&mut self, stiffness: GeometricStiffness) -> Result<(), StepError> {
         self.stage = Stage::Unsolved;
         let dt = self.substep();
+        if self.contacts.can_be() {
+            self.find_contacts(dt, true)?;
+        }
         self.slip.grip(&self.scene);
         let (pieces, history) = (&mut self.pieces, &mut self.history);
         pieces.load_velocities(&self.scene.bodies);
@@ -433,6 +448,9 @@ impl Stepper {
                 let tension = &self.tension;
                 pieces.geometric.update(&pieces.rows, tension, Some(excess));
             }
+        }
+        if stiffness != GeometricStiffness::Off {
+            self.contacts.stiffen(&mut pieces.geometric);
         }
         if matches!(stiffness, GeometricStiffness::Relative { .. }) {
             pieces.geometric.update_chords(&self.scene, self.time, dt);
@@ -497,7 +515,10 @@ impl Stepper {
     pub fn advance(&mut self) -> Result<(), StepError> {
         self.tallied(Self::update)?;
         self.accept_linear();
-        Ok(())
+        if self.contacts.is_empty() {
+            return Ok(());
+        }
+        self.rebound()
     }
 
     /// A sub-step of the scheme stands.

@@ -63,7 +63,10 @@ impl Stepper {
         self.tally.see(disagreement);
         if disagreement.is_finite() && disagreement <= guard.tolerance {
             self.accept_linear();
-            return Ok(());
+            if self.contacts.is_empty() {
+                return Ok(());
+            }
+            return self.rebound();
         }
         self.return_to_start();
         self.holding = guard.hold;
@@ -175,6 +178,9 @@ impl Stepper {
             &self.tension,
         );
         self.pieces.load_velocities(&self.scene.bodies);
+        if self.contacts.can_be() {
+            self.find_contacts(dt, false)?;
+        }
         self.pieces.rows.drive(&self.scene, self.time, end);
         self.slip.forget();
         self.slip.grip(&self.scene);

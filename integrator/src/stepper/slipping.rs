@@ -1,7 +1,8 @@
 //! The step's solve with cables that slip over their sheaves: see [`crate::slip`].
 
 use super::Stepper;
-use crate::{Form, StepError};
+use crate::StepError;
+use crate::contact::operator::Factor;
 
 impl Stepper {
     /// After a solve in which all sheaves stick: the solution with those that slip.
@@ -27,27 +28,17 @@ impl Stepper {
 
     /// A⁻¹ B of sheave number `i`, whose B is in `slip.column`.
     fn respond(&mut self, i: usize) -> Result<(), StepError> {
-        let Self {
-            solver,
-            matrix,
-            slip,
-            plan,
-            pieces,
-            options,
-            ..
-        } = self;
-        let [b, x] = &mut slip.system;
-        plan.gather(&pieces.rows, None, &slip.column, 1.0, b);
-        x.fill(0.0);
-        let report = solver.solve(matrix, b, x);
-        let sign = match options.form {
-            Form::Schur => 1.0,
-            Form::Kkt => -1.0,
+        let mut response = std::mem::take(&mut self.slip.column);
+        let mut factor = Factor {
+            solver: &mut *self.solver,
+            matrix: &self.matrix,
+            plan: &self.plan,
+            form: self.options.form,
+            system: &mut self.columns,
         };
-        plan.scatter_multipliers(&pieces.rows, x, sign, &mut slip.column);
-        let response = std::mem::take(&mut slip.column);
-        slip.learn(i, &response);
-        slip.column = response;
+        let report = factor.respond(&self.pieces.rows, &mut response);
+        self.slip.learn(i, &response);
+        self.slip.column = response;
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add_part(report);
         Ok(())

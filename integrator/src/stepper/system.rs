@@ -21,11 +21,14 @@ impl Stepper {
     /// with bounds keep them.
     pub(crate) fn solve_linearized(&mut self, dt: f64) -> Result<(), StepError> {
         self.bounded.begin();
+        self.contacts.keep(&self.pieces.inertia, false);
         loop {
             self.bounded.hold(&mut self.pieces, dt);
+            self.contacts.keep(&self.pieces.inertia, true);
             let solved = self.solve_once(dt);
             self.bounded.release(&mut self.pieces);
             solved?;
+            self.contacts.apply(&mut self.pieces.inertia, false);
             self.slip.release(&mut self.pieces);
             let verdict = self.bounded.judge(&mut self.pieces, &mut self.mu, dt);
             self.tally.undecided += usize::from(verdict == Verdict::Undecided);
@@ -33,6 +36,7 @@ impl Stepper {
                 break;
             }
             self.slip.take_out(&mut self.pieces);
+            self.contacts.take_out(&mut self.pieces.inertia, false);
         }
         if !self.slip.is_empty() {
             self.end_slip();
@@ -49,17 +53,18 @@ impl Stepper {
 
     /// One linear system: μ of all rows as if none had bounds.
     fn solve_once(&mut self, dt: f64) -> Result<(), StepError> {
+        self.contacts.apply(&mut self.pieces.inertia, true);
         self.assemble(dt);
         self.tally.end(Phase::Assemble);
         self.solver
             .factorize(&self.matrix)
             .map_err(|e| self.culprit(e))?;
         self.tally.end(Phase::Factorize);
-        self.solve_assembled()?;
-        if !self.slip.is_empty() {
-            self.solve_slip()?;
+        self.solve_rows()?;
+        if self.contacts.is_empty() {
+            return Ok(());
         }
-        Ok(())
+        self.solve_contacts(dt)
     }
 
     /// μ of the factorised system and its right-hand side.

@@ -1,0 +1,426 @@
+//! Contacts with dry friction, condensed onto the factor of the joints \[SL §V-D, §VII-D].
+//!
+//! A contact has three rows H of the relative velocity where two shapes meet: along the normal n, from shape 1 to shape 0,
+//! and along two directions across it. Its impulse p, in the same axes, joins Δt f:
+//!
+//! ```text
+//! M̃ Δv = Δt f + Jᵀ μ + Hᵀ p,      J Δv + Σ μ = c − J v,      u = H (v + Δv) + b + σ p
+//! p_N ≥ 0,  u_N ≥ 0,  p_N u_N = 0,      |p_T| ≤ μ_f p_N,  u_T against p_T where it slides, 0 where it sticks
+//! ```
+//!
+//! Eliminating Δv and μ with the factor of the joints' S leaves a small dense problem for [`taut_solver::coulomb`]:
+//!
+//! ```text
+//! u = W p + q,     W = H M̃⁻¹ Hᵀ − G S⁻¹ Gᵀ + diag σ,     G = H M̃⁻¹ Jᵀ
+//! ```
+//!
+//! one solve with that factor for each row of a body with joints (the dense operator is in [`operator`]). W only steers:
+//! after each solution all rows are solved and refined from the pieces with p as a part of Δt f, u is taken from them, and
+//! what it lacks of the conditions goes through W once more.
+//!
+//! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
+//! Υ = 1/(1 + τ/Δt), at most [`RECOVERY`]; its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
+//! scheme: contacts do not ring.
+//!
+//! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
+//! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
+//!
+//! Where no impulses are found that keep the conditions, as of bodies that are jammed between others, the contacts that
+//! hang together are taken 100 times softer for the step, up to three times, and the report counts it.
+//!
+//! Restitution: [`rebound`].
+
+pub(crate) mod operator;
+mod rebound;
+
+use crate::geometric::Geometric;
+use crate::inertia::Inertia;
+use crate::pieces::Pieces;
+use crate::{ContactReport, Stepper};
+use nalgebra::Vector3;
+use operator::Operator;
+use taut_model::contacts::{Collisions, Contact};
+use taut_model::linearized::dot;
+use taut_model::{BodyVectors, Scene, SceneError, axes_along};
+use taut_solver::coulomb::violation;
+
+/// Largest speed at which a penetration is undone \[m/s].
+const RECOVERY: f64 = 0.5;
+
+/// Least regularisation of a row, over its own part of W.
+pub(crate) const FLOOR: f64 = 1e-8;
+
+/// A contact of the step.
+#[derive(Debug, Clone)]
+pub(crate) struct Touch {
+    pub(crate) found: Contact,
+    /// n, and two directions across it.
+    pub(crate) axes: [Vector3<f64>; 3],
+    /// From each body's centre to its surface there; zero for the world and for point masses, which never turn.
+    levers: [Vector3<f64>; 2],
+    /// Whether it has a part in W; where it has not, p = 0.
+    pub(crate) active: bool,
+    /// p in these axes, of a step of [`Contacts::dt`] \[N s].
+    pub(crate) impulse: [f64; 3],
+    /// b of the normal row, and what it aims beyond that where the shapes are to rebound \[m/s].
+    pub(crate) offset: f64,
+    aim: f64,
+    /// ε Υ/Δt² of the normal row \[1/kg].
+    pub(crate) softness: f64,
+    /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].
+    pub(crate) rebound: Option<f64>,
+}
+
+impl Touch {
+    fn new(found: &Contact, scene: &Scene, dt: f64) -> Self {
+        let n = found.normal;
+        let axes = axes_along(&n).map_or([n; 3], |a| [0, 1, 2].map(|k| a.column(k).into_owned()));
+        let lever = |side: usize| match found.bodies[side] {
+            Some(i) if !scene.bodies.is_point(i) => found.points[side] - scene.bodies.position[i],
+            _ => Vector3::zeros(),
+        };
+        let share = dt / (dt + found.surface.damping);
+        let offset = if found.gap < 0.0 {
+            (share * found.gap / dt).max(-RECOVERY)
+        } else {
+            found.gap / dt
+        };
+        Self {
+            axes,
+            levers: [lever(0), lever(1)],
+            active: false,
+            impulse: [0.0; 3],
+            offset,
+            aim: 0.0,
+            softness: share * found.surface.compliance / (dt * dt),
+            rebound: None,
+            found: *found,
+        }
+    }
+
+    /// Its impulse in the world \[N s].
+    pub(crate) fn world_impulse(&self) -> Vector3<f64> {
+        let ([n, s, t], p) = (&self.axes, &self.impulse);
+        n * p[0] + s * p[1] + t * p[2]
+    }
+
+    /// Row `k` of H, side by side, with the side's body.
+    pub(crate) fn row(&self, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
+        (0..2).filter_map(move |side| {
+            let sign = if side == 0 { 1.0 } else { -1.0 };
+            let axis = self.axes[k] * sign;
+            let turn = self.levers[side].cross(&axis);
+            let row = [axis.x, axis.y, axis.z, turn.x, turn.y, turn.z];
+            self.found.bodies[side].map(|i| (i, row))
+        })
+    }
+
+    /// Adds Hᵀ p to `to`.
+    pub(crate) fn add_to(&self, to: &mut BodyVectors) {
+        for (k, p) in self.impulse.iter().enumerate() {
+            for (i, row) in self.row(k) {
+                to.add(i, row.map(|h| h * p));
+            }
+        }
+    }
+
+    /// H v, for velocities that `of` gives.
+    pub(crate) fn rates(&self, of: impl Fn(usize) -> [f64; 6]) -> [f64; 3] {
+        [0, 1, 2].map(|k| self.row(k).map(|(i, row)| dot(&row, &of(i))).sum())
+    }
+}
+
+/// A contact of the last sub-step, with the force that it carries.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ContactForce {
+    /// Numbers of its shapes in [`Scene::colliders`].
+    pub colliders: [usize; 2],
+    /// Their bodies; `None` for the world.
+    pub bodies: [Option<usize>; 2],
+    /// Where the first body touches, world \[m].
+    pub point: Vector3<f64>,
+    /// Unit vector from the second shape to the first.
+    pub normal: Vector3<f64>,
+    /// Distance of the shapes at the beginning of the sub-step \[m], < 0 where they penetrate.
+    pub gap: f64,
+    /// Force on the first body, world \[N]: the mean over the sub-step, blows included.
+    pub force: Vector3<f64>,
+}
+
+/// What the next step knows of contacts: their impulses in the last solve. Of one scene, to be put into other steppers of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ContactImpulses {
+    known: Vec<Known>,
+    dt: f64,
+}
+
+impl Stepper {
+    /// What the next step starts from, and its geometric stiffness is made of, at contacts.
+    #[must_use]
+    pub fn contact_impulses(&self) -> ContactImpulses {
+        let (known, dt) = self.contacts.known();
+        let known = known.to_vec();
+        ContactImpulses { known, dt }
+    }
+
+    /// Replaces what the next step starts from at contacts, so that solvers can be compared on the same system.
+    pub fn set_contact_impulses(&mut self, impulses: &ContactImpulses) {
+        let known = impulses.known.clone();
+        self.contacts.put(known, impulses.dt);
+        self.stage.unsolve();
+    }
+
+    /// The contacts of the last sub-step: those that carry a force, and those near enough to.
+    pub fn contacts(&self) -> impl Iterator<Item = ContactForce> + '_ {
+        let contacts = &self.contacts;
+        contacts.touches.iter().map(|touch| ContactForce {
+            colliders: touch.found.colliders,
+            bodies: touch.found.bodies,
+            point: touch.found.points[0],
+            normal: touch.found.normal,
+            gap: touch.found.gap,
+            force: touch.world_impulse() / contacts.dt,
+        })
+    }
+}
+
+/// What the next step recognises a contact by, and its impulse in the world \[N s].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub(crate) struct Known {
+    pub(crate) colliders: [usize; 2],
+    pub(crate) key: [f64; 3],
+    pub(crate) impulse: [f64; 3],
+}
+
+/// The contacts of a scene, found anew for each step.
+pub(crate) struct Contacts {
+    collisions: Collisions,
+    pub(crate) touches: Vec<Touch>,
+    /// Those of the last solve.
+    known: Vec<Known>,
+    taken: Vec<bool>,
+    /// Whether shapes that arrive rebound: in the scheme's own steps.
+    pub(crate) bounces: bool,
+    /// Steps that the impulses and the known ones belong to \[s].
+    dt: f64,
+    known_dt: f64,
+    /// Δt f without contacts: of the step, and with the rows that are held at a bound.
+    free: [BodyVectors; 2],
+    pub(crate) operator: Operator,
+    /// Three numbers a contact, and the impulses of the step while those of its rebounds are found.
+    pub(crate) rates: Vec<f64>,
+    pub(crate) resting: Vec<[f64; 3]>,
+}
+
+impl Contacts {
+    pub(crate) fn new(scene: &Scene, pieces: &Pieces) -> Self {
+        let collisions = Collisions::new(scene);
+        let nothing = collisions.is_empty();
+        let bodies = if nothing { 0 } else { scene.bodies.len() };
+        Self {
+            operator: if nothing {
+                Operator::default()
+            } else {
+                Operator::new(scene, &pieces.rows)
+            },
+            collisions,
+            touches: Vec::new(),
+            known: Vec::new(),
+            taken: Vec::new(),
+            bounces: false,
+            dt: 1.0,
+            known_dt: 1.0,
+            free: [(); 2].map(|()| BodyVectors::new(bodies)),
+            rates: Vec::new(),
+            resting: Vec::new(),
+        }
+    }
+
+    /// Whether any shapes can ever meet.
+    pub(crate) fn can_be(&self) -> bool {
+        !self.collisions.is_empty()
+    }
+
+    /// Whether nothing is near anything.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.touches.is_empty()
+    }
+
+    /// Finds the contacts of a step of `dt` from the present state; those that the last solve had start from its impulses.
+    pub(crate) fn find(&mut self, scene: &Scene, dt: f64) -> Result<(), SceneError> {
+        let found = self.collisions.find(scene, dt)?;
+        self.touches.clear();
+        let touches = found.iter().map(|contact| Touch::new(contact, scene, dt));
+        self.touches.extend(touches);
+        let factor = dt / self.known_dt;
+        self.dt = dt;
+        self.taken.clear();
+        self.taken.resize(self.known.len(), false);
+        for touch in &mut self.touches {
+            let same = |known: &Known| known.colliders == touch.found.colliders;
+            let apart = |known: &Known| (Vector3::from(known.key) - touch.found.key).norm_squared();
+            let left = (self.known.iter().enumerate()).filter(|(i, k)| !self.taken[*i] && same(k));
+            if let Some((i, known)) = left.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))) {
+                let impulse = Vector3::from(known.impulse) * factor;
+                let own = touch.axes.map(|axis| axis.dot(&impulse));
+                // Of a normal that has turned far it may pull.
+                touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
+                self.taken[i] = true;
+            }
+        }
+        Ok(())
+    }
+
+    /// The impulses are those of a solve of `dt`.
+    pub(crate) fn remember(&mut self, dt: f64) {
+        self.known_dt = dt;
+        self.known.clear();
+        self.known.extend(self.touches.iter().map(|touch| Known {
+            colliders: touch.found.colliders,
+            key: touch.found.key.into(),
+            impulse: touch.world_impulse().into(),
+        }));
+    }
+
+    /// What [`remember`](Self::remember) kept, and the length of its step \[s].
+    pub(crate) fn known(&self) -> (&[Known], f64) {
+        (&self.known, self.known_dt)
+    }
+
+    /// Puts back what [`known`](Self::known) told.
+    pub(crate) fn put(&mut self, known: Vec<Known>, dt: f64) {
+        if dt > 0.0 {
+            self.known_dt = dt;
+        }
+        self.known = known;
+    }
+
+    /// Step that the impulses belong to \[s].
+    pub(crate) fn dt(&self) -> f64 {
+        self.dt
+    }
+
+    /// K of the contacts' forces as the last solve left them.
+    pub(crate) fn stiffen(&self, geometric: &mut Geometric) {
+        for touch in &self.touches {
+            let force = touch.world_impulse() / self.dt;
+            for (side, force) in [force, -force].into_iter().enumerate() {
+                if let Some(i) = touch.found.bodies[side] {
+                    geometric.add_force(i, &touch.levers[side], &force);
+                }
+            }
+        }
+    }
+
+    /// Keeps Δt f as it is without contacts.
+    pub(crate) fn keep(&mut self, inertia: &Inertia, held: bool) {
+        if !self.is_empty() {
+            self.free[usize::from(held)].copy_from(&inertia.impulse);
+        }
+    }
+
+    /// Δt f holds the contacts' impulses.
+    pub(crate) fn apply(&self, inertia: &mut Inertia, held: bool) {
+        if self.is_empty() {
+            return;
+        }
+        self.take_out(inertia, held);
+        for touch in &self.touches {
+            for (k, p) in touch.impulse.iter().enumerate() {
+                for (i, row) in touch.row(k) {
+                    inertia.add_impulse(i, &row, *p);
+                }
+            }
+        }
+    }
+
+    /// Δt f is without them again.
+    pub(crate) fn take_out(&self, inertia: &mut Inertia, held: bool) {
+        if !self.is_empty() {
+            inertia.impulse.copy_from(&self.free[usize::from(held)]);
+        }
+    }
+
+    /// u of each contact with the pieces' v + Δv, without its σ p, into `rates`.
+    pub(crate) fn rates(&self, pieces: &Pieces, rates: &mut Vec<f64>) {
+        rates.clear();
+        for touch in &self.touches {
+            let [n, s, t] = touch.rates(|i| {
+                let (v, dv) = (pieces.v.get(i), pieces.dv.get(i));
+                std::array::from_fn(|k| v[k] + dv[k])
+            });
+            rates.extend([n + touch.offset + touch.aim, s, t]);
+        }
+    }
+
+    /// Adds σ p to u.
+    pub(crate) fn regularize(&self, rates: &mut [f64]) {
+        self.operator.add_regularization(&self.touches, rates);
+    }
+
+    /// Whether all contacts are open.
+    pub(crate) fn none_active(&self) -> bool {
+        self.touches.iter().all(|touch| !touch.active)
+    }
+
+    /// Contacts that carry an impulse, or whose rates u are less than `close` (m/s) from being passed through, become active;
+    /// whether there are new ones.
+    pub(crate) fn activate(&mut self, rates: &[f64], close: f64) -> bool {
+        let mut new = false;
+        for (touch, rate) in self.touches.iter_mut().zip(rates.as_chunks::<3>().0) {
+            if !touch.active && (touch.impulse[0] > 0.0 || rate[0] < close) {
+                (touch.active, new) = (true, true);
+            }
+        }
+        new
+    }
+
+    /// Largest violation of the conditions by the rates u, over the size of all rates.
+    pub(crate) fn violation(&self, rates: &[f64], pieces: &Pieces) -> f64 {
+        let (mut worst, mut size) = (0.0_f64, 0.0_f64);
+        for (n, touch) in self.touches.iter().enumerate() {
+            let rate = [0, 1, 2].map(|k| rates[3 * n + k]);
+            let weight = self.operator.weight(n);
+            let friction = touch.found.surface.friction;
+            let inert = touch.impulse.map(|p| weight * p);
+            worst = worst.max(violation(inert, rate, friction));
+            let before = touch.rates(|i| pieces.v.get(i));
+            for (before, inert) in before.iter().zip(inert) {
+                size = size.max(before.abs()).max(inert.abs());
+            }
+        }
+        if size > 0.0 { worst / size } else { worst }
+    }
+
+    /// What the step did with them, with the violation found.
+    pub(crate) fn count(&self, report: &mut ContactReport, found: f64, dt: f64) {
+        report.touching = 0;
+        report.sliding = 0;
+        report.complementarity = found;
+        report.cone = 0.0;
+        let largest = self
+            .touches
+            .iter()
+            .flat_map(|t| t.impulse)
+            .fold(0.0, |m: f64, p| m.max(p.abs()));
+        for touch in &self.touches {
+            let [n, s, t] = touch.impulse;
+            let (friction, across) = (touch.found.surface.friction, s.hypot(t));
+            report.touching += usize::from(n > 0.0);
+            report.sliding += usize::from(n > 0.0 && across >= friction * n * (1.0 - 1e-9));
+            let beyond = (across - friction * n).max(0.0).max(-n);
+            if beyond > 0.0 {
+                report.cone = report.cone.max(beyond / largest);
+            }
+            report.deepest = report.deepest.max(-touch.found.gap);
+        }
+        report.near = self.touches.len();
+        report.load = self.touches.iter().map(|t| t.impulse[0]).sum::<f64>() / dt;
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,470 @@
+//! Contacts against closed formulas, forms and solvers against each other, heaps, saved runs, bad input.
+
+use crate::{Energy, Form, SavedRun, StepError, StepOptions, Stepper};
+use nalgebra::{UnitQuaternion, Vector3};
+use taut_model::collide::{Collider, Shape, Surface};
+use taut_model::{
+    Body, Cable, CableEnd, Constraint, Frame, Grounded, GroundedParams, HoistParams, MasslessCable,
+    Material, RowLaw, Scene,
+};
+use taut_solver::Backend;
+
+const G: f64 = 9.81;
+
+fn rough(friction: f64) -> Surface {
+    Surface {
+        friction,
+        ..Surface::default()
+    }
+}
+
+fn tilt(slope: f64) -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::y_axis(), -slope)
+}
+
+/// A plane through the origin that rises by `slope` (rad) in the direction of x.
+fn ground(slope: f64, surface: Surface) -> Scene {
+    let mut scene = Scene::new("ground");
+    scene.gravity.z = -G;
+    scene.add_collider(Collider {
+        orientation: tilt(slope),
+        surface,
+        ..Collider::new("ground", None, Shape::HalfSpace)
+    });
+    scene
+}
+
+fn add(scene: &mut Scene, body: Body, shape: Shape, surface: Surface) -> usize {
+    let name = format!("body-{}", scene.bodies.len());
+    let i = scene.add_body(&name, body);
+    scene.add_collider(Collider {
+        surface,
+        ..Collider::new(name, Some(i), shape)
+    });
+    i
+}
+
+/// A cube of 1 m.
+fn add_box(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usize {
+    let size = Vector3::repeat(1.0);
+    let body = Body::cuboid(size, mass).at(at);
+    add(scene, body, Shape::Cuboid { size }, surface)
+}
+
+fn add_ball(scene: &mut Scene, at: Vector3<f64>, radius: f64, surface: Surface) -> usize {
+    let body = Body::sphere(radius, 1.0).at(at);
+    add(scene, body, Shape::Sphere { radius }, surface)
+}
+
+fn stepper(scene: Scene) -> Stepper {
+    Stepper::new(scene, StepOptions::default()).expect("a sound scene")
+}
+
+/// Steps that leave nothing undecided.
+fn run(stepper: &mut Stepper, steps: usize) {
+    for _ in 0..steps {
+        let report = stepper.step().expect("a step");
+        assert_eq!(report.undecided, 0, "{report:?}");
+        assert!(report.contacts.complementarity <= 1e-10, "{report:?}");
+        assert!(report.contacts.cone <= 1e-10, "{report:?}");
+    }
+}
+
+#[test]
+fn a_box_slides_down_an_incline_as_friction_lets_it() {
+    for (mu, slope) in [(0.3, 0.4_f64), (0.5, 0.4), (0.0, 0.2), (1e6, 0.7)] {
+        let mut scene = ground(slope, rough(mu));
+        let start = tilt(slope) * Vector3::z() * 0.5;
+        let i = add_box(&mut scene, start, 3.0, rough(mu));
+        scene.bodies.orientation[i] = tilt(slope);
+        let mut stepper = stepper(scene);
+        run(&mut stepper, 60);
+        let moved = stepper.scene().bodies.position[i] - start;
+        let down = -moved.dot(&(tilt(slope) * Vector3::x()));
+        let acceleration = (G * (slope.sin() - mu * slope.cos())).max(0.0);
+        assert!(
+            (down - 0.5 * acceleration).abs() < 1e-8,
+            "{mu} {slope}: {down}"
+        );
+    }
+}
+
+#[test]
+fn a_sliding_box_stops_where_its_energy_is_spent() {
+    let mut scene = ground(0.0, rough(0.3));
+    let i = add_box(&mut scene, Vector3::z() * 0.5, 2.0, rough(0.3));
+    scene.bodies.velocity[i].x = 2.0;
+    let mut stepper = stepper(scene);
+    run(&mut stepper, 120);
+    let x = stepper.scene().bodies.position[i].x;
+    let exact = 4.0 / (2.0 * 0.3 * G);
+    assert!((x / exact - 1.0).abs() < 1e-4, "{x}, not {exact}");
+    assert!(stepper.scene().bodies.velocity[i].norm() < 1e-8);
+}
+
+#[test]
+fn a_dropped_ball_bounces_for_as_long_as_newton_says() {
+    let (e, dt) = (0.8, 1.0 / 240.0);
+    let surface = Surface {
+        restitution: e,
+        ..rough(0.0)
+    };
+    let mut scene = ground(0.0, surface);
+    let i = add_ball(&mut scene, Vector3::z() * 1.1, 0.1, surface);
+    let options = StepOptions {
+        dt,
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(scene, options).unwrap();
+    let mut last = 0.0;
+    while stepper.time() < 5.0 {
+        stepper.step().unwrap();
+        if stepper.scene().bodies.velocity[i].z > 1e-6 {
+            last = stepper.time();
+        }
+    }
+    let exact = (2.0 / G).sqrt() * (1.0 + e) / (1.0 - e);
+    assert!((last / exact - 1.0).abs() < 0.01, "{last}, not {exact}");
+    let height = stepper.scene().bodies.position[i].z;
+    assert!((height - 0.1).abs() < 1e-6, "{height}");
+}
+
+#[test]
+fn a_pushed_ball_slides_and_then_rolls() {
+    let mut scene = ground(0.0, rough(0.3));
+    let i = add_ball(&mut scene, Vector3::z() * 0.2, 0.2, rough(0.3));
+    scene.bodies.velocity[i].x = 3.0;
+    let mut stepper = stepper(scene);
+    run(&mut stepper, 60);
+    let speed = stepper.scene().bodies.velocity[i].x;
+    assert!((speed - 15.0 / 7.0).abs() < 1e-9, "{speed}");
+}
+
+#[test]
+fn ten_boxes_stand_whatever_the_uppermost_weighs() {
+    for ratio in [1.0, 1e3, 1e5] {
+        for form in [Form::Schur, Form::Kkt] {
+            let mut scene = ground(0.0, rough(0.5));
+            for k in 0..10 {
+                let mass = if k == 9 { ratio } else { 1.0 };
+                add_box(
+                    &mut scene,
+                    Vector3::z() * (0.5 + f64::from(k)),
+                    mass,
+                    rough(0.5),
+                );
+            }
+            let options = StepOptions {
+                form,
+                ..StepOptions::default()
+            };
+            let mut stepper = Stepper::new(scene, options).unwrap();
+            run(&mut stepper, 60);
+            let mut carried = [0.0; 10];
+            for contact in stepper.contacts() {
+                assert!(contact.gap > -1e-4, "{ratio}: {}", contact.gap);
+                let above = contact.bodies.into_iter().flatten().max().expect("a box");
+                carried[above] += contact.force.z.abs();
+            }
+            for (k, carried) in carried.into_iter().enumerate() {
+                let weight = G * (ratio + (9 - k) as f64);
+                assert!(
+                    (carried / weight - 1.0).abs() < 1e-6,
+                    "{ratio} {k}: {carried}"
+                );
+            }
+        }
+    }
+}
+
+/// A hoist that has come loose, above the ground and drifting, with balls for segments.
+fn fallen(options: StepOptions) -> Stepper {
+    let params = HoistParams {
+        segments: 24,
+        mass_ratio: 1e3,
+        ..HoistParams::default()
+    };
+    let mut scene = params.hanging_equilibrium().unwrap();
+    let load = scene.load.unwrap();
+    scene.add_collider(Collider {
+        position: scene.bodies.position[load] - Vector3::z() * 0.35,
+        ..Collider::new("ground", None, Shape::HalfSpace)
+    });
+    for i in scene.dynamic_bodies().collect::<Vec<_>>() {
+        let radius = if i == load { 0.3 } else { 0.02 };
+        let name = scene.body_names[i].clone();
+        scene.add_collider(Collider::new(name, Some(i), Shape::Sphere { radius }));
+        scene.bodies.velocity[i].x += 0.2;
+    }
+    let mut stepper = Stepper::new(scene, options).unwrap();
+    let loosen = |edit: &mut crate::Edit| {
+        let anchor = edit.constraint("anchor")?;
+        edit.remove_constraint(anchor)
+    };
+    stepper.change(loosen).unwrap();
+    stepper
+}
+
+#[test]
+fn a_fallen_cable_lies_the_same_by_all_forms_and_solvers() {
+    let compiled = Backend::all().into_iter();
+    let direct = compiled.filter(|b| b.is_compiled() && !b.is_iterative());
+    let mut places: Vec<(String, Vec<Vector3<f64>>)> = Vec::new();
+    for backend in direct {
+        for form in [Form::Schur, Form::Kkt] {
+            let options = StepOptions {
+                form,
+                backend: backend.clone(),
+                ..StepOptions::default()
+            };
+            if options.validate().is_err() {
+                continue;
+            }
+            let mut stepper = fallen(options);
+            let mut touched = 0;
+            for _ in 0..180 {
+                let report = stepper.step().unwrap();
+                assert_eq!(report.undecided, 0, "{report:?}");
+                touched = touched.max(report.contacts.touching);
+            }
+            assert!(touched > 3, "{touched}");
+            let place = stepper.scene().bodies.position.clone();
+            places.push((format!("{backend} {form}"), place));
+        }
+    }
+    let (_, first) = &places[0];
+    for (name, place) in &places {
+        for (a, b) in first.iter().zip(place) {
+            assert!((a - b).norm() < 1e-8, "{name}: {a} {b}");
+        }
+    }
+}
+
+/// A load of `mass` on a massless cable that hangs from 10 m, over the ground at 0.
+fn hung(mass: f64, length: f64) -> Scene {
+    let mut scene = ground(0.0, rough(0.5));
+    let load = add_box(&mut scene, Vector3::z() * 0.5, mass, rough(0.5));
+    scene.load = Some(load);
+    let top = Frame::world(Vector3::z() * 10.0);
+    let hook = Frame::body(load, Vector3::z() * 0.5);
+    let cable = MasslessCable::new(vec![top, hook], length, RowLaw::new(1e-6, 0.01));
+    scene.add_constraint("rope", Constraint::MasslessCable(cable), 0);
+    scene
+}
+
+#[test]
+fn what_the_rope_leaves_of_a_load_the_ground_carries() {
+    let weight = 1e5 * G;
+    // Four corners, each as soft as two surfaces.
+    let sag = |carried: f64| 2.0 * Surface::default().compliance * carried / 4.0;
+    // The rope is 1 mm short, or 1 mm long and slack.
+    for (length, short) in [(8.999, 1e-3), (9.001, 0.0)] {
+        let mut stepper = stepper(hung(1e5, length));
+        run(&mut stepper, 120);
+        let carried: f64 = stepper.contacts().map(|c| c.force.z.abs()).sum();
+        let pulled = -stepper.multipliers()[0] / stepper.options().dt;
+        let tension = if short > 0.0 {
+            (short + sag(carried)) / 1e-6
+        } else {
+            0.0
+        };
+        assert!(
+            (pulled - tension).abs() <= 1e-5 * tension,
+            "{pulled}, not {tension}"
+        );
+        assert!(
+            ((carried + pulled) / weight - 1.0).abs() < 1e-10,
+            "{carried} {pulled}"
+        );
+    }
+}
+
+#[test]
+fn a_run_that_is_taken_up_goes_on_with_the_same_bits() {
+    for grounded in Grounded::ALL {
+        let mut scene = GroundedParams::new(grounded).build().unwrap();
+        scene.bodies.velocity[0].y += 0.3;
+        let mut stepper = stepper(scene);
+        run_any(&mut stepper, 20);
+        let saved: SavedRun = stepper.save().unwrap();
+        let mut other = Stepper::restore(saved).unwrap();
+        run_any(&mut stepper, 20);
+        run_any(&mut other, 20);
+        let (a, b) = (&stepper.scene().bodies, &other.scene().bodies);
+        assert_eq!(a.position, b.position, "{grounded:?}");
+        assert_eq!(a.angular_velocity, b.angular_velocity);
+    }
+}
+
+fn run_any(stepper: &mut Stepper, steps: usize) {
+    for _ in 0..steps {
+        stepper.step().unwrap();
+    }
+}
+
+#[test]
+fn bodies_that_collide_in_free_fall_keep_their_momenta() {
+    for restitution in [0.0, 0.7, 1.0] {
+        let surface = Surface {
+            restitution,
+            ..rough(0.4)
+        };
+        let mut scene = Scene::new("free");
+        let a = add_box(&mut scene, Vector3::new(-0.9, 0.2, 0.1), 3.0, surface);
+        let b = add_ball(&mut scene, Vector3::new(0.4, 0.0, 0.0), 0.5, surface);
+        scene.bodies.velocity[a].x = 2.0;
+        scene.bodies.angular_velocity[b] = Vector3::new(0.0, 3.0, 5.0);
+        let (momentum, spin) = (scene.momentum(), scene.angular_momentum(&Vector3::zeros()));
+        let energy = scene.kinetic_energy();
+        let mut stepper = stepper(scene);
+        run(&mut stepper, 60);
+        let scene = stepper.scene();
+        assert!(scene.bodies.velocity[b].x > 0.5, "they have not met");
+        assert!((scene.momentum() - momentum).norm() < 1e-12);
+        // The impulses act at points a gap apart.
+        let turned = scene.angular_momentum(&Vector3::zeros()) - spin;
+        assert!(turned.norm() < 1e-2, "{turned}");
+        assert!(scene.kinetic_energy() <= energy * (1.0 + 1e-12));
+    }
+}
+
+/// Numbers from −1 to 1.
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> Vector3<f64> {
+        Vector3::new(self.next(), self.next(), self.next())
+    }
+}
+
+/// Bodies of all shapes that fall on a heap.
+fn heap(seed: u64, friction: f64, ratio: f64) -> Scene {
+    let mut random = Random(seed * 7919 + 12345);
+    let mut scene = ground(0.0, rough(friction));
+    for k in 0..8 {
+        let mass = ratio.powf(0.5 * (random.next() + 1.0));
+        let (body, shape) = match k % 4 {
+            0 => {
+                let size = Vector3::repeat(0.6) + random.vector() * 0.2;
+                (Body::cuboid(size, mass), Shape::Cuboid { size })
+            }
+            1 => (Body::sphere(0.3, mass), Shape::Sphere { radius: 0.3 }),
+            2 => {
+                let [length, radius] = [0.5, 0.15];
+                (
+                    Body::rod(0.8, radius, mass),
+                    Shape::Capsule { length, radius },
+                )
+            }
+            _ => {
+                let [length, radius] = [0.6, 0.2];
+                (
+                    Body::rod(length, radius, mass),
+                    Shape::Cylinder { length, radius },
+                )
+            }
+        };
+        let place = random.vector() * 0.2 + Vector3::z() * (0.8 + 0.9 * f64::from(k));
+        let turn = UnitQuaternion::from_scaled_axis(random.vector() * 2.0);
+        add(
+            &mut scene,
+            body.at(place).turned(turn),
+            shape,
+            rough(friction),
+        );
+    }
+    scene
+}
+
+#[test]
+fn heaps_are_decided_in_every_step_and_gain_no_energy() {
+    for seed in 1..=6 {
+        for (friction, ratio) in [(0.3, 1.0), (0.8, 1.0), (0.5, 1e3)] {
+            let scene = heap(seed, friction, ratio);
+            let weight = G * scene.mass();
+            let mut stepper = stepper(scene);
+            let (mut least, mut deepest) = (f64::INFINITY, 0.0_f64);
+            for _ in 0..180 {
+                let report = stepper.step().unwrap();
+                assert_eq!(report.undecided, 0, "{report:?}");
+                deepest = deepest.max(report.contacts.deepest);
+                let scene = stepper.scene();
+                let energy = scene.kinetic_energy() + scene.potential_energy();
+                let gained = energy - least;
+                // What undoes a penetration lifts what lies above.
+                let lifted = weight * deepest + 1e-9;
+                assert!(
+                    gained <= lifted,
+                    "{seed} {friction} {ratio}: {gained} J, not {lifted}"
+                );
+                least = energy.min(least);
+            }
+        }
+    }
+}
+
+#[test]
+fn shapes_that_are_far_apart_change_nothing() {
+    let build = || {
+        let ends = [Vector3::zeros(), Vector3::x() * 3.0];
+        let mut scene = Scene::new("far");
+        scene.gravity.z = -G;
+        let ends = ends.map(|end| CableEnd::Pinned(Frame::world(end)));
+        let cable = Cable::round("rope", &Material::STEEL, 0.01, ends);
+        scene.add_cable(&cable).unwrap();
+        scene
+    };
+    let mut with = build();
+    with.add_collider(Collider {
+        position: Vector3::z() * -1e3,
+        ..Collider::new("ground", None, Shape::HalfSpace)
+    });
+    let shape = Shape::Sphere { radius: 0.01 };
+    with.add_collider(Collider::new("ball", Some(3), shape));
+    let [mut with, mut without] = [with, build()].map(stepper);
+    run(&mut with, 30);
+    run(&mut without, 30);
+    assert_eq!(with.scene().bodies, without.scene().bodies);
+    let energies: [Energy; 2] = [with.energy(), without.energy()];
+    assert_eq!(energies[0], energies[1]);
+}
+
+#[test]
+fn shapes_that_begin_inside_each_other_come_apart_slowly() {
+    let mut scene = ground(0.0, rough(0.5));
+    let a = add_box(&mut scene, Vector3::z() * 0.3, 1.0, rough(0.5));
+    let b = add_box(&mut scene, Vector3::new(0.1, 0.0, 0.6), 1e6, rough(0.5));
+    let mut stepper = stepper(scene);
+    for _ in 0..120 {
+        stepper.step().unwrap();
+        for i in [a, b] {
+            let speed = stepper.scene().bodies.velocity[i].norm();
+            assert!(speed < 5.0, "{speed}");
+        }
+    }
+}
+
+#[test]
+fn more_contacts_than_a_dense_problem_holds_are_refused_by_name() {
+    let mut scene = ground(0.0, rough(0.5));
+    let body = scene.add_body("hedgehog", Body::sphere(1.0, 1.0).at(Vector3::z() * 0.1));
+    for k in 0..300 {
+        let shape = Shape::Sphere { radius: 0.1 };
+        scene.add_collider(Collider {
+            position: Vector3::x() * (0.3 * f64::from(k)),
+            ..Collider::new(format!("spine-{k}"), Some(body), shape)
+        });
+    }
+    let error = stepper(scene).step().expect_err("too many");
+    assert!(
+        matches!(error, StepError::TooManyContacts { contacts: 300, .. }),
+        "{error}"
+    );
+}

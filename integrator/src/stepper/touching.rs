@@ -1,0 +1,208 @@
+//! The step's solve with contacts: see [`crate::contact`].
+
+use super::Stepper;
+use crate::contact::operator::Factor;
+use crate::pieces::Pieces;
+use crate::{Phase, StepError};
+use nalgebra::Vector3;
+use taut_model::BodyVectors;
+
+/// Solutions through W at most: what it is inexact by each takes away.
+const PASSES: usize = 6;
+
+/// Largest violation of the contacts' conditions, over the size of their rates, that needs no further pass.
+const TOLERANCE: f64 = 1e-10;
+
+/// Most rows of a dense problem.
+const MOST_ROWS: usize = 600;
+
+impl Stepper {
+    /// Finds the contacts of a step of `dt` from the present state.
+    pub(crate) fn find_contacts(&mut self, dt: f64, bounces: bool) -> Result<(), StepError> {
+        self.contacts.bounces = bounces;
+        self.contacts.find(&self.scene, dt)?;
+        Ok(())
+    }
+
+    /// μ of the factorised system, and the sheaves' slip.
+    #[inline(always)]
+    pub(crate) fn solve_rows(&mut self) -> Result<(), StepError> {
+        self.solve_assembled()?;
+        if self.slip.is_empty() {
+            return Ok(());
+        }
+        self.solve_slip()
+    }
+
+    /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
+    pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
+        let found = self.pass_through(dt, TOLERANCE, |stepper| {
+            stepper.right_hand_side();
+            stepper.solve_rows()
+        })?;
+        self.contacts.remember(dt);
+        self.contacts.count(&mut self.tally.contacts, found, dt);
+        self.tally.undecided += usize::from(found > TOLERANCE);
+        Ok(())
+    }
+
+    /// Passes through W until the conditions hold to `tolerance`; `solve` finds μ for the contacts' impulses. The largest
+    /// violation that is left, over the size of the rates.
+    pub(crate) fn pass_through(
+        &mut self,
+        dt: f64,
+        tolerance: f64,
+        mut solve: impl FnMut(&mut Self) -> Result<(), StepError>,
+    ) -> Result<f64, StepError> {
+        let mut rates = std::mem::take(&mut self.contacts.rates);
+        let done = self.passes(dt, tolerance, &mut rates, &mut solve);
+        self.contacts.rates = rates;
+        done
+    }
+
+    fn passes(
+        &mut self,
+        dt: f64,
+        tolerance: f64,
+        rates: &mut Vec<f64>,
+        solve: &mut impl FnMut(&mut Self) -> Result<(), StepError>,
+    ) -> Result<f64, StepError> {
+        let mut passes = PASSES;
+        for pass in 0.. {
+            self.pieces.update_velocity_change(&self.mu);
+            self.contacts.rates(&self.pieces, rates);
+            // W is that of another matrix at first.
+            let close = self.scene.gravity.norm() * dt;
+            let new = self.contacts.activate(rates, close) || pass == 0;
+            if new {
+                self.build_operator()?;
+            }
+            self.contacts.regularize(rates);
+            let found = self.contacts.violation(rates, &self.pieces);
+            let settled = found <= tolerance && (!new || self.contacts.none_active());
+            if passes == 0 || settled {
+                return Ok(found);
+            }
+            // Contacts become active one after the other at worst.
+            passes -= usize::from(!new);
+            let contacts = &mut self.contacts;
+            contacts.operator.take_away(&contacts.touches, rates);
+            if pass == 0 {
+                contacts.aim(&self.scene, &self.pieces, rates, dt);
+            }
+            let (method, tally) = (self.options.contacts, &mut self.tally);
+            let operator = &mut contacts.operator;
+            let done = operator.solve(method, &mut contacts.touches, rates, |report, softer| {
+                tally.contacts.add(&report, softer);
+            });
+            contacts.apply(&mut self.pieces.inertia, true);
+            self.tally.end(Phase::Solve);
+            done.map_err(|e| self.culprit(e))?;
+            solve(self)?;
+        }
+        Ok(f64::NAN)
+    }
+
+    /// W of the active contacts.
+    fn build_operator(&mut self) -> Result<(), StepError> {
+        let mut factor = Factor {
+            solver: &mut *self.solver,
+            matrix: &self.matrix,
+            plan: &self.plan,
+            form: self.options.form,
+            system: &mut self.columns,
+        };
+        let contacts = &mut self.contacts;
+        let (operator, touches) = (&mut contacts.operator, &contacts.touches);
+        operator.divide(&self.pieces, touches);
+        let largest = operator.islands.iter().map(|island| 3 * island.len());
+        let rows = largest.max().unwrap_or(0);
+        if rows > MOST_ROWS {
+            return Err(StepError::TooManyContacts {
+                contacts: rows / 3,
+                most: MOST_ROWS / 3,
+                time: self.time,
+            });
+        }
+        let report = operator.build(&self.pieces, touches, &mut factor);
+        let report = report.map_err(|e| self.culprit(e))?;
+        self.tally.add_part(report);
+        self.tally.end(Phase::Solve);
+        Ok(())
+    }
+
+    /// After a step of the scheme: what arrived in it leaves with its restitution.
+    pub(crate) fn rebound(&mut self) -> Result<(), StepError> {
+        if self
+            .contacts
+            .touches
+            .iter()
+            .all(|touch| touch.rebound.is_none())
+        {
+            return Ok(());
+        }
+        let Self {
+            contacts,
+            scene,
+            tally,
+            ..
+        } = self;
+        let bodies = &scene.bodies;
+        let of = |i: usize| {
+            let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            [v.x, v.y, v.z, w.x, w.y, w.z]
+        };
+        let done = contacts.rebound(
+            self.options.contacts,
+            contacts.dt(),
+            of,
+            |report, softer| {
+                tally.contacts.add(&report, softer);
+            },
+        );
+        done.map_err(|e| self.culprit(e))?;
+        self.strike()?;
+        self.contacts.end_rebound();
+        // The rates of the step are those before the blow.
+        self.history.forget(&self.pieces.rows.phi_t);
+        Ok(())
+    }
+
+    /// The velocities change by the contacts' impulses, and by what the joints make of them.
+    fn strike(&mut self) -> Result<(), StepError> {
+        let bodies = self.scene.bodies.len();
+        let (mut impulse, mut change) = (BodyVectors::new(bodies), BodyVectors::new(bodies));
+        for touch in &self.contacts.touches {
+            touch.add_to(&mut impulse);
+        }
+        let Pieces { rows, inertia, .. } = &self.pieces;
+        inertia.correct_velocities(&impulse, &mut change);
+        if rows.rows() > 0 {
+            let mut mu = vec![0.0; rows.rows()];
+            rows.times_jacobian(&change, &mut mu);
+            for k in (0..rows.bounds.len()).filter(|k| self.bounded.holds(*k)) {
+                mu[rows.bounds[k].row] = 0.0;
+            }
+            mu.iter_mut().for_each(|rate| *rate = -*rate);
+            let mut factor = Factor {
+                solver: &mut *self.solver,
+                matrix: &self.matrix,
+                plan: &self.plan,
+                form: self.options.form,
+                system: &mut self.columns,
+            };
+            let report = factor.respond(rows, &mut mu);
+            let report = report.map_err(|e| self.culprit(e))?;
+            self.tally.add_part(report);
+            let Pieces { rows, inertia, .. } = &self.pieces;
+            rows.add_transposed(&mu, &mut impulse);
+            inertia.correct_velocities(&impulse, &mut change);
+        }
+        for i in self.scene.dynamic_bodies().collect::<Vec<_>>() {
+            let [x, y, z, p, q, r] = change.get(i);
+            self.scene.bodies.velocity[i] += Vector3::new(x, y, z);
+            self.scene.bodies.angular_velocity[i] += Vector3::new(p, q, r);
+        }
+        Ok(())
+    }
+}
