@@ -1,5 +1,6 @@
 //! The hard cases in their short form, and the scenes with branches and loops.
 
+mod contacts;
 mod dynamics;
 mod infeasible;
 mod networks;

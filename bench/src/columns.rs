@@ -17,11 +17,11 @@ use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
 type Quantity<Read> = (&'static str, &'static str, Read);
 
 type OfRun = fn(&Sample) -> Option<f64>;
-type OfBody = fn(&Scene, usize) -> f64;
+type OfBody = fn(&Stepper, usize) -> f64;
 type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
 
 /// Those of the run; all but the last are the columns of a table without `--columns`.
-const OF_RUN: [Quantity<OfRun>; 12] = [
+const OF_RUN: [Quantity<OfRun>; 14] = [
     ("time", "s", |s| Some(s.time)),
     ("load_x", "m", |s| Some(s.load.x)),
     ("load_y", "m", |s| Some(s.load.y)),
@@ -34,21 +34,34 @@ const OF_RUN: [Quantity<OfRun>; 12] = [
     ("step", "ns", |s| Some(s.phases.total().as_nanos() as f64)),
     ("load_tension", "N", |s| s.load_tension),
     ("events", "", |s| Some(s.events as f64)),
+    ("contacts", "", |s| Some(s.contacts.touching as f64)),
+    ("sliding", "", |s| Some(s.contacts.sliding as f64)),
 ];
 
 /// Those of a body.
-const OF_BODY: [Quantity<OfBody>; 10] = [
-    ("x", "m", |s, i| s.bodies.position[i].x),
-    ("y", "m", |s, i| s.bodies.position[i].y),
-    ("z", "m", |s, i| s.bodies.position[i].z),
-    ("vx", "m/s", |s, i| s.bodies.velocity[i].x),
-    ("vy", "m/s", |s, i| s.bodies.velocity[i].y),
-    ("vz", "m/s", |s, i| s.bodies.velocity[i].z),
-    ("speed", "m/s", |s, i| s.bodies.velocity[i].norm()),
-    ("wx", "rad/s", |s, i| s.bodies.angular_velocity[i].x),
-    ("wy", "rad/s", |s, i| s.bodies.angular_velocity[i].y),
-    ("wz", "rad/s", |s, i| s.bodies.angular_velocity[i].z),
+const OF_BODY: [Quantity<OfBody>; 11] = [
+    ("x", "m", |s, i| s.scene().bodies.position[i].x),
+    ("y", "m", |s, i| s.scene().bodies.position[i].y),
+    ("z", "m", |s, i| s.scene().bodies.position[i].z),
+    ("vx", "m/s", |s, i| s.scene().bodies.velocity[i].x),
+    ("vy", "m/s", |s, i| s.scene().bodies.velocity[i].y),
+    ("vz", "m/s", |s, i| s.scene().bodies.velocity[i].z),
+    ("speed", "m/s", |s, i| s.scene().bodies.velocity[i].norm()),
+    ("wx", "rad/s", |s, i| s.scene().bodies.angular_velocity[i].x),
+    ("wy", "rad/s", |s, i| s.scene().bodies.angular_velocity[i].y),
+    ("wz", "rad/s", |s, i| s.scene().bodies.angular_velocity[i].z),
+    ("contact", "N", contact),
 ];
+
+/// Norm of the sum of the contacts' forces on a body.
+fn contact(stepper: &Stepper, body: usize) -> f64 {
+    let forces = stepper.contacts().map(|contact| match contact.bodies {
+        [Some(i), _] if i == body => contact.force,
+        [_, Some(i)] if i == body => -contact.force,
+        _ => Default::default(),
+    });
+    forces.sum::<taut_model::nalgebra::Vector3<f64>>().norm()
+}
 
 /// Those of a joint, link or cable, where it has them.
 const OF_CONSTRAINT: [Quantity<OfConstraint>; 11] = [
@@ -208,7 +221,7 @@ impl Source {
         let scene = stepper.scene();
         match self {
             Self::Run(of) => of(sample),
-            Self::Body(body, of) => Some(of(scene, stepper.body_index(*body).ok()?)),
+            Self::Body(body, of) => Some(of(stepper, stepper.body_index(*body).ok()?)),
             Self::Constraint(c, of) => of(stepper, stepper.constraint_index(*c).ok()?),
             Self::Control(name) => {
                 let control = scene.controls.iter().position(|c| c.name == *name);

@@ -9,7 +9,7 @@ use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
-use taut_integrator::{Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
+use taut_integrator::{ContactReport, Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
 use taut_model::{Scene, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
@@ -129,8 +129,11 @@ pub struct Summary {
     pub planar: bool,
     /// Steps whose iteration did not meet its tolerance.
     pub unconverged_steps: usize,
-    /// Steps in which it was left undecided which rows are at their bounds.
+    /// Steps in which it was left undecided which rows are at their bounds or which contacts carry what.
     pub undecided_steps: usize,
+    /// What touched, where anything did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contacts: Option<ContactSummary>,
     /// How it ended early.
     pub failure: Option<Failure>,
     /// Load positions, one a step, where they were wanted.
@@ -192,6 +195,7 @@ pub struct Wishes<'a> {
 #[derive(Debug, Default)]
 struct Tally {
     steps: usize,
+    contacts: Option<ContactSummary>,
     redone: usize,
     implicit_substeps: usize,
     most_solves: usize,
@@ -209,13 +213,46 @@ struct Tally {
     times: [Durations; 1 + Phase::ALL.len()],
 }
 
+/// The contacts of a run.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct ContactSummary {
+    /// Contacts that carry a force at the end, and those of them that slide.
+    pub touching: usize,
+    /// Those whose friction is at its limit at the end.
+    pub sliding: usize,
+    /// Most that carry a force in a step.
+    pub most: usize,
+    /// Deepest penetration \[m].
+    pub deepest_m: f64,
+    /// Largest violation of their conditions, over the largest rate.
+    pub complementarity: f64,
+    /// Most factorisations of dense problems in a step, and problems left to fall-backs in all of them.
+    pub most_pivots: usize,
+    /// Dense problems that Newton's method left to its fall-backs.
+    pub fallbacks: usize,
+}
+
 impl Tally {
+    fn add_contacts(&mut self, step: &ContactReport) {
+        if step.near == 0 && self.contacts.is_none() {
+            return;
+        }
+        let sum = self.contacts.get_or_insert_default();
+        (sum.touching, sum.sliding) = (step.touching, step.sliding);
+        sum.most = sum.most.max(step.touching);
+        sum.deepest_m = sum.deepest_m.max(step.deepest);
+        sum.complementarity = worse(sum.complementarity, step.complementarity);
+        sum.most_pivots = sum.most_pivots.max(step.pivots);
+        sum.fallbacks += step.fallbacks;
+    }
+
     fn add(&mut self, s: &Sample, yardstick: &Yardstick) {
         self.steps += 1;
         self.redone += usize::from(s.redone);
         self.implicit_substeps += s.implicit_substeps;
         self.most_solves = self.most_solves.max(s.solves);
         self.iterations += s.iterations;
+        self.add_contacts(&s.contacts);
         self.violation = self.violation.max(s.violation);
         let excess = s.balance.map(|b| b.excess);
         self.excess = self.excess.into_iter().chain(excess).reduce(worse);
@@ -338,6 +375,7 @@ fn summary(
         planar: yardstick.planar,
         unconverged_steps: tally.steps.saturating_sub(simulation.claimed),
         undecided_steps: simulation.undecided,
+        contacts: tally.contacts,
         failure: simulation.failure,
         load: tally.path,
         columns: tally.columns,
@@ -427,7 +465,8 @@ fn verdict(s: &Summary) -> String {
             format!("stable, but {} steps {why}", s.unconverged_steps)
         }
         None if s.undecided_steps > 0 => format!(
-            "stable, but {} steps left undecided which cables are slack or which motors at their limits",
+            "stable, but {} steps left undecided which cables are slack, which motors at their limits, or which contacts \
+             carry what",
             s.undecided_steps
         ),
         None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
@@ -524,10 +563,17 @@ pub fn text(s: &Summary) -> String {
         ),
         ("phases", phases.join(", ")),
     ];
+    let contacts = s.contacts.map(|c| {
+        let text = format!(
+            "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}",
+            c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
+        );
+        ("contacts", text)
+    });
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
-    for (name, value) in rows.into_iter().chain(events).chain(notes) {
+    for (name, value) in rows.into_iter().chain(contacts).chain(events).chain(notes) {
         let _ = writeln!(out, "{name:>16}  {value}");
     }
     out

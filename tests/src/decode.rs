@@ -160,6 +160,7 @@ impl<'a> Bytes<'a> {
             elimination: Elimination::ALL[self.below(4)],
             refinements: self.below(3),
             warm_start: self.byte().is_multiple_of(2),
+            contacts: Default::default(),
             backend,
         }
     }

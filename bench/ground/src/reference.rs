@@ -8,7 +8,7 @@ use crate::pace;
 use crate::trajectory::load_position;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_integrator::{ContactImpulses, StepError, StepOptions, Stepper};
 use taut_model::{HoistParams, Scene, SceneError};
 use taut_solver::{Backend, DenseOptions};
 
@@ -116,6 +116,8 @@ pub struct Snapshot {
     pub scene: Scene,
     /// Multipliers of the step that led there, one a row; zeros at the beginning \[N, N m].
     pub tension: Vec<f64>,
+    /// Impulses of its contacts.
+    pub contacts: ContactImpulses,
 }
 
 impl Snapshot {
@@ -128,6 +130,7 @@ impl Snapshot {
             time: stepper.time(),
             scene: stepper.scene().clone(),
             tension: stepper.multipliers().iter().map(|mu| mu / dt).collect(),
+            contacts: stepper.contact_impulses(),
         }
     }
 
@@ -138,6 +141,7 @@ impl Snapshot {
     pub fn put(&self, stepper: &mut Stepper) -> Result<(), StepError> {
         stepper.lay_cables(&self.scene)?;
         stepper.set_state(&self.scene.bodies, self.time)?;
+        stepper.set_contact_impulses(&self.contacts);
         stepper.set_tension(&self.tension)
     }
 }

@@ -6,7 +6,7 @@ use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
-use taut_integrator::{Energy, EnergyBalance, PhaseTimes, StepError, Stepper};
+use taut_integrator::{ContactReport, Energy, EnergyBalance, PhaseTimes, StepError, Stepper};
 use taut_model::Scene;
 
 /// The state after a step, in the numbers that are compared.
@@ -36,6 +36,8 @@ pub struct Sample {
     pub implicit_substeps: usize,
     /// Events at the end of the step.
     pub events: usize,
+    /// What the step did with contacts.
+    pub contacts: ContactReport,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
 }
@@ -51,7 +53,7 @@ pub struct Trajectory {
     pub error: Option<StepError>,
     /// Steps whose iteration claimed convergence.
     pub claimed: usize,
-    /// Steps in which it was left undecided which rows are at their bounds.
+    /// Steps in which it was left undecided which rows are at their bounds or which contacts carry what.
     pub undecided: usize,
 }
 
@@ -240,7 +242,7 @@ pub struct Simulation {
     pub error: Option<StepError>,
     /// Steps whose iteration claimed convergence.
     pub claimed: usize,
-    /// Steps in which it was left undecided which rows are at their bounds.
+    /// Steps in which it was left undecided which rows are at their bounds or which contacts carry what.
     pub undecided: usize,
 }
 
@@ -291,6 +293,7 @@ impl Simulation {
             redone: report.redone,
             implicit_substeps: report.implicit_substeps,
             events: report.events,
+            contacts: report.contacts,
             phases: report.phases,
         };
         if report.events > 0 {

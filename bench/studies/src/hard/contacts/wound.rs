@@ -1,0 +1,232 @@
+//! The capstan of masses and of segments: cables that friction on a fixed cylinder holds.
+//!
+//! **Masses.** n point masses lie on the cylinder at the angles (k + ½) δ, δ = π/n, on rigid links; the legs hang
+//! straight down. A mass turns the link by δ and has the pulls T and T' at ½δ to the tangent. While it slips
+//!
+//! ```text
+//! (T' − T) cos ½δ = μ (T' + T) sin ½δ    ⇒    T'/T = (1 + μ tan ½δ)/(1 − μ tan ½δ)
+//! ```
+//!
+//! whose n-th power is the holding limit of the whole, e^(μπ) with an error of second order.
+//!
+//! The masses' own weight and inertia join in, m (a + g cos θ + μ g sin θ) a mass at the angle θ.
+//!
+//! **Segments.** Capsules of the radius r touch with their middles, as in the [edge](super::edge), R off the axis, and
+//! pull each other R + r off it. The moments about the axis leave
+//!
+//! ```text
+//! dT (R + r) = μ T R dφ    ⇒    T'/T → e^(μ π R/(R + r))
+//! ```
+//!
+//! The pulls on a segment are along the lines that balance the moments about its contact: at n joints the limit is
+//! lower, by an error of second order. It is bracketed by what holds and what slips, with the [stiffer](stiffer) step.
+
+use super::edge::{EDGE, Over, RADIUS, stiffer};
+use super::{DT, GRAVITY, rough, run};
+use crate::hard::{at, either};
+use indicatif::ProgressBar;
+use nalgebra::{UnitQuaternion, Vector3};
+use std::f64::consts::{FRAC_PI_2, PI};
+use taut_integrator::{GeometricStiffness, StepError, StepOptions};
+use taut_model::collide::{Collider, Shape};
+use taut_model::{Body, Constraint, Distance, Frame, RowLaw, Scene};
+use taut_output::check::{Check, ExperimentError, Outcome};
+
+const MU: f64 = 0.3;
+/// Mass of a point over that of the load.
+const LIGHT: f64 = 1e-3;
+/// Part of the limit by which what holds and what slips are apart.
+const APART: f64 = 1e-3;
+/// Speed of what slips after half a second \[m/s].
+const FAST: f64 = 5e-4;
+/// Largest relative error of a ratio of tensions.
+const BAR: f64 = 1e-6;
+
+/// The ratio of the tensions of n masses without mass that slip.
+fn discrete(count: usize) -> f64 {
+    let part = MU * (0.5 * PI / count as f64).tan();
+    ((1.0 + part) / (1.0 - part)).powi(count as i32)
+}
+
+/// T of the last leg for that of the first one, \[N], where the masses slip with the acceleration a along the cylinder.
+fn carried(count: usize, first: f64, a: f64) -> f64 {
+    let turn = PI / count as f64;
+    let (s, c) = (0.5 * turn).sin_cos();
+    (0..count).fold(first, |pull, k| {
+        let (up, along) = ((k as f64 + 0.5) * turn).sin_cos();
+        let own = LIGHT * (a + GRAVITY * (along + MU * up));
+        (pull * (c + MU * s) + own) / (c - MU * s)
+    })
+}
+
+/// The loads' acceleration, and the ratio of the tensions of the legs.
+fn accelerated(count: usize, loads: [f64; 2]) -> [f64; 2] {
+    let leg = (0.5 * PI / count as f64).cos();
+    let pulls = |a: f64| {
+        let first = loads[0] * (GRAVITY + a * leg);
+        [first, carried(count, first, a)]
+    };
+    // What the second load pulls with too much, linear in a.
+    let excess = |a: f64| loads[1] * (GRAVITY - a * leg) - pulls(a)[1];
+    let a = excess(0.0) / (excess(0.0) - excess(1.0));
+    let [first, last] = pulls(a);
+    [a * leg, last / first]
+}
+
+/// Point masses on a cylinder, and loads.
+fn masses(count: usize, loads: [f64; 2]) -> Scene {
+    let mut scene = Scene::new("capstan of masses");
+    scene.gravity = Vector3::z() * -GRAVITY;
+    scene.add_collider(Collider {
+        surface: rough(MU),
+        orientation: UnitQuaternion::from_axis_angle(&Vector3::x_axis(), FRAC_PI_2),
+        ..Collider::new(
+            "drum",
+            None,
+            Shape::Capsule {
+                length: 1.0,
+                radius: EDGE,
+            },
+        )
+    });
+    let turn = PI / count as f64;
+    let mut places: Vec<Vector3<f64>> = (0..count)
+        .map(|k| {
+            let angle = (k as f64 + 0.5) * turn;
+            Vector3::new(angle.cos(), 0.0, angle.sin()) * (EDGE + RADIUS)
+        })
+        .collect();
+    places.insert(0, places[0] - Vector3::z());
+    places.push(places[count] - Vector3::z());
+    for (k, place) in places.iter().enumerate() {
+        let mass = match k {
+            0 => loads[0],
+            k if k == count + 1 => loads[1],
+            _ => LIGHT,
+        };
+        let name = format!("mass-{k}");
+        let body = scene.add_body(&name, Body::particle(mass).at(*place));
+        if (1..=count).contains(&k) {
+            scene.add_collider(Collider {
+                surface: rough(MU),
+                groups: 2,
+                meets: 1,
+                ..Collider::new(name, Some(body), Shape::Sphere { radius: RADIUS })
+            });
+        }
+    }
+    for (k, pair) in places.windows(2).enumerate() {
+        let link = Distance {
+            frames: [k, k + 1].map(|body| Frame::body(body, Vector3::zeros())),
+            length: (pair[1] - pair[0]).norm(),
+            law: RowLaw::RIGID,
+            transverse: false,
+        };
+        scene.add_constraint(format!("link-{k}"), Constraint::Distance(link), 0);
+    }
+    scene
+}
+
+pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
+    let over = segments(8, [1.0, 2.0]);
+    Ok(vec![over.build()?])
+}
+
+/// The step without what is made of a past.
+fn plain() -> StepOptions {
+    StepOptions {
+        guard: None,
+        stiffness: GeometricStiffness::Off,
+        ..at(DT)
+    }
+}
+
+/// The ratio of the tensions of masses that slip, in the first step.
+fn slipping(count: usize, loads: [f64; 2]) -> Result<f64, StepError> {
+    let (stepper, _) = run(masses(count, loads), plain(), 1, |_, _| {})?;
+    let tension = |link: usize| stepper.tension(link).unwrap_or(f64::NAN);
+    Ok(tension(count) / tension(0))
+}
+
+/// Acceleration of the heavier load in the first steps, once the contacts have yielded.
+fn sinking(count: usize, loads: [f64; 2]) -> Result<f64, StepError> {
+    let (from, steps) = (4, 8);
+    let mut speeds = Vec::new();
+    run(masses(count, loads), plain(), steps, |stepper, _| {
+        speeds.push(-stepper.scene().bodies.velocity[count + 1].z);
+    })?;
+    Ok((speeds[steps - 1] - speeds[from]) / (DT * (steps - 1 - from) as f64))
+}
+
+fn segments(joints: usize, loads: [f64; 2]) -> Over {
+    Over {
+        joints,
+        legs: 2,
+        segment: 1e-3,
+        loads: loads.map(|mass| 100.0 * mass),
+        friction: MU,
+    }
+}
+
+/// Whether the cable holds loads of that ratio: what slips is faster than this after half a second \[m/s].
+fn is_held(joints: usize, ratio: f64) -> Result<bool, ExperimentError> {
+    let scene = segments(joints, [1.0, ratio]).build()?;
+    let (stepper, _) = run(scene, stiffer(at(DT)), 30, |_, _| {})?;
+    Ok(stepper.scene().bodies.velocity[1].z > -FAST)
+}
+
+/// The largest ratio of the loads that the cable holds, by bisection.
+fn limit(joints: usize) -> Result<f64, ExperimentError> {
+    let [mut holds, mut slips] = [1.5, 3.5];
+    while slips / holds - 1.0 > 1e-4 {
+        let middle = 0.5 * (holds + slips);
+        let to = if is_held(joints, middle)? {
+            &mut holds
+        } else {
+            &mut slips
+        };
+        *to = middle;
+    }
+    Ok(holds)
+}
+
+pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let mut checks = Vec::new();
+    for count in [4, 8, 16, 32] {
+        let loads = [1.0, 2.0 * discrete(count)];
+        let [_, exact] = accelerated(count, loads);
+        let case = format!("{count} masses on a cylinder, slipping: T'/T");
+        let check = Check::relative(case, [exact, slipping(count, loads)?], "", BAR);
+        let off = discrete(count) / (MU * PI).exp() - 1.0;
+        checks.push(check.noting(format!("without their own masses {off:+.1e} off e^(μπ)")));
+        checks.push(holds(count)?);
+    }
+    checks.extend(wound(quick)?);
+    Ok(checks.into())
+}
+
+/// What holds and what slips, this side and that of the limit.
+fn holds(count: usize) -> Result<Check, ExperimentError> {
+    let limit = carried(count, GRAVITY, 0.0) / GRAVITY;
+    let [below, above] = [1.0 - APART, 1.0 + APART].map(|part| [1.0, limit * part]);
+    let [held, slipped] = [sinking(count, below)?, sinking(count, above)?];
+    let [exact, _] = accelerated(count, above);
+    let case = format!("{count} masses on a cylinder, (1 ∓ {APART:e}) of the limit: hold and slip");
+    let ours = format!("{held:+.1e} and {slipped:.3e} m/s²");
+    let reference = format!("0 and from {exact:.3e} m/s² on");
+    let good = held.abs() < 0.01 * exact && (0.5..2.0).contains(&(slipped / exact));
+    Ok(Check::stated(case, reference, ours, good))
+}
+
+/// The holding limits of more and more segments.
+fn wound(quick: bool) -> Result<Vec<Check>, ExperimentError> {
+    let counts: &[usize] = either(quick, &[8, 16], &[8, 16, 32]);
+    let exact = (MU * PI * EDGE / (EDGE + RADIUS)).exp();
+    let mut checks = Vec::new();
+    for &joints in counts {
+        let bar = 0.4 / joints as f64;
+        let case = format!("{joints} joints of segments on a cylinder: the ratio that still holds");
+        checks.push(Check::relative(case, [exact, limit(joints)?], "", bar));
+    }
+    Ok(checks)
+}

@@ -1,0 +1,48 @@
+//! H41, H44, H45, H55, H56, and cables and loads that meet the ground.
+
+use super::{checks, limited};
+use taut_output::check::Verdict;
+use taut_studies::hard::contacts::CASES;
+
+#[test]
+fn boxes_balls_and_cards_do_what_friction_says() {
+    checks("H41");
+    limited(
+        "H44",
+        &["ball dropped by 1 m, e = 0.8, 60 steps a second: bounces until"],
+    );
+    checks("H45");
+}
+
+#[test]
+fn cables_lie_wind_and_land() {
+    for name in ["H56", "wound", "touchdown", "scale", "landing"] {
+        let found = checks(name);
+        assert!(
+            found.iter().all(|c| c.verdict == Verdict::Pass),
+            "{found:#?}"
+        );
+    }
+}
+
+/// What rocks on the edge does so in the default step alone.
+#[test]
+fn a_taut_cable_rests_on_an_edge() {
+    let found = checks("H55");
+    let limits = found.iter().filter(|c| c.verdict == Verdict::Limit);
+    assert!(limits.clone().count() > 0, "{found:#?}");
+    assert!(
+        limits
+            .into_iter()
+            .all(|c| c.case.contains("the default step"))
+    );
+}
+
+#[test]
+fn every_case_has_a_scene_or_says_that_it_has_none() {
+    for case in CASES {
+        let scenes = (case.scenes)().expect("builds");
+        let audited = !["H55", "scale"].contains(&case.name);
+        assert_eq!(scenes.is_empty(), !audited, "{}", case.name);
+    }
+}
