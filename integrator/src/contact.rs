@@ -30,8 +30,10 @@
 //!
 //! Restitution: [`rebound`].
 
+mod groups;
 pub(crate) mod operator;
 mod rebound;
+mod sweeps;
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
@@ -199,7 +201,7 @@ pub(crate) struct Known {
 pub(crate) struct Contacts {
     collisions: Collisions,
     pub(crate) touches: Vec<Touch>,
-    /// Those of the last solve.
+    /// Those of the last solve, in the order of their colliders.
     known: Vec<Known>,
     taken: Vec<bool>,
     /// Whether shapes that arrive rebound: in the scheme's own steps.
@@ -260,9 +262,12 @@ impl Contacts {
         self.taken.clear();
         self.taken.resize(self.known.len(), false);
         for touch in &mut self.touches {
-            let same = |known: &Known| known.colliders == touch.found.colliders;
+            let pair = touch.found.colliders;
+            let first = self.known.partition_point(|known| known.colliders < pair);
+            let same = self.known.iter().enumerate().skip(first);
+            let same = same.take_while(|(_, known)| known.colliders == pair);
             let apart = |known: &Known| (Vector3::from(known.key) - touch.found.key).norm_squared();
-            let left = (self.known.iter().enumerate()).filter(|(i, k)| !self.taken[*i] && same(k));
+            let left = same.filter(|(i, _)| !self.taken[*i]);
             if let Some((i, known)) = left.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))) {
                 let impulse = Vector3::from(known.impulse) * factor;
                 let own = touch.axes.map(|axis| axis.dot(&impulse));
@@ -296,6 +301,8 @@ impl Contacts {
             self.known_dt = dt;
         }
         self.known = known;
+        // As they are found.
+        self.known.sort_by_key(|known| known.colliders);
     }
 
     /// Step that the impulses belong to \[s].
@@ -418,6 +425,7 @@ impl Contacts {
             report.deepest = report.deepest.max(-touch.found.gap);
         }
         report.near = self.touches.len();
+        report.groups = self.operator.groups.split();
         report.load = self.touches.iter().map(|t| t.impulse[0]).sum::<f64>() / dt;
     }
 }

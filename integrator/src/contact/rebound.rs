@@ -8,6 +8,7 @@
 use super::{Contacts, Touch};
 use crate::pieces::Pieces;
 use taut_model::Scene;
+use super::operator::Factor;
 use taut_solver::SolveError;
 use taut_solver::coulomb::{ConeMethod, ConeReport};
 
@@ -62,6 +63,7 @@ impl Contacts {
         method: ConeMethod,
         dt: f64,
         of: impl Fn(usize) -> [f64; 6],
+        factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
     ) -> Result<(), SolveError> {
         let mut rates = std::mem::take(&mut self.rates);
@@ -79,13 +81,13 @@ impl Contacts {
             let impulses = touches.iter().flat_map(|t| t.impulse);
             impulses.zip(rates).map(|(p, u)| p * u).sum()
         };
-        let spent = along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches);
+        let spent = along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
         self.touches.iter_mut().for_each(|t| t.impulse = [0.0; 3]);
         self.operator
-            .solve(method, &mut self.touches, &wanted, each)?;
+            .solve(method, &mut self.touches, &wanted, factor, each)?;
         let (linear, square) = (
             along(&self.touches, &rates),
-            self.operator.energy(&self.touches),
+            self.operator.energy(&self.touches, factor)?,
         );
         let part = largest_part(spent.min(0.0), linear, square);
         for touch in &mut self.touches {

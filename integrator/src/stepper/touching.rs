@@ -6,6 +6,7 @@ use crate::pieces::Pieces;
 use crate::{Phase, StepError};
 use nalgebra::Vector3;
 use taut_model::BodyVectors;
+use taut_solver::SolveError;
 
 /// Solutions through W at most: what it is inexact by each takes away.
 const PASSES: usize = 6;
@@ -13,8 +14,19 @@ const PASSES: usize = 6;
 /// Largest violation of the contacts' conditions, over the size of their rates, that needs no further pass.
 const TOLERANCE: f64 = 1e-10;
 
-/// Most rows of a dense problem.
-const MOST_ROWS: usize = 600;
+/// The factor of the joints' system of a stepper, of which nothing else is taken.
+macro_rules! factor_of {
+    ($stepper:expr) => {
+        Factor {
+            solver: &mut *$stepper.solver,
+            matrix: &$stepper.matrix,
+            plan: &$stepper.plan,
+            form: $stepper.options.form,
+            rows: &$stepper.pieces.rows,
+            system: &mut $stepper.columns,
+        }
+    };
+}
 
 impl Stepper {
     /// Finds the contacts of a step of `dt` from the present state.
@@ -85,17 +97,8 @@ impl Stepper {
             }
             // Contacts become active one after the other at worst.
             passes -= usize::from(!new);
-            let contacts = &mut self.contacts;
-            contacts.operator.take_away(&contacts.touches, rates);
-            if pass == 0 {
-                contacts.aim(&self.scene, &self.pieces, rates, dt);
-            }
-            let (method, tally) = (self.options.contacts, &mut self.tally);
-            let operator = &mut contacts.operator;
-            let done = operator.solve(method, &mut contacts.touches, rates, |report, softer| {
-                tally.contacts.add(&report, softer);
-            });
-            contacts.apply(&mut self.pieces.inertia, true);
+            let done = self.solve_dense(dt, rates, pass == 0);
+            self.contacts.apply(&mut self.pieces.inertia, true);
             self.tally.end(Phase::Solve);
             done.map_err(|e| self.culprit(e))?;
             solve(self)?;
@@ -103,27 +106,28 @@ impl Stepper {
         Ok(f64::NAN)
     }
 
+    /// The contacts' impulses through W for their rates u, which become those without impulses.
+    fn solve_dense(&mut self, dt: f64, rates: &mut [f64], first: bool) -> Result<(), SolveError> {
+        let mut factor = factor_of!(self);
+        let (contacts, tally) = (&mut self.contacts, &mut self.tally);
+        let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
+        operator.take_away(touches, rates, &mut factor)?;
+        if first {
+            contacts.aim(&self.scene, &self.pieces, rates, dt);
+        }
+        let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
+        let method = self.options.contacts;
+        operator.solve(method, touches, rates, &mut factor, |report, softer| {
+            tally.contacts.add(&report, softer);
+        })
+    }
+
     /// W of the active contacts.
     fn build_operator(&mut self) -> Result<(), StepError> {
-        let mut factor = Factor {
-            solver: &mut *self.solver,
-            matrix: &self.matrix,
-            plan: &self.plan,
-            form: self.options.form,
-            system: &mut self.columns,
-        };
+        let mut factor = factor_of!(self);
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &contacts.touches);
-        operator.divide(&self.pieces, touches);
-        let largest = operator.islands.iter().map(|island| 3 * island.len());
-        let rows = largest.max().unwrap_or(0);
-        if rows > MOST_ROWS {
-            return Err(StepError::TooManyContacts {
-                contacts: rows / 3,
-                most: MOST_ROWS / 3,
-                time: self.time,
-            });
-        }
+        operator.groups.divide(&self.pieces, touches);
         let report = operator.build(&self.pieces, touches, &mut factor);
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add_part(report);
@@ -141,13 +145,9 @@ impl Stepper {
         {
             return Ok(());
         }
-        let Self {
-            contacts,
-            scene,
-            tally,
-            ..
-        } = self;
-        let bodies = &scene.bodies;
+        let mut factor = factor_of!(self);
+        let (contacts, tally) = (&mut self.contacts, &mut self.tally);
+        let bodies = &self.scene.bodies;
         let of = |i: usize| {
             let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
             [v.x, v.y, v.z, w.x, w.y, w.z]
@@ -156,6 +156,7 @@ impl Stepper {
             self.options.contacts,
             contacts.dt(),
             of,
+            &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);
             },
@@ -184,14 +185,7 @@ impl Stepper {
                 mu[rows.bounds[k].row] = 0.0;
             }
             mu.iter_mut().for_each(|rate| *rate = -*rate);
-            let mut factor = Factor {
-                solver: &mut *self.solver,
-                matrix: &self.matrix,
-                plan: &self.plan,
-                form: self.options.form,
-                system: &mut self.columns,
-            };
-            let report = factor.respond(rows, &mut mu);
+            let report = factor_of!(self).respond(&mut mu);
             let report = report.map_err(|e| self.culprit(e))?;
             self.tally.add_part(report);
             let Pieces { rows, inertia, .. } = &self.pieces;
