@@ -30,7 +30,7 @@
 //!
 //! Restitution: [`rebound`].
 
-mod groups;
+pub(crate) mod groups;
 pub(crate) mod operator;
 mod rebound;
 mod sweeps;

@@ -16,6 +16,9 @@ pub(crate) const MOST: usize = 200;
 /// Contacts that a group of a split island begins with.
 const OWN: usize = 100;
 
+/// Most active contacts of a scene.
+pub(crate) const LIMIT: usize = 20_000;
+
 /// Contacts that hang together.
 #[derive(Debug, Clone)]
 pub(crate) struct Island {
@@ -46,7 +49,7 @@ pub(crate) struct Groups {
     groups: Vec<Range<usize>>,
     /// Bodies with the places of their contacts, in order.
     at: Vec<(usize, usize)>,
-    /// Numbers of the bodies from the ground up, and those to go on from.
+    /// Numbers of the bodies from the ground on, and those to go on from.
     rank: Vec<usize>,
     queue: Vec<usize>,
 }
@@ -152,20 +155,22 @@ impl Groups {
         };
         self.order[island.clone()].sort_by_key(upper);
         self.list(&island, pieces, touches);
-        let own = std::env::var("OWN").map_or(OWN, |s| s.parse().unwrap());
-        let most = std::env::var("MOST").map_or(MOST, |s| s.parse().unwrap());
-        for first in island.clone().step_by(own) {
+        for first in island.clone().step_by(OWN) {
             let start = self.members.len();
-            let last = (first + own).min(island.end);
+            let last = (first + OWN).min(island.end);
             self.members.extend(first..last);
-            'all: for place in first..last {
-                for i in movable(pieces, &touches[self.order[place]]).into_iter().flatten() {
+            let mut next = start;
+            while next < self.members.len() && self.members.len() - start < MOST {
+                let place = self.members[next];
+                next += 1;
+                for i in movable(pieces, &touches[self.order[place]])
+                    .into_iter()
+                    .flatten()
+                {
                     let from = self.at.partition_point(|(body, _)| *body < i);
                     for (_, other) in self.at[from..].iter().take_while(|(body, _)| *body == i) {
-                        if self.members.len() - start >= most {
-                            break 'all;
-                        }
-                        if !self.members[start..].contains(other) {
+                        let room = self.members.len() - start < MOST;
+                        if room && !self.members[start..].contains(other) {
                             self.members.push(*other);
                         }
                     }
@@ -180,65 +185,51 @@ impl Groups {
         self.at.clear();
         for place in island.clone() {
             let bodies = movable(pieces, &touches[self.order[place]]);
-            self.at.extend(bodies.into_iter().flatten().map(|i| (i, place)));
+            self.at
+                .extend(bodies.into_iter().flatten().map(|i| (i, place)));
         }
         self.at.sort_unstable();
     }
 
-    /// Numbers the bodies of the listed contacts from the ground up.
+    /// Numbers the bodies of the listed contacts from one on the ground on.
     fn number(&mut self, pieces: &Pieces, touches: &[Touch]) {
         let (rows, unknown) = (&pieces.rows, usize::MAX);
         self.rank.clear();
         self.rank.resize(self.part.len(), unknown);
         self.queue.clear();
-        let mut seeds = Vec::new();
-        for (body, place) in &self.at {
-            if movable(pieces, &touches[self.order[*place]]).contains(&None) {
-                seeds.push(*body);
-            }
-        }
-        seeds.extend(self.at.iter().map(|(body, _)| *body));
-        let single = std::env::var("SINGLE").is_ok();
-        let mut next = 0;
-        let mut count = 0;
-        let mut seeds = seeds.into_iter().peekable();
-        loop {
-            if next == self.queue.len() {
-                let grounded = |s: &usize| self.rank[*s] == unknown;
-                let Some(seed) = seeds.find(grounded) else { break };
-                self.rank[seed] = count;
+        let (mut count, mut next) = (0, 0);
+        let mut reach = |rank: &mut Vec<usize>, queue: &mut Vec<usize>, body: usize| {
+            if rank[body] == unknown && !pieces.inertia.is_immovable(body) {
+                rank[body] = count;
                 count += 1;
-                self.queue.push(seed);
-                if !single {
-                    // all grounded at once
-                    for (body, place) in &self.at {
-                        if self.rank[*body] == unknown
-                            && movable(pieces, &touches[self.order[*place]]).contains(&None)
-                        {
-                            self.rank[*body] = count;
-                            count += 1;
-                            self.queue.push(*body);
-                        }
-                    }
-                }
+                queue.push(body);
             }
-            let body = self.queue[next];
-            next += 1;
-            let from = self.at.partition_point(|(b, _)| *b < body);
-            let here = self.at[from..].iter().take_while(|(b, _)| *b == body);
-            let touching = here.flat_map(|(_, place)| movable(pieces, &touches[self.order[*place]]));
-            let jointed = self.slots[body].iter().flat_map(|s| {
-                let of = rows.slot_range(rows.slots[*s].constraint);
-                rows.slots[of].iter().map(|slot| Some(slot.body))
-            });
-            for other in touching.chain(jointed).flatten() {
-                if self.rank[other] == unknown && !pieces.inertia.is_immovable(other) {
-                    self.rank[other] = count;
-                    count += 1;
-                    self.queue.push(other);
+        };
+        for seed in self.seeds(pieces, touches) {
+            reach(&mut self.rank, &mut self.queue, seed);
+            while let Some(&body) = self.queue.get(next) {
+                next += 1;
+                let from = self.at.partition_point(|(b, _)| *b < body);
+                let here = self.at[from..].iter().take_while(|(b, _)| *b == body);
+                let touching =
+                    here.flat_map(|(_, place)| movable(pieces, &touches[self.order[*place]]));
+                let jointed = self.slots[body].iter().flat_map(|s| {
+                    let of = rows.slot_range(rows.slots[*s].constraint);
+                    rows.slots[of].iter().map(|slot| Some(slot.body))
+                });
+                for other in touching.chain(jointed).flatten() {
+                    reach(&mut self.rank, &mut self.queue, other);
                 }
             }
         }
+    }
+
+    /// The listed bodies, those that touch the ground first.
+    fn seeds(&self, pieces: &Pieces, touches: &[Touch]) -> Vec<usize> {
+        let grounded = |place: usize| movable(pieces, &touches[self.order[place]]).contains(&None);
+        let first = self.at.iter().filter(|(_, place)| grounded(*place));
+        let all = first.chain(&self.at);
+        all.map(|(body, _)| *body).collect()
     }
 }
 

@@ -387,7 +387,11 @@ impl Operator {
 
     /// The contacts of a group have the impulses in its vector.
     pub(super) fn hand_over(&self, k: usize, touches: &mut [Touch]) {
-        for (i, p) in self.groups.contacts(k).zip(self.impulses.as_chunks::<3>().0) {
+        for (i, p) in self
+            .groups
+            .contacts(k)
+            .zip(self.impulses.as_chunks::<3>().0)
+        {
             touches[i].impulse = *p;
         }
     }
@@ -411,7 +415,9 @@ impl Operator {
         let of = groups.contacts(k).flat_map(|i| &rates[3 * i..3 * i + 3]);
         self.rates.extend(of);
         self.friction.clear();
-        let of = groups.contacts(k).map(|i| touches[i].found.surface.friction);
+        let of = groups
+            .contacts(k)
+            .map(|i| touches[i].found.surface.friction);
         self.friction.extend(of);
         self.regularization.clear();
         let of = groups.contacts(k).map(|i| self.floor[i]);

@@ -5,10 +5,10 @@
 //! too. Newton's law can gain energy where friction turns a body; then the impulses are scaled so that the step's and theirs
 //! together add none.
 
+use super::operator::Factor;
 use super::{Contacts, Touch};
 use crate::pieces::Pieces;
 use taut_model::Scene;
-use super::operator::Factor;
 use taut_solver::SolveError;
 use taut_solver::coulomb::{ConeMethod, ConeReport};
 
@@ -81,7 +81,8 @@ impl Contacts {
             let impulses = touches.iter().flat_map(|t| t.impulse);
             impulses.zip(rates).map(|(p, u)| p * u).sum()
         };
-        let spent = along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
+        let spent =
+            along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
         self.touches.iter_mut().for_each(|t| t.impulse = [0.0; 3]);
         self.operator
             .solve(method, &mut self.touches, &wanted, factor, each)?;

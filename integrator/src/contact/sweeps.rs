@@ -7,7 +7,8 @@
 //! Δu = H M̃⁻¹ Hᵀ Δp − G S⁻¹ Gᵀ Δp + σ Δp
 //! ```
 //!
-//! A sweep solves each group in turn, from the ground up and back down in the next, without those that keep their conditions.
+//! A sweep solves each group in turn, forwards and backwards in turn, without those that keep their conditions.
+//! The passes of the step go on where a solution ends; what they leave is reported as undecided.
 
 use super::Touch;
 use super::groups::Island;
@@ -52,23 +53,24 @@ impl Operator {
         rates.clear();
         rates.extend_from_slice(q);
         self.add_response_of_all(island, 1.0, touches, &mut rates, factor)?;
-        let env = |s: &str, d: usize| std::env::var(s).map_or(d, |s| s.parse().unwrap());
-        let debug = std::env::var("DEBUG").is_ok();
-        for sweep in 0..env("SWEEPS", SWEEPS) {
+        for sweep in 0..SWEEPS {
             let size = self.size(island, touches, q);
-            let (mut worst, mut solved) = (0.0_f64, 0);
+            let mut worst = 0.0_f64;
             for n in 0..island.groups.len() {
-                let backwards = sweep % 2 == 1 && env("SYM", 1) == 1;
-                let k = if backwards { island.groups.len() - 1 - n } else { n } + island.groups.start;
+                let backwards = sweep % 2 == 1;
+                let k = if backwards {
+                    island.groups.end - 1 - n
+                } else {
+                    island.groups.start + n
+                };
                 let found = self.worst_of(k, touches, &rates);
                 worst = worst.max(found);
                 if found <= TOLERANCE * size {
                     continue;
                 }
-                solved += 1;
-                self.update(k, island, method, touches, &mut rates, factor, each)?;
+                let report = self.update(k, island, method, touches, &mut rates, factor)?;
+                each(report, false);
             }
-            if debug { eprintln!("   sweep {sweep}: {:.2e} before, {solved} of {}", worst / size, island.groups.len()); }
             if worst <= TOLERANCE * size {
                 break;
             }
@@ -86,8 +88,7 @@ impl Operator {
         touches: &mut [Touch],
         rates: &mut [f64],
         factor: &mut Factor<'_>,
-        each: &mut impl FnMut(ConeReport, bool),
-    ) -> Result<(), SolveError> {
+    ) -> Result<ConeReport, SolveError> {
         let mut before = std::mem::take(&mut self.split.before);
         before.clear();
         before.extend(self.groups.contacts(k).map(|i| touches[i].impulse));
@@ -97,7 +98,7 @@ impl Operator {
         self.take_group_away(k, touches, &mut q);
         let report = self.try_group(k, method, touches, &q, true);
         self.split.q = q;
-        each(report?, false);
+        let report = report?;
         self.hand_over(k, touches);
         for (change, i) in before.iter_mut().zip(self.groups.contacts(k)) {
             for (p, new) in change.iter_mut().zip(touches[i].impulse) {
@@ -107,9 +108,10 @@ impl Operator {
         let members = self.groups.members(k).to_vec();
         let done = self.add_response(island, (&members, &before), touches, rates, factor);
         self.split.before = before;
-        done
+        done.map(|()| report)
     }
 
+    /// The size of the rates.
     fn size(&self, island: &Island, touches: &[Touch], q: &[f64]) -> f64 {
         let of = self.groups.order[island.contacts.clone()].iter();
         of.fold(0.0, |most: f64, &i| {
@@ -119,6 +121,7 @@ impl Operator {
         })
     }
 
+    /// Largest violation of the conditions in a group \[m/s].
     fn worst_of(&self, k: usize, touches: &[Touch], rates: &[f64]) -> f64 {
         self.groups.contacts(k).fold(0.0, |worst: f64, i| {
             let inert = touches[i].impulse.map(|p| self.weight(i) * p);
@@ -127,7 +130,7 @@ impl Operator {
         })
     }
 
-    /// Adds `factor` times W p of a split island.
+    /// Adds W p times `sign` of a split island.
     pub(super) fn add_response_of_all(
         &mut self,
         island: &Island,
@@ -137,7 +140,9 @@ impl Operator {
         factor: &mut Factor<'_>,
     ) -> Result<(), SolveError> {
         let places: Vec<usize> = island.contacts.clone().collect();
-        let of = places.iter().map(|at| touches[self.groups.order[*at]].impulse.map(|p| sign * p));
+        let of = places
+            .iter()
+            .map(|at| touches[self.groups.order[*at]].impulse.map(|p| sign * p));
         let impulses: Vec<[f64; 3]> = of.collect();
         self.add_response(island, (&places, &impulses), touches, rates, factor)
     }
@@ -172,11 +177,17 @@ impl Operator {
                 }
             }
         }
-        let done = if jointed { factor.respond(&mut split.column).map(|_| ()) } else { Ok(()) };
+        let done = if jointed {
+            factor.respond(&mut split.column).map(|_| ())
+        } else {
+            Ok(())
+        };
         for place in island.contacts.clone() {
             let i = self.groups.order[place];
             for k in 0..3 {
-                let direct = touches[i].row(k).map(|(body, row)| dot(&row, &split.change[body]));
+                let direct = touches[i]
+                    .row(k)
+                    .map(|(body, row)| dot(&row, &split.change[body]));
                 let direct: f64 = direct.sum();
                 let joints = self.entries_of(3 * place + k).iter();
                 let joints: f64 = joints.map(|(r, g)| g * split.column[*r]).sum();

@@ -451,20 +451,52 @@ fn shapes_that_begin_inside_each_other_come_apart_slowly() {
     }
 }
 
-#[test]
-fn more_contacts_than_a_dense_problem_holds_are_refused_by_name() {
+fn hedgehog(spines: u32) -> Scene {
     let mut scene = ground(0.0, rough(0.5));
     let body = scene.add_body("hedgehog", Body::sphere(1.0, 1.0).at(Vector3::z() * 0.1));
-    for k in 0..300 {
+    for k in 0..spines {
         let shape = Shape::Sphere { radius: 0.1 };
         scene.add_collider(Collider {
             position: Vector3::x() * (0.3 * f64::from(k)),
             ..Collider::new(format!("spine-{k}"), Some(body), shape)
         });
     }
-    let error = stepper(scene).step().expect_err("too many");
+    scene
+}
+
+#[test]
+fn more_contacts_than_are_solved_are_refused_by_name() {
+    let error = stepper(hedgehog(20_001)).step().expect_err("too many");
     assert!(
-        matches!(error, StepError::TooManyContacts { contacts: 300, .. }),
+        matches!(
+            error,
+            StepError::TooManyContacts {
+                contacts: 20_001,
+                ..
+            }
+        ),
         "{error}"
     );
+}
+
+/// One column, 204 contacts: the sum of the weights on the ground, at rest.
+#[test]
+fn a_column_that_is_split_into_groups_stands() {
+    let mut scene = ground(0.0, rough(0.5));
+    for k in 0..51 {
+        let at = Vector3::z() * (0.5 + f64::from(k));
+        add_box(&mut scene, at, 1.0, rough(0.5));
+    }
+    let mut stepper = stepper(scene);
+    for _ in 0..5 {
+        let report = stepper.step().unwrap();
+        assert_eq!(
+            (report.contacts.groups, report.undecided),
+            (3, 0),
+            "{report:?}"
+        );
+    }
+    let grounded = stepper.contacts().filter(|c| c.bodies.contains(&None));
+    let carried: f64 = grounded.map(|c| c.force.z.abs()).sum();
+    assert!((carried / (51.0 * G) - 1.0).abs() < 1e-4, "{carried}");
 }

@@ -1,6 +1,7 @@
 //! The step's solve with contacts: see [`crate::contact`].
 
 use super::Stepper;
+use crate::contact::groups::LIMIT;
 use crate::contact::operator::Factor;
 use crate::pieces::Pieces;
 use crate::{Phase, StepError};
@@ -127,6 +128,14 @@ impl Stepper {
         let mut factor = factor_of!(self);
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &contacts.touches);
+        let active = touches.iter().filter(|touch| touch.active).count();
+        if active > LIMIT {
+            return Err(StepError::TooManyContacts {
+                contacts: active,
+                most: LIMIT,
+                time: self.time,
+            });
+        }
         operator.groups.divide(&self.pieces, touches);
         let report = operator.build(&self.pieces, touches, &mut factor);
         let report = report.map_err(|e| self.culprit(e))?;
