@@ -23,7 +23,7 @@ use scene::SceneArgs;
 use std::process::ExitCode;
 use study::StudyArgs;
 use taut_ground::{Choice, files};
-use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_integrator::{ContactMethod, Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_output::table;
 use taut_solver::Foreign;
 use taut_studies::options::{count, number, require_positive};
@@ -130,6 +130,10 @@ struct StepArgs {
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     refine: Option<usize>,
+    /// How impulses of contacts are found: newton, pgs:sweeps=N:tolerance=X, or staggered:sweeps=N, the paper's Algorithm 1
+    /// as printed, N projections before the joints and without them
+    #[arg(long, value_name = "METHOD", default_value_t = ContactMethod::default())]
+    contacts: ContactMethod,
     /// Time step (s)
     #[arg(long, value_name = "S", default_value = "1/60", value_parser = number, allow_negative_numbers = true)]
     dt: f64,
@@ -281,6 +285,7 @@ fn step_options(args: &StepArgs) -> Result<StepOptions, Failure> {
         .unwrap_or(GeometricStiffness::inertia(args.scheme.default_alpha()));
     options.guard = guard(&args.guard)?;
     options.elimination = args.elimination;
+    options.contacts = args.contacts;
     options.refinements = args.refine.unwrap_or(options.refinements);
     if options.refinements > MAX_REFINEMENTS {
         return Err(Failure::Input(format!(

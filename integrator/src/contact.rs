@@ -28,8 +28,9 @@
 //! Where no impulses are found that keep the conditions, as of bodies that are jammed between others, the contacts that
 //! hang together are taken 100 times softer for the step, up to three times, and the report counts it.
 //!
-//! Restitution: [`rebound`].
+//! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
 
+pub(crate) mod method;
 pub(crate) mod operator;
 mod rebound;
 

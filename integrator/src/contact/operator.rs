@@ -198,12 +198,12 @@ impl Operator {
         &self.entries[self.starts[row]..self.starts[row + 1]]
     }
 
-    /// W of the pieces, whose joints have this factor, after [`divide`](Self::divide).
+    /// W of the pieces, whose joints have this factor, or W of the bodies alone, after [`divide`](Self::divide).
     pub(crate) fn build(
         &mut self,
         pieces: &Pieces,
         touches: &[Touch],
-        factor: &mut Factor<'_>,
+        mut factor: Option<Factor<'_>>,
     ) -> Result<SolveReport, SolveError> {
         self.couple(pieces, touches);
         let size = |island: &Range<usize>| 9 * island.len() * island.len();
@@ -221,9 +221,11 @@ impl Operator {
             let (part, others) = rest.split_at_mut(size(island));
             rest = others;
             self.touch_directly(island, touches, part);
-            match self.touch_through_joints(island, &pieces.rows, factor, part) {
-                Ok(of) => report = report.and(of),
-                Err(e) => done = Err(e),
+            if let Some(factor) = &mut factor {
+                match self.touch_through_joints(island, &pieces.rows, factor, part) {
+                    Ok(of) => report = report.and(of),
+                    Err(e) => done = Err(e),
+                }
             }
             self.regularize(island, touches, part);
         }

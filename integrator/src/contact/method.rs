@@ -1,0 +1,161 @@
+//! How a step finds the impulses of its contacts, and the texts for it.
+//!
+//! [`ContactMethod::Condensed`] solves contacts and joints together: see [`crate::contact`].
+//!
+//! [`ContactMethod::Staggered`] is lines 1–4 and 16–17 of \[SL Algorithm 1] as printed, for comparison (§V-D: "impulses are
+//! treated as discrete forces, integrated over a time step"). The contacts come first, from iterative projections of the
+//! velocities that the bodies would have without joints,
+//!
+//! ```text
+//! u = W₀ p + q,    W₀ = H M̃⁻¹ Hᵀ + diag σ,    q = H (v + M̃⁻¹ Δt f) + b
+//! ```
+//!
+//! from p = 0 on; Hᵀ p joins Δt f, and the joints are solved once. The contacts know nothing of the joints' forces: a body
+//! that a cable presses on the ground with n times its weight gets an impulse for its weight alone, and goes through. The
+//! step's report says what it falls short of, [`complementarity`](crate::ContactReport) of the final velocities and
+//! penetration; the conditions hold where no joint acts on what touches and the sweeps converge.
+
+use crate::StepError;
+use crate::options::check;
+use std::fmt;
+use std::str::FromStr;
+use taut_solver::coulomb::{ConeMethod, ParseConeMethodError};
+
+/// How the impulses of contacts are found. [`FromStr`] reads what [`fmt::Display`] writes: `newton`,
+/// `pgs:sweeps=50:tolerance=1e-10`, `staggered:sweeps=10`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum ContactMethod {
+    /// Together with the joints, on the contacts' part of their system.
+    Condensed(ConeMethod),
+    /// Before the joints and without them, as the paper's Algorithm 1 is printed: for comparison.
+    Staggered {
+        /// Sweeps of projections; the paper's crane has 10.
+        sweeps: usize,
+    },
+}
+
+/// The paper's collision iterations \[SL Fig. 14].
+const SWEEPS: usize = 10;
+
+/// Most sweeps that a step may ask for.
+const MOST_SWEEPS: usize = 100_000;
+
+impl ContactMethod {
+    /// How it solves a dense problem of contacts.
+    #[must_use]
+    pub fn of_dense_problems(self) -> ConeMethod {
+        match self {
+            Self::Condensed(method) => method,
+            Self::Staggered { sweeps } => ConeMethod::GaussSeidel {
+                sweeps,
+                tolerance: 0.0,
+            },
+        }
+    }
+
+    /// Whether the joints are left out.
+    pub(crate) fn is_staggered(self) -> bool {
+        matches!(self, Self::Staggered { .. })
+    }
+
+    pub(crate) fn validate(self) -> Result<(), StepError> {
+        let ConeMethod::GaussSeidel { sweeps, .. } = self.of_dense_problems() else {
+            return Ok(());
+        };
+        let some = sweeps <= MOST_SWEEPS;
+        check("contacts.sweeps", sweeps as f64, some, "at most 100000")
+    }
+}
+
+impl Default for ContactMethod {
+    fn default() -> Self {
+        Self::Condensed(ConeMethod::default())
+    }
+}
+
+impl fmt::Display for ContactMethod {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Condensed(method) => method.fmt(f),
+            Self::Staggered { sweeps } => write!(f, "staggered:sweeps={sweeps}"),
+        }
+    }
+}
+
+/// Why a text names no method.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ParseContactMethodError {
+    /// The part of the text that is not understood.
+    pub part: String,
+}
+
+impl fmt::Display for ParseContactMethodError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "`{}` is no part of a contact method: it is `newton`, `pgs:sweeps=N:tolerance=X` or `staggered:sweeps=N`",
+            self.part
+        )
+    }
+}
+
+impl std::error::Error for ParseContactMethodError {}
+
+impl From<ParseConeMethodError> for ParseContactMethodError {
+    fn from(e: ParseConeMethodError) -> Self {
+        Self { part: e.part }
+    }
+}
+
+impl FromStr for ContactMethod {
+    type Err = ParseContactMethodError;
+
+    fn from_str(text: &str) -> Result<Self, ParseContactMethodError> {
+        let mut parts = text.split(':');
+        if parts.next() != Some("staggered") {
+            return Ok(Self::Condensed(text.parse()?));
+        }
+        let mut sweeps = SWEEPS;
+        for part in parts {
+            let number = part.strip_prefix("sweeps=").map(str::parse);
+            let Some(Ok(number)) = number else {
+                let part = part.to_owned();
+                return Err(ParseContactMethodError { part });
+            };
+            sweeps = number;
+        }
+        Ok(Self::Staggered { sweeps })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_round_trip() {
+        for text in [
+            "newton",
+            "pgs:sweeps=7:tolerance=1e-3",
+            "staggered:sweeps=10",
+        ] {
+            let method: ContactMethod = text.parse().expect("known");
+            assert_eq!(method.to_string(), text);
+        }
+        assert_eq!(
+            "staggered".parse(),
+            Ok(ContactMethod::Staggered { sweeps: 10 })
+        );
+        for (text, part) in [
+            ("staggered:sweeps", "sweeps"),
+            ("staggered:tolerance=1", "tolerance=1"),
+            ("staggered:sweeps=-1", "sweeps=-1"),
+            ("newton:sweeps=3", "sweeps=3"),
+            ("jacobi", "jacobi"),
+        ] {
+            let error = text.parse::<ContactMethod>().expect_err(text);
+            assert_eq!(error.part, part);
+        }
+    }
+}
