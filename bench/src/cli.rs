@@ -73,14 +73,16 @@ enum Command {
     /// The shards of a study as one: tables, page and rows as the study itself writes them
     #[command(after_help = merge::AFTER_HELP)]
     Merge(MergeArgs),
-    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions
+    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions;
+    /// and its contacts and joints as a problem under the names of FCLIB
     #[command(
-        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence"
+        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence\n  taut dump floor --step 60 --out target/systems && taut solve target/systems/floor_60_contacts"
     )]
     Dump(DumpArgs),
-    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors
+    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors; or a contact problem
+    /// with every method
     #[command(
-        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz"
+        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz\n  taut solve target/systems/floor_60_contacts --backend banded"
     )]
     Solve(SolveArgs),
     /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances; and a sequence of 600

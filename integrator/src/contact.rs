@@ -32,6 +32,7 @@
 
 pub(crate) mod method;
 pub(crate) mod operator;
+pub(crate) mod problem;
 mod rebound;
 
 use crate::geometric::Geometric;

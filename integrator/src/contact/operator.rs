@@ -339,6 +339,15 @@ impl Operator {
         }
     }
 
+    /// σ of each of `count` contacts without its compliance \[1/kg]; 0 where it is not active.
+    pub(crate) fn floors(&self, count: usize) -> Vec<f64> {
+        let mut floors = vec![0.0; count];
+        for (floor, &i) in self.floor.iter().zip(&self.order) {
+            floors[i] = *floor;
+        }
+        floors
+    }
+
     /// p·W p of the contacts' impulses \[J].
     pub(crate) fn energy(&mut self, touches: &[Touch]) -> f64 {
         let mut moved = vec![0.0; 3 * touches.len()];

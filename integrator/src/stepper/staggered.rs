@@ -59,7 +59,7 @@ mod tests {
     use nalgebra::Vector3;
     use taut_model::collide::{Collider, Shape, Surface};
     use taut_model::{
-        Body, Constraint, Frame, Grounded, GroundedParams, MasslessCable, RowLaw, Scene,
+        Body, Constraint, Distance, Frame, Grounded, GroundedParams, MasslessCable, RowLaw, Scene,
     };
     use taut_solver::forward_error;
 
@@ -133,7 +133,6 @@ mod tests {
         let mut scene = Scene::new("free");
         let [a, b, c] =
             [-0.9, 0.4, 1.6].map(|x| add_box(&mut scene, Vector3::x() * x, 1.0 + x, 0.4));
-        let _ = b;
         scene.bodies.mass[a] = 2.0;
         link(&mut scene, [b, c], 1.2);
         scene.bodies.velocity[a].x = 2.0;
@@ -169,7 +168,12 @@ mod tests {
         let high = Body::sphere(0.5, ratio).at(Vector3::z() * 2.5);
         let high = scene.add_body("load", high);
         let ends = [low, high].map(|body| Frame::body(body, Vector3::zeros()));
-        let rod = taut_model::Distance::new(ends, 2.0, RowLaw::new(1e-9, 0.0));
+        let rod = Distance {
+            frames: ends,
+            length: 2.0,
+            law: RowLaw::new(1e-9, 0.0),
+            transverse: false,
+        };
         scene.add_constraint("rod", Constraint::Distance(rod), 0);
         scene
     }
@@ -230,7 +234,7 @@ mod tests {
             contacts: ContactMethod::Staggered { sweeps: usize::MAX },
             ..StepOptions::default()
         };
-        let error = Stepper::new(ground(0.5), options).err().expect("refused");
+        let error = Stepper::new(pressed(1.0), options).err().expect("refused");
         assert!(
             matches!(error, StepError::InvalidOption { field, .. } if field == "contacts.sweeps"),
             "{error}"
