@@ -13,7 +13,22 @@
 //! from p = 0 on; Hᵀ p joins Δt f, and the joints are solved once. The contacts know nothing of the joints' forces: a body
 //! that a cable presses on the ground with n times its weight gets an impulse for its weight alone, and goes through. The
 //! step's report says what it falls short of, [`complementarity`](crate::ContactReport) of the final velocities and
-//! penetration; the conditions hold where no joint acts on what touches and the sweeps converge.
+//! penetration; the conditions hold where no joint acts on what touches and the sweeps converge. A solve that breaks them by
+//! more than 10⁻¹⁰ counts as undecided, which nearly all do.
+//!
+//! What goes wrong, over three seconds of `taut run SCENE --set mass_ratio=R --time 3`, with ten sweeps and with contacts and
+//! joints together: deepest penetration and largest violation of the conditions, over the largest rate.
+//!
+//! | scene | ratio | staggered: deepest | violation | together: deepest | violation |
+//! |---|---:|---:|---:|---:|---:|
+//! | `stack`, no joints | 1 | falls in 0.9 s: energy from nowhere | 6·10⁻² | 5·10⁻⁹ m | 10⁻¹³ |
+//! | `stack` | 10 … 10⁵ | 0.5 … 1.2 m, of boxes of 1 m | 10⁻¹ | 2·10⁻⁸ … 8·10⁻⁵ m | 10⁻¹³ |
+//! | `floor` | 1 … 10⁵ | 2 … 11 mm, of a cable 40 mm thick | 0.5 … 1.1 | 10⁻⁹ … 6·10⁻⁵ m | 2·10⁻¹³ |
+//! | `pile` | 1 … 100 | 37 … 43 mm, of cables 40 mm thick | 0.1 … 0.3 | 2·10⁻⁵ … 5·10⁻³ m | 10⁻¹⁰ |
+//! | `pile` | 10³ … 10⁵ | 43 mm | 9·10⁻² | | |
+//!
+//! On the stack more sweeps help: a thousand hold it for three seconds at ratio 1, and not at 10³. On the floor they do not: with
+//! a thousand the cable of ratio 10³ breaks the conditions by 0.99 as with ten by 0.96. That error is the joints'.
 
 use crate::StepError;
 use crate::options::check;

@@ -52,7 +52,7 @@ pub struct ContactProblem {
 /// What solves a [`ContactProblem`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ContactSolution {
-    /// v, length n.
+    /// v, length n; of bodies that spin the angular ones before their free rotation in the step.
     pub velocities: Vec<f64>,
     /// λ, length p.
     pub joints: Vec<f64>,

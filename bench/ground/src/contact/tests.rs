@@ -10,13 +10,13 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{Bodies, Grounded, GroundedParams};
-use taut_solver::{Backend, forward_error};
+use taut_solver::Backend;
 
 /// A scene on the ground after some steps, with that method.
 fn moving(grounded: Grounded, mass_ratio: f64, method: &str, steps: usize) -> Stepper {
     let params = GroundedParams {
         mass_ratio,
-        segments: 8,
+        segments: 12,
         ..GroundedParams::new(grounded)
     };
     let options = StepOptions {
@@ -63,19 +63,19 @@ fn config() -> Config {
     }
 }
 
-/// v and ω of the moving bodies, as in a problem.
-fn velocities(bodies: &Bodies) -> Vec<f64> {
-    let of = |i: usize| {
-        let angular = bodies.angular_velocity[i];
-        let angular = if bodies.is_point(i) {
-            vec![]
-        } else {
-            angular.as_slice().to_vec()
-        };
-        [bodies.velocity[i].as_slice().to_vec(), angular].concat()
-    };
-    let moving = (0..bodies.len()).filter(|i| bodies.is_dynamic(*i));
-    moving.flat_map(of).collect()
+/// Where the velocities of moving bodies, which free rotation does not turn, differ from those of a problem, over the largest of
+/// them and of what their weight does in a step.
+fn off(own: &[f64], bodies: &Bodies) -> f64 {
+    let (mut apart, mut size, mut first) = (0.0_f64, 9.81_f64 / 60.0, 0);
+    for i in (0..bodies.len()).filter(|i| bodies.is_dynamic(*i)) {
+        for (own, after) in own[first..].iter().zip(&bodies.velocity[i]) {
+            apart = apart.max((own - after).abs());
+            size = size.max(after.abs());
+        }
+        first += if bodies.is_point(i) { 3 } else { 6 };
+    }
+    assert_eq!(first, own.len());
+    apart / size
 }
 
 /// Whatever backend factorises the joints, the problem's solution is the velocities that the step ends with.
@@ -92,9 +92,9 @@ fn a_problem_solved_again_is_the_step() {
             let (read, told) = files::read(&at).expect("read");
             assert_eq!((&sorted(&read), &told), (&sorted(&problem), &about));
             stepper.advance().expect("advances");
-            let after = velocities(&stepper.scene().bodies);
             let own = problem.solution.expect("solved").velocities;
-            assert!(forward_error(&own, &after) < 1e-14);
+            let off = off(&own, &stepper.scene().bodies);
+            assert!(off < 1e-12, "{grounded:?} {mass_ratio}: {off}");
 
             let results = solve::run(&read, &told, &at, &config()).expect("a sound problem");
             let newton = results.records.iter().filter(|r| r.method == "newton");
@@ -141,7 +141,8 @@ fn what_is_staggered_breaks_the_conditions_of_its_problem() {
     // More sweeps come closer to the condensed solution.
     let pgs = records.iter().filter(|r| r.method.starts_with("pgs"));
     let pgs: Vec<f64> = pgs.take(3).map(|r| r.complementarity).collect();
-    assert!(pgs[0] > pgs[1] && pgs[1] >= pgs[2], "{pgs:?}");
+    assert!(pgs[0] >= pgs[1] && pgs[1] > pgs[2], "{pgs:?}");
+    assert!(pgs[2] > 1e3 * newton.complementarity, "{pgs:?}");
 }
 
 #[test]
@@ -220,7 +221,7 @@ fn files_that_make_no_problem_are_refused_by_name() {
     for (from, to) in [
         ("spacedim = 3", "spacedim = 2"),
         ("spacedim", "dimension"),
-        ("sizes = [", "sizes = [9, "),
+        ("sizes = [", "sizes = [1.5, "),
         ("sizes = [", "sizes = ["),
     ] {
         let changed = if from == to {
