@@ -105,9 +105,9 @@ error: relative error of x in the largest norm";
 /// What the columns of `taut solve` are for contacts.
 const CONTACTS_LEGEND: &str = "\
 W: joints factorised and condensed; solve: contacts, from zero impulses; times: minima of repeats; pivots: dense
-factorisations; passes: solutions through W; complem.: largest violation of the contacts' conditions over the largest rate;
-cone: largest excess of friction over the largest impulse; v, r off: relative distance of velocities and impulses from v.mtx
-and r.mtx in the largest norm, of velocities over those without impulses where these are larger; impulses need not be unique";
+factorisations; passes: solutions through W; complem.: largest violation of the contacts' conditions over the largest
+rate; cone: largest excess of friction over the largest impulse; v off: distance of velocities from v.mtx in the
+largest norm, over these or over velocities without impulses; r off: that of impulses, over r.mtx, one of several";
 
 /// Numbers of steps, `A..B`.
 fn range(text: &str) -> Result<Range<u64>, String> {

@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 use std::time::Instant;
 use taut_integrator::ContactMethod;
-use taut_solver::coulomb::{ConeMethod, ConeReport, ConeSolver, Contacts, violation};
+use taut_solver::coulomb::{ConeMethod, ConeSolver, Contacts, violation};
 use taut_solver::{SolveError, forward_error, norm_inf};
 
 /// Solutions through W at most, and the violation that needs no further one.
@@ -52,7 +52,7 @@ pub struct Record {
     pub solve_ns: f64,
     /// Factorisations of dense problems.
     pub pivots: usize,
-    /// Sweeps over contacts.
+    /// Sweeps over contacts, those of the island with the most.
     pub sweeps: usize,
     /// Solutions through W.
     pub passes: usize,
@@ -153,6 +153,13 @@ struct Bench<'a> {
     config: &'a Config,
 }
 
+/// Solutions of the dense problems of all islands.
+struct Dense {
+    pivots: usize,
+    sweeps: usize,
+    solved: bool,
+}
+
 /// What a method came to.
 struct Outcome {
     solution: ContactSolution,
@@ -227,21 +234,41 @@ impl<'a> Bench<'a> {
         self.condensed.operator(self.factor.as_mut())
     }
 
+    /// Impulses for u = W r + q, from those given.
     fn dense(
         &self,
         method: ContactMethod,
         (w, q): (&[f64], &[f64]),
         r: &mut [f64],
-    ) -> Result<ConeReport, SolveError> {
+    ) -> Result<Dense, SolveError> {
         let sigma = self.problem.contact_regularization.as_chunks::<3>().0;
-        let sigma: Vec<f64> = sigma.iter().map(|s| s[0].min(s[1]).min(s[2])).collect();
-        let contacts = Contacts {
-            operator: w,
-            rates: q,
-            friction: &self.problem.friction,
-            regularization: &sigma,
+        let mut all = Dense {
+            pivots: 0,
+            sweeps: 0,
+            solved: true,
         };
-        ConeSolver::new().solve(&contacts, method.of_dense_problems(), r)
+        let mut solver = ConeSolver::new();
+        for island in islands(w, r.len()) {
+            let rows: Vec<usize> = island.iter().flat_map(|i| 3 * i..3 * i + 3).collect();
+            let of_row = |k: &usize| rows.iter().map(|l| w[k * r.len() + l]).collect::<Vec<_>>();
+            let operator: Vec<f64> = rows.iter().flat_map(of_row).collect();
+            let picked = |from: &[f64]| rows.iter().map(|k| from[*k]).collect::<Vec<_>>();
+            let friction: Vec<f64> = island.iter().map(|i| self.problem.friction[*i]).collect();
+            let least = |i: &usize| sigma[*i][0].min(sigma[*i][1]).min(sigma[*i][2]);
+            let contacts = Contacts {
+                operator: &operator,
+                rates: &picked(q),
+                friction: &friction,
+                regularization: &island.iter().map(least).collect::<Vec<_>>(),
+            };
+            let mut own = picked(r);
+            let report = solver.solve(&contacts, method.of_dense_problems(), &mut own)?;
+            rows.iter().zip(own).for_each(|(k, p)| r[*k] = p);
+            all.pivots += report.pivots;
+            all.sweeps = all.sweeps.max(report.sweeps);
+            all.solved &= report.solved;
+        }
+        Ok(all)
     }
 
     /// v, λ and u of impulses.
@@ -339,6 +366,29 @@ impl<'a> Bench<'a> {
             impulse_error: reference.map(|s| forward_error(r, &s.contacts)),
         }
     }
+}
+
+/// Contacts that W couples, island by island, as the step solves them.
+fn islands(w: &[f64], m: usize) -> Vec<Vec<usize>> {
+    let n = m / 3;
+    let couples = |i: usize, j: usize| {
+        let mut rows = (3 * i..3 * i + 3).map(|k| &w[k * m + 3 * j..k * m + 3 * j + 3]);
+        rows.any(|row| row.iter().any(|w| *w != 0.0))
+    };
+    let (mut left, mut islands): (Vec<usize>, _) = ((0..n).rev().collect(), Vec::new());
+    while let Some(first) = left.pop() {
+        let (mut island, mut next) = (vec![first], 0);
+        while next < island.len() {
+            let (coupled, others) = left.iter().partition(|j| couples(island[next], **j));
+            left = others;
+            let coupled: Vec<usize> = coupled;
+            island.extend(coupled.into_iter().rev());
+            next += 1;
+        }
+        island.sort_unstable();
+        islands.push(island);
+    }
+    islands
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

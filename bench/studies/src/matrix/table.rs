@@ -178,7 +178,7 @@ pub fn contacts(results: &contact::solve::Results) -> String {
     };
     let (table, left_out) = (CONTACTS.of(&results.records), omissions(&results.omissions));
     format!(
-        "\n{}: {n} components of velocity, {p} rows of joints, {} contacts; {found}\n{table}{left_out}",
+        "\n{}: {n} components of velocity, {p} rows of joints, {} contacts\n{found}\n{table}{left_out}",
         about.title,
         m / 3
     )
