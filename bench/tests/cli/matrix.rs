@@ -418,7 +418,7 @@ fn the_contacts_of_a_dumped_step_are_solved_by_every_method() {
     );
     refused(&at, "solve s/contacts_3", &["mu.mtx", "1 × 1"]);
     write(&at, "s/contacts_3/info.toml", "title = 3\n");
-    refused(&at, "solve s/contacts_3", &["info.toml", "title"]);
+    refused(&at, "solve s/contacts_3", &["info.toml: line 1", "string"]);
     refused(
         &at,
         "run stack --contacts jacobi",

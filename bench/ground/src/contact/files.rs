@@ -294,7 +294,11 @@ fn read_info(folder: &Path) -> Result<Info, ProblemError> {
         path: path.clone(),
         fault,
     };
-    let info: Info = toml::from_str(&text).map_err(|e| fault(e.message().trim().to_owned()))?;
+    let info: Info = toml::from_str(&text).map_err(|e| {
+        let before = text.get(..e.span().map_or(0, |span| span.start));
+        let line = 1 + before.unwrap_or_default().matches('\n').count();
+        fault(format!("line {line}: {}", e.message().trim()))
+    })?;
     let [n, _, m] = info.sizes;
     let checks = [
         (
