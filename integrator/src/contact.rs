@@ -28,9 +28,11 @@
 //! Where no impulses are found that keep the conditions, as of bodies that are jammed between others, the contacts that
 //! hang together are taken 100 times softer for the step, up to three times, and the report counts it.
 //!
-//! Restitution: [`rebound`].
+//! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
 
+pub(crate) mod method;
 pub(crate) mod operator;
+pub(crate) mod problem;
 mod rebound;
 
 use crate::geometric::Geometric;

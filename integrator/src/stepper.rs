@@ -5,6 +5,7 @@ pub(crate) mod balance;
 pub(crate) mod guarded;
 mod potential;
 mod slipping;
+mod staggered;
 mod system;
 mod touching;
 

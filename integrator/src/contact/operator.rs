@@ -198,12 +198,12 @@ impl Operator {
         &self.entries[self.starts[row]..self.starts[row + 1]]
     }
 
-    /// W of the pieces, whose joints have this factor, after [`divide`](Self::divide).
+    /// W of the pieces, whose joints have this factor, or W of the bodies alone, after [`divide`](Self::divide).
     pub(crate) fn build(
         &mut self,
         pieces: &Pieces,
         touches: &[Touch],
-        factor: &mut Factor<'_>,
+        mut factor: Option<Factor<'_>>,
     ) -> Result<SolveReport, SolveError> {
         self.couple(pieces, touches);
         let size = |island: &Range<usize>| 9 * island.len() * island.len();
@@ -221,9 +221,11 @@ impl Operator {
             let (part, others) = rest.split_at_mut(size(island));
             rest = others;
             self.touch_directly(island, touches, part);
-            match self.touch_through_joints(island, &pieces.rows, factor, part) {
-                Ok(of) => report = report.and(of),
-                Err(e) => done = Err(e),
+            if let Some(factor) = &mut factor {
+                match self.touch_through_joints(island, &pieces.rows, factor, part) {
+                    Ok(of) => report = report.and(of),
+                    Err(e) => done = Err(e),
+                }
             }
             self.regularize(island, touches, part);
         }
@@ -335,6 +337,15 @@ impl Operator {
                 rates[3 * i + k] += sigma * touch.impulse[k];
             }
         }
+    }
+
+    /// σ of each of `count` contacts without its compliance \[1/kg]; 0 where it is not active.
+    pub(crate) fn floors(&self, count: usize) -> Vec<f64> {
+        let mut floors = vec![0.0; count];
+        for (floor, &i) in self.floor.iter().zip(&self.order) {
+            floors[i] = *floor;
+        }
+        floors
     }
 
     /// p·W p of the contacts' impulses \[J].

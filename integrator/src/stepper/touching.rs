@@ -36,10 +36,14 @@ impl Stepper {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        let found = self.pass_through(dt, TOLERANCE, |stepper| {
-            stepper.right_hand_side();
-            stepper.solve_rows()
-        })?;
+        let found = if self.is_staggered() {
+            self.violation_after_joints()
+        } else {
+            self.pass_through(dt, TOLERANCE, |stepper| {
+                stepper.right_hand_side();
+                stepper.solve_rows()
+            })?
+        };
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
         self.tally.undecided += usize::from(found > TOLERANCE);
@@ -90,7 +94,8 @@ impl Stepper {
             if pass == 0 {
                 contacts.aim(&self.scene, &self.pieces, rates, dt);
             }
-            let (method, tally) = (self.options.contacts, &mut self.tally);
+            let method = self.options.contacts.of_dense_problems();
+            let tally = &mut self.tally;
             let operator = &mut contacts.operator;
             let done = operator.solve(method, &mut contacts.touches, rates, |report, softer| {
                 tally.contacts.add(&report, softer);
@@ -104,14 +109,15 @@ impl Stepper {
     }
 
     /// W of the active contacts.
-    fn build_operator(&mut self) -> Result<(), StepError> {
-        let mut factor = Factor {
+    pub(super) fn build_operator(&mut self) -> Result<(), StepError> {
+        let together = !self.options.contacts.is_staggered();
+        let factor = together.then_some(Factor {
             solver: &mut *self.solver,
             matrix: &self.matrix,
             plan: &self.plan,
             form: self.options.form,
             system: &mut self.columns,
-        };
+        });
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &contacts.touches);
         operator.divide(&self.pieces, touches);
@@ -124,7 +130,7 @@ impl Stepper {
                 time: self.time,
             });
         }
-        let report = operator.build(&self.pieces, touches, &mut factor);
+        let report = operator.build(&self.pieces, touches, factor);
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add_part(report);
         self.tally.end(Phase::Solve);
@@ -153,7 +159,7 @@ impl Stepper {
             [v.x, v.y, v.z, w.x, w.y, w.z]
         };
         let done = contacts.rebound(
-            self.options.contacts,
+            self.options.contacts.of_dense_problems(),
             contacts.dt(),
             of,
             |report, softer| {
