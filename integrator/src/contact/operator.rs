@@ -106,7 +106,7 @@ impl Operator {
     }
 
     /// G and M̃⁻¹ Hᵀ.
-    fn couple(&mut self, pieces: &Pieces, touches: &[Touch]) {
+    fn couple(&mut self, pieces: &Pieces, touches: &[Touch], together: bool) {
         let (rows, inertia) = (&pieces.rows, &pieces.inertia);
         self.starts.clear();
         self.entries.clear();
@@ -122,7 +122,8 @@ impl Operator {
                     let mut inverse = [0.0; 6];
                     inertia.apply_inverse(body, &row, &mut inverse);
                     moved[side] = Some((body, inverse));
-                    for &s in &self.groups.slots[body] {
+                    let slots = self.groups.slots[body].iter().filter(|_| together);
+                    for &s in slots {
                         let first = rows.row_range(rows.slots[s].constraint).start;
                         let block = rows.block(s);
                         let of = block.rows().iter().enumerate();
@@ -140,14 +141,16 @@ impl Operator {
         &self.entries[self.starts[row]..self.starts[row + 1]]
     }
 
-    /// W of the pieces, whose joints have this factor, after [`Groups::divide`].
+    /// W of the pieces, whose joints have this factor, after [`Groups::divide`]. Where the joints are not solved `together`
+    /// with the contacts it is W of the bodies alone.
     pub(crate) fn build(
         &mut self,
         pieces: &Pieces,
         touches: &[Touch],
         factor: &mut Factor<'_>,
+        together: bool,
     ) -> Result<SolveReport, SolveError> {
-        self.couple(pieces, touches);
+        self.couple(pieces, touches, together);
         self.floor.clear();
         self.floor.resize(touches.len(), 0.0);
         self.own.resize(touches.len(), 1.0);
@@ -279,6 +282,12 @@ impl Operator {
                 rates[3 * i + k] += sigma * touches[i].impulse[k];
             }
         }
+    }
+
+    /// σ of each of `count` contacts without its compliance \[1/kg]; 0 where it is not active.
+    pub(crate) fn floors(&self, count: usize) -> Vec<f64> {
+        let floors = self.floor.iter().copied();
+        floors.chain(std::iter::repeat(0.0)).take(count).collect()
     }
 
     /// p·W p of the contacts' impulses \[J].

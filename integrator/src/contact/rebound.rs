@@ -16,7 +16,23 @@ use taut_solver::coulomb::{ConeMethod, ConeReport};
 const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
 
+/// Speed of arrival below which nothing bounces in a step `dt` long \[m/s].
+pub(super) fn slowest(scene: &Scene, dt: f64) -> f64 {
+    (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL)
+}
+
 impl Touch {
+    /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
+    /// a step `dt`.
+    pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
+        let bodies = &scene.bodies;
+        let [rate, ..] = self.rates(|i| {
+            let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            [v.x, v.y, v.z, w.x, w.y, w.z]
+        });
+        rate >= -slowest && self.found.gap <= slowest * dt
+    }
+
     /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` is the normal rate that
     /// the step begins with, `free` the one that it ends with without contacts.
     ///
@@ -46,7 +62,7 @@ impl Contacts {
         if !self.bounces {
             return;
         }
-        let slowest = (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL);
+        let slowest = slowest(scene, dt);
         let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
         for (touch, free) in touches.filter(|(touch, _)| touch.active) {
             let [before, ..] = touch.rates(|i| pieces.v.get(i));

@@ -20,6 +20,9 @@ use taut_solver::coulomb::{ConeMethod, ConeReport, violation};
 /// Most sweeps of a solution through W.
 const SWEEPS: usize = 20;
 
+/// Factorisations after which no further sweep begins: they are of up to 600 rows, a few milliseconds each.
+const WORK: usize = 200;
+
 /// Violation of the conditions, over the size of the rates, that needs no further sweep.
 const TOLERANCE: f64 = 3e-11;
 
@@ -53,6 +56,7 @@ impl Operator {
         rates.clear();
         rates.extend_from_slice(q);
         self.add_response_of_all(island, 1.0, touches, &mut rates, factor)?;
+        let mut spent = 0;
         for sweep in 0..SWEEPS {
             let size = self.size(island, touches, q);
             let mut worst = 0.0_f64;
@@ -69,9 +73,10 @@ impl Operator {
                     continue;
                 }
                 let report = self.update(k, island, method, touches, &mut rates, factor)?;
+                spent += report.pivots;
                 each(report, false);
             }
-            if worst <= TOLERANCE * size {
+            if worst <= TOLERANCE * size || spent > WORK {
                 break;
             }
         }

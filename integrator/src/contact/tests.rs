@@ -130,6 +130,38 @@ fn a_dropped_ball_bounces_for_as_long_as_newton_says() {
 }
 
 #[test]
+fn a_blow_at_the_beginning_is_a_blow_and_no_acceleration() {
+    let (speed, dt) = (2.0, 1.0 / 60.0);
+    for e in [0.0, 0.5, 1.0] {
+        let surface = Surface {
+            restitution: e,
+            ..rough(0.0)
+        };
+        let mut scene = ground(0.0, surface);
+        let i = add_ball(&mut scene, Vector3::z() * 0.1, 0.1, surface);
+        scene.bodies.velocity[i].z = -speed;
+        let mut stepper = stepper(scene);
+        run(&mut stepper, 1);
+        // The position at the end of the step, and the velocity in its middle, of a flight that begins with the rebound. What
+        // rests sinks in by the surface's compliance.
+        let bodies = &stepper.scene().bodies;
+        let flies = if e > 0.0 { 1.0 } else { 0.0 };
+        let height = 0.1 + e * speed * dt - flies * 0.5 * G * dt * dt;
+        let rate = e * speed - flies * 0.5 * G * dt;
+        assert!(
+            (bodies.position[i].z - height).abs() < 1e-7,
+            "{e}: {} {height}",
+            bodies.position[i].z
+        );
+        assert!(
+            (bodies.velocity[i].z - rate).abs() < 1e-5,
+            "{e}: {} {rate}",
+            bodies.velocity[i].z
+        );
+    }
+}
+
+#[test]
 fn a_pushed_ball_slides_and_then_rolls() {
     let mut scene = ground(0.0, rough(0.3));
     let i = add_ball(&mut scene, Vector3::z() * 0.2, 0.2, rough(0.3));

@@ -49,10 +49,14 @@ impl Stepper {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        let found = self.pass_through(dt, TOLERANCE, |stepper| {
-            stepper.right_hand_side();
-            stepper.solve_rows()
-        })?;
+        let found = if self.is_staggered() {
+            self.violation_after_joints()
+        } else {
+            self.pass_through(dt, TOLERANCE, |stepper| {
+                stepper.right_hand_side();
+                stepper.solve_rows()
+            })?
+        };
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
         self.tally.undecided += usize::from(found > TOLERANCE);
@@ -108,7 +112,12 @@ impl Stepper {
     }
 
     /// The contacts' impulses through W for their rates u, which become those without impulses.
-    fn solve_dense(&mut self, dt: f64, rates: &mut [f64], first: bool) -> Result<(), SolveError> {
+    pub(super) fn solve_dense(
+        &mut self,
+        dt: f64,
+        rates: &mut [f64],
+        first: bool,
+    ) -> Result<(), SolveError> {
         let mut factor = factor_of!(self);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
@@ -117,14 +126,15 @@ impl Stepper {
             contacts.aim(&self.scene, &self.pieces, rates, dt);
         }
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
-        let method = self.options.contacts;
+        let method = self.options.contacts.of_dense_problems();
         operator.solve(method, touches, rates, &mut factor, |report, softer| {
             tally.contacts.add(&report, softer);
         })
     }
 
     /// W of the active contacts.
-    fn build_operator(&mut self) -> Result<(), StepError> {
+    pub(super) fn build_operator(&mut self) -> Result<(), StepError> {
+        let together = !self.options.contacts.is_staggered();
         let mut factor = factor_of!(self);
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &contacts.touches);
@@ -137,7 +147,7 @@ impl Stepper {
             });
         }
         operator.groups.divide(&self.pieces, touches);
-        let report = operator.build(&self.pieces, touches, &mut factor);
+        let report = operator.build(&self.pieces, touches, &mut factor, together);
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add_part(report);
         self.tally.end(Phase::Solve);
@@ -162,7 +172,7 @@ impl Stepper {
             [v.x, v.y, v.z, w.x, w.y, w.z]
         };
         let done = contacts.rebound(
-            self.options.contacts,
+            self.options.contacts.of_dense_problems(),
             contacts.dt(),
             of,
             &mut factor,
