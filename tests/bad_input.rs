@@ -2,6 +2,8 @@
 
 /// Systems that no backend can or should solve.
 mod backends;
+/// Shapes, surfaces and places of bodies that touch.
+mod contacts;
 /// Input that means nothing, is strange, or has numbers at the ends of their range.
 mod degenerate;
 /// Motors, winches, controls, gantries, networks, static and driven bodies.

@@ -1,21 +1,14 @@
 //! Dense elimination of a row-major matrix that carries its right-hand side as one more column.
 //!
+//! The leading rows and columns may be a symmetric positive definite block, which takes half the work: its rows keep no
+//! factors, which are those of U over the pivots. The other rows exchange places for their pivots.
+//!
 //! [`PANEL`] pivots are eliminated together: each row below them is read and written once for all of them.
 
-use std::array;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// Pivots of a panel.
 const PANEL: usize = 8;
-
-/// What the elimination may rely on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    /// Symmetric and positive definite: LDLᵀ without exchanges, from the upper triangle alone.
-    Definite,
-    /// Any: LU with exchanges of rows.
-    General,
-}
 
 /// The elimination's workspace.
 #[derive(Debug, Default)]
@@ -25,31 +18,40 @@ pub(super) struct Dense {
 }
 
 impl Dense {
-    /// Solves A y = b for the `m` rows (A b) in `rows`, each of `m + 1` numbers. The solution replaces the last column's
-    /// first `m` numbers in `solution`; `rows` is overwritten. `false` where a pivot is no number, zero, or of a definite
-    /// matrix not positive. Allocates nothing for matrices no larger than those before.
+    /// Solves A y = b for the `m` rows (A b) in `rows`, each of `m + 1` numbers; of the `symmetric` leading ones nothing left
+    /// of the diagonal is read. `rows` is overwritten. `false` where a pivot is no number, zero, or of the symmetric block not
+    /// positive. Allocates nothing for matrices no larger than those before.
     pub(super) fn solve(
         &mut self,
-        m: usize,
+        (m, symmetric): (usize, usize),
         rows: &mut [f64],
-        kind: Kind,
         solution: &mut [f64],
     ) -> bool {
         let elimination = Elimination {
-            m,
+            size: Size {
+                m,
+                width: m + 1,
+                symmetric,
+            },
             rows,
-            kind,
             panel: &mut self.panel,
         };
         dispatch(Level::best(), elimination) && substitute(m, rows, solution)
     }
 }
 
+/// Rows, numbers in each, and leading ones that are symmetric.
+#[derive(Debug, Clone, Copy)]
+struct Size {
+    m: usize,
+    width: usize,
+    symmetric: usize,
+}
+
 /// [`eliminate`], with the widest vectors that the processor has.
 struct Elimination<'a> {
-    m: usize,
+    size: Size,
     rows: &'a mut [f64],
-    kind: Kind,
     panel: &'a mut Vec<f64>,
 }
 
@@ -58,42 +60,48 @@ impl Kernel for Elimination<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) -> bool {
-        eliminate::<I::Widest>(self.m, self.rows, self.kind, self.panel)
+        eliminate::<I::Widest>(self.size, self.rows, self.panel)
     }
 }
 
-/// Rows become those of U and the right-hand side L⁻¹ b. Of L a general matrix keeps the columns, a symmetric one none.
+/// Rows become those of U and the right-hand side L⁻¹ b.
 #[inline(always)]
-fn eliminate<V: Lanes>(m: usize, rows: &mut [f64], kind: Kind, panel: &mut Vec<f64>) -> bool {
-    let width = m + 1;
-    for first in (0..m).step_by(PANEL) {
-        let last = (first + PANEL).min(m);
+fn eliminate<V: Lanes>(size: Size, rows: &mut [f64], panel: &mut Vec<f64>) -> bool {
+    let Size {
+        m,
+        width,
+        symmetric,
+    } = size;
+    let mut first = 0;
+    while first < m {
+        let end = if first < symmetric { symmetric } else { m };
+        let last = (first + PANEL).min(end);
         for k in first..last {
-            if kind == Kind::General {
-                complete_column(first, k, width, rows);
+            complete_column(first, k, size, rows);
+            if k >= symmetric {
                 exchange(m, k, rows);
             }
-            if !pivot(first, k, width, rows, kind) {
+            if !pivot(first, k, size, rows) {
                 return false;
             }
-        }
-        if last == m {
-            break;
         }
         let (head, below) = rows.split_at_mut(last * width);
         pack::<V>(&head[first * width..], last, width, panel);
         for (pair, two) in below.chunks_mut(2 * width).enumerate() {
             let i = last + 2 * pair;
-            // What lies left of a symmetric matrix's diagonal is not read.
-            let vectors = if kind == Kind::Definite {
+            let skipped = if i + 1 < symmetric {
                 (i - last) / V::LANES
             } else {
                 0
             };
-            let packed = &panel[vectors * PANEL * V::LANES..];
-            let from = last + vectors * V::LANES;
-            let factors = |row: &[f64], i: usize| -> [f64; PANEL] {
-                array::from_fn(|p| factor(head, row, (first + p, i), width, kind))
+            let packed = &panel[skipped * PANEL * V::LANES..];
+            let from = last + skipped * V::LANES;
+            let factors = |row: &[f64], i: usize| {
+                let mut factors = [0.0; PANEL];
+                for (to, p) in factors.iter_mut().zip(first..last) {
+                    *to = factor(head, row, (p, i), size);
+                }
+                factors
             };
             let (a, b) = two.split_at_mut(width);
             let of_a = factors(a, i);
@@ -104,6 +112,7 @@ fn eliminate<V: Lanes>(m: usize, rows: &mut [f64], kind: Kind, panel: &mut Vec<f
                 subtract::<V, 2>([&of_a, &of_b], packed, [&mut a[from..], &mut b[from..]]);
             }
         }
+        first = last;
     }
     true
 }
@@ -122,47 +131,50 @@ fn pack<V: Lanes>(pivots: &[f64], last: usize, width: usize, panel: &mut Vec<f64
     }
 }
 
-/// The entry of L in row `i` and column `p`: of a symmetric matrix it is that of U over the pivot.
+/// The entry of L in row `i` and column `p`: of a symmetric row that of U over the pivot.
 #[inline(always)]
-fn factor(head: &[f64], row: &[f64], (p, i): (usize, usize), width: usize, kind: Kind) -> f64 {
-    match kind {
-        Kind::Definite => head[p * width + i] / head[p * width + p],
-        Kind::General => row[p],
+fn factor(head: &[f64], row: &[f64], (p, i): (usize, usize), size: Size) -> f64 {
+    if i < size.symmetric {
+        let upper = &head[p * size.width..(p + 1) * size.width];
+        upper[i] / upper[p]
+    } else {
+        row[p]
     }
 }
 
-/// Column `k` of a general matrix from row `k` on, by the pivots from `first` on.
+/// Column `k` of the rows without symmetry from row `k` on, by the pivots from `first` on.
 #[inline(always)]
-fn complete_column(first: usize, k: usize, width: usize, rows: &mut [f64]) {
-    let (head, below) = rows.split_at_mut(k * width);
-    for row in below.chunks_exact_mut(width) {
-        let done = (first..k).map(|p| row[p] * head[p * width + k]);
+fn complete_column(first: usize, k: usize, size: Size, rows: &mut [f64]) {
+    let (head, below) = rows.split_at_mut(k.max(size.symmetric) * size.width);
+    for row in below.chunks_exact_mut(size.width) {
+        let done = (first..k).map(|p| row[p] * head[p * size.width + k]);
         row[k] -= done.sum::<f64>();
     }
 }
 
-/// Row `k` becomes one of U by the pivots from `first` on. `false` where its own is of no use.
+/// Row `k` becomes one of U by the pivots from `first` on, and the completed column below it one of L. `false` where the
+/// pivot is of no use.
 #[inline(always)]
-fn pivot(first: usize, k: usize, width: usize, rows: &mut [f64], kind: Kind) -> bool {
+fn pivot(first: usize, k: usize, size: Size, rows: &mut [f64]) -> bool {
+    let (width, symmetric) = (size.width, size.symmetric);
     let (head, rest) = rows.split_at_mut(k * width);
     let (row, below) = rest.split_at_mut(width);
-    // A general matrix's column is complete.
-    let from = if kind == Kind::Definite { k } else { k + 1 };
+    // The column of a row without symmetry is complete.
+    let from = if k < symmetric { k } else { k + 1 };
     for p in first..k {
-        let factor = factor(head, row, (p, k), width, kind);
+        let factor = factor(head, row, (p, k), size);
         let upper = &head[p * width + from..(p + 1) * width];
         for (to, u) in row[from..].iter_mut().zip(upper) {
             *to -= factor * u;
         }
     }
     let pivot = row[k];
-    if !pivot.is_finite() || pivot == 0.0 || (kind == Kind::Definite && pivot < 0.0) {
+    if !pivot.is_finite() || pivot == 0.0 || (k < symmetric && pivot < 0.0) {
         return false;
     }
-    if kind == Kind::General {
-        for row in below.chunks_exact_mut(width) {
-            row[k] /= pivot;
-        }
+    let general = symmetric.saturating_sub(k + 1);
+    for row in below.chunks_exact_mut(width).skip(general) {
+        row[k] /= pivot;
     }
     true
 }
@@ -225,5 +237,57 @@ fn exchange(m: usize, k: usize, rows: &mut [f64]) {
     if largest != k {
         let (upper, lower) = rows.split_at_mut(largest * (m + 1));
         upper[k * (m + 1)..(k + 1) * (m + 1)].swap_with_slice(&mut lower[..=m]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::Random;
+    use super::Dense;
+
+    /// A matrix that is dominated by its diagonal, with its leading block symmetric, and a right-hand side.
+    fn system(m: usize, symmetric: usize, random: &mut Random) -> Vec<f64> {
+        let mut rows: Vec<f64> = (0..m * (m + 1)).map(|_| random.signed()).collect();
+        for i in 0..m {
+            rows[i * (m + 1) + i] += 2.0 * m as f64;
+            for j in 0..i.min(symmetric) {
+                if i < symmetric {
+                    rows[i * (m + 1) + j] = rows[j * (m + 1) + i];
+                }
+            }
+        }
+        rows
+    }
+
+    #[test]
+    fn systems_of_all_sizes_with_any_part_symmetric_are_solved() {
+        let mut dense = Dense::default();
+        for m in 1..40 {
+            for symmetric in [0, 1, m / 3, m / 2, m - 1, m] {
+                let symmetric = symmetric.min(m);
+                let rows = system(m, symmetric, &mut Random::new(m as u64));
+                let mut read = rows.clone();
+                for i in 0..symmetric {
+                    read[i * (m + 1)..i * (m + 1) + i].fill(f64::NAN);
+                }
+                let mut y = vec![0.0; m];
+                assert!(dense.solve((m, symmetric), &mut read, &mut y));
+                for row in rows.chunks_exact(m + 1) {
+                    let sum: f64 = row.iter().zip(&y).map(|(a, y)| a * y).sum();
+                    assert!((sum - row[m]).abs() < 1e-13 * m as f64, "{m} {symmetric}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn small_pivots_are_exchanged_and_none_is_told() {
+        let mut dense = Dense::default();
+        let mut y = [0.0; 2];
+        let mut rows = [1e-20, 1.0, 1.0, 1.0, 1.0, 3.0];
+        assert!(dense.solve((2, 0), &mut rows, &mut y));
+        assert_eq!(y, [2.0, 1.0]);
+        assert!(!dense.solve((2, 0), &mut [1.0, 1.0, 1.0, 1.0, 1.0, 3.0], &mut y));
+        assert!(!dense.solve((2, 2), &mut [1.0, 2.0, 1.0, 2.0, 1.0, 3.0], &mut y));
     }
 }

@@ -2,9 +2,9 @@
 //!
 //! A contact that is open has no unknown, one that sticks has its three impulses. One that slides has its impulse along
 //! a ray of the cone and one across the ray. With a column c and a row ĉ of each unknown y, x = Σ c y, the rows say
-//! ĉᵀ (W x + q) + γ y = 0.
+//! ĉᵀ (W x + q) + γ y = 0. Those whose column is their row come first: their block is symmetric.
 
-use super::dense::{Dense, Kind};
+use super::dense::Dense;
 use super::scaled::{Scaled, Three, dot, three};
 
 /// One unknown.
@@ -27,15 +27,15 @@ pub(super) struct Step {
     rows: Vec<f64>,
     solution: Vec<f64>,
     dense: Dense,
-    /// Whether all rows are their columns.
-    symmetric: bool,
+    /// Unknowns whose columns are not their rows, which come after the others.
+    oblique: Vec<Unknown>,
 }
 
 impl Step {
     /// Forgets the last one.
     pub(super) fn clear(&mut self) {
         self.unknowns.clear();
-        self.symmetric = true;
+        self.oblique.clear();
     }
 
     /// A contact whose three impulses x are unknown and whose velocity is −`compliance` x.
@@ -66,8 +66,12 @@ impl Step {
     }
 
     fn push(&mut self, contact: usize, column: Three, row: Three, compliance: f64) {
-        self.symmetric &= column == row;
-        self.unknowns.push(Unknown {
+        let to = if column == row {
+            &mut self.unknowns
+        } else {
+            &mut self.oblique
+        };
+        to.push(Unknown {
             contact,
             column,
             row,
@@ -83,21 +87,15 @@ impl Step {
         rate: impl Fn(usize) -> Three,
         x: &mut [f64],
     ) -> bool {
+        let symmetric = self.unknowns.len();
+        self.unknowns.append(&mut self.oblique);
         let m = self.unknowns.len();
         self.solution.resize(m, 0.0);
-        let mut done = false;
-        if self.symmetric {
-            self.assemble(problem, &rate);
-            done = self
-                .dense
-                .solve(m, &mut self.rows, Kind::Definite, &mut self.solution);
-        }
-        if !done {
-            self.assemble(problem, &rate);
-            done = self
-                .dense
-                .solve(m, &mut self.rows, Kind::General, &mut self.solution);
-        }
+        let done = [symmetric, 0].into_iter().any(|symmetric| {
+            self.assemble(problem, &rate, symmetric);
+            let size = (m, symmetric);
+            self.dense.solve(size, &mut self.rows, &mut self.solution)
+        });
         x.fill(0.0);
         for (unknown, y) in self.unknowns.iter().zip(&self.solution) {
             let x = &mut x[3 * unknown.contact..3 * unknown.contact + 3];
@@ -108,8 +106,8 @@ impl Step {
         done
     }
 
-    /// The matrix Ĉᵀ W C + Γ and −Ĉᵀ q beside it.
-    fn assemble(&mut self, problem: &Scaled, rate: &impl Fn(usize) -> Three) {
+    /// The matrix Ĉᵀ W C + Γ and −Ĉᵀ q beside it, without what lies left of the diagonal in the `symmetric` first rows.
+    fn assemble(&mut self, problem: &Scaled, rate: &impl Fn(usize) -> Three, symmetric: usize) {
         let (m, size) = (self.unknowns.len(), 3 * problem.n);
         self.rows.clear();
         self.rows.resize(m * (m + 1), 0.0);
@@ -125,7 +123,8 @@ impl Step {
                 }
                 let first = (3 * a.contact + component) * size;
                 let operator = &problem.operator[first..first + size];
-                for (to, b) in to.iter_mut().zip(&self.unknowns) {
+                let read = if k < symmetric { k } else { 0 };
+                for (to, b) in to[read..].iter_mut().zip(&self.unknowns[read..]) {
                     *to += weight * dot(three(operator, b.contact), b.column);
                 }
             }

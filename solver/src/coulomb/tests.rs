@@ -2,7 +2,8 @@ mod worlds;
 
 use super::{ConeMethod, ConeReport, ConeSolver, Contacts};
 use crate::SolveError;
-use worlds::{FALL, Problem, Random, heap, scatter, stack};
+pub(super) use worlds::Random;
+use worlds::{FALL, Problem, heap, scatter, stack};
 
 fn solve(problem: &Problem, impulses: &mut [f64]) -> ConeReport {
     solve_by(ConeMethod::Newton, problem, impulses)

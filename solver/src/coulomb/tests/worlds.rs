@@ -3,10 +3,10 @@
 use super::super::Contacts;
 
 /// Pseudo-random numbers.
-pub(super) struct Random(u64);
+pub(in super::super) struct Random(u64);
 
 impl Random {
-    pub(super) fn new(seed: u64) -> Self {
+    pub(in super::super) fn new(seed: u64) -> Self {
         let mut random = Self(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66);
         (0..4).for_each(|_| {
             random.next();
@@ -24,7 +24,7 @@ impl Random {
     }
 
     /// In −1 … 1.
-    pub(super) fn signed(&mut self) -> f64 {
+    pub(in super::super) fn signed(&mut self) -> f64 {
         2.0 * self.next() - 1.0
     }
 

@@ -1,0 +1,253 @@
+use nalgebra::Vector3;
+use taut_integrator::{StepError, StepOptions, Stepper};
+use taut_model::collide::{Collider, Shape, Surface};
+use taut_model::{Body, Grounded, GroundedParams, Scene};
+
+const DT: f64 = 1.0 / 60.0;
+
+/// The ground, and gravity.
+fn ground(surface: Surface) -> Scene {
+    let mut scene = Scene::new("contacts");
+    scene.gravity = Vector3::z() * -9.81;
+    scene.add_collider(Collider {
+        surface,
+        ..Collider::new("ground", None, Shape::HalfSpace)
+    });
+    scene
+}
+
+fn add_box(
+    scene: &mut Scene,
+    name: &str,
+    size: Vector3<f64>,
+    mass: f64,
+    at: Vector3<f64>,
+) -> usize {
+    let body = scene.add_body(name, Body::cuboid(size, mass).at(at));
+    scene.add_collider(Collider::new(name, Some(body), Shape::Cuboid { size }))
+}
+
+/// What the stepper says of it.
+fn refusal(scene: Scene) -> String {
+    let made = Stepper::new(scene, StepOptions::default());
+    made.map(|_| ()).expect_err("a fault").to_string()
+}
+
+/// A second of steps: the highest speed, in m/s, or the error that ended it. All numbers stay finite.
+fn live(scene: Scene, dt: f64) -> Result<f64, StepError> {
+    let options = StepOptions {
+        dt,
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(scene, options)?;
+    let mut fastest = 0.0_f64;
+    for _ in 0..60 {
+        let report = stepper.step()?;
+        assert!(report.contacts.complementarity.is_finite(), "{report:?}");
+        let bodies = &stepper.scene().bodies;
+        for v in bodies.position.iter().chain(&bodies.velocity) {
+            assert!(v.iter().all(|x| x.is_finite()));
+        }
+        fastest = bodies.velocity.iter().fold(fastest, |m, v| m.max(v.norm()));
+    }
+    Ok(fastest)
+}
+
+#[test]
+fn dimensions_of_shapes_that_mean_nothing_are_refused_by_name() {
+    let shapes = |x: f64| {
+        [
+            Shape::Sphere { radius: x },
+            Shape::Cuboid {
+                size: Vector3::new(1.0, x, 1.0),
+            },
+            Shape::Capsule {
+                length: 1.0,
+                radius: x,
+            },
+            Shape::Cylinder {
+                length: x,
+                radius: 1.0,
+            },
+        ]
+    };
+    for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for shape in shapes(bad) {
+            let mut scene = ground(Surface::default());
+            let body = scene.add_body("load", Body::sphere(1.0, 1.0));
+            scene.add_collider(Collider::new("hull", Some(body), shape));
+            let text = refusal(scene);
+            assert!(text.contains("collider `hull` of body `load`"), "{text}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_out_of_range_are_refused_by_name() {
+    let good = Surface::default();
+    let bad = [f64::NAN, -1.0, f64::INFINITY];
+    let faults = bad.into_iter().flat_map(|x| {
+        [
+            (
+                "friction",
+                Surface {
+                    friction: x,
+                    ..good
+                },
+            ),
+            (
+                "restitution",
+                Surface {
+                    restitution: x,
+                    ..good
+                },
+            ),
+            (
+                "compliance",
+                Surface {
+                    compliance: x,
+                    ..good
+                },
+            ),
+            ("damping", Surface { damping: x, ..good }),
+        ]
+    });
+    let bouncy = Surface {
+        restitution: 1.0 + 1e-9,
+        ..good
+    };
+    for (quantity, surface) in faults.chain([("restitution", bouncy)]) {
+        let text = refusal({
+            let mut scene = ground(surface);
+            let size = Vector3::repeat(1.0);
+            add_box(&mut scene, "load", size, 1.0, Vector3::z());
+            scene
+        });
+        assert!(text.contains("ground") && text.contains(quantity), "{text}");
+    }
+}
+
+#[test]
+fn what_overlaps_at_the_start_comes_apart_slowly() {
+    let unit = Vector3::repeat(1.0);
+    let pairs = [
+        // In the same place, one inside the other, half in the ground, all of it.
+        [(unit, 0.5), (unit, 0.5)],
+        [(unit, 0.5), (unit * 0.2, 0.5)],
+        [(unit, 0.0), (unit, 1.0)],
+        [(unit, -3.0), (unit, 5.0)],
+    ];
+    for pair in pairs {
+        let mut scene = ground(Surface::default());
+        for (k, (size, height)) in pair.into_iter().enumerate() {
+            add_box(
+                &mut scene,
+                &format!("box-{k}"),
+                size,
+                1.0,
+                Vector3::z() * height,
+            );
+        }
+        let fastest = live(scene, DT).expect("contacts that come apart");
+        // They recover with at most 0.5 m/s a contact, and may fall for a second.
+        assert!(fastest < 10.5, "{pair:?}: {fastest}");
+    }
+}
+
+#[test]
+fn needles_and_plates_lie_on_the_ground() {
+    for size in [[1e-6, 1.0, 1e-6], [1.0, 1.0, 1e-6], [1e-3, 1.0, 1e-3]] {
+        let mut scene = ground(Surface::default());
+        let size = Vector3::from(size);
+        add_box(&mut scene, "thin", size, 1.0, Vector3::z() * (0.5 * size.z));
+        let fastest = live(scene, DT).expect("a thin body at rest");
+        assert!(fastest < 1e-3, "{size}: {fastest}");
+    }
+    let mut scene = ground(Surface::default());
+    let size = Vector3::new(1e-10, 1.0, 1.0);
+    add_box(&mut scene, "leaf", size, 1.0, Vector3::z());
+    let text = refusal(scene);
+    assert!(text.contains("lost in rounding"), "{text}");
+}
+
+#[test]
+fn any_friction_holds_or_lets_go() {
+    for friction in [0.0, 1e-12, 1e6] {
+        let mut scene = ground(Surface {
+            friction,
+            ..Surface::default()
+        });
+        let at = Vector3::z() * 0.5;
+        let number = add_box(&mut scene, "load", Vector3::repeat(1.0), 1.0, at);
+        scene.colliders[number].surface.friction = friction;
+        let body = scene.colliders[number].body.expect("a body");
+        scene.bodies.velocity[body].x = 1.0;
+        let fastest = live(scene, DT).expect("a sliding box");
+        assert!(fastest <= 1.0 + 1e-9, "{friction}: {fastest}");
+    }
+}
+
+#[test]
+fn what_cannot_move_does_not_touch() {
+    let mut scene = ground(Surface::default());
+    for name in ["pier", "wall"] {
+        let size = Vector3::repeat(1.0);
+        let mut body = Body::cuboid(size, 1.0);
+        body.mobility = taut_model::Mobility::Static;
+        let body = scene.add_body(name, body);
+        scene.add_collider(Collider::new(name, Some(body), Shape::Cuboid { size }));
+    }
+    let size = Vector3::repeat(1.0);
+    let number = add_box(&mut scene, "ghost", size, 1.0, Vector3::z() * 0.5);
+    scene.colliders[number].meets = 0;
+    let options = StepOptions::default();
+    let mut stepper = Stepper::new(scene, options).expect("a sound scene");
+    let report = stepper.step().expect("a step");
+    assert_eq!(report.contacts.near, 0, "{report:?}");
+}
+
+#[test]
+fn speeds_and_steps_at_the_ends_of_their_range_end_or_stay_finite() {
+    for (speed, dt) in [
+        (-1e6, DT),
+        (1e6, DT),
+        (-1e150, DT),
+        (-1.0, 1e-9),
+        (-1.0, 100.0),
+    ] {
+        let mut scene = ground(Surface::default());
+        let number = add_box(&mut scene, "load", Vector3::repeat(1.0), 1.0, Vector3::z());
+        let body = scene.colliders[number].body.expect("a body");
+        scene.bodies.velocity[body].z = speed;
+        if let Err(e) = live(scene, dt) {
+            assert!(!e.to_string().is_empty());
+        }
+    }
+}
+
+#[test]
+fn named_scenes_at_a_ratio_of_a_trillion_end_or_stay_finite() {
+    for grounded in Grounded::ALL {
+        let params = GroundedParams {
+            count: Some(3),
+            segments: 4,
+            mass_ratio: 1e12,
+            ..GroundedParams::new(grounded)
+        };
+        let scene = params.build().expect("a scene");
+        match live(scene, DT) {
+            Ok(fastest) => assert!(fastest < 100.0, "{grounded:?}: {fastest}"),
+            Err(e) => assert!(!e.to_string().contains('\n'), "{e}"),
+        }
+    }
+}
+
+#[test]
+fn without_gravity_nothing_moves() {
+    let mut scene = ground(Surface::default());
+    scene.gravity = Vector3::zeros();
+    let at = Vector3::z() * 0.5;
+    add_box(&mut scene, "load", Vector3::repeat(1.0), 1.0, at);
+    let fastest = live(scene, DT).expect("a box at rest");
+    assert!(fastest < 1e-12, "{fastest}");
+}
