@@ -23,7 +23,7 @@ use scene::SceneArgs;
 use std::process::ExitCode;
 use study::StudyArgs;
 use taut_ground::{Choice, files};
-use taut_integrator::{Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_integrator::{ContactMethod, Elimination, GeometricStiffness, Guard, Scheme, StepOptions};
 use taut_output::table;
 use taut_solver::Foreign;
 use taut_studies::options::{count, number, require_positive};
@@ -73,14 +73,16 @@ enum Command {
     /// The shards of a study as one: tables, page and rows as the study itself writes them
     #[command(after_help = merge::AFTER_HELP)]
     Merge(MergeArgs),
-    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions
+    /// Writes the linear systems of a step, or of many, as Matrix Market files: S and the KKT matrix, with exact solutions;
+    /// and its contacts and joints as a problem under the names of FCLIB
     #[command(
-        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence"
+        after_help = "Examples:\n  taut dump hoist --set mass_ratio=1e5 --step 60 --out target/systems\n  taut dump gantry --steps 0..600 --out target/sequence && taut study sequence target/sequence\n  taut dump floor --step 60 --out target/systems && taut solve target/systems/floor_60_contacts"
     )]
     Dump(DumpArgs),
-    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors
+    /// Solves a system from Matrix Market files with every backend: times, backward and forward errors; or a contact problem
+    /// with every method
     #[command(
-        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz"
+        after_help = "Examples:\n  taut solve target/systems/hoist_60.mtx --backend banded,faer:lu\n  taut solve bcsstk14.mtx.gz\n  taut solve target/systems/floor_60_contacts --backend banded"
     )]
     Solve(SolveArgs),
     /// Writes a graded set of systems: sizes, mass ratios, topologies, states, compliances; and a sequence of 600
@@ -130,6 +132,10 @@ struct StepArgs {
     /// Refinement sweeps from the pieces (default: 1 for direct solvers, 0 for iterative ones)
     #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
     refine: Option<usize>,
+    /// How impulses of contacts are found: newton, pgs:sweeps=N:tolerance=X, or staggered:sweeps=N, the paper's Algorithm 1
+    /// as printed, N projections before the joints and without them
+    #[arg(long, value_name = "METHOD", default_value_t = ContactMethod::default())]
+    contacts: ContactMethod,
     /// Time step (s)
     #[arg(long, value_name = "S", default_value = "1/60", value_parser = number, allow_negative_numbers = true)]
     dt: f64,
@@ -281,6 +287,7 @@ fn step_options(args: &StepArgs) -> Result<StepOptions, Failure> {
         .unwrap_or(GeometricStiffness::inertia(args.scheme.default_alpha()));
     options.guard = guard(&args.guard)?;
     options.elimination = args.elimination;
+    options.contacts = args.contacts;
     options.refinements = args.refine.unwrap_or(options.refinements);
     if options.refinements > MAX_REFINEMENTS {
         return Err(Failure::Input(format!(

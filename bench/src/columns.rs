@@ -21,7 +21,7 @@ type OfBody = fn(&Stepper, usize) -> f64;
 type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
 
 /// Those of the run; all but the last are the columns of a table without `--columns`.
-const OF_RUN: [Quantity<OfRun>; 14] = [
+const OF_RUN: [Quantity<OfRun>; 15] = [
     ("time", "s", |s| Some(s.time)),
     ("load_x", "m", |s| Some(s.load.x)),
     ("load_y", "m", |s| Some(s.load.y)),
@@ -36,6 +36,7 @@ const OF_RUN: [Quantity<OfRun>; 14] = [
     ("events", "", |s| Some(s.events as f64)),
     ("contacts", "", |s| Some(s.contacts.touching as f64)),
     ("sliding", "", |s| Some(s.contacts.sliding as f64)),
+    ("groups", "", |s| Some(s.contacts.groups as f64)),
 ];
 
 /// Those of a body.

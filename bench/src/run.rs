@@ -230,6 +230,8 @@ pub struct ContactSummary {
     pub most_pivots: usize,
     /// Dense problems that Newton's method left to its fall-backs.
     pub fallbacks: usize,
+    /// Most groups that contacts were split into in a step; 0 where all were solved at once.
+    pub most_groups: usize,
 }
 
 impl Tally {
@@ -244,6 +246,7 @@ impl Tally {
         sum.complementarity = worse(sum.complementarity, step.complementarity);
         sum.most_pivots = sum.most_pivots.max(step.pivots);
         sum.fallbacks += step.fallbacks;
+        sum.most_groups = sum.most_groups.max(step.groups);
     }
 
     fn add(&mut self, s: &Sample, yardstick: &Yardstick) {
@@ -564,8 +567,12 @@ pub fn text(s: &Summary) -> String {
         ("phases", phases.join(", ")),
     ];
     let contacts = s.contacts.map(|c| {
+        let split = match c.most_groups {
+            0 => String::new(),
+            groups => format!("; split into up to {groups} groups"),
+        };
         let text = format!(
-            "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}",
+            "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}{split}",
             c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
         );
         ("contacts", text)

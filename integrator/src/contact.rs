@@ -28,16 +28,27 @@
 //! Where no impulses are found that keep the conditions, as of bodies that are jammed between others, the contacts that
 //! hang together are taken 100 times softer for the step, up to three times, and the report counts it.
 //!
-//! Restitution: [`rebound`].
+//! **Geometric stiffness.** A force F at the lever r of a body has the part (F·r)⁺ (I − r rᵀ/r²) as that of a joint. The
+//! normal turns besides, as the surfaces are curved: a normal force N has −N ∂²φ/∂θ² of the gap φ
+//! ([`Contact::turning`](taut_model::contacts::Contact::turning)), N (R + r) of a rod of radius r that rocks across a cylinder
+//! of radius R. Of all contacts of a body the sum counts, as far as it is positive: a box between boxes has next to none. What
+//! ∂²φ/∂q² has between turns and motions along the surface, and between both bodies, which vanishes where one of them is
+//! round about its centre, no block of a body can hold: the step sees it explicitly.
+//!
+//! Restitution: [`rebound`]. Contacts apart from the joints, as the paper has them: [`method`].
 
+pub(crate) mod groups;
+pub(crate) mod method;
 pub(crate) mod operator;
+pub(crate) mod problem;
 mod rebound;
+mod sweeps;
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;
 use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
@@ -199,17 +210,21 @@ pub(crate) struct Known {
 pub(crate) struct Contacts {
     collisions: Collisions,
     pub(crate) touches: Vec<Touch>,
-    /// Those of the last solve.
+    /// Those of the last solve, in the order of their colliders.
     known: Vec<Known>,
     taken: Vec<bool>,
     /// Whether shapes that arrive rebound: in the scheme's own steps.
     pub(crate) bounces: bool,
+    /// Whether only what rests on each other touches: where the accelerations of the beginning are wanted.
+    pub(crate) begins: bool,
     /// Steps that the impulses and the known ones belong to \[s].
     dt: f64,
     known_dt: f64,
     /// Δt f without contacts: of the step, and with the rows that are held at a bound.
     free: [BodyVectors; 2],
     pub(crate) operator: Operator,
+    /// K of the turning of normals, with its body, contact by contact.
+    turning: Vec<(usize, Matrix3<f64>)>,
     /// Three numbers a contact, and the impulses of the step while those of its rebounds are found.
     pub(crate) rates: Vec<f64>,
     pub(crate) resting: Vec<[f64; 3]>,
@@ -231,9 +246,11 @@ impl Contacts {
             known: Vec::new(),
             taken: Vec::new(),
             bounces: false,
+            begins: false,
             dt: 1.0,
             known_dt: 1.0,
             free: [(); 2].map(|()| BodyVectors::new(bodies)),
+            turning: Vec::new(),
             rates: Vec::new(),
             resting: Vec::new(),
         }
@@ -255,14 +272,21 @@ impl Contacts {
         self.touches.clear();
         let touches = found.iter().map(|contact| Touch::new(contact, scene, dt));
         self.touches.extend(touches);
+        if self.begins {
+            let slowest = rebound::slowest(scene, dt);
+            self.touches.retain(|touch| touch.rests(scene, slowest, dt));
+        }
         let factor = dt / self.known_dt;
         self.dt = dt;
         self.taken.clear();
         self.taken.resize(self.known.len(), false);
         for touch in &mut self.touches {
-            let same = |known: &Known| known.colliders == touch.found.colliders;
+            let pair = touch.found.colliders;
+            let first = self.known.partition_point(|known| known.colliders < pair);
+            let same = self.known.iter().enumerate().skip(first);
+            let same = same.take_while(|(_, known)| known.colliders == pair);
             let apart = |known: &Known| (Vector3::from(known.key) - touch.found.key).norm_squared();
-            let left = (self.known.iter().enumerate()).filter(|(i, k)| !self.taken[*i] && same(k));
+            let left = same.filter(|(i, _)| !self.taken[*i]);
             if let Some((i, known)) = left.min_by(|a, b| apart(a.1).total_cmp(&apart(b.1))) {
                 let impulse = Vector3::from(known.impulse) * factor;
                 let own = touch.axes.map(|axis| axis.dot(&impulse));
@@ -296,6 +320,8 @@ impl Contacts {
             self.known_dt = dt;
         }
         self.known = known;
+        // As they are found.
+        self.known.sort_by_key(|known| known.colliders);
     }
 
     /// Step that the impulses belong to \[s].
@@ -304,7 +330,8 @@ impl Contacts {
     }
 
     /// K of the contacts' forces as the last solve left them.
-    pub(crate) fn stiffen(&self, geometric: &mut Geometric) {
+    pub(crate) fn stiffen(&mut self, scene: &Scene, geometric: &mut Geometric) {
+        self.turning.clear();
         for touch in &self.touches {
             let force = touch.world_impulse() / self.dt;
             for (side, force) in [force, -force].into_iter().enumerate() {
@@ -312,6 +339,18 @@ impl Contacts {
                     geometric.add_force(i, &touch.levers[side], &force);
                 }
             }
+            let pressed = touch.impulse[0] / self.dt;
+            let sides = (0..2).filter(|_| pressed > 0.0);
+            for (side, i) in sides.filter_map(|side| Some((side, touch.found.bodies[side]?))) {
+                if scene.bodies.is_dynamic(i) && !scene.bodies.is_point(i) {
+                    let k = touch.found.turning(side, &scene.bodies.position[i]);
+                    self.turning.push((i, k * pressed));
+                }
+            }
+        }
+        self.turning.sort_unstable_by_key(|(i, _)| *i);
+        for of in self.turning.chunk_by(|a, b| a.0 == b.0) {
+            geometric.add_positive(of[0].0, of.iter().map(|(_, k)| k).sum());
         }
     }
 
@@ -418,6 +457,7 @@ impl Contacts {
             report.deepest = report.deepest.max(-touch.found.gap);
         }
         report.near = self.touches.len();
+        report.groups = self.operator.groups.split();
         report.load = self.touches.iter().map(|t| t.impulse[0]).sum::<f64>() / dt;
     }
 }

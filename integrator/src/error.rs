@@ -69,9 +69,9 @@ pub enum StepError {
         /// Time at the beginning of the step \[s].
         time: f64,
     },
-    /// More contacts hang together than a dense problem holds.
+    /// More contacts than are solved.
     TooManyContacts {
-        /// Contacts that hang together by bodies and joints.
+        /// Contacts with a part in the step.
         contacts: usize,
         /// Most of them.
         most: usize,
@@ -158,8 +158,8 @@ impl fmt::Display for StepError {
                 time,
             } => write!(
                 f,
-                "at t = {time:.4} s: {contacts} contacts hang together, and the most is {most}: give fewer bodies a \
-                 shape, or part them"
+                "at t = {time:.4} s: {contacts} shapes touch, and the most is {most}: give fewer bodies a shape, or \
+                 part them"
             ),
             Self::NoEquilibrium {
                 passes,

@@ -133,12 +133,16 @@ impl Geometric {
             exact[slot.body] += Matrix3::from_diagonal_element(force.dot(&r)) - symmetric;
         }
         for (i, exact) in exact.into_iter().enumerate() {
-            let lacking = exact - unpacked(self.stiffness.get(i));
-            if lacking.iter().all(|k| k.is_finite()) {
-                let mut eigen = lacking.symmetric_eigen();
-                eigen.eigenvalues.apply(|k| *k = k.max(0.0));
-                self.stiffness.add(i, packed(&eigen.recompose()));
-            }
+            self.add_positive(i, exact - unpacked(self.stiffness.get(i)));
+        }
+    }
+
+    /// Adds the positive part of a symmetric matrix to K of a body.
+    pub(crate) fn add_positive(&mut self, body: usize, k: Matrix3<f64>) {
+        if k.iter().all(|k| k.is_finite()) {
+            let mut eigen = k.symmetric_eigen();
+            eigen.eigenvalues.apply(|k| *k = k.max(0.0));
+            self.stiffness.add(body, packed(&eigen.recompose()));
         }
     }
 

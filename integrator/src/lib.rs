@@ -83,6 +83,8 @@
 //! | `bounded` | rows with bounds: cables that cannot push, motors of limited force |
 //! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
 //! | `contact`, `contact/operator`, `stepper/touching` | contacts with friction: rows, dense operator, the solve with them |
+//! | `contact/method` | how their impulses are found: with the joints, or before them as the paper has it |
+//! | `contact/problem` | contacts and joints of a step as one problem, under the names of FCLIB |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
@@ -126,6 +128,8 @@ mod slip;
 mod stepper;
 
 pub use change::Edit;
+pub use contact::method::{ContactMethod, ParseContactMethodError};
+pub use contact::problem::{ContactProblem, ContactSolution, Entry};
 pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;

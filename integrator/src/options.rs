@@ -1,10 +1,9 @@
 //! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
 
-use crate::{Elimination, StepError};
+use crate::{ContactMethod, Elimination, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
-use taut_solver::coulomb::ConeMethod;
 
 /// At which mean of past and future states the constraint forces are evaluated: the order of the step and what it damps.
 ///
@@ -416,7 +415,7 @@ pub struct StepOptions {
     pub warm_start: bool,
     /// How the impulses of contacts are found.
     #[cfg_attr(feature = "serde", serde(with = "crate::serde_forms::text", default))]
-    pub contacts: ConeMethod,
+    pub contacts: ContactMethod,
     /// Largest energy from nowhere that a motion may have, over its own
     /// ([`EnergyBalance::excess`](crate::EnergyBalance)), > 0: more is [`StepError::EnergyGain`]. The balance costs some
     /// passes over rows and bodies a step; `None` does without.
@@ -442,7 +441,7 @@ impl Default for StepOptions {
             refinements: usize::from(!backend.is_iterative()),
             backend,
             warm_start: true,
-            contacts: ConeMethod::default(),
+            contacts: ContactMethod::default(),
             energy_tolerance: None,
         }
     }
@@ -496,6 +495,7 @@ impl StepOptions {
         self.angular_scheme.map_or(Ok(()), Scheme::validate)?;
         self.stiffness.validate()?;
         self.guard.map_or(Ok(()), Guard::validate)?;
+        self.contacts.validate()?;
         let tolerance = self.energy_tolerance.unwrap_or(1.0);
         let sound = tolerance > 0.0 && tolerance.is_finite();
         check("energy_tolerance", tolerance, sound, "a finite number > 0")?;
@@ -511,7 +511,7 @@ impl StepOptions {
 
 const MAX_SUBSTEPS: usize = 1_000_000;
 
-fn check(
+pub(crate) fn check(
     field: &'static str,
     value: f64,
     sound: bool,

@@ -97,6 +97,10 @@ pub struct ContactReport {
     pub sweeps: usize,
     /// Dense problems that Newton's method left to its fall-backs.
     pub fallbacks: usize,
+    /// Groups that contacts were split into in the last solve, because more than 200 hang together; 0 where all were solved at
+    /// once.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub groups: usize,
     /// Times that contacts were taken softer for want of a solution.
     pub softened: usize,
     /// Largest violation of the conditions on rates and impulses, in rates over the largest of them, without unit.

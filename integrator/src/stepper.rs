@@ -5,6 +5,7 @@ pub(crate) mod balance;
 pub(crate) mod guarded;
 mod potential;
 mod slipping;
+mod staggered;
 mod system;
 mod touching;
 
@@ -388,10 +389,18 @@ impl Stepper {
     /// The multipliers of the geometric stiffness; before the first step of a body also its velocity half a step back for
     /// the schemes that keep it there, v_0 − (Δt/2) a_0.
     fn start(&mut self) -> Result<(), StepError> {
-        self.find_tension()?;
         if self.started && self.fresh.is_empty() {
-            return Ok(());
+            return self.find_tension();
         }
+        // The acceleration of a blow is none of the motion before it.
+        self.contacts.begins = true;
+        let done = self.start_bodies();
+        self.contacts.begins = false;
+        done
+    }
+
+    fn start_bodies(&mut self) -> Result<(), StepError> {
+        self.find_tension()?;
         if self.options.scheme.is_staggered() {
             let before = (&*self.mu, self.mu_dt);
             self.substep_start
@@ -450,7 +459,7 @@ impl Stepper {
             }
         }
         if stiffness != GeometricStiffness::Off {
-            self.contacts.stiffen(&mut pieces.geometric);
+            self.contacts.stiffen(&self.scene, &mut pieces.geometric);
         }
         if matches!(stiffness, GeometricStiffness::Relative { .. }) {
             pieces.geometric.update_chords(&self.scene, self.time, dt);

@@ -25,8 +25,13 @@
 //! rounding along the normal found, and the normal of a face is its own. Two boxes or cylinders that are apart may count as
 //! closer than they are where a corner is nearest, and then have no contact before they overlap. Where they overlap by much,
 //! they have one contact at least, with the direction in which they come apart on the shortest way.
+//!
+//! # Curvature
+//! A contact knows how both surfaces are curved, and so how its gap changes to second order as its bodies turn
+//! (`contacts/curvature.rs`).
 
 mod axis;
+mod curvature;
 mod manifold;
 mod pairs;
 mod polygon;
@@ -37,9 +42,13 @@ use nalgebra::Vector3;
 use crate::collide::{Shape, Surface};
 use crate::error::SceneError;
 use crate::scene::Scene;
+pub use curvature::Curvature;
 use manifold::{Touch, touch};
 use pairs::Pairs;
 use solid::{Core, Solid};
+
+/// Curvature that counts as none, times the size of the shapes.
+const FLAT: f64 = 0.01;
 
 /// A point where two shapes touch, or are about to.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +63,11 @@ pub struct Contact {
     pub normal: Vector3<f64>,
     /// (points\[0] − points\[1])·normal \[m]; negative where the shapes overlap.
     pub gap: f64,
+    /// How the two surfaces are curved there; edges and corners are round with 10⁻³ of their shape's size.
+    pub curvature: [Curvature; 2],
+    /// Curvature of a radius a hundred times the shapes' sizes \[1/m]: what both together are less curved than touches along
+    /// a line.
+    pub flat: f64,
     /// [`Surface::meet`] of both.
     pub surface: Surface,
     /// The point on collider 0 in the frame of its shape \[m], by which a contact is known again in the next step.
@@ -216,6 +230,7 @@ impl Collisions {
         );
         let surface = colliders[0].surface.meet(&colliders[1].surface);
         let bodies = colliders.map(|c| c.body);
+        let flat = FLAT / (a.size() + b.size());
         self.contacts
             .extend(self.touches.iter().map(|touch| Contact {
                 colliders: pair,
@@ -223,6 +238,11 @@ impl Collisions {
                 points: touch.points.map(|p| p + origin),
                 normal: touch.normal,
                 gap: touch.gap(),
+                curvature: [
+                    a.curvature(&touch.points[0], &-touch.normal),
+                    b.curvature(&touch.points[1], &touch.normal),
+                ],
+                flat,
                 surface,
                 key: a.axes.tr_mul(&(touch.points[0] - a.centre)),
             }));
@@ -276,6 +296,8 @@ fn widest(bounded: &[usize], places: &[Place]) -> usize {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_curvature;
 #[cfg(test)]
 mod tests_random;
 #[cfg(test)]

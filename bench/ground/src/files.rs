@@ -88,6 +88,21 @@ pub fn make_folder(path: &Path) -> Result<(), FileError> {
     })
 }
 
+/// Removes a file if there is one.
+///
+/// # Errors
+/// [`FileError`].
+pub fn remove(path: &Path) -> Result<(), FileError> {
+    match std::fs::remove_file(path) {
+        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
+            path: path.to_owned(),
+            doing: "replace",
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
 /// Most bytes of a text that is read: more is no scene, table or run, but a device or a mistake.
 const MOST_TEXT: u64 = 1 << 30;
 

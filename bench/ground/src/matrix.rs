@@ -172,7 +172,18 @@ impl System {
     }
 }
 
-fn shape(path: &Path, message: String) -> MarketError {
+/// A file of a folder, plain or compressed.
+pub(crate) fn member(folder: &Path, name: &str) -> PathBuf {
+    let plain = folder.join(format!("{name}.mtx"));
+    let packed = folder.join(format!("{name}.mtx.gz"));
+    if !plain.exists() && packed.exists() {
+        packed
+    } else {
+        plain
+    }
+}
+
+pub(crate) fn shape(path: &Path, message: String) -> MarketError {
     MarketError {
         path: path.to_owned(),
         line: None,

@@ -1,4 +1,4 @@
-//! `taut dump`, `taut solve`, `taut matrices`: linear systems as files.
+//! `taut dump`, `taut solve`, `taut matrices`: linear systems and contact problems as files.
 
 use super::console::Console;
 use super::{Failure, StepArgs, step_options};
@@ -7,6 +7,7 @@ use clap::Args;
 use indicatif::ProgressBar;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use taut_ground::contact::{self, files as problem};
 use taut_ground::files::{self, Output};
 use taut_ground::inputs::Inputs;
 use taut_ground::matrix::System;
@@ -38,7 +39,8 @@ pub(crate) struct DumpArgs {
     #[arg(long = "step", value_name = "K", required_unless_present = "steps")]
     at: Option<u64>,
     /// Writes a sequence instead, the systems of steps A to B − 1, counted from 0: one matrix for each pattern,
-    /// arrays of values and right-hand sides with a column a step, and `sequence.csv`
+    /// arrays of values and right-hand sides with a column a step, and `sequence.csv`; steps with contacts have a folder
+    /// `contacts_K` besides
     #[arg(long, value_name = "A..B", value_parser = range, conflicts_with_all = ["at", "name"])]
     steps: Option<Range<u64>>,
     /// Writes the exact solutions of a sequence, in 32 digits
@@ -57,8 +59,8 @@ pub(crate) struct DumpArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct SolveArgs {
-    /// The matrix: Matrix Market, plain or compressed
-    #[arg(value_name = "A.mtx")]
+    /// The matrix: Matrix Market, plain or compressed; or the folder of a contact problem, or its `info.toml`
+    #[arg(value_name = "A.mtx|DIR")]
     matrix: PathBuf,
     /// Right-hand side (default: `A_b.mtx` beside the matrix, else A·1)
     #[arg(value_name = "b.mtx")]
@@ -66,7 +68,7 @@ pub(crate) struct SolveArgs {
     /// Solution to compare with (default: `A_x.mtx` beside `A_b.mtx`, else one refined in 32 digits)
     #[arg(value_name = "x.mtx")]
     x: Option<PathBuf>,
-    /// Backends with options after colons (default: all that accept the matrix)
+    /// Backends with options after colons (default: all that accept the matrix; for contacts the direct ones)
     #[arg(
         long = "backend",
         visible_alias = "backends",
@@ -99,6 +101,13 @@ pub(crate) struct MatricesArgs {
 const SOLVE_LEGEND: &str = "\
 times: minima of repeats; normwise, compon.: backward errors, |r|/(|A||x|+|b|) in the largest norm and row by row;
 error: relative error of x in the largest norm";
+
+/// What the columns of `taut solve` are for contacts.
+const CONTACTS_LEGEND: &str = "\
+W: joints factorised and condensed; solve: contacts, from zero impulses; times: minima of repeats; pivots: dense
+factorisations; passes: solutions through W; complem.: largest violation of the contacts' conditions over the largest
+rate; cone: largest excess of friction over the largest impulse; v off: distance of velocities from v.mtx in the
+largest norm, over these or over velocities without impulses; r off: that of impulses, over r.mtx, one of several";
 
 /// Numbers of steps, `A..B`.
 fn range(text: &str) -> Result<Range<u64>, String> {
@@ -142,6 +151,7 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     if args.steps.is_some() {
         let mut recorder = Recorder::new(Wanted {
             folder: args.out.clone(),
+            scene: scene_of(args),
             comments,
             exact: args.exact,
             gzip: args.gzip,
@@ -152,8 +162,11 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     inputs.apply(&mut stepper)?;
+    let folder = args.out.join(format!("{name}_contacts"));
     let label = Label { name, comments };
-    for system in dump::systems(&mut stepper)? {
+    let systems = dump::systems(&mut stepper)?;
+    let contacts = dump::write_contacts(&mut stepper, (&scene_of(args), at), &folder, args.gzip)?;
+    for system in systems {
         if let Err(e) = &system.x {
             let form = system.form;
             files::complain(&format!(
@@ -163,6 +176,9 @@ pub(crate) fn dump(args: &DumpArgs, console: Console) -> Result<(), Failure> {
         for path in dump::write(&system, &label, &args.out, args.gzip)? {
             files::print(&format!("{}\n", path.display()))?;
         }
+    }
+    for path in contacts {
+        files::print(&format!("{}\n", path.display()))?;
     }
     Ok(())
 }
@@ -226,11 +242,16 @@ fn tell(written: Written, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
+/// The scene, with what was set.
+fn scene_of(args: &DumpArgs) -> String {
+    let set = args.overrides.join(" ");
+    format!("{} {set}", args.scene).trim_end().to_owned()
+}
+
 /// Scene, step, masses and options, as comments.
 fn comments(args: &DumpArgs, mass_ratio: f64) -> Vec<String> {
-    let set = args.overrides.join(" ");
     vec![
-        format!("scene {} {set}", args.scene).trim_end().to_owned(),
+        format!("scene {}", scene_of(args)),
         match (&args.steps, args.at.unwrap_or_default()) {
             (Some(steps), _) => format!("steps {} to {}", steps.start, steps.end - 1),
             (None, at) => format!("step {at}: the system of the step after {at} others"),
@@ -251,6 +272,9 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
         args.x.as_deref(),
     ];
     let read: Vec<&Path> = given.into_iter().flatten().collect();
+    if let Some(folder) = problem::folder_of(&args.matrix) {
+        return solve_contacts(args, folder);
+    }
     let [json] = files::open([("--json", args.json.as_deref())], &read)?;
     let system = System::read(&args.matrix, args.b.as_deref(), args.x.as_deref())?;
     let results = matrix::backends(&args.backends)
@@ -262,6 +286,36 @@ pub(crate) fn solve(args: &SolveArgs) -> Result<(), Failure> {
             "{}\n{SOLVE_LEGEND}\n{MARK}\n{text}",
             Machine::current()
         ))?;
+    }
+    if let Some(json) = json {
+        json.json(&results)?;
+    }
+    Ok(())
+}
+
+/// Solves a contact problem with every method and the backends asked for.
+fn solve_contacts(args: &SolveArgs, folder: &Path) -> Result<(), Failure> {
+    if let Some(b) = &args.b {
+        return Err(Failure::Input(format!(
+            "`{}`: a contact problem has its right-hand sides in its folder, drop this one",
+            b.display()
+        )));
+    }
+    let [json] = files::open([("--json", args.json.as_deref())], &[&args.matrix])?;
+    let (problem, info) = problem::read(folder)?;
+    let config = matrix::backends(&args.backends).map_err(|e| Failure::Input(e.to_string()))?;
+    let results = contact::solve::run(&problem, &info, folder, &config)?;
+    if let ([], Some(first)) = (&results.records[..], results.omissions.first()) {
+        let (title, reason) = (&info.title, &first.reason);
+        return Err(Failure::Input(format!(
+            "{title}: no backend solves it. {}: {reason}",
+            first.backend
+        )));
+    }
+    if !json.as_ref().is_some_and(Output::is_stdout) {
+        let text = matrix::contacts(&results);
+        let machine = Machine::current();
+        files::print(&format!("{machine}\n{CONTACTS_LEGEND}\n{MARK}\n{text}"))?;
     }
     if let Some(json) = json {
         json.json(&results)?;

@@ -3,9 +3,11 @@
 //! Only active contacts have rows here: those that carry an impulse or would be passed through without one. The others are
 //! looked at after each solution, and become active where they have to.
 //!
-//! Rows on bodies without joints have no G and cost no solve. Contacts that share neither a body nor a tree of joints do
-//! not couple: each such island is a dense problem of its own.
+//! Rows on bodies without joints have no G and cost no solve. Each group of contacts is a dense problem of its own: see
+//! [`super::groups`]; those of a split island are solved in turn: [`super::sweeps`].
 
+use super::groups::Groups;
+use super::sweeps::Split;
 use super::{FLOOR, Touch};
 use crate::Form;
 use crate::pieces::Pieces;
@@ -28,17 +30,15 @@ pub(crate) struct Factor<'a> {
     pub(crate) matrix: &'a SymBlockMatrix,
     pub(crate) plan: &'a Plan,
     pub(crate) form: Form,
+    pub(crate) rows: &'a Linearized,
     /// Right-hand sides and solutions.
     pub(crate) system: &'a mut [Vec<f64>; 2],
 }
 
 impl Factor<'_> {
     /// μ of S μ = b for each of these vectors of rows, in place.
-    pub(crate) fn respond(
-        &mut self,
-        rows: &Linearized,
-        vectors: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
+    pub(crate) fn respond(&mut self, vectors: &mut [f64]) -> Result<SolveReport, SolveError> {
+        let rows = self.rows;
         let (dim, count) = (self.matrix.dim(), vectors.len() / rows.rows().max(1));
         let [b, x] = &mut *self.system;
         for s in [&mut *b, &mut *x] {
@@ -72,104 +72,46 @@ impl Factor<'_> {
 /// A row of H on one body, times M̃⁻¹.
 type Moved = Option<(usize, [f64; 6])>;
 
-/// W of all contacts, island by island, and the dense problem's vectors.
+/// W of all contacts, group by group, and the dense problem's vectors.
 #[derive(Default)]
 pub(crate) struct Operator {
-    /// Slots of the joints at each body, and the part of the scene that hangs together with it by joints.
-    slots: Vec<Vec<usize>>,
-    part: Vec<usize>,
-    /// Contacts in the order of their islands, and each island's range of them.
-    pub(crate) order: Vec<usize>,
-    pub(crate) islands: Vec<Range<usize>>,
-    joined: Vec<usize>,
+    pub(crate) groups: Groups,
     /// G row by row, and M̃⁻¹ hᵀ of both sides.
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
-    moved: Vec<[Moved; 2]>,
-    /// W of each island, one after the other.
+    pub(super) moved: Vec<[Moved; 2]>,
+    /// W of each group, one after the other, and where each begins.
     w: Vec<f64>,
-    /// q, p, μ_f and the regularisation of an island.
+    blocks: Vec<usize>,
+    /// q, p, μ_f and the regularisation of a group.
     rates: Vec<f64>,
     impulses: Vec<f64>,
     friction: Vec<f64>,
+    regularization: Vec<f64>,
+    /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
     floor: Vec<f64>,
-    /// Mean of W of each contact's own rows, in the order of the contacts.
     own: Vec<f64>,
     columns: Vec<f64>,
     solver: ConeSolver,
+    /// What split islands work in.
+    pub(super) split: Split,
 }
 
 impl Operator {
     pub(crate) fn new(scene: &Scene, rows: &Linearized) -> Self {
-        let bodies = scene.bodies.len();
-        let mut slots = vec![Vec::new(); bodies];
-        let mut part: Vec<usize> = (0..bodies).collect();
-        for (s, slot) in rows.slots.iter().enumerate() {
-            slots[slot.body].push(s);
-        }
-        for c in 0..rows.constraints() {
-            let moved = rows.slots[rows.slot_range(c)].iter().map(|s| s.body);
-            let mut dynamic = moved.filter(|i| scene.bodies.is_dynamic(*i));
-            if let Some(first) = dynamic.next() {
-                dynamic.for_each(|other| join(&mut part, first, other));
-            }
-        }
-        for i in 0..bodies {
-            part[i] = root(&part, i);
-        }
         Self {
-            slots,
-            part,
+            groups: Groups::new(scene, rows),
             ..Self::default()
         }
     }
 
-    /// Sorts the active contacts by islands.
-    pub(crate) fn divide(&mut self, pieces: &Pieces, touches: &[Touch]) {
-        let Self { joined, part, .. } = self;
-        joined.clear();
-        joined.extend(0..part.len());
-        let parts = |touch: &Touch| {
-            let movable = |i: &usize| !pieces.inertia.is_immovable(*i);
-            touch
-                .found
-                .bodies
-                .map(|i| i.filter(movable).map(|i| part[i]))
-        };
-        for touch in touches.iter().filter(|touch| touch.active) {
-            if let [Some(a), Some(b)] = parts(touch) {
-                join(joined, a, b);
-            }
-        }
-        let island = |i: &usize| {
-            parts(&touches[*i])
-                .into_iter()
-                .flatten()
-                .next()
-                .map(|p| root(joined, p))
-        };
-        self.order.clear();
-        self.order
-            .extend((0..touches.len()).filter(|i| touches[*i].active));
-        self.order.sort_by_key(island);
-        self.islands.clear();
-        let mut first = 0;
-        for k in 0..self.order.len() {
-            let last = k + 1 == self.order.len();
-            if last || island(&self.order[k]) != island(&self.order[k + 1]) {
-                self.islands.push(first..k + 1);
-                first = k + 1;
-            }
-        }
-    }
-
     /// G and M̃⁻¹ Hᵀ.
-    fn couple(&mut self, pieces: &Pieces, touches: &[Touch]) {
+    fn couple(&mut self, pieces: &Pieces, touches: &[Touch], together: bool) {
         let (rows, inertia) = (&pieces.rows, &pieces.inertia);
         self.starts.clear();
         self.entries.clear();
         self.moved.clear();
-        for &i in &self.order {
+        for &i in &self.groups.order {
             for k in 0..3 {
                 self.starts.push(self.entries.len());
                 let mut moved = [None; 2];
@@ -180,7 +122,8 @@ impl Operator {
                     let mut inverse = [0.0; 6];
                     inertia.apply_inverse(body, &row, &mut inverse);
                     moved[side] = Some((body, inverse));
-                    for &s in &self.slots[body] {
+                    let slots = self.groups.slots[body].iter().filter(|_| together);
+                    for &s in slots {
                         let first = rows.row_range(rows.slots[s].constraint).start;
                         let block = rows.block(s);
                         let of = block.rows().iter().enumerate();
@@ -194,49 +137,57 @@ impl Operator {
         self.starts.push(self.entries.len());
     }
 
-    fn entries_of(&self, row: usize) -> &[(usize, f64)] {
+    pub(super) fn entries_of(&self, row: usize) -> &[(usize, f64)] {
         &self.entries[self.starts[row]..self.starts[row + 1]]
     }
 
-    /// W of the pieces, whose joints have this factor, after [`divide`](Self::divide).
+    /// W of the pieces, whose joints have this factor, after [`Groups::divide`]. Where the joints are not solved `together`
+    /// with the contacts it is W of the bodies alone.
     pub(crate) fn build(
         &mut self,
         pieces: &Pieces,
         touches: &[Touch],
         factor: &mut Factor<'_>,
+        together: bool,
     ) -> Result<SolveReport, SolveError> {
-        self.couple(pieces, touches);
-        let size = |island: &Range<usize>| 9 * island.len() * island.len();
-        let total = self.islands.iter().map(size).sum();
+        self.couple(pieces, touches, together);
+        self.floor.clear();
+        self.floor.resize(touches.len(), 0.0);
+        self.own.resize(touches.len(), 1.0);
+        self.blocks.clear();
+        let mut total = 0;
+        for k in 0..self.groups.count() {
+            self.blocks.push(total);
+            total += 9 * self.groups.members(k).len().pow(2);
+        }
         self.w.clear();
         self.w.resize(total, 0.0);
         let mut report = SolveReport::DIRECT;
-        let (islands, mut w) = (
-            std::mem::take(&mut self.islands),
+        let (groups, mut w) = (
+            std::mem::take(&mut self.groups),
             std::mem::take(&mut self.w),
         );
-        let mut rest = &mut w[..];
         let mut done = Ok(());
-        for island in &islands {
-            let (part, others) = rest.split_at_mut(size(island));
-            rest = others;
-            self.touch_directly(island, touches, part);
-            match self.touch_through_joints(island, &pieces.rows, factor, part) {
+        for (k, first) in self.blocks.clone().into_iter().enumerate() {
+            let members = groups.members(k);
+            let block = &mut w[first..first + 9 * members.len().pow(2)];
+            self.touch_directly(members, &groups.order, touches, block);
+            match self.touch_through_joints(members, factor, block) {
                 Ok(of) => report = report.and(of),
                 Err(e) => done = Err(e),
             }
-            self.regularize(island, touches, part);
+            self.regularize(members, &groups.order, touches, block);
         }
-        (self.islands, self.w) = (islands, w);
+        (self.groups, self.w) = (groups, w);
         done.map(|()| report)
     }
 
-    /// H M̃⁻¹ Hᵀ of an island.
-    fn touch_directly(&self, island: &Range<usize>, touches: &[Touch], w: &mut [f64]) {
-        let n = 3 * island.len();
-        for (a, i) in island.clone().enumerate() {
-            let touch = &touches[self.order[i]];
-            for (b, j) in island.clone().enumerate().take(a + 1) {
+    /// H M̃⁻¹ Hᵀ of a group.
+    fn touch_directly(&self, members: &[usize], order: &[usize], touches: &[Touch], w: &mut [f64]) {
+        let n = 3 * members.len();
+        for (a, i) in members.iter().enumerate() {
+            let touch = &touches[order[*i]];
+            for (b, j) in members.iter().enumerate().take(a + 1) {
                 let meets = |moved: &Moved| {
                     moved.is_some_and(|(body, _)| touch.found.bodies.contains(&Some(body)))
                 };
@@ -259,18 +210,18 @@ impl Operator {
         }
     }
 
-    /// − G S⁻¹ Gᵀ of an island.
+    /// − G S⁻¹ Gᵀ of a group.
     fn touch_through_joints(
         &mut self,
-        island: &Range<usize>,
-        rows: &Linearized,
+        members: &[usize],
         factor: &mut Factor<'_>,
         w: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
-        let (count, n, first) = (rows.rows(), 3 * island.len(), 3 * island.start);
+        let (count, n) = (factor.rows.rows(), 3 * members.len());
         let mut report = SolveReport::DIRECT;
         let mut columns = std::mem::take(&mut self.columns);
-        let jointed = |k: &usize| !self.entries_of(first + *k).is_empty();
+        let row = |k: usize| self.entries_of(3 * members[k / 3] + k % 3);
+        let jointed = |k: &usize| !row(*k).is_empty();
         let mut left = (0..n).filter(jointed);
         loop {
             let mut numbers = [0; TOGETHER];
@@ -285,14 +236,14 @@ impl Operator {
             columns.clear();
             columns.resize(taken * count, 0.0);
             for (k, column) in numbers.iter().zip(columns.chunks_exact_mut(count)) {
-                for &(r, g) in self.entries_of(first + k) {
+                for &(r, g) in row(*k) {
                     column[r] += g;
                 }
             }
-            report = report.and(factor.respond(rows, &mut columns)?);
+            report = report.and(factor.respond(&mut columns)?);
             for (k, column) in numbers.iter().zip(columns.chunks_exact(count)) {
                 for l in (0..n).filter(jointed) {
-                    let of = self.entries_of(first + l).iter();
+                    let of = row(l).iter();
                     // Both triangles: what S⁻¹ is not symmetric by is rounding.
                     let sum = 0.5 * of.map(|(r, g)| g * column[*r]).sum::<f64>();
                     w[l * n + k] -= sum;
@@ -304,45 +255,51 @@ impl Operator {
         Ok(report)
     }
 
-    /// + diag σ of an island.
-    fn regularize(&mut self, island: &Range<usize>, touches: &[Touch], w: &mut [f64]) {
-        let n = 3 * island.len();
-        self.floor.resize(self.order.len(), 0.0);
-        self.own.resize(touches.len(), 1.0);
-        for (a, i) in island.clone().enumerate() {
-            let at = |k: usize| (3 * a + k) * (n + 1);
+    /// + diag σ of a group.
+    fn regularize(&mut self, members: &[usize], order: &[usize], touches: &[Touch], w: &mut [f64]) {
+        let n = 3 * members.len();
+        for (a, place) in members.iter().enumerate() {
+            let (i, at) = (order[*place], |k: usize| (3 * a + k) * (n + 1));
             let own = (w[at(0)] + w[at(1)] + w[at(2)]) / 3.0;
-            let floor = (FLOOR * own).max(f64::MIN_POSITIVE);
-            self.floor[i] = floor;
-            self.own[self.order[i]] = own;
-            for k in 0..3 {
-                w[at(k)] += floor
-                    + if k == 0 {
-                        touches[self.order[i]].softness
-                    } else {
-                        0.0
-                    };
+            self.own[i] = own;
+            self.floor[i] = (FLOOR * own).max(f64::MIN_POSITIVE);
+            for (k, sigma) in self.sigma(i, touches).into_iter().enumerate() {
+                w[at(k)] += sigma;
             }
         }
+    }
+
+    /// σ of the rows of contact `i`.
+    pub(super) fn sigma(&self, i: usize, touches: &[Touch]) -> [f64; 3] {
+        let floor = self.floor[i];
+        [floor + touches[i].softness, floor, floor]
     }
 
     /// Adds σ p of each contact, which [`super::Contacts::rates`] leave out.
     pub(crate) fn add_regularization(&self, touches: &[Touch], rates: &mut [f64]) {
-        for (floor, &i) in self.floor.iter().zip(&self.order) {
-            let touch = &touches[i];
-            for k in 0..3 {
-                let sigma = floor + if k == 0 { touch.softness } else { 0.0 };
-                rates[3 * i + k] += sigma * touch.impulse[k];
+        for &i in &self.groups.order {
+            for (k, sigma) in self.sigma(i, touches).into_iter().enumerate() {
+                rates[3 * i + k] += sigma * touches[i].impulse[k];
             }
         }
     }
 
+    /// σ of each of `count` contacts without its compliance \[1/kg]; 0 where it is not active.
+    pub(crate) fn floors(&self, count: usize) -> Vec<f64> {
+        let floors = self.floor.iter().copied();
+        floors.chain(std::iter::repeat(0.0)).take(count).collect()
+    }
+
     /// p·W p of the contacts' impulses \[J].
-    pub(crate) fn energy(&mut self, touches: &[Touch]) -> f64 {
+    pub(crate) fn energy(
+        &mut self,
+        touches: &[Touch],
+        factor: &mut Factor<'_>,
+    ) -> Result<f64, SolveError> {
         let mut moved = vec![0.0; 3 * touches.len()];
-        self.take_away(touches, &mut moved);
+        self.take_away(touches, &mut moved, factor)?;
         let impulses = touches.iter().flat_map(|touch| touch.impulse);
-        -impulses.zip(&moved).map(|(p, u)| p * u).sum::<f64>()
+        Ok(-impulses.zip(&moved).map(|(p, u)| p * u).sum::<f64>())
     }
 
     /// Mean of W of contact `i`'s own rows \[1/kg].
@@ -350,88 +307,136 @@ impl Operator {
         self.own.get(i).copied().unwrap_or(1.0)
     }
 
-    /// The impulses of an island.
-    fn impulses_of(&mut self, island: &Range<usize>, touches: &[Touch]) {
-        self.impulses.clear();
-        let of = self.order[island.clone()].iter();
-        self.impulses.extend(of.flat_map(|i| touches[*i].impulse));
+    /// Where W of group `k` is.
+    fn block(&self, k: usize) -> Range<usize> {
+        let first = self.blocks[k];
+        first..first + 9 * self.groups.members(k).len().pow(2)
     }
 
     /// q = u − W p of all contacts for their rates u, in place.
-    pub(crate) fn take_away(&mut self, touches: &[Touch], rates: &mut [f64]) {
-        let mut first = 0;
-        for k in 0..self.islands.len() {
-            let island = self.islands[k].clone();
-            let n = 3 * island.len();
-            self.impulses_of(&island, touches);
-            let w = &self.w[first..first + n * n];
-            for (r, row) in w.chunks_exact(n).enumerate() {
-                let to = 3 * self.order[island.start + r / 3] + r % 3;
-                let moved = row.iter().zip(&self.impulses);
-                rates[to] -= moved.map(|(w, p)| w * p).sum::<f64>();
+    pub(crate) fn take_away(
+        &mut self,
+        touches: &[Touch],
+        rates: &mut [f64],
+        factor: &mut Factor<'_>,
+    ) -> Result<(), SolveError> {
+        for k in 0..self.groups.islands.len() {
+            let island = self.groups.islands[k].clone();
+            if island.is_split() {
+                self.add_response_of_all(&island, -1.0, touches, rates, factor)?;
+            } else {
+                self.take_group_away(island.groups.start, touches, rates);
             }
-            first += n * n;
+        }
+        Ok(())
+    }
+
+    /// q = u − W p of a group for its rates u, in place.
+    pub(super) fn take_group_away(&mut self, k: usize, touches: &[Touch], rates: &mut [f64]) {
+        self.impulses.clear();
+        let of = self.groups.contacts(k);
+        self.impulses.extend(of.flat_map(|i| touches[i].impulse));
+        let n = self.impulses.len();
+        for (i, rows) in (self.groups.contacts(k)).zip(self.w[self.block(k)].chunks_exact(3 * n)) {
+            for (to, row) in rates[3 * i..3 * i + 3].iter_mut().zip(rows.chunks_exact(n)) {
+                let moved = row.iter().zip(&self.impulses);
+                *to -= moved.map(|(w, p)| w * p).sum::<f64>();
+            }
         }
     }
 
-    /// Impulses p of the conditions for u = W p + q, from the ones that the contacts have. An island for which none are found
-    /// is softened; q does not depend on σ. `each` gets the report of each solution, and whether it is one of a softer island.
+    /// Impulses p of the conditions for u = W p + q, from the ones that the contacts have. `each` gets the report of each
+    /// solution, and whether it is one of a softer group.
     pub(crate) fn solve(
         &mut self,
         method: ConeMethod,
         touches: &mut [Touch],
         rates: &[f64],
+        factor: &mut Factor<'_>,
         mut each: impl FnMut(ConeReport, bool),
     ) -> Result<(), SolveError> {
-        let mut first = 0;
-        for k in 0..self.islands.len() {
-            let island = self.islands[k].clone();
-            let n = 3 * island.len();
-            self.impulses_of(&island, touches);
-            let members = &self.order[island.clone()];
-            self.rates.clear();
-            self.rates
-                .extend(members.iter().flat_map(|i| &rates[3 * i..3 * i + 3]));
-            self.friction.clear();
-            let friction = members.iter().map(|i| touches[*i].found.surface.friction);
-            self.friction.extend(friction);
-            for softer in 0..=SOFTER.1 {
-                let problem = Problem {
-                    operator: &self.w[first..first + n * n],
-                    rates: &self.rates,
-                    friction: &self.friction,
-                    regularization: &self.floor[island.clone()],
-                };
-                let report = self.solver.solve(&problem, method, &mut self.impulses)?;
-                each(report, softer > 0);
-                if report.solved || method != ConeMethod::Newton {
-                    break;
-                }
-                let w = &mut self.w[first..first + n * n];
-                for (a, floor) in self.floor[island.clone()].iter_mut().enumerate() {
-                    let more = *floor * (SOFTER.0 - 1.0);
-                    *floor += more;
-                    (3 * a..3 * a + 3).for_each(|k| w[k * (n + 1)] += more);
-                }
+        for k in 0..self.groups.islands.len() {
+            let island = self.groups.islands[k].clone();
+            if island.is_split() {
+                self.sweep(&island, method, touches, rates, factor, &mut each)?;
+            } else {
+                self.solve_group(island.groups.start, method, touches, rates, &mut each)?;
             }
-            for (i, p) in members.iter().zip(self.impulses.as_chunks::<3>().0) {
-                touches[*i].impulse = *p;
-            }
-            first += n * n;
         }
         Ok(())
     }
-}
 
-fn root(part: &[usize], mut i: usize) -> usize {
-    while part[i] != i {
-        i = part[i];
+    /// The same of one group, with `rates` of all contacts. It is softened where no impulses are found; q does not depend on
+    /// σ.
+    fn solve_group(
+        &mut self,
+        k: usize,
+        method: ConeMethod,
+        touches: &mut [Touch],
+        rates: &[f64],
+        each: &mut impl FnMut(ConeReport, bool),
+    ) -> Result<(), SolveError> {
+        for softer in 0..=SOFTER.1 {
+            let report = self.try_group(k, method, touches, rates, softer == 0)?;
+            each(report, softer > 0);
+            if report.solved || method != ConeMethod::Newton || softer == SOFTER.1 {
+                break;
+            }
+            let block = self.block(k);
+            let (w, n) = (&mut self.w[block], self.impulses.len());
+            for (a, i) in self.groups.contacts(k).enumerate() {
+                let more = self.floor[i] * (SOFTER.0 - 1.0);
+                self.floor[i] += more;
+                (3 * a..3 * a + 3).for_each(|k| w[k * (n + 1)] += more);
+            }
+        }
+        self.hand_over(k, touches);
+        Ok(())
     }
-    i
-}
 
-/// The two become one part, named by its least member.
-fn join(part: &mut [usize], a: usize, b: usize) {
-    let (a, b) = (root(part, a), root(part, b));
-    part[a.max(b)] = a.min(b);
+    /// The contacts of a group have the impulses in its vector.
+    pub(super) fn hand_over(&self, k: usize, touches: &mut [Touch]) {
+        for (i, p) in self
+            .groups
+            .contacts(k)
+            .zip(self.impulses.as_chunks::<3>().0)
+        {
+            touches[i].impulse = *p;
+        }
+    }
+
+    /// The impulses of a group into its vector, from those of its contacts or from what the last trial left there.
+    pub(super) fn try_group(
+        &mut self,
+        k: usize,
+        method: ConeMethod,
+        touches: &[Touch],
+        rates: &[f64],
+        first: bool,
+    ) -> Result<ConeReport, SolveError> {
+        let groups = &self.groups;
+        if first {
+            self.impulses.clear();
+            let impulses = groups.contacts(k).flat_map(|i| touches[i].impulse);
+            self.impulses.extend(impulses);
+        }
+        self.rates.clear();
+        let of = groups.contacts(k).flat_map(|i| &rates[3 * i..3 * i + 3]);
+        self.rates.extend(of);
+        self.friction.clear();
+        let of = groups
+            .contacts(k)
+            .map(|i| touches[i].found.surface.friction);
+        self.friction.extend(of);
+        self.regularization.clear();
+        let of = groups.contacts(k).map(|i| self.floor[i]);
+        self.regularization.extend(of);
+        let problem = Problem {
+            operator: &self.w[self.block(k)],
+            rates: &self.rates,
+            friction: &self.friction,
+            regularization: &self.regularization,
+        };
+        self.solver.solve(&problem, method, &mut self.impulses)
+    }
 }

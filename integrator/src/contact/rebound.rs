@@ -5,6 +5,7 @@
 //! too. Newton's law can gain energy where friction turns a body; then the impulses are scaled so that the step's and theirs
 //! together add none.
 
+use super::operator::Factor;
 use super::{Contacts, Touch};
 use crate::pieces::Pieces;
 use taut_model::Scene;
@@ -15,7 +16,23 @@ use taut_solver::coulomb::{ConeMethod, ConeReport};
 const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
 
+/// Speed of arrival below which nothing bounces in a step `dt` long \[m/s].
+pub(super) fn slowest(scene: &Scene, dt: f64) -> f64 {
+    (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL)
+}
+
 impl Touch {
+    /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
+    /// a step `dt`.
+    pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
+        let bodies = &scene.bodies;
+        let [rate, ..] = self.rates(|i| {
+            let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
+            [v.x, v.y, v.z, w.x, w.y, w.z]
+        });
+        rate >= -slowest && self.found.gap <= slowest * dt
+    }
+
     /// Aims at a rebound where the shapes arrive within the step `dt` faster than `slowest`: `before` is the normal rate that
     /// the step begins with, `free` the one that it ends with without contacts.
     ///
@@ -45,7 +62,7 @@ impl Contacts {
         if !self.bounces {
             return;
         }
-        let slowest = (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL);
+        let slowest = slowest(scene, dt);
         let touches = self.touches.iter_mut().zip(free.as_chunks_mut::<3>().0);
         for (touch, free) in touches.filter(|(touch, _)| touch.active) {
             let [before, ..] = touch.rates(|i| pieces.v.get(i));
@@ -62,6 +79,7 @@ impl Contacts {
         method: ConeMethod,
         dt: f64,
         of: impl Fn(usize) -> [f64; 6],
+        factor: &mut Factor<'_>,
         each: impl FnMut(ConeReport, bool),
     ) -> Result<(), SolveError> {
         let mut rates = std::mem::take(&mut self.rates);
@@ -79,13 +97,14 @@ impl Contacts {
             let impulses = touches.iter().flat_map(|t| t.impulse);
             impulses.zip(rates).map(|(p, u)| p * u).sum()
         };
-        let spent = along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches);
+        let spent =
+            along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
         self.touches.iter_mut().for_each(|t| t.impulse = [0.0; 3]);
         self.operator
-            .solve(method, &mut self.touches, &wanted, each)?;
+            .solve(method, &mut self.touches, &wanted, factor, each)?;
         let (linear, square) = (
             along(&self.touches, &rates),
-            self.operator.energy(&self.touches),
+            self.operator.energy(&self.touches, factor)?,
         );
         let part = largest_part(spent.min(0.0), linear, square);
         for touch in &mut self.touches {

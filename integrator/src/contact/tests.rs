@@ -130,6 +130,38 @@ fn a_dropped_ball_bounces_for_as_long_as_newton_says() {
 }
 
 #[test]
+fn a_blow_at_the_beginning_is_a_blow_and_no_acceleration() {
+    let (speed, dt) = (2.0, 1.0 / 60.0);
+    for e in [0.0, 0.5, 1.0] {
+        let surface = Surface {
+            restitution: e,
+            ..rough(0.0)
+        };
+        let mut scene = ground(0.0, surface);
+        let i = add_ball(&mut scene, Vector3::z() * 0.1, 0.1, surface);
+        scene.bodies.velocity[i].z = -speed;
+        let mut stepper = stepper(scene);
+        run(&mut stepper, 1);
+        // The position at the end of the step, and the velocity in its middle, of a flight that begins with the rebound. What
+        // rests sinks in by the surface's compliance.
+        let bodies = &stepper.scene().bodies;
+        let flies = if e > 0.0 { 1.0 } else { 0.0 };
+        let height = 0.1 + e * speed * dt - flies * 0.5 * G * dt * dt;
+        let rate = e * speed - flies * 0.5 * G * dt;
+        assert!(
+            (bodies.position[i].z - height).abs() < 1e-7,
+            "{e}: {} {height}",
+            bodies.position[i].z
+        );
+        assert!(
+            (bodies.velocity[i].z - rate).abs() < 1e-5,
+            "{e}: {} {rate}",
+            bodies.velocity[i].z
+        );
+    }
+}
+
+#[test]
 fn a_pushed_ball_slides_and_then_rolls() {
     let mut scene = ground(0.0, rough(0.3));
     let i = add_ball(&mut scene, Vector3::z() * 0.2, 0.2, rough(0.3));
@@ -451,20 +483,52 @@ fn shapes_that_begin_inside_each_other_come_apart_slowly() {
     }
 }
 
-#[test]
-fn more_contacts_than_a_dense_problem_holds_are_refused_by_name() {
+fn hedgehog(spines: u32) -> Scene {
     let mut scene = ground(0.0, rough(0.5));
     let body = scene.add_body("hedgehog", Body::sphere(1.0, 1.0).at(Vector3::z() * 0.1));
-    for k in 0..300 {
+    for k in 0..spines {
         let shape = Shape::Sphere { radius: 0.1 };
         scene.add_collider(Collider {
             position: Vector3::x() * (0.3 * f64::from(k)),
             ..Collider::new(format!("spine-{k}"), Some(body), shape)
         });
     }
-    let error = stepper(scene).step().expect_err("too many");
+    scene
+}
+
+#[test]
+fn more_contacts_than_are_solved_are_refused_by_name() {
+    let error = stepper(hedgehog(20_001)).step().expect_err("too many");
     assert!(
-        matches!(error, StepError::TooManyContacts { contacts: 300, .. }),
+        matches!(
+            error,
+            StepError::TooManyContacts {
+                contacts: 20_001,
+                ..
+            }
+        ),
         "{error}"
     );
+}
+
+/// One column, 204 contacts: the sum of the weights on the ground, at rest.
+#[test]
+fn a_column_that_is_split_into_groups_stands() {
+    let mut scene = ground(0.0, rough(0.5));
+    for k in 0..51 {
+        let at = Vector3::z() * (0.5 + f64::from(k));
+        add_box(&mut scene, at, 1.0, rough(0.5));
+    }
+    let mut stepper = stepper(scene);
+    for _ in 0..5 {
+        let report = stepper.step().unwrap();
+        assert_eq!(
+            (report.contacts.groups, report.undecided),
+            (3, 0),
+            "{report:?}"
+        );
+    }
+    let grounded = stepper.contacts().filter(|c| c.bodies.contains(&None));
+    let carried: f64 = grounded.map(|c| c.force.z.abs()).sum();
+    assert!((carried / (51.0 * G) - 1.0).abs() < 1e-4, "{carried}");
 }

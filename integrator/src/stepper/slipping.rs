@@ -34,9 +34,10 @@ impl Stepper {
             matrix: &self.matrix,
             plan: &self.plan,
             form: self.options.form,
+            rows: &self.pieces.rows,
             system: &mut self.columns,
         };
-        let report = factor.respond(&self.pieces.rows, &mut response);
+        let report = factor.respond(&mut response);
         self.slip.learn(i, &response);
         self.slip.column = response;
         let report = report.map_err(|e| self.culprit(e))?;

@@ -1,11 +1,13 @@
 //! The step's solve with contacts: see [`crate::contact`].
 
 use super::Stepper;
+use crate::contact::groups::LIMIT;
 use crate::contact::operator::Factor;
 use crate::pieces::Pieces;
 use crate::{Phase, StepError};
 use nalgebra::Vector3;
 use taut_model::BodyVectors;
+use taut_solver::SolveError;
 
 /// Solutions through W at most: what it is inexact by each takes away.
 const PASSES: usize = 6;
@@ -13,8 +15,19 @@ const PASSES: usize = 6;
 /// Largest violation of the contacts' conditions, over the size of their rates, that needs no further pass.
 const TOLERANCE: f64 = 1e-10;
 
-/// Most rows of a dense problem.
-const MOST_ROWS: usize = 600;
+/// The factor of the joints' system of a stepper, of which nothing else is taken.
+macro_rules! factor_of {
+    ($stepper:expr) => {
+        Factor {
+            solver: &mut *$stepper.solver,
+            matrix: &$stepper.matrix,
+            plan: &$stepper.plan,
+            form: $stepper.options.form,
+            rows: &$stepper.pieces.rows,
+            system: &mut $stepper.columns,
+        }
+    };
+}
 
 impl Stepper {
     /// Finds the contacts of a step of `dt` from the present state.
@@ -36,10 +49,14 @@ impl Stepper {
 
     /// After a solve with the contacts' impulses as they were: the solution with those that keep their conditions.
     pub(crate) fn solve_contacts(&mut self, dt: f64) -> Result<(), StepError> {
-        let found = self.pass_through(dt, TOLERANCE, |stepper| {
-            stepper.right_hand_side();
-            stepper.solve_rows()
-        })?;
+        let found = if self.is_staggered() {
+            self.violation_after_joints()
+        } else {
+            self.pass_through(dt, TOLERANCE, |stepper| {
+                stepper.right_hand_side();
+                stepper.solve_rows()
+            })?
+        };
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
         self.tally.undecided += usize::from(found > TOLERANCE);
@@ -85,17 +102,8 @@ impl Stepper {
             }
             // Contacts become active one after the other at worst.
             passes -= usize::from(!new);
-            let contacts = &mut self.contacts;
-            contacts.operator.take_away(&contacts.touches, rates);
-            if pass == 0 {
-                contacts.aim(&self.scene, &self.pieces, rates, dt);
-            }
-            let (method, tally) = (self.options.contacts, &mut self.tally);
-            let operator = &mut contacts.operator;
-            let done = operator.solve(method, &mut contacts.touches, rates, |report, softer| {
-                tally.contacts.add(&report, softer);
-            });
-            contacts.apply(&mut self.pieces.inertia, true);
+            let done = self.solve_dense(dt, rates, pass == 0);
+            self.contacts.apply(&mut self.pieces.inertia, true);
             self.tally.end(Phase::Solve);
             done.map_err(|e| self.culprit(e))?;
             solve(self)?;
@@ -103,28 +111,43 @@ impl Stepper {
         Ok(f64::NAN)
     }
 
+    /// The contacts' impulses through W for their rates u, which become those without impulses.
+    pub(super) fn solve_dense(
+        &mut self,
+        dt: f64,
+        rates: &mut [f64],
+        first: bool,
+    ) -> Result<(), SolveError> {
+        let mut factor = factor_of!(self);
+        let (contacts, tally) = (&mut self.contacts, &mut self.tally);
+        let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
+        operator.take_away(touches, rates, &mut factor)?;
+        if first {
+            contacts.aim(&self.scene, &self.pieces, rates, dt);
+        }
+        let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);
+        let method = self.options.contacts.of_dense_problems();
+        operator.solve(method, touches, rates, &mut factor, |report, softer| {
+            tally.contacts.add(&report, softer);
+        })
+    }
+
     /// W of the active contacts.
-    fn build_operator(&mut self) -> Result<(), StepError> {
-        let mut factor = Factor {
-            solver: &mut *self.solver,
-            matrix: &self.matrix,
-            plan: &self.plan,
-            form: self.options.form,
-            system: &mut self.columns,
-        };
+    pub(super) fn build_operator(&mut self) -> Result<(), StepError> {
+        let together = !self.options.contacts.is_staggered();
+        let mut factor = factor_of!(self);
         let contacts = &mut self.contacts;
         let (operator, touches) = (&mut contacts.operator, &contacts.touches);
-        operator.divide(&self.pieces, touches);
-        let largest = operator.islands.iter().map(|island| 3 * island.len());
-        let rows = largest.max().unwrap_or(0);
-        if rows > MOST_ROWS {
+        let active = touches.iter().filter(|touch| touch.active).count();
+        if active > LIMIT {
             return Err(StepError::TooManyContacts {
-                contacts: rows / 3,
-                most: MOST_ROWS / 3,
+                contacts: active,
+                most: LIMIT,
                 time: self.time,
             });
         }
-        let report = operator.build(&self.pieces, touches, &mut factor);
+        operator.groups.divide(&self.pieces, touches);
+        let report = operator.build(&self.pieces, touches, &mut factor, together);
         let report = report.map_err(|e| self.culprit(e))?;
         self.tally.add_part(report);
         self.tally.end(Phase::Solve);
@@ -141,21 +164,18 @@ impl Stepper {
         {
             return Ok(());
         }
-        let Self {
-            contacts,
-            scene,
-            tally,
-            ..
-        } = self;
-        let bodies = &scene.bodies;
+        let mut factor = factor_of!(self);
+        let (contacts, tally) = (&mut self.contacts, &mut self.tally);
+        let bodies = &self.scene.bodies;
         let of = |i: usize| {
             let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
             [v.x, v.y, v.z, w.x, w.y, w.z]
         };
         let done = contacts.rebound(
-            self.options.contacts,
+            self.options.contacts.of_dense_problems(),
             contacts.dt(),
             of,
+            &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);
             },
@@ -184,14 +204,7 @@ impl Stepper {
                 mu[rows.bounds[k].row] = 0.0;
             }
             mu.iter_mut().for_each(|rate| *rate = -*rate);
-            let mut factor = Factor {
-                solver: &mut *self.solver,
-                matrix: &self.matrix,
-                plan: &self.plan,
-                form: self.options.form,
-                system: &mut self.columns,
-            };
-            let report = factor.respond(rows, &mut mu);
+            let report = factor_of!(self).respond(&mut mu);
             let report = report.map_err(|e| self.culprit(e))?;
             self.tally.add_part(report);
             let Pieces { rows, inertia, .. } = &self.pieces;

@@ -40,7 +40,7 @@ pub(super) struct Solid {
     /// Columns: directions of its frame.
     pub(super) axes: Matrix3<f64>,
     /// Half of the core's extents along them.
-    half: Vector3<f64>,
+    pub(super) half: Vector3<f64>,
     /// By how much the shape is larger than its core, all around.
     pub(super) radius: f64,
 }

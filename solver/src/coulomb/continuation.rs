@@ -1,11 +1,11 @@
-//! What is done where Newton's method cycles: the problem with more regularisation, less and less of it.
+//! What is done where Newton's method stalls: the problem with more regularisation, less and less of it.
 //!
 //! The scaled operator plus δ I has a condition of about 1/δ, so contacts that repeat each other no longer decide which of
 //! them is active. At each δ the convex problem for the slips of the last solution gives a start from which Newton solves
 //! Coulomb's law; where it does not, the slips are updated. Where that fails too, δ falls by a smaller factor.
 
 use super::convex::Convex;
-use super::newton::{Best, Newton};
+use super::newton::{Best, Newton, Steps};
 use super::scaled::Scaled;
 use super::step::Step;
 
@@ -29,7 +29,7 @@ const MANY: usize = 64;
 const WORK: f64 = 5e10;
 const LEAST: usize = 40;
 
-/// Factorisations that a problem of `contacts` is worth where Newton's method cycles.
+/// Factorisations that a problem of `contacts` is worth where Newton's method stalls.
 pub(super) fn budget(contacts: usize) -> usize {
     if contacts <= MANY {
         return usize::MAX;
@@ -58,7 +58,7 @@ impl Continuation {
         &mut self,
         problem: &Scaled,
         step: &mut Step,
-        newton: &mut Newton,
+        (newton, steps): (&mut Newton, Steps),
         best: &mut Best,
     ) -> usize {
         self.convex.begin(problem);
@@ -70,7 +70,7 @@ impl Continuation {
         let most = budget(problem.n);
         loop {
             let left = most.saturating_sub(pivots);
-            pivots += self.solve(problem, step, newton, (extra, first), left);
+            pivots += self.solve(problem, step, (newton, steps), (extra, first), left);
             if self.local.residual <= SOLVED {
                 if extra == 0.0 {
                     best.offer(&self.local.x, self.local.residual);
@@ -108,7 +108,7 @@ impl Continuation {
         &mut self,
         problem: &Scaled,
         step: &mut Step,
-        newton: &mut Newton,
+        (newton, steps): (&mut Newton, Steps),
         (extra, first): (f64, bool),
         most: usize,
     ) -> usize {
@@ -120,7 +120,7 @@ impl Continuation {
             if update > 0 || first {
                 pivots += convex.minimise(problem, step, extra);
             }
-            pivots += newton.run(problem, step, (&convex.z, extra), local);
+            pivots += newton.run(problem, step, (&convex.z, extra), steps, local);
             if local.residual <= SOLVED {
                 convex.z.copy_from_slice(&local.x);
                 convex.update_slips(problem, extra, 1.0);

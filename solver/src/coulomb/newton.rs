@@ -5,16 +5,33 @@
 //!   u_s + γ x_s = 0, γ = |p_T| / (μ p_N) − 1:
 //! the slip turns with the impulse, and no right-hand side remains since p_s = 0.
 //!
-//! Steps are full ones, and where they cycle that is left to the continuation.
+//! [`Steps::Full`] ones are the fastest where they converge. [`Steps::Searched`] ones are shortened until the sum of the
+//! squared residuals falls, or else to where it is least: heaps on which full steps cycle are solved in about 25.
 
-use super::scaled::{Scaled, three};
+use super::scaled::{Scaled, Three, three, violation};
 use super::step::Step;
 
-/// Most factorisations.
-const MOST: usize = 25;
+/// How far a step goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Steps {
+    /// All the way.
+    Full,
+    /// As far as a line search says.
+    Searched,
+}
 
-/// Factorisations in a row that bring no better iterate, after which it cycles.
-const PATIENCE: usize = 6;
+impl Steps {
+    /// Most factorisations, and how many in a row may bring no better iterate.
+    fn patience(self) -> (usize, usize) {
+        match self {
+            Self::Full => (25, 6),
+            Self::Searched => (200, 40),
+        }
+    }
+}
+
+/// Factor by which a step is shortened at a time, and how often at most.
+const SHORTER: (f64, usize) = (0.7, 10);
 
 /// Residual below which no better one is sought.
 const CLOSE: f64 = 1e-13;
@@ -22,11 +39,12 @@ const CLOSE: f64 = 1e-13;
 /// Part of the largest rate by which a contact at the start may seem to open and still counts as closed.
 const SLACK: f64 = 1e-9;
 
-/// The iterate and its velocities, of length 3n.
+/// The iterate and its velocities, and those that the step began at, of length 3n.
 #[derive(Debug, Default)]
 pub(super) struct Newton {
     x: Vec<f64>,
     u: Vec<f64>,
+    begin: [Vec<f64>; 2],
 }
 
 /// The best iterate yet.
@@ -61,6 +79,7 @@ impl Newton {
         problem: &Scaled,
         step: &mut Step,
         (start, extra): (&[f64], f64),
+        steps: Steps,
         best: &mut Best,
     ) -> usize {
         self.x.clear();
@@ -73,19 +92,63 @@ impl Newton {
         let fastest = problem.rates.iter().fold(0.0, |m: f64, q| m.max(q.abs()));
         let mut slack = SLACK * fastest;
         let (mut pivots, mut idle, mut least) = (0, 0, f64::INFINITY);
-        while best.residual > CLOSE && pivots < MOST && idle < PATIENCE {
+        let (most, patience) = steps.patience();
+        while best.residual > CLOSE && pivots < most && idle < patience {
             self.linearise(problem, step, extra, slack);
             slack = 0.0;
             pivots += 1;
+            if steps == Steps::Searched {
+                let now = [&self.x, &self.u];
+                self.begin
+                    .iter_mut()
+                    .zip(now)
+                    .for_each(|(to, v)| to.clone_from(v));
+            }
             if !step.solve(problem, |i| three(&problem.rates, i), &mut self.x) {
                 break;
             }
-            let residual = self.residual(problem, extra);
+            let mut residual = self.residual(problem, extra);
+            if steps == Steps::Searched && self.shorten(problem) {
+                residual = self.residual(problem, extra);
+            }
             idle = if residual < 0.9 * least { 0 } else { idle + 1 };
             least = least.min(residual);
             best.offer(&self.x, residual);
         }
         pivots
+    }
+
+    /// Goes back along the step, to the first part of it that lessens the sum of squared residuals. Where none does, to the
+    /// one with the least. Whether it went back.
+    fn shorten(&mut self, problem: &Scaled) -> bool {
+        let [x, u] = &self.begin;
+        let merit = |part: f64| -> f64 {
+            let along = |begin: &[f64], end: &[f64], i: usize| -> Three {
+                let (begin, end) = (three(begin, i), three(end, i));
+                [0, 1, 2].map(|k| begin[k] + part * (end[k] - begin[k]))
+            };
+            let squares =
+                problem.friction.iter().enumerate().map(|(i, &mu)| {
+                    violation(along(x, &self.x, i), along(u, &self.u, i), mu).powi(2)
+                });
+            squares.sum()
+        };
+        let before = merit(0.0);
+        let (mut least, mut best, mut part) = (merit(1.0), 1.0, 1.0);
+        for _ in 0..SHORTER.1 {
+            if least < before {
+                break;
+            }
+            part *= SHORTER.0;
+            let value = merit(part);
+            if value < least {
+                (least, best) = (value, part);
+            }
+        }
+        for (to, begin) in self.x.iter_mut().zip(x) {
+            *to = begin + best * (*to - begin);
+        }
+        best < 1.0
     }
 
     /// The velocities at x, and the residual.

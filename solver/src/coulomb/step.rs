@@ -4,7 +4,7 @@
 //! a ray of the cone and one across the ray. With a column c and a row ĉ of each unknown y, x = Σ c y, the rows say
 //! ĉᵀ (W x + q) + γ y = 0.
 
-use super::dense::{self, Kind};
+use super::dense::{Dense, Kind};
 use super::scaled::{Scaled, Three, dot, three};
 
 /// One unknown.
@@ -26,6 +26,7 @@ pub(super) struct Step {
     unknowns: Vec<Unknown>,
     rows: Vec<f64>,
     solution: Vec<f64>,
+    dense: Dense,
     /// Whether all rows are their columns.
     symmetric: bool,
 }
@@ -87,11 +88,15 @@ impl Step {
         let mut done = false;
         if self.symmetric {
             self.assemble(problem, &rate);
-            done = dense::solve(m, &mut self.rows, Kind::Definite, &mut self.solution);
+            done = self
+                .dense
+                .solve(m, &mut self.rows, Kind::Definite, &mut self.solution);
         }
         if !done {
             self.assemble(problem, &rate);
-            done = dense::solve(m, &mut self.rows, Kind::General, &mut self.solution);
+            done = self
+                .dense
+                .solve(m, &mut self.rows, Kind::General, &mut self.solution);
         }
         x.fill(0.0);
         for (unknown, y) in self.unknowns.iter().zip(&self.solution) {

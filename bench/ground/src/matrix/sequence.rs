@@ -11,6 +11,8 @@
 //! | `FORM_N_rhs.mtx` | an array: a column a step, the right-hand side |
 //! | `FORM_N_exact.mtx` | an array: a column a step, the solution of A x = b in 32 digits, rounded; where asked for |
 //!
+//! Steps with contacts have a folder `contacts_K` besides, K their number, as [`crate::contact::files`] has it.
+//!
 //! All but the index are Matrix Market files, numbers in the fewest digits that give the same bits.
 
 mod record;
@@ -18,7 +20,7 @@ mod record;
 pub use record::{Recorder, Wanted, Written};
 
 use super::market::{self, MarketError};
-use super::{Matrix, matrix_of, shape};
+use super::{Matrix, matrix_of, member, shape};
 use crate::files::{FileError, read_text};
 use std::fmt;
 use std::path::{Path, PathBuf};
@@ -312,17 +314,6 @@ fn read_index(folder: &Path) -> Result<(u64, Vec<Vec<f64>>), SequenceError> {
     match first {
         Some(first) => Ok((first, times)),
         None => Err(fault(1, "there are no steps".to_owned())),
-    }
-}
-
-/// A file of a stretch, plain or compressed.
-fn member(folder: &Path, name: &str) -> PathBuf {
-    let plain = folder.join(format!("{name}.mtx"));
-    let packed = folder.join(format!("{name}.mtx.gz"));
-    if !plain.exists() && packed.exists() {
-        packed
-    } else {
-        plain
     }
 }
 

@@ -286,7 +286,7 @@ fn exact_solution(system: &System, problem: &Problem<'_>) -> (Option<Vec<f64>>, 
 }
 
 /// Why a backend is not run.
-fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<String> {
+pub(crate) fn left_out(system: &System, backend: &Backend, config: &Config) -> Option<String> {
     if let Err(e) = backend.create() {
         return Some(e.to_string());
     }

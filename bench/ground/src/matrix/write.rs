@@ -48,7 +48,6 @@ pub fn symmetric(a: &SymBlockMatrix, signs: &[bool], comments: &[String]) -> Str
     a.for_each_lower(|r, c, value| entries.push((c, r, value)));
     entries.sort_by_key(|&(c, r, _)| (c, r));
     let mut out = head("coordinate real symmetric", comments);
-    out.reserve(40 * entries.len());
     if (0..p.blocks()).any(|i| p.size(i) != 1) {
         list(
             &mut out,
@@ -61,10 +60,35 @@ pub fn symmetric(a: &SymBlockMatrix, signs: &[bool], comments: &[String]) -> Str
     }
     let sign = |&s: &bool| if s { "+" } else { "-" }.to_owned();
     list(&mut out, "signs", signs.iter().map(sign));
-    let _ = writeln!(out, "{} {} {}", a.dim(), a.dim(), entries.len());
+    put_entries(&mut out, [a.dim(); 2], &entries);
+    out
+}
+
+/// Sizes and entries (column, row, value), in order.
+fn put_entries(out: &mut String, [rows, columns]: [usize; 2], entries: &[(usize, usize, f64)]) {
+    out.reserve(40 * entries.len());
+    let _ = writeln!(out, "{rows} {columns} {}", entries.len());
     for (c, r, value) in entries {
         let _ = writeln!(out, "{} {} {value:.16e}", r + 1, c + 1);
     }
+}
+
+/// Entries (row, column, value) of a matrix as text, columns in order, of a symmetric one the lower triangle; `blocks`
+/// are the sizes of its blocks of columns, or empty.
+#[must_use]
+pub fn coordinates(
+    entries: &[(usize, usize, f64)],
+    sizes: [usize; 2],
+    symmetric: bool,
+    blocks: &[usize],
+    comments: &[String],
+) -> String {
+    let mut entries: Vec<_> = entries.iter().map(|&(r, c, value)| (c, r, value)).collect();
+    entries.sort_by_key(|&(c, r, _)| (c, r));
+    let kind = if symmetric { "symmetric" } else { "general" };
+    let mut out = head(&format!("coordinate real {kind}"), comments);
+    list(&mut out, "blocks", blocks.iter().map(usize::to_string));
+    put_entries(&mut out, sizes, &entries);
     out
 }
 

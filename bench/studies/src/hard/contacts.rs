@@ -58,7 +58,8 @@ pub const CASES: &[Case] = &[
         name: "H55",
         title: "a taut cable with heavy loads over an edge",
         run: edge::outcome,
-        // Not audited: cg:jacobi at a tolerance of 10⁻⁴ once reports 7.9·10⁻⁵ of a residual of 4.8·10⁻⁴ here. The cause is open.
+        // Not audited: cg:jacobi at a tolerance of 10⁻⁴ once reports 7.9·10⁻⁵ of a residual of 4.8·10⁻⁴ in the first step
+        // here, though what it reports is the true residual of the system that it was given.
         scenes: no_scenes,
     },
     Case {

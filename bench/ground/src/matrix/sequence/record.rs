@@ -1,7 +1,7 @@
 //! Records the systems of a run as a [sequence](super).
 
 use super::{FORMS, HEADING, INDEX, SequenceError, Stretch, Systems, name};
-use crate::files::{FileError, Output, make_folder};
+use crate::files::{Output, make_folder, remove};
 use crate::matrix::dump::{self, body_rows};
 use crate::matrix::prepared::Problem;
 use crate::matrix::{Matrix, exact, write};
@@ -18,6 +18,8 @@ const MOST_NUMBERS: usize = 1 << 26;
 pub struct Wanted {
     /// Folder of the files.
     pub folder: PathBuf,
+    /// The scene, with what was set.
+    pub scene: String,
     /// Lines about scene and step.
     pub comments: Vec<String>,
     /// Whether the exact solutions are written.
@@ -81,6 +83,15 @@ impl Recorder {
         // A copy: a solve more would have another geometric stiffness in the next step.
         let mut copy = Stepper::restore(stepper.save()?)?;
         let systems = dump::assembled(&mut copy)?;
+        let Wanted {
+            folder,
+            scene,
+            gzip,
+            ..
+        } = &self.wanted;
+        let folder = folder.join(format!("contacts_{step}"));
+        let contacts = dump::write_contacts(&mut copy, (scene, step), &folder, *gzip)?;
+        self.files.extend(contacts);
         let continues = |stretch: &Stretch| {
             let both = stretch.systems.iter().zip(&systems);
             both.into_iter()
@@ -147,6 +158,7 @@ impl Recorder {
             comments,
             exact,
             gzip,
+            ..
         } = &self.wanted;
         let folder: &Path = folder;
         let signs = if name.starts_with("kkt") {
@@ -181,18 +193,6 @@ impl Recorder {
             put("_exact", &array(&x, told))?;
         }
         Ok(())
-    }
-}
-
-/// Removes a file if there is one.
-fn remove(path: &Path) -> Result<(), FileError> {
-    match std::fs::remove_file(path) {
-        Err(source) if source.kind() != std::io::ErrorKind::NotFound => Err(FileError {
-            path: path.to_owned(),
-            doing: "replace",
-            source,
-        }),
-        _ => Ok(()),
     }
 }
 

@@ -19,9 +19,9 @@
 //! ```
 //!
 //! The pulls on a segment are along the lines that balance the moments about its contact: at n joints the limit is
-//! lower, by an error of second order. It is bracketed by what holds and what slips, with the [stiffer](stiffer) step.
+//! lower, by an error of second order. It is bracketed by what holds and what slips.
 
-use super::edge::{EDGE, Over, RADIUS, stiffer};
+use super::edge::{EDGE, Over, RADIUS};
 use super::{DT, GRAVITY, rough, run};
 use crate::hard::{at, either};
 use indicatif::ProgressBar;
@@ -171,7 +171,7 @@ fn segments(joints: usize, loads: [f64; 2]) -> Over {
 /// Whether the cable holds loads of that ratio: what slips is faster than this after half a second \[m/s].
 fn is_held(joints: usize, ratio: f64) -> Result<bool, ExperimentError> {
     let scene = segments(joints, [1.0, ratio]).build()?;
-    let (stepper, _) = run(scene, stiffer(at(DT)), 30, |_, _| {})?;
+    let (stepper, _) = run(scene, at(DT), 30, |_, _| {})?;
     Ok(stepper.scene().bodies.velocity[1].z > -FAST)
 }
 
