@@ -137,11 +137,10 @@ fn own_scenes(options: &Options, ratios: &[f64]) -> Result<Vec<OwnScene>, Experi
         };
         for ratio in &at {
             let ratio = ratio.as_deref().map(|r| ("mass_ratio", r));
-            let overrides: Vec<_> = shorter(name)
-                .chain(overrides.iter().copied())
-                .chain(ratio)
-                .collect();
-            let (_, scene) = source::built(name, &overrides)?;
+            let mut all: Vec<(&str, &str)> = shorter(name).collect();
+            all.extend(overrides.iter().copied());
+            all.extend(ratio);
+            let (_, scene) = source::built(name, &all)?;
             source::mass_ratio(&scene)?;
             own.push(OwnScene {
                 name: name.clone(),

@@ -13,18 +13,24 @@ use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_ground::pace;
 use taut_ground::reference::reference_choice;
+use taut_integrator::ContactMethod;
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_solver::coulomb::ConeMethod;
 use taut_solver::{Backend, DenseOptions, Precision};
 
 /// The methods that are compared.
-const METHODS: [&str; 4] = ["newton", "pgs:sweeps=10", "pgs:sweeps=50", "pgs:sweeps=200"];
+const METHODS: [&str; 5] = [
+    "newton",
+    "pgs:sweeps=10",
+    "pgs:sweeps=50",
+    "pgs:sweeps=200",
+    "staggered:sweeps=10",
+];
 
 /// Refinements of the reference.
 const REFINEMENTS: usize = 3;
 
 /// The methods for a scene: one that says none where there are no contacts.
-pub(super) fn methods(has_contacts: bool) -> Vec<Option<ConeMethod>> {
+pub(super) fn methods(has_contacts: bool) -> Vec<Option<ContactMethod>> {
     if !has_contacts {
         return vec![None];
     }
@@ -38,7 +44,7 @@ pub(super) fn methods(has_contacts: bool) -> Vec<Option<ConeMethod>> {
 #[derive(Debug, Clone)]
 pub(super) struct Trial {
     pub(super) choice: Choice,
-    pub(super) contacts: Option<ConeMethod>,
+    pub(super) contacts: Option<ContactMethod>,
 }
 
 impl Trial {
