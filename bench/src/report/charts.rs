@@ -44,10 +44,10 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
                 }
             };
             for r in own.iter().filter(|r| r.backend == backend) {
-                if r.refinements > 0 {
+                if r.refinements > 0 && r.velocity_error.is_none() {
                     add(r.forward_error_unrefined, r.step_ns - r.refine_ns, r, 0);
                 }
-                add(r.forward_error, r.step_ns, r, r.refinements);
+                add(r.step_error(), r.step_ns, r, r.refinements);
             }
             Series {
                 notes,
@@ -56,7 +56,11 @@ pub(super) fn work_precision(records: &[Record]) -> Vec<Chart> {
         };
         Chart {
             title,
-            x: Axis::log("relative error of the multipliers (1)"),
+            x: Axis::log(if own.iter().any(|r| r.velocity_error.is_some()) {
+                "relative error of the velocities (1)"
+            } else {
+                "relative error of the multipliers (1)"
+            }),
             y: Axis::log("whole step (µs)"),
             series: backends.into_iter().map(of).collect(),
         }

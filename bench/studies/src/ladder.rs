@@ -21,6 +21,7 @@ mod record;
 mod settings;
 mod study;
 mod table;
+mod trial;
 
 pub use answer::Answer;
 pub use case::{OwnScene, is_lost};
@@ -41,8 +42,10 @@ use std::sync::OnceLock;
 use std::time::Duration;
 use taut_ground::choice::{Choice, Omission};
 use taut_ground::trajectory::Failure;
+use taut_integrator::ContactMethod;
 use taut_model::HoistParams;
 use taut_output::check::ExperimentError;
+use trial::{Trial, methods};
 
 /// Error levels of the multipliers' relative error: good enough for a game, for a trainer, for a reference.
 pub const LEVELS: [f64; 3] = [1e-3, 1e-6, 1e-10];
@@ -113,6 +116,18 @@ impl Config {
         }
     }
 
+    /// The same for scenes with contacts, whose steps cost some hundred times as much: a shorter motion, fewer limits of
+    /// iterations.
+    #[must_use]
+    pub fn for_contacts(self) -> Self {
+        Self {
+            iterations: vec![10, 100],
+            time: 0.5,
+            stability_time: 2.0,
+            ..self
+        }
+    }
+
     /// The scenes: the others, else the hoist at all its segments and mass ratios.
     fn subjects(&self) -> Vec<Subject> {
         if !self.own.is_empty() {
@@ -156,13 +171,18 @@ pub struct SceneNote {
     pub stand_in: Option<String>,
     /// Time step of the reference motion, before its extrapolation from this and twice this \[s].
     pub reference_dt: f64,
-    /// How the step itself, solved directly, ended before its 30 s.
+    /// Error of the velocities of the reference, of scenes with contacts.
+    pub velocity_reference_error: Option<f64>,
+    /// How long the step itself, solved directly, was tried \[s].
+    pub stability_s: f64,
+    /// How the step itself, solved directly, ended before that.
     pub failure: Option<Failure>,
 }
 
 /// The work of some rows: a solver, and for iterative ones the limits of iterations.
 struct Task {
     choice: Choice,
+    contacts: Option<ContactMethod>,
     rungs: Vec<usize>,
 }
 
@@ -244,19 +264,27 @@ fn tasks(config: &Config, case: &Case, choices: &[Choice]) -> (Vec<Task>, Vec<Om
         } else {
             vec![0]
         };
-        tasks.push(Task {
-            choice: choice.clone(),
-            rungs,
-        });
+        tasks.extend(
+            methods(case.has_contacts())
+                .into_iter()
+                .map(|contacts| Task {
+                    choice: choice.clone(),
+                    contacts,
+                    rungs: rungs.clone(),
+                }),
+        );
     }
     (tasks, omissions)
 }
 
 impl Task {
-    fn choice_at(&self, rung: usize) -> Choice {
-        Choice {
-            backend: self.choice.backend.with_iterations(rung),
-            form: self.choice.form,
+    fn trial_at(&self, rung: usize) -> Trial {
+        Trial {
+            choice: Choice {
+                backend: self.choice.backend.with_iterations(rung),
+                form: self.choice.form,
+            },
+            contacts: self.contacts,
         }
     }
 }

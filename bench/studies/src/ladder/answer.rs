@@ -51,7 +51,7 @@ fn best_iteration(scene: &[Record]) -> Option<Placed<'_>> {
     let within = within
         .filter_map(|level| fastest(iterations(), *level))
         .next();
-    let least = || iterations().min_by(|a, b| a.forward_error.total_cmp(&b.forward_error));
+    let least = || iterations().min_by(|a, b| a.step_error().total_cmp(&b.step_error()));
     within.or_else(|| least().map(|r| (r, r.step_ns)))
 }
 
@@ -154,7 +154,7 @@ fn rows(scene: &[Record]) -> Vec<Value> {
             "times": or_blank(first.zip(next).map(|((_, a), (_, b))| b / a)),
             "iteration": or_blank(iteration.map(|(r, _)| name(r))),
             "iteration_ns": or_blank(iteration.map(|(_, ns)| ns)),
-            "iteration_error": or_blank(iteration.map(|(r, _)| r.forward_error)),
+            "iteration_error": or_blank(iteration.map(|(r, _)| r.step_error())),
         })
     };
     outcomes.chunk_by(alike).enumerate().map(row).collect()

@@ -1,7 +1,9 @@
 //! The cases of the main job: a scene with what all its rows share, its reference motion, common states and exact
 //! multipliers.
 
+use super::trial;
 use super::{Config, SceneNote};
+use nalgebra::Vector3;
 use std::fmt;
 use taut_ground::inputs::Inputs;
 use taut_ground::reference::{self, Motion, Reference, reference_choice};
@@ -16,6 +18,9 @@ const FRAMES: usize = 16;
 
 /// Steps of a frame, of the coarser of the two runs that the reference motion of a scene other than the hoist comes from.
 const SUBSTEPS: usize = 16;
+
+/// The same of a scene with contacts.
+const CONTACT_SUBSTEPS: usize = 2;
 
 /// A scene other than the hoist, and what drives it.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,7 +59,12 @@ pub(super) struct Case {
     pub(super) reference: Reference,
     /// Exact multipliers of the states but the first, which iterations only start from.
     pub(super) exact: Vec<Vec<f64>>,
-    /// How the step itself, solved directly, ended early.
+    /// Velocities of the moving bodies after a step from these states, of scenes with contacts \[m/s]; their own error.
+    pub(super) velocities: Vec<Vec<Vector3<f64>>>,
+    velocity_error: Option<f64>,
+    /// How long the step itself, solved directly, was tried \[s].
+    stability_time: f64,
+    /// How it ended early.
     pub(super) failure: Option<Failure>,
 }
 
@@ -129,7 +139,12 @@ impl Subject {
                     let most = reference::moves_most(&motion, config.dt, steps)?;
                     motion.scene.load = Some(most);
                 }
-                Ok((motion, SUBSTEPS))
+                let substeps = if own.scene.colliders.is_empty() {
+                    SUBSTEPS
+                } else {
+                    CONTACT_SUBSTEPS
+                };
+                Ok((motion, substeps))
             }
         }
     }
@@ -166,6 +181,9 @@ impl Case {
             common,
             reference,
             exact: Vec::new(),
+            velocities: Vec::new(),
+            velocity_error: None,
+            stability_time: config.stability_time,
             failure: None,
         };
         let plain = reference_choice().plain_options(config.dt);
@@ -176,10 +194,24 @@ impl Case {
                 case.exact.push(stepper.reference_multipliers()?);
             }
         }
+        if case.has_contacts() {
+            let (velocities, error) = trial::reference(&case, config.dt)?;
+            (case.velocities, case.velocity_error) = (velocities, Some(error));
+        }
         let mut stepper = case.at_start(plain)?;
         let (inputs, time) = (&case.motion.inputs, config.stability_time);
         case.failure = simulate_driven(&mut stepper, inputs, time, case.limits(), |_| {}).failure;
         Ok(case)
+    }
+
+    /// Whether shapes may touch.
+    pub(super) fn has_contacts(&self) -> bool {
+        !self.common.colliders.is_empty()
+    }
+
+    /// g Δt: the least scale of velocities \[m/s].
+    pub(super) fn least_speed(&self, dt: f64) -> f64 {
+        self.common.gravity.norm() * dt
     }
 
     /// A stepper of the scene as it starts.
@@ -219,6 +251,8 @@ impl Case {
             mass_ratio: self.mass_ratio,
             stand_in: self.stand_in.clone(),
             reference_dt: self.reference.dt,
+            velocity_reference_error: self.velocity_error,
+            stability_s: self.stability_time,
             failure: self.failure.clone(),
         }
     }

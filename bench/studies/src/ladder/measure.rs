@@ -1,9 +1,9 @@
 //! What makes a row of the main job: the errors on common states, the motion, the hanging cable, and the times.
 
+use super::trial::{self, Trial};
 use super::{Case, Config, Record, Task, Untimed};
 use crate::statics;
 use std::time::{Duration, Instant};
-use taut_ground::choice::Choice;
 use taut_ground::claim::{over, over_letter};
 use taut_ground::errors::worse;
 use taut_ground::pace;
@@ -15,11 +15,11 @@ use taut_solver::{backward_error, forward_error};
 pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untimed> {
     let mut rows: Vec<Untimed> = Vec::new();
     for &rung in &task.rungs {
-        let choice = task.choice_at(rung);
+        let trial = task.trial_at(rung);
         // Where no solve needed all the iterations allowed, more of them change nothing.
         let row = match rows.last().cloned() {
             Some((last, true)) => {
-                let options = choice.to_string();
+                let options = trial.text();
                 let row = Record {
                     iterations: rung,
                     options,
@@ -27,7 +27,7 @@ pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untime
                 };
                 (row, true)
             }
-            _ => measure_row(config, case, &choice, rung),
+            _ => measure_row(config, case, &trial, rung),
         };
         rows.push(row);
     }
@@ -36,18 +36,18 @@ pub(super) fn task_rows(config: &Config, case: &Case, task: &Task) -> Vec<Untime
 
 impl Record {
     /// An empty row, to be filled in.
-    fn new(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Self {
+    fn new(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Self {
         Self {
             scene: case.name.clone(),
             segments: case.segments(),
             mass_ratio: case.mass_ratio,
             joints: case.motion.scene.constraints.len(),
-            backend: choice.family(),
-            options: choice.to_string(),
+            backend: trial.family(),
+            options: trial.text(),
             iterations: rung,
             iterations_used: 0.0,
             dt: config.dt,
-            refinements: choice.plain_options(config.dt).refinements,
+            refinements: trial.plain_options(config.dt).refinements,
             step_ns: f64::NAN,
             step_ns_min: f64::NAN,
             solve_ns: f64::NAN,
@@ -56,6 +56,8 @@ impl Record {
             backward_error_componentwise: f64::NAN,
             forward_error: f64::NAN,
             forward_error_unrefined: f64::NAN,
+            velocity_error: None,
+            complementarity: None,
             elongation_error: None,
             elongation_error_continuum: None,
             load_error_m: None,
@@ -75,17 +77,27 @@ impl Record {
 }
 
 /// The untimed part of one row.
-fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Untimed {
-    let mut row = Record::new(config, case, choice, rung);
-    if let Err(e) = measure_algebra(config, case, choice, &mut row) {
+fn measure_row(config: &Config, case: &Case, trial: &Trial, rung: usize) -> Untimed {
+    let mut row = Record::new(config, case, trial, rung);
+    if let Err(e) = measure_algebra(config, case, trial, &mut row) {
         // What was measured before it failed is not the worst of all frames.
         row = Record {
             error: Some(e.to_string()),
-            ..Record::new(config, case, choice, rung)
+            ..Record::new(config, case, trial, rung)
         };
     }
+    if case.has_contacts() && row.error.is_none() {
+        match trial::velocities(case, trial.plain_options(config.dt)) {
+            Ok((velocities, violation)) => {
+                let least = case.least_speed(config.dt);
+                row.velocity_error = Some(trial::distance(&velocities, &case.velocities, least));
+                row.complementarity = Some(violation);
+            }
+            Err(e) => row.error = Some(e.to_string()),
+        }
+    }
     let mut claimed = row.claimed_converged.unwrap_or(0);
-    match run_physics(config, case, choice) {
+    match run_physics(config, case, trial) {
         Ok(run) => {
             claimed += run.claimed;
             row.stable = run.failure.is_none() && case.failure.is_none();
@@ -103,7 +115,7 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Un
     if let Some(hoist) = &case.hoist {
         solves += statics::HOLD_STEPS;
         // A cable that is not held at all has no elongation, which is a result and no fault of the row's other figures.
-        if let Ok(held) = statics::hold(hoist, &choice.plain_options(config.dt)) {
+        if let Ok(held) = statics::hold(hoist, &trial.plain_options(config.dt)) {
             claimed += held.claimed;
             row.elongation_error = Some(held.error);
             row.elongation_error_continuum = Some(held.error_continuum);
@@ -118,15 +130,15 @@ fn measure_row(config: &Config, case: &Case, choice: &Choice, rung: usize) -> Un
 fn measure_algebra(
     config: &Config,
     case: &Case,
-    choice: &Choice,
+    trial: &Trial,
     row: &mut Record,
 ) -> Result<(), StepError> {
-    let options = choice.plain_options(config.dt);
+    let options = trial.plain_options(config.dt);
     let unrefined = StepOptions {
         refinements: 0,
         ..options.clone()
     };
-    let tolerance = choice.backend.tolerance();
+    let tolerance = trial.choice.backend.tolerance();
     let mut stepper = case.at_common_states(unrefined)?;
     let (mut iterations, mut claimed, mut verified, mut to_rounding) = (0, 0, 0, 0);
     row.backward_error = 0.0;
@@ -185,8 +197,8 @@ fn norm(v: &[f64]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-fn run_physics(config: &Config, case: &Case, choice: &Choice) -> Result<Trajectory, StepError> {
-    let mut stepper = case.at_start(choice.plain_options(config.dt))?;
+fn run_physics(config: &Config, case: &Case, trial: &Trial) -> Result<Trajectory, StepError> {
+    let mut stepper = case.at_start(trial.plain_options(config.dt))?;
     let (inputs, limits) = (&case.motion.inputs, case.limits());
     Ok(simulate_driven(
         &mut stepper,
@@ -210,7 +222,7 @@ pub(super) fn time_rows(
         let mut row = row.clone();
         // Rows that converged below their limit do the same work as the row before.
         let times = known.map_or_else(
-            || time_row(config, case, &task.choice_at(row.iterations)),
+            || time_row(config, case, &task.trial_at(row.iterations)),
             Ok,
         );
         match times {
@@ -229,8 +241,8 @@ pub(super) fn time_rows(
 
 /// Steps from the common states in turn, warm started as in a run, taken as they come: [step, minimum, solve, refine]
 /// in ns.
-fn time_row(config: &Config, case: &Case, choice: &Choice) -> Result<[f64; 4], StepError> {
-    let options = choice.plain_options(config.dt);
+fn time_row(config: &Config, case: &Case, trial: &Trial) -> Result<[f64; 4], StepError> {
+    let options = trial.plain_options(config.dt);
     let mut stepper = case.at_common_states(options.clone())?;
     let cold = vec![0.0; stepper.multipliers().len()];
     let mut reports: Vec<StepReport> = Vec::new();

@@ -54,6 +54,12 @@ pub struct Record {
     /// The same without refinement.
     #[serde(deserialize_with = "nan_for_null")]
     pub forward_error_unrefined: f64,
+    /// Relative error of the velocities after a step, of scenes with contacts; largest of the frames.
+    #[serde(default)]
+    pub velocity_error: Option<f64>,
+    /// Largest violation of the contacts' conditions in these steps, in rates over the largest of them.
+    #[serde(default)]
+    pub complementarity: Option<f64>,
     /// Relative error of the hanging cable's elongation against the exact discrete value after half a second.
     pub elongation_error: Option<f64>,
     /// The same against the massless continuum M g L/(YA).
@@ -140,6 +146,12 @@ impl Record {
         }
     }
 
+    /// The error that its step is judged by: of the velocities with contacts, else of the multipliers.
+    #[must_use]
+    pub fn step_error(&self) -> f64 {
+        self.velocity_error.unwrap_or(self.forward_error)
+    }
+
     /// What a step costs with errors within `level`, without the refinement where it is not needed for that.
     #[must_use]
     pub fn within(&self, level: f64) -> Option<Fastest> {
@@ -149,6 +161,15 @@ impl Record {
         let sound = held && hangs;
         if !sound || !self.step_ns.is_finite() {
             return None;
+        }
+        // With contacts the velocities decide, of the step as it is.
+        if let Some(error) = self.velocity_error {
+            let (refined, step_ns) = (self.refinements > 0, self.step_ns);
+            return (error <= level).then_some(Fastest {
+                level,
+                refined,
+                step_ns,
+            });
         }
         // An error that is no number is within nothing.
         let refined = self.forward_error_unrefined.is_nan() || self.forward_error_unrefined > level;

@@ -11,7 +11,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, Args, FromArgMatches};
 use std::path::PathBuf;
 use taut_ground::source;
-use taut_model::{HoistParams, Network, SceneSource};
+use taut_model::{Grounded, HoistParams, Network, SceneSource};
 use taut_output::check::ExperimentError;
 use taut_output::table::MARK;
 
@@ -42,7 +42,8 @@ pub(crate) const STUDY: Study = Study {
 #[derive(Debug, Args)]
 struct Options {
     /// Other scenes instead of the hoist, by name or as TOML files; the networks ring, junction, cranes, ladder, net as in
-    /// `taut study scenes`: `--segments` are the ladder's cables, the net's rows and columns
+    /// `taut study scenes`: `--segments` are the ladder's cables, the net's rows and columns; stack, floor and pile over
+    /// the mass ratios, with every method of contacts (the pile's cables of 6 segments unless `--set segments`)
     #[arg(long = "scene", value_delimiter = ',', value_name = "SCENE")]
     scenes: Vec<String>,
     /// What the operator does in these scenes: a CSV file with the columns `time` (s) and names of the scene's controls;
@@ -83,7 +84,18 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
     options.backends.refuse_limits()?;
     config.choices = options.backends.choices()?;
     if !options.scenes.is_empty() {
-        config.own = own_scenes(options)?;
+        config.own = own_scenes(options, &config.ratios)?;
+        let touches = |own: &OwnScene| !own.scene.colliders.is_empty();
+        if config.own.iter().any(touches) {
+            let given = (config.time, config.iterations.clone());
+            config = config.for_contacts();
+            if options.time.time.is_some() {
+                config.time = given.0;
+            }
+            if !options.iterations.iterations.is_empty() {
+                config.iterations = given.1;
+            }
+        }
         return Ok(config);
     }
     let swept = |o: &&String| {
@@ -98,11 +110,14 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
     Ok(config)
 }
 
-/// The scenes named, each once.
-fn own_scenes(options: &Options) -> Result<Vec<OwnScene>, ExperimentError> {
+/// The scenes named, each once; those on the ground at each mass ratio, unless their own is set.
+fn own_scenes(options: &Options, ratios: &[f64]) -> Result<Vec<OwnScene>, ExperimentError> {
     let swept = [
         ("--segments", options.segments.segments.is_empty()),
-        ("--ratios", options.ratios.ratios.is_empty()),
+        (
+            "--ratios",
+            options.ratios.ratios.is_empty() || options.scenes.iter().all(|s| is_swept(s)),
+        ),
     ];
     if let Some((option, _)) = swept.iter().find(|(_, is_absent)| !is_absent) {
         let reason = "is for the hoist and for networks: set what the scene has with `--set`";
@@ -114,15 +129,38 @@ fn own_scenes(options: &Options) -> Result<Vec<OwnScene>, ExperimentError> {
         if own.iter().any(|known| known.name == *name) {
             continue;
         }
-        let (_, scene) = source::built(name, &overrides)?;
-        source::mass_ratio(&scene)?;
-        own.push(OwnScene {
-            name: name.clone(),
-            inputs: source::inputs(options.controls.as_deref(), &scene)?,
-            scene,
-        });
+        let is_set = overrides.iter().any(|(key, _)| *key == "mass_ratio");
+        let at: Vec<Option<String>> = if is_swept(name) && !is_set {
+            ratios.iter().map(|r| Some(format!("{r:?}"))).collect()
+        } else {
+            vec![None]
+        };
+        for ratio in &at {
+            let ratio = ratio.as_deref().map(|r| ("mass_ratio", r));
+            let mut all: Vec<(&str, &str)> = shorter(name).collect();
+            all.extend(overrides.iter().copied());
+            all.extend(ratio);
+            let (_, scene) = source::built(name, &all)?;
+            source::mass_ratio(&scene)?;
+            own.push(OwnScene {
+                name: name.clone(),
+                inputs: source::inputs(options.controls.as_deref(), &scene)?,
+                scene,
+            });
+        }
     }
     Ok(own)
+}
+
+/// What makes a pile small enough for hundreds of rows: a step of its default size takes up to seconds.
+fn shorter(name: &str) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let is_pile = Grounded::named(name) == Some(Grounded::Pile);
+    is_pile.then_some(("segments", "6")).into_iter()
+}
+
+/// Whether a scene is one on the ground, which is measured over mass ratios as the hoist is.
+fn is_swept(name: &str) -> bool {
+    Grounded::named(name).is_some()
 }
 
 /// Whether networks are asked for, which the study of branches and loops runs: it sets them swinging, grows them, and
@@ -169,7 +207,7 @@ fn hoist(
 /// What the columns of its answer are.
 const ANSWER: &str = "\
 Fastest: the least median time of a whole step with multipliers and elongation within the error, unrefined where that
-suffices; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
+suffices; with contacts the velocities, refined; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
 
 /// Where the rest is.
 const MORE: &str =

@@ -24,6 +24,8 @@ const HOIST: Sheet = Sheet {
         sheet::error("backward_error_componentwise", "backw."),
         sheet::error("forward_error", "error"),
         sheet::error("forward_error_unrefined", "error r0"),
+        sheet::error("velocity_error", "veloc."),
+        sheet::error("complementarity", "compl."),
         sheet::error("elongation_error", "elong."),
         sheet::error("load_error_m", "load").unit("m"),
         column("simulated_s", "held").shown(Show::Row(held)),
@@ -96,7 +98,8 @@ pub const CLAIMS: Sheet = Sheet {
 pub const LEGEND: &str = "\
 step: median time of a whole step; ns/joint: of its linear solve, with one refinement for direct solvers (umfpack/kkt:
 its own); backw.: componentwise backward error without that refinement, the worst row's; error: of the multipliers
-against extended precision (r0: without that refinement); elong.: of the hanging cable after ½ s; load m: distance from
+against extended precision (r0: without that refinement); veloc.: of the velocities after a step with contacts;
+compl.: violation of the contacts' conditions; elong.: of the hanging cable after ½ s; load m: distance from
 the reference motion; held: simulated time, or the time of the end; fastest 1e: of this scene, with error and elong.
 within 1e-3 and so on, refined or not; mass ratio of a scene other than the hoist: heaviest over lightest moving body";
 
@@ -130,12 +133,15 @@ fn note(row: &Value, scenes: &[SceneNote]) -> Option<String> {
     };
     let note = scenes.iter().find(same)?;
     let verdict = note.failure.as_ref().map_or_else(
-        || "stable for 30 s".to_owned(),
+        || format!("stable for {} s", note.stability_s),
         |f| format!("unstable at {:.2} s", f.time),
     );
     let rate = 1.0 / note.reference_dt;
+    let error = note.velocity_reference_error;
+    let contacts = error.map(|e| format!("; velocities of the reference to {e:.1e}"));
+    let contacts = contacts.unwrap_or_default();
     Some(format!(
-        "the step itself is {verdict} (reference motion at Δt = 1/{rate:.0} s)"
+        "the step itself is {verdict} (reference motion at Δt = 1/{rate:.0} s){contacts}"
     ))
 }
 
