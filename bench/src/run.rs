@@ -478,6 +478,20 @@ fn verdict(s: &Summary) -> String {
     }
 }
 
+/// What touched, for people.
+fn contacts(s: &Summary) -> Option<(&'static str, String)> {
+    let c = s.contacts?;
+    let split = match c.most_groups {
+        0 => String::new(),
+        groups => format!("; split into up to {groups} groups"),
+    };
+    let text = format!(
+        "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}{split}",
+        c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
+    );
+    Some(("contacts", text))
+}
+
 /// The summary for people.
 #[must_use]
 pub fn text(s: &Summary) -> String {
@@ -566,21 +580,15 @@ pub fn text(s: &Summary) -> String {
         ),
         ("phases", phases.join(", ")),
     ];
-    let contacts = s.contacts.map(|c| {
-        let split = match c.most_groups {
-            0 => String::new(),
-            groups => format!("; split into up to {groups} groups"),
-        };
-        let text = format!(
-            "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}{split}",
-            c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
-        );
-        ("contacts", text)
-    });
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
-    for (name, value) in rows.into_iter().chain(contacts).chain(events).chain(notes) {
+    for (name, value) in rows
+        .into_iter()
+        .chain(contacts(s))
+        .chain(events)
+        .chain(notes)
+    {
         let _ = writeln!(out, "{name:>16}  {value}");
     }
     out

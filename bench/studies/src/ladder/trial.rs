@@ -135,7 +135,7 @@ pub(super) fn reference(case: &Case, dt: f64) -> Result<(Vec<Velocities>, f64), 
 pub(super) fn distance(ours: &[Velocities], exact: &[Velocities], least: f64) -> f64 {
     let frame = |(ours, exact): (&Velocities, &Velocities)| {
         let off = ours.iter().zip(exact).map(|(v, e)| (v - e).norm());
-        let scale = exact.iter().map(|e| e.norm()).fold(least, f64::max);
+        let scale = exact.iter().map(Vector3::norm).fold(least, f64::max);
         off.fold(0.0, worse) / scale
     };
     ours.iter().zip(exact).map(frame).fold(0.0, worse)
