@@ -265,7 +265,7 @@ fn tasks(config: &Config, case: &Case, choices: &[Choice]) -> (Vec<Task>, Vec<Om
             vec![0]
         };
         tasks.extend(
-            methods(case.has_contacts())
+            methods(case.has_contacts(), Some(choice) == choices.first())
                 .into_iter()
                 .map(|contacts| Task {
                     choice: choice.clone(),
