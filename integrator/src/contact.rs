@@ -40,7 +40,6 @@
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
-pub(crate) mod problem;
 mod rebound;
 mod sweeps;
 
@@ -75,7 +74,7 @@ pub(crate) struct Touch {
     pub(crate) impulse: [f64; 3],
     /// b of the normal row, and what it aims beyond that where the shapes are to rebound \[m/s].
     pub(crate) offset: f64,
-    aim: f64,
+    pub(crate) aim: f64,
     /// ε Υ/Δt² of the normal row \[1/kg].
     pub(crate) softness: f64,
     /// Normal rate after a rebound, where the shapes arrive in this step \[m/s].

@@ -84,7 +84,7 @@
 //! | `slip`, `stepper/slipping` | cables that slip over sheaves with friction |
 //! | `contact`, `contact/operator`, `stepper/touching` | contacts with friction: rows, dense operator, the solve with them |
 //! | `contact/method` | how their impulses are found: with the joints, or before them as the paper has it |
-//! | `contact/problem` | contacts and joints of a step as one problem, under the names of FCLIB |
+//! | `stepper/contact_problem` | contacts and joints of a step as one problem, under the names of FCLIB |
 //! | `closing` | how such rows close and open without energy from nowhere |
 //! | `pieces` | what the linear system is made of, and its residual |
 //! | `inertia` | M̃ and Δt f, in one place |
@@ -129,7 +129,6 @@ mod stepper;
 
 pub use change::Edit;
 pub use contact::method::{ContactMethod, ParseContactMethodError};
-pub use contact::problem::{ContactProblem, ContactSolution, Entry};
 pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
@@ -141,3 +140,4 @@ pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
+pub use stepper::contact_problem::{ContactProblem, ContactSolution, Entry};

@@ -2,6 +2,7 @@
 //! refine in `system`. The default step is the one of [`guarded`]: it redoes a step whose linearisation did not hold.
 
 pub(crate) mod balance;
+pub(crate) mod contact_problem;
 pub(crate) mod guarded;
 mod potential;
 mod slipping;

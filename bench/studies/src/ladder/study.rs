@@ -207,7 +207,8 @@ fn hoist(
 /// What the columns of its answer are.
 const ANSWER: &str = "\
 Fastest: the least median time of a whole step with multipliers and elongation within the error, unrefined where that
-suffices; with contacts the velocities, refined; next: the same of another family of solvers, and how many times as long it takes; k×: iterations a step";
+suffices; with contacts the velocities, refined; next: the same of another family of solvers, and how many times
+as long it takes; k×: iterations a step";
 
 /// Where the rest is.
 const MORE: &str =

@@ -11,8 +11,8 @@
 //! G = Jᵀ, λ the impulses μ of the joints, H and r the rows and impulses p of the contacts, μ their friction μ_f;
 //! f = M̃ v + Δt f, b = −c, w is b of the contacts. What static and driven bodies move is in b and w.
 
+use super::Stage;
 use crate::Stepper;
-use crate::stepper::Stage;
 use nalgebra::Matrix6;
 use taut_model::body_vectors::unpacked;
 
