@@ -101,6 +101,9 @@ pub struct ConeSolver {
 /// What counts as solved.
 const TOLERANCE: f64 = 1e-10;
 
+/// Residual at which no better impulses are sought: the last projection into the cones may add to it.
+const ENOUGH: f64 = 0.3 * TOLERANCE;
+
 /// Rounds of sweeps, and Newton from where they end, after all else has found no solution.
 const ROUNDS: usize = 4;
 /// Sweeps of such a round.
@@ -174,7 +177,7 @@ impl ConeSolver {
         let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
         for steps in [Steps::Full, Steps::Searched] {
             report.pivots += self.newton.run(problem, step, (&self.x, 0.0), steps, best);
-            if best.residual <= TOLERANCE {
+            if best.residual <= ENOUGH {
                 return;
             }
             self.x.copy_from_slice(&best.x);
@@ -183,17 +186,17 @@ impl ConeSolver {
         for steps in [Steps::Full, Steps::Searched] {
             let newton = (&mut self.newton, steps);
             report.pivots += self.continuation.run(problem, step, newton, best);
-            if best.residual <= TOLERANCE || report.pivots > continuation::budget(problem.n) {
+            if best.residual <= ENOUGH || report.pivots > continuation::budget(problem.n) {
                 break;
             }
         }
         for _ in 0..ROUNDS {
             let spent = report.pivots > continuation::budget(self.problem.n);
-            if self.best.residual <= TOLERANCE || spent {
+            if self.best.residual <= ENOUGH || spent {
                 break;
             }
             self.x.copy_from_slice(&self.best.x);
-            self.sweep(ROUND_SWEEPS, TOLERANCE, report);
+            self.sweep(ROUND_SWEEPS, ENOUGH, report);
             let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
             report.pivots += self
                 .newton
