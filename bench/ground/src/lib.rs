@@ -32,7 +32,6 @@
 //! | `source` | scenes by name or from TOML files, with what drives them |
 //! | `inputs` | what an operator does, from a table of times and control values |
 //! | `poses`, `random` | straight and bent hoists; the one generator of random numbers |
-//! | `contact` | contact problems as files: FCLIB's names, every method on any of them |
 //! | `matrix` | linear systems as files: Matrix Market, every backend on any matrix |
 //! | `files`, `cache` | JSON and CSV files, texts for people; references kept in files |
 //! | `pace` | how fast simulations go, for progress bars |
@@ -42,7 +41,6 @@ pub mod allocations;
 pub mod cache;
 pub mod choice;
 pub mod claim;
-pub mod contact;
 pub mod engine;
 pub mod errors;
 pub mod files;

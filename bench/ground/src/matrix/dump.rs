@@ -6,8 +6,8 @@
 //! which the step is after and refinement from the pieces brings back.
 
 use super::write;
-use crate::contact::files::{self, Info, Step};
 use crate::files::{FileError, make_folder};
+use crate::matrix::contact::files::{self, Info, Step};
 use std::path::{Path, PathBuf};
 use taut_integrator::{Form, StepError, Stepper};
 use taut_solver::{SolveError, SymBlockMatrix, forward_error, reference_solution};

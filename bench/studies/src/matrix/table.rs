@@ -5,7 +5,7 @@ use comfy_table::CellAlignment;
 use serde_json::{Value, json};
 use std::fmt::Write;
 use taut_ground::choice::Omission;
-use taut_ground::contact;
+use taut_ground::matrix::contact;
 use taut_ground::matrix::solve::{About, CONVERGED, DIRECT, Record, Results};
 use taut_output::row::{Row, iterations, number_of, text_of};
 use taut_output::sheet::{self, Column, Sheet, Show, column};
