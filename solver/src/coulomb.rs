@@ -204,22 +204,29 @@ impl ConeSolver {
         }
     }
 
-    /// Sweeps from x on, forwards.
+    /// Sweeps from x on, forwards, until no contact has a residual at its turn. The start and the end are judged.
     fn sweep(&mut self, sweeps: usize, tolerance: f64, report: &mut ConeReport) {
-        let problem = &self.problem;
-        problem.admit(&mut self.x);
-        for done in 0..=sweeps {
-            if done > 0 {
-                sweeps::sweep(problem, &mut self.x);
-                report.sweeps += 1;
-            }
-            problem.velocities(&self.x, &mut self.u);
-            let residual = problem.complementarity(&self.x, &self.u);
-            self.best.offer(&self.x, residual);
-            if residual <= tolerance || !residual.is_finite() {
+        self.problem.admit(&mut self.x);
+        if self.judge() <= tolerance {
+            return;
+        }
+        for done in 1..=sweeps {
+            let found = sweeps::sweep(&self.problem, &mut self.x);
+            report.sweeps += 1;
+            let is_last = done == sweeps || !found.is_finite();
+            if is_last || (found <= tolerance && self.judge() <= tolerance) {
                 break;
             }
         }
+        self.judge();
+    }
+
+    /// The residual of x, which is kept where it is the best so far.
+    fn judge(&mut self) -> f64 {
+        self.problem.velocities(&self.x, &mut self.u);
+        let residual = self.problem.complementarity(&self.x, &self.u);
+        self.best.offer(&self.x, residual);
+        residual
     }
 
     /// Projects and judges the best impulses, and hands them over.
