@@ -83,6 +83,8 @@ pub struct ConeReport {
     pub cone: f64,
     /// Whether both are at most 10⁻¹⁰.
     pub solved: bool,
+    /// Whether W is positive definite, as far as Newton had to know: a W from iterations that were stopped early may not be.
+    pub is_definite: bool,
 }
 
 /// Solves contact problems. It keeps its workspace, and allocates nothing for problems no larger than those before.
@@ -142,6 +144,7 @@ impl ConeSolver {
             complementarity: f64::NAN,
             cone: 0.0,
             solved: false,
+            is_definite: true,
         };
         if !self.problem.load(contacts) {
             impulses.fill(0.0);
@@ -172,7 +175,8 @@ impl ConeSolver {
         self.best.begin(&self.x);
     }
 
-    /// Newton, then the continuation, then sweeps, until there is a solution.
+    /// Newton, then the continuation, then sweeps, until there is a solution. An operator that is not definite, as iterations
+    /// that were stopped early leave it, is worth sweeps only.
     fn newton(&mut self, report: &mut ConeReport) {
         let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
         for steps in [Steps::Full, Steps::Searched] {
@@ -181,6 +185,14 @@ impl ConeSolver {
                 return;
             }
             self.x.copy_from_slice(&best.x);
+            if steps == Steps::Full {
+                report.pivots += 1;
+                report.is_definite = step.is_definite(problem);
+                if !report.is_definite {
+                    report.fallbacks = 1;
+                    return self.sweep(ROUND_SWEEPS, ENOUGH, report);
+                }
+            }
         }
         report.fallbacks = 1;
         for steps in [Steps::Full, Steps::Searched] {

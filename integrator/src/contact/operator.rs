@@ -379,7 +379,8 @@ impl Operator {
         for softer in 0..=SOFTER.1 {
             let report = self.try_group(k, method, touches, rates, softer == 0)?;
             each(report, softer > 0);
-            if report.solved || method != ConeMethod::Newton || softer == SOFTER.1 {
+            let is_softened = method == ConeMethod::Newton && report.is_definite;
+            if report.solved || !is_softened || softer == SOFTER.1 {
                 break;
             }
             let block = self.block(k);

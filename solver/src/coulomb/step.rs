@@ -106,6 +106,16 @@ impl Step {
         done
     }
 
+    /// Whether W is positive definite to rounding.
+    pub(super) fn is_definite(&mut self, problem: &Scaled) -> bool {
+        self.clear();
+        (0..problem.n).for_each(|i| self.stick(i, 0.0));
+        let m = self.unknowns.len();
+        self.solution.resize(m, 0.0);
+        self.assemble(problem, &|i| three(&problem.rates, i), m);
+        (self.dense).solve((m, m), &mut self.rows, &mut self.solution)
+    }
+
     /// The matrix Ĉᵀ W C + Γ and −Ĉᵀ q beside it, without what lies left of the diagonal in the `symmetric` first rows.
     fn assemble(&mut self, problem: &Scaled, rate: &impl Fn(usize) -> Three, symmetric: usize) {
         let (m, size) = (self.unknowns.len(), 3 * problem.n);
