@@ -116,18 +116,6 @@ impl Config {
         }
     }
 
-    /// The same for scenes with contacts, whose steps cost some hundred times as much: a shorter motion, fewer limits of
-    /// iterations.
-    #[must_use]
-    pub fn for_contacts(self) -> Self {
-        Self {
-            iterations: vec![10, 100],
-            time: 0.5,
-            stability_time: 2.0,
-            ..self
-        }
-    }
-
     /// The scenes: the others, else the hoist at all its segments and mass ratios.
     fn subjects(&self) -> Vec<Subject> {
         if !self.own.is_empty() {

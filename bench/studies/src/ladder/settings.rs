@@ -4,7 +4,7 @@ use super::Config;
 use taut_model::SceneError;
 use taut_output::notation::number;
 use taut_output::settings::{
-    ONE_REFINEMENT, Setting, counts, list, numbers, seconds, set, solvers, step,
+    ONE_REFINEMENT, Setting, counts, numbers, seconds, set, solvers, step,
 };
 
 /// The settings of a run, as its page shows them.
@@ -24,7 +24,9 @@ pub(super) fn settings(config: &Config) -> Result<Vec<Setting>, SceneError> {
             ("load/segment", numbers(&config.ratios)),
         ])
     } else {
-        set([("scenes", list(&config.own, |own| own.name.clone()))])
+        let mut own: Vec<_> = config.own.iter().map(|own| own.name.clone()).collect();
+        own.dedup();
+        set([("scenes", own.join(", "))])
     };
     let run = set([
         ("solvers", solvers(&config.choices)),

@@ -85,17 +85,6 @@ fn config(options: &Options) -> Result<Config, ExperimentError> {
     config.choices = options.backends.choices()?;
     if !options.scenes.is_empty() {
         config.own = own_scenes(options, &config.ratios)?;
-        let touches = |own: &OwnScene| !own.scene.colliders.is_empty();
-        if config.own.iter().any(touches) {
-            let given = (config.time, config.iterations.clone());
-            config = config.for_contacts();
-            if options.time.time.is_some() {
-                config.time = given.0;
-            }
-            if !options.iterations.iterations.is_empty() {
-                config.iterations = given.1;
-            }
-        }
         return Ok(config);
     }
     let swept = |o: &&String| {
@@ -224,7 +213,8 @@ fn about(config: &Config, scenes: &[SceneNote]) -> Result<String, ExperimentErro
             hoist.length, hoist.move_x
         )
     } else {
-        let names: Vec<&str> = config.own.iter().map(|own| own.name.as_str()).collect();
+        let mut names: Vec<&str> = config.own.iter().map(|own| own.name.as_str()).collect();
+        names.dedup();
         format!("{}: Δt = 1/{rate:.0} s", names.join(", "))
     };
     let stand_in = |note: &SceneNote| {
