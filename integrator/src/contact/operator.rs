@@ -91,7 +91,9 @@ pub(crate) struct Operator {
     /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
     floor: Vec<f64>,
     own: Vec<f64>,
+    /// S⁻¹ Gᵀ of some columns, one after the other and abreast.
     columns: Vec<f64>,
+    abreast: Vec<[f64; TOGETHER]>,
     solver: ConeSolver,
     /// What split islands work in.
     pub(super) split: Split,
@@ -220,6 +222,7 @@ impl Operator {
         let (count, n) = (factor.rows.rows(), 3 * members.len());
         let mut report = SolveReport::DIRECT;
         let mut columns = std::mem::take(&mut self.columns);
+        let mut abreast = std::mem::take(&mut self.abreast);
         let row = |k: usize| self.entries_of(3 * members[k / 3] + k % 3);
         let jointed = |k: &usize| !row(*k).is_empty();
         let mut left = (0..n).filter(jointed);
@@ -241,16 +244,28 @@ impl Operator {
                 }
             }
             report = report.and(factor.respond(&mut columns)?);
-            for (k, column) in numbers.iter().zip(columns.chunks_exact(count)) {
-                for l in (0..n).filter(jointed) {
-                    let of = row(l).iter();
-                    // Both triangles: what S⁻¹ is not symmetric by is rounding.
-                    let sum = 0.5 * of.map(|(r, g)| g * column[*r]).sum::<f64>();
+            let numbers = &numbers[..taken];
+            abreast.clear();
+            abreast.resize(count, [0.0; TOGETHER]);
+            for (j, column) in columns.chunks_exact(count).enumerate() {
+                abreast.iter_mut().zip(column).for_each(|(to, z)| to[j] = *z);
+            }
+            for l in (0..=numbers[taken - 1]).filter(jointed) {
+                let mut sums = [0.0; TOGETHER];
+                for &(r, g) in row(l) {
+                    let of = sums.iter_mut().zip(&abreast[r]);
+                    of.for_each(|(sum, z)| *sum += g * z);
+                }
+                // One triangle for both: what S⁻¹ is not symmetric by is rounding.
+                for (&k, sum) in numbers.iter().zip(sums).filter(|(k, _)| l <= **k) {
                     w[l * n + k] -= sum;
-                    w[k * n + l] -= sum;
+                    if l < k {
+                        w[k * n + l] -= sum;
+                    }
                 }
             }
         }
+        self.abreast = abreast;
         self.columns = columns;
         Ok(report)
     }

@@ -53,6 +53,8 @@ pub(super) struct Scaled {
     pub(super) regularization: Vec<f64>,
     /// √ρᵢ, length n; 1 where the operator's block vanishes.
     pub(super) root: Vec<f64>,
+    /// 1/√ρᵢ of each row, length 3n.
+    inverse: Vec<f64>,
 }
 
 impl Scaled {
@@ -72,11 +74,13 @@ impl Scaled {
             }
         }));
         let root = &self.root;
+        self.inverse.clear();
+        self.inverse
+            .extend(root.iter().flat_map(|root| [1.0 / root; 3]));
         self.operator.clear();
-        for (i, row) in w.chunks_exact(size.max(1)).enumerate() {
-            let scaled = row.iter().enumerate();
-            self.operator
-                .extend(scaled.map(|(j, w)| w / root[i / 3] / root[j / 3]));
+        for (row, inverse) in w.chunks_exact(size.max(1)).zip(&self.inverse) {
+            let scaled = row.iter().zip(&self.inverse);
+            self.operator.extend(scaled.map(|(w, j)| w * inverse * j));
         }
         self.rates.clear();
         let rates = problem.rates.iter().enumerate();
