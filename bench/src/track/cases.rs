@@ -6,7 +6,9 @@ use std::fmt;
 use taut_ground::choice::Choice;
 use taut_ground::reference;
 use taut_integrator::{StepError, StepOptions, Stepper};
-use taut_model::{Controls, GantryParams, HoistParams, Network, NetworkParams, Scene};
+use taut_model::{
+    Controls, GantryParams, Grounded, GroundedParams, HoistParams, Network, NetworkParams, Scene,
+};
 use taut_studies::ladder;
 use taut_studies::scenes;
 
@@ -27,6 +29,8 @@ pub enum Place {
     Gantry,
     /// A network of one size, as in [`scenes`], swinging about the line of its anchors.
     Network(Network, usize),
+    /// A load dragged over the floor by a cable that lies on it.
+    Floor,
 }
 
 /// What the gantry is driven with, from rest.
@@ -38,6 +42,9 @@ const DRIVE: Controls = Controls {
 /// Load over segment mass of the networks.
 const NETWORK_RATIO: f64 = 100.0;
 
+/// Load over segment mass on the floor.
+const FLOOR_RATIO: f64 = 1e3;
+
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -46,6 +53,7 @@ impl fmt::Display for Place {
                 mass_ratio,
             } => write!(f, "hoist-{segments}-{mass_ratio:e}"),
             Self::Gantry => f.write_str("gantry"),
+            Self::Floor => write!(f, "floor-{FLOOR_RATIO:e}"),
             Self::Network(network, size) => write!(f, "{}-{size}", network.name()),
         }
     }
@@ -83,6 +91,13 @@ impl Place {
         }
         match self {
             Self::Network(network, size) => scenes::swinging(&Self::network(network, size), DT),
+            Self::Floor => {
+                let params = GroundedParams {
+                    mass_ratio: FLOOR_RATIO,
+                    ..GroundedParams::new(Grounded::Floor)
+                };
+                Ok(params.build()?)
+            }
             _ => {
                 let scene = GantryParams::default().build()?;
                 let options = scenes::reference_choice().options(DT);
@@ -167,7 +182,7 @@ const NONE: f64 = f64::INFINITY;
 ///
 /// They stand about ten times above what was measured; those of the load three times, since that is the time step's own
 /// error and hardly depends on rounding.
-pub const CASES: [Case; 20] = [
+pub const CASES: [Case; 21] = [
     quick(case(HOIST, "banded", [2e-15, 2e-14, 1e-4, 5e-13])),
     case(HOIST, "faer:llt", [2e-15, 2e-14, 1e-4, 5e-13]),
     case(HOIST, "nalgebra-sparse", [2e-15, 2e-14, 1e-4, 5e-13]),
@@ -189,6 +204,7 @@ pub const CASES: [Case; 20] = [
     case(LADDER, "banded", [2e-15, 1e-13, 4e-4, NONE]),
     case(NET, "banded", [8e-15, 8e-15, 3e-4, NONE]),
     case(NET, "gauss-seidel:groups", [1e-12, NONE, 3e-4, NONE]),
+    case(Place::Floor, "banded", [5e-14, 3e-13, 1e-2, NONE]),
 ];
 
 impl Case {

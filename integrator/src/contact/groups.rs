@@ -114,7 +114,7 @@ impl Groups {
         }
         flatten(joined);
         let island = |i: usize| parts(i).into_iter().flatten().next().map(|p| joined[p]);
-        self.order.sort_by_key(|i| island(*i));
+        self.order.sort_unstable_by_key(|i| (island(*i), *i));
         self.islands.clear();
         self.members.clear();
         self.groups.clear();
@@ -153,7 +153,7 @@ impl Groups {
             let ranks = movable(pieces, &touches[*i]).map(|i| i.map(|i| rank[i]));
             ranks.into_iter().max()
         };
-        self.order[island.clone()].sort_by_key(upper);
+        self.order[island.clone()].sort_unstable_by_key(|i| (upper(i), *i));
         self.list(&island, pieces, touches);
         for first in island.clone().step_by(OWN) {
             let start = self.members.len();

@@ -170,8 +170,8 @@ impl Operator {
             std::mem::take(&mut self.w),
         );
         let mut done = Ok(());
-        for (k, first) in self.blocks.clone().into_iter().enumerate() {
-            let members = groups.members(k);
+        for k in 0..groups.count() {
+            let (members, first) = (groups.members(k), self.blocks[k]);
             let block = &mut w[first..first + 9 * members.len().pow(2)];
             self.touch_directly(members, &groups.order, touches, block);
             match self.touch_through_joints(members, factor, block) {
