@@ -58,7 +58,7 @@ use taut_solver::coulomb::violation;
 const RECOVERY: f64 = 0.5;
 
 /// Least regularisation of a row, over its own part of W.
-pub(crate) const FLOOR: f64 = 1e-8;
+pub(crate) const FLOOR: f64 = 1e-9;
 
 /// A contact of the step.
 #[derive(Debug, Clone)]

@@ -27,7 +27,7 @@ const TIPS: f64 = 1e-2;
 /// Largest relative error of an acceleration.
 const BAR: f64 = 1e-6;
 /// Fastest that a block which holds may creep \[m/s].
-const CREEP: f64 = 1e-8;
+const CREEP: f64 = 1e-9;
 
 /// A block of half sizes b, ½, h on a plane.
 fn block(slope: f64, [half_width, half_height]: [f64; 2], friction: f64) -> Scene {
