@@ -227,6 +227,10 @@ pub(crate) struct Contacts {
     /// Three numbers a contact, and the impulses of the step while those of its rebounds are found.
     pub(crate) rates: Vec<f64>,
     pub(crate) resting: Vec<[f64; 3]>,
+    /// What rebounds work in: impulses and velocities by bodies, rates of contacts, multipliers of the joints.
+    pub(crate) blow: [BodyVectors; 2],
+    wanted: Vec<f64>,
+    pub(crate) joints: Vec<f64>,
 }
 
 impl Contacts {
@@ -252,6 +256,9 @@ impl Contacts {
             turning: Vec::new(),
             rates: Vec::new(),
             resting: Vec::new(),
+            blow: [(); 2].map(|()| BodyVectors::new(bodies)),
+            wanted: Vec::new(),
+            joints: Vec::new(),
         }
     }
 

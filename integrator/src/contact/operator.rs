@@ -94,6 +94,8 @@ pub(crate) struct Operator {
     /// S⁻¹ Gᵀ of some columns, one after the other and abreast.
     columns: Vec<f64>,
     abreast: Vec<[f64; TOGETHER]>,
+    /// −W p of all contacts.
+    moved_rates: Vec<f64>,
     solver: ConeSolver,
     /// What split islands work in.
     pub(super) split: Split,
@@ -248,7 +250,10 @@ impl Operator {
             abreast.clear();
             abreast.resize(count, [0.0; TOGETHER]);
             for (j, column) in columns.chunks_exact(count).enumerate() {
-                abreast.iter_mut().zip(column).for_each(|(to, z)| to[j] = *z);
+                abreast
+                    .iter_mut()
+                    .zip(column)
+                    .for_each(|(to, z)| to[j] = *z);
             }
             for l in (0..=numbers[taken - 1]).filter(jointed) {
                 let mut sums = [0.0; TOGETHER];
@@ -311,10 +316,14 @@ impl Operator {
         touches: &[Touch],
         factor: &mut Factor<'_>,
     ) -> Result<f64, SolveError> {
-        let mut moved = vec![0.0; 3 * touches.len()];
+        let mut moved = std::mem::take(&mut self.moved_rates);
+        moved.clear();
+        moved.resize(3 * touches.len(), 0.0);
         self.take_away(touches, &mut moved, factor)?;
         let impulses = touches.iter().flat_map(|touch| touch.impulse);
-        Ok(-impulses.zip(&moved).map(|(p, u)| p * u).sum::<f64>())
+        let energy = -impulses.zip(&moved).map(|(p, u)| p * u).sum::<f64>();
+        self.moved_rates = moved;
+        Ok(energy)
     }
 
     /// Mean of W of contact `i`'s own rows \[1/kg].

@@ -83,7 +83,8 @@ impl Contacts {
         each: impl FnMut(ConeReport, bool),
     ) -> Result<(), SolveError> {
         let mut rates = std::mem::take(&mut self.rates);
-        let mut wanted = Vec::with_capacity(3 * self.touches.len());
+        let mut wanted = std::mem::take(&mut self.wanted);
+        wanted.clear();
         rates.clear();
         for touch in &self.touches {
             let [n, s, t] = touch.rates(&of);
@@ -91,7 +92,9 @@ impl Contacts {
             let room = (touch.found.gap + dt * n).max(0.0) / dt;
             wanted.extend([touch.rebound.map_or(n + room, |rate| n - rate), s, t]);
         }
-        let resting: Vec<[f64; 3]> = self.touches.iter().map(|t| t.impulse).collect();
+        self.resting.clear();
+        let resting = self.touches.iter().map(|t| t.impulse);
+        self.resting.extend(resting);
         // Of the step: p₀·u and p₀·W p₀.
         let along = |touches: &[Touch], rates: &[f64]| -> f64 {
             let impulses = touches.iter().flat_map(|t| t.impulse);
@@ -110,8 +113,7 @@ impl Contacts {
         for touch in &mut self.touches {
             touch.impulse = touch.impulse.map(|p| p * part);
         }
-        self.rates = rates;
-        self.resting = resting;
+        (self.rates, self.wanted) = (rates, wanted);
         Ok(())
     }
 

@@ -192,31 +192,53 @@ impl Stepper {
 
     /// The velocities change by the contacts' impulses, and by what the joints make of them.
     fn strike(&mut self) -> Result<(), StepError> {
-        let bodies = self.scene.bodies.len();
-        let (mut impulse, mut change) = (BodyVectors::new(bodies), BodyVectors::new(bodies));
+        let [mut impulse, mut change] = std::mem::take(&mut self.contacts.blow);
+        let mut mu = std::mem::take(&mut self.contacts.joints);
+        let done = self.blow(&mut impulse, &mut change, &mut mu);
+        if done.is_ok() {
+            let bodies = &mut self.scene.bodies;
+            for i in 0..bodies.len() {
+                if bodies.is_dynamic(i) {
+                    let [x, y, z, p, q, r] = change.get(i);
+                    bodies.velocity[i] += Vector3::new(x, y, z);
+                    bodies.angular_velocity[i] += Vector3::new(p, q, r);
+                }
+            }
+        }
+        (self.contacts.blow, self.contacts.joints) = ([impulse, change], mu);
+        done
+    }
+
+    /// The impulses of contacts and joints by bodies, and the change of velocities.
+    fn blow(
+        &mut self,
+        impulse: &mut BodyVectors,
+        change: &mut BodyVectors,
+        mu: &mut Vec<f64>,
+    ) -> Result<(), StepError> {
+        for i in 0..self.scene.bodies.len() {
+            impulse.set(i, [0.0; 6]);
+            change.set(i, [0.0; 6]);
+        }
         for touch in &self.contacts.touches {
-            touch.add_to(&mut impulse);
+            touch.add_to(impulse);
         }
         let Pieces { rows, inertia, .. } = &self.pieces;
-        inertia.correct_velocities(&impulse, &mut change);
+        inertia.correct_velocities(impulse, change);
         if rows.rows() > 0 {
-            let mut mu = vec![0.0; rows.rows()];
-            rows.times_jacobian(&change, &mut mu);
+            mu.clear();
+            mu.resize(rows.rows(), 0.0);
+            rows.times_jacobian(change, mu);
             for k in (0..rows.bounds.len()).filter(|k| self.bounded.holds(*k)) {
                 mu[rows.bounds[k].row] = 0.0;
             }
             mu.iter_mut().for_each(|rate| *rate = -*rate);
-            let report = factor_of!(self).respond(&mut mu);
+            let report = factor_of!(self).respond(mu);
             let report = report.map_err(|e| self.culprit(e))?;
             self.tally.add_part(report);
             let Pieces { rows, inertia, .. } = &self.pieces;
-            rows.add_transposed(&mu, &mut impulse);
-            inertia.correct_velocities(&impulse, &mut change);
-        }
-        for i in self.scene.dynamic_bodies().collect::<Vec<_>>() {
-            let [x, y, z, p, q, r] = change.get(i);
-            self.scene.bodies.velocity[i] += Vector3::new(x, y, z);
-            self.scene.bodies.angular_velocity[i] += Vector3::new(p, q, r);
+            rows.add_transposed(mu, impulse);
+            inertia.correct_velocities(impulse, change);
         }
         Ok(())
     }
