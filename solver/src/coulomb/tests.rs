@@ -56,6 +56,21 @@ fn one_contact_has_its_closed_forms_by_both_methods() {
     }
 }
 
+/// u_N = 2 r − 5 r' − 1 of two contacts: whatever r is, one of them approaches.
+#[test]
+fn an_operator_that_is_not_definite_is_said_to_be_and_costs_sweeps() {
+    let mut w = vec![0.0; 36];
+    (0..6).for_each(|k| w[7 * k] = 2.0);
+    (w[3], w[18]) = (-5.0, -5.0);
+    let rates = vec![-1.0, 0.0, 0.0, -1.0, 0.0, 0.0];
+    let problem = Problem::new(w, rates, vec![0.5; 2], 0.0);
+    let mut r = [0.0; 6];
+    let report = solve(&problem, &mut r);
+    assert!(!report.is_definite && !report.solved, "{report:?}");
+    assert!(report.pivots <= 26 && report.sweeps <= 100, "{report:?}");
+    assert!(r.iter().all(|r| r.is_finite()));
+}
+
 #[test]
 fn what_slides_and_what_sticks_is_counted() {
     let sliding = |rates| solve(&single(0.0, rates, 0.5), &mut [0.0; 3]).sliding;
