@@ -42,6 +42,7 @@ pub(crate) mod method;
 pub(crate) mod operator;
 mod rebound;
 mod sweeps;
+mod through;
 
 use crate::geometric::Geometric;
 use crate::inertia::Inertia;

@@ -8,6 +8,7 @@
 
 use super::groups::Groups;
 use super::sweeps::Split;
+use super::through::{Columns, Through};
 use super::{FLOOR, Touch};
 use crate::Form;
 use crate::pieces::Pieces;
@@ -20,9 +21,6 @@ use taut_solver::{LinearSolver, SolveError, SolveReport, SymBlockMatrix};
 
 /// By how much an island is softened at a time, and how often at most.
 const SOFTER: (f64, usize) = (100.0, 3);
-
-/// Systems of the joints solved at once.
-const TOGETHER: usize = 16;
 
 /// The factor of the joints' system, for right-hand sides of rows.
 pub(crate) struct Factor<'a> {
@@ -77,8 +75,7 @@ type Moved = Option<(usize, [f64; 6])>;
 pub(crate) struct Operator {
     pub(crate) groups: Groups,
     /// G row by row, and M̃⁻¹ hᵀ of both sides.
-    starts: Vec<usize>,
-    entries: Vec<(usize, f64)>,
+    pub(super) columns: Columns,
     pub(super) moved: Vec<[Moved; 2]>,
     /// W of each group, one after the other, and where each begins.
     w: Vec<f64>,
@@ -91,9 +88,8 @@ pub(crate) struct Operator {
     /// Regularisation, and mean of W of each contact's own rows, in the order of the contacts.
     floor: Vec<f64>,
     own: Vec<f64>,
-    /// S⁻¹ Gᵀ of some columns, one after the other and abreast.
-    columns: Vec<f64>,
-    abreast: Vec<[f64; TOGETHER]>,
+    /// What joints are passed through in.
+    pub(super) through: Through,
     /// −W p of all contacts.
     moved_rates: Vec<f64>,
     solver: ConeSolver,
@@ -111,13 +107,11 @@ impl Operator {
 
     /// G and M̃⁻¹ Hᵀ.
     fn couple(&mut self, pieces: &Pieces, touches: &[Touch], together: bool) {
-        let (rows, inertia) = (&pieces.rows, &pieces.inertia);
-        self.starts.clear();
-        self.entries.clear();
+        let inertia = &pieces.inertia;
+        self.columns.clear();
         self.moved.clear();
         for &i in &self.groups.order {
             for k in 0..3 {
-                self.starts.push(self.entries.len());
                 let mut moved = [None; 2];
                 for (side, (body, row)) in touches[i].row(k).enumerate() {
                     if inertia.is_immovable(body) {
@@ -126,23 +120,19 @@ impl Operator {
                     let mut inverse = [0.0; 6];
                     inertia.apply_inverse(body, &row, &mut inverse);
                     moved[side] = Some((body, inverse));
-                    let slots = self.groups.slots[body].iter().filter(|_| together);
-                    for &s in slots {
-                        let first = rows.row_range(rows.slots[s].constraint).start;
-                        let block = rows.block(s);
-                        let of = block.rows().iter().enumerate();
-                        let entries = of.map(|(r, j)| (first + r, dot(j, &inverse)));
-                        self.entries.extend(entries.filter(|e| e.1 != 0.0));
+                    if together {
+                        let slots = &self.groups.slots[body];
+                        self.columns.extend(pieces, slots, &inverse);
                     }
                 }
+                self.columns.end();
                 self.moved.push(moved);
             }
         }
-        self.starts.push(self.entries.len());
     }
 
     pub(super) fn entries_of(&self, row: usize) -> &[(usize, f64)] {
-        &self.entries[self.starts[row]..self.starts[row + 1]]
+        self.columns.of(row)
     }
 
     /// W of the pieces, whose joints have this factor, after [`Groups::divide`]. Where the joints are not solved `together`
@@ -176,7 +166,8 @@ impl Operator {
             let (members, first) = (groups.members(k), self.blocks[k]);
             let block = &mut w[first..first + 9 * members.len().pow(2)];
             self.touch_directly(members, &groups.order, touches, block);
-            match self.touch_through_joints(members, factor, block) {
+            let (of, at) = ((members, &groups.order[..]), (pieces, touches));
+            match self.touch_through_joints(of, at, factor, block, &groups.slots) {
                 Ok(of) => report = report.and(of),
                 Err(e) => done = Err(e),
             }
@@ -212,67 +203,6 @@ impl Operator {
                 }
             }
         }
-    }
-
-    /// − G S⁻¹ Gᵀ of a group.
-    fn touch_through_joints(
-        &mut self,
-        members: &[usize],
-        factor: &mut Factor<'_>,
-        w: &mut [f64],
-    ) -> Result<SolveReport, SolveError> {
-        let (count, n) = (factor.rows.rows(), 3 * members.len());
-        let mut report = SolveReport::DIRECT;
-        let mut columns = std::mem::take(&mut self.columns);
-        let mut abreast = std::mem::take(&mut self.abreast);
-        let row = |k: usize| self.entries_of(3 * members[k / 3] + k % 3);
-        let jointed = |k: &usize| !row(*k).is_empty();
-        let mut left = (0..n).filter(jointed);
-        loop {
-            let mut numbers = [0; TOGETHER];
-            let taken = numbers
-                .iter_mut()
-                .zip(left.by_ref())
-                .map(|(to, k)| *to = k)
-                .count();
-            if taken == 0 {
-                break;
-            }
-            columns.clear();
-            columns.resize(taken * count, 0.0);
-            for (k, column) in numbers.iter().zip(columns.chunks_exact_mut(count)) {
-                for &(r, g) in row(*k) {
-                    column[r] += g;
-                }
-            }
-            report = report.and(factor.respond(&mut columns)?);
-            let numbers = &numbers[..taken];
-            abreast.clear();
-            abreast.resize(count, [0.0; TOGETHER]);
-            for (j, column) in columns.chunks_exact(count).enumerate() {
-                abreast
-                    .iter_mut()
-                    .zip(column)
-                    .for_each(|(to, z)| to[j] = *z);
-            }
-            for l in (0..=numbers[taken - 1]).filter(jointed) {
-                let mut sums = [0.0; TOGETHER];
-                for &(r, g) in row(l) {
-                    let of = sums.iter_mut().zip(&abreast[r]);
-                    of.for_each(|(sum, z)| *sum += g * z);
-                }
-                // One triangle for both: what S⁻¹ is not symmetric by is rounding.
-                for (&k, sum) in numbers.iter().zip(sums).filter(|(k, _)| l <= **k) {
-                    w[l * n + k] -= sum;
-                    if l < k {
-                        w[k * n + l] -= sum;
-                    }
-                }
-            }
-        }
-        self.abreast = abreast;
-        self.columns = columns;
-        Ok(report)
     }
 
     /// + diag σ of a group.
