@@ -76,10 +76,10 @@ pub(super) fn text(data: &Value, results: &Results, config: &Config) -> String {
     );
     let _ = writeln!(
         out,
-        "  slide: a box of 2 m/s; stack: 10 boxes, the topmost the heaviest; floor: a load that 24 segments drag; 2 s, \n  \
+        "  slide: a box of 2 m/s; stack: 10 boxes, the topmost the heaviest; floor: a load that 24 segments drag; 2 s,\n  \
          μ = 0.3. place: largest distance of a body from its known place, in % of the way, the height or the cable;\n  \
-         depth: deepest penetration, in % of an edge or the cable's diameter; both in the second half. Rivals: none\n  \
-         beyond {} a frame tried.",
+         depth: deepest penetration, in % of an edge or the cable's diameter; both in the second half. × ours: of the\n  \
+         medians. Rivals: none beyond {} a frame tried.",
         nanoseconds(config.longest_on_ground_ns)
     );
     let beyond: Vec<String> = hoisted(results, &bar)
