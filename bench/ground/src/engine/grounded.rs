@@ -10,7 +10,6 @@
 use super::motion::FRAME;
 use crate::trajectory::steps_in;
 use nalgebra::Vector3;
-use taut_model::collide::{Collider, Shape};
 use taut_model::{Constraint, Grounded, GroundedParams, Mobility, Scene, SceneError};
 
 /// Positions of a scene's bodies \[m].
@@ -81,7 +80,7 @@ pub fn frames() -> usize {
 }
 
 impl Known {
-    /// The motion of this kind; a box that slides is as heavy as the ratio says.
+    /// The motion of this kind, the heaviest body over the lightest as the ratio says; there is one box that slides.
     ///
     /// # Errors
     /// As [`GroundedParams::build`].
@@ -100,7 +99,6 @@ impl Known {
         if slides {
             params.count = Some(1);
             params.length = 1.0;
-            params.segment_mass = mass_ratio;
         }
         let mut scene = params.build()?;
         if slides {
@@ -118,11 +116,9 @@ impl Known {
                 (params.length, 0.5 * params.length, [0.0, params.speed])
             }
         };
-        let is_body = |c: &&Collider| c.body.is_some() && c.shape != Shape::HalfSpace;
-        let bodies = scene.colliders.iter().filter(is_body);
-        let thickness = bodies
-            .map(|c| c.shape.dimensions()[0])
-            .fold(f64::INFINITY, f64::min);
+        let bodies = scene.colliders.iter().filter(|c| c.body.is_some());
+        let least = bodies.map(|c| c.shape.dimensions()[0]);
+        let thickness = least.fold(f64::INFINITY, f64::min);
         Ok(Self {
             scene,
             length,

@@ -27,7 +27,7 @@ impl Errors for Stood {
 pub struct Record {
     /// The scene.
     pub scene: String,
-    /// The heaviest mass over the lightest, or over 1 kg.
+    /// The heaviest mass over the lightest.
     pub mass_ratio: f64,
     /// The engine.
     pub engine: String,
