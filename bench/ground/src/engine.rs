@@ -1,33 +1,37 @@
-//! An engine that steps the hoist, ours or another's: its settings, and how it is put at the start of a motion.
+//! An engine, ours or another's: its settings, and how it is put at the start of a motion.
+//!
+//! Types are those of the hoist unless they are named: `M` is the start, `P` what a frame tells, the load's position
+//! \[m]. On the [ground](grounded) it is that of every body.
 
+pub mod grounded;
 pub mod motion;
 
 use motion::Motion;
 use nalgebra::Vector3;
 use taut_integrator::StepError;
 
-/// One frame of a run: the load's position after it, or why there is none \[m].
-pub type Frame = Box<dyn FnMut() -> Result<Vector3<f64>, String>>;
+/// One frame of a run: what is known after it, or why nothing is.
+pub type Frame<P = Vector3<f64>> = Box<dyn FnMut() -> Result<P, String>>;
 
 /// How a motion is begun.
-pub type Start = Box<dyn Fn(&Motion) -> Result<Frame, StepError>>;
+pub type Start<M = Motion, P = Vector3<f64>> = Box<dyn Fn(&M) -> Result<Frame<P>, StepError>>;
 
 /// A setting of an engine.
-pub struct Setting {
+pub struct Setting<M = Motion, P = Vector3<f64>> {
     /// In the tables.
     pub text: String,
     /// Steps a frame, of whatever kind the engine makes.
     pub substeps: usize,
     /// Puts the engine at the start of a motion.
-    pub start: Start,
+    pub start: Start<M, P>,
 }
 
 /// An engine and its settings.
-pub struct Engine {
+pub struct Engine<M = Motion, P = Vector3<f64>> {
     /// Its name in the tables.
     pub name: &'static str,
     /// Settings, ladder by ladder, each of them from the cheapest to the dearest.
-    pub ladders: Vec<Vec<Setting>>,
+    pub ladders: Vec<Vec<Setting<M, P>>>,
     /// Whether every setting is a row. Else the cheapest within the bar is the only one.
     pub all: bool,
 }

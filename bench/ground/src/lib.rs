@@ -27,7 +27,7 @@
 //! | `claim`, `errors` | whether a solver's claim of a solution is true; which error is worse |
 //! | `trajectory` | a run and what is recorded of it: load, energies, gaps, times, stability |
 //! | `reference` | finely stepped motions to compare with |
-//! | `engine` | an engine on the hoist with its settings, and the motions that it goes through |
+//! | `engine` | an engine on the hoist or on the ground with its settings, and the motions that it goes through |
 //! | `modes` | natural oscillations of a scene at rest, from the library's Jacobians |
 //! | `source` | scenes by name or from TOML files, with what drives them |
 //! | `inputs` | what an operator does, from a table of times and control values |

@@ -13,7 +13,7 @@
 //! | module | holds |
 //! |---|---|
 //! | `lapack` | Cholesky factorisation of a band by the system's LAPACK (feature `lapack`) |
-//! | `rapier` | the physics engine Rapier on the hoist: soft rope, impulse joints, multibody (feature `rapier`) |
+//! | `rapier` | the physics engine Rapier on the hoist and on the ground: soft rope, impulse joints, multibody (feature `rapier`) |
 
 #[cfg(feature = "lapack")]
 pub mod lapack;

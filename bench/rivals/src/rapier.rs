@@ -9,15 +9,25 @@
 //! | multibody springs | the same, each joint free along the cable | a spring there |
 //!
 //! A softness is a frequency: ω² = k Σ 1/m over the two masses, along the cable. It has no damping of its own. Rapier's
-//! `num_solver_iterations` are sub-steps, each with `num_internal_pgs_iterations` sweeps. There are no colliders, so
-//! that nothing collides; bodies do not sleep; limits on speeds are off; the feature `parallel` is not built.
+//! `num_solver_iterations` are sub-steps, each with `num_internal_pgs_iterations` sweeps. On the hoist there are no
+//! colliders, so that nothing collides; bodies do not sleep; limits on speeds are off; the feature `parallel` is not
+//! built.
+//!
+//! On the ground are Rapier's half-space, cuboids and capsules, with the masses, friction and joints of the scene; its
+//! contacts are springs of 30 and 60 Hz as it delivers them, or as hard as its joints, then with Coulomb's cone at every
+//! point instead of one for four of them.
 
 use nalgebra::Vector3;
 use rapier3d_f64::dynamics::{
-    GenericJointBuilder, IntegrationParameters, JointAxesMask, MassProperties,
-    MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle, SoftBodyBuilder, SoftBodyMaterial,
-    SoftBodyParticleSettings, SoftBodySolver, SphericalJointBuilder, SpringCoefficients,
+    CoefficientCombineRule, FrictionModel, GenericJointBuilder, IntegrationParameters,
+    JointAxesMask, MassProperties, MultibodyJointHandle, RigidBodyBuilder, RigidBodyHandle,
+    SoftBodyBuilder, SoftBodyMaterial, SoftBodyParticleSettings, SoftBodySolver,
+    SphericalJointBuilder, SpringCoefficients,
 };
+use rapier3d_f64::geometry::{
+    ColliderBuilder, Group, InteractionGroups, InteractionTestMode, SharedShape,
+};
+use taut_ground::engine::grounded::{Known, Places};
 use taut_ground::engine::motion::{FRAME, Motion};
 use taut_ground::engine::{self, Engine, Frame, Setting, doubling};
 
@@ -25,7 +35,7 @@ use rapier3d_f64::math::{Pose, Rotation, Vector};
 use rapier3d_f64::pipeline::PhysicsWorld;
 use std::f64::consts::TAU;
 use taut_integrator::StepError;
-use taut_model::{Bodies, Scene};
+use taut_model::{Bodies, Collider, Constraint, Mobility, Scene, Shape};
 
 /// What of Rapier's parameters is searched.
 #[derive(Debug, Clone, Copy)]
@@ -36,10 +46,12 @@ struct Effort {
     sweeps: usize,
     /// Sweeps after it that take the correction's velocity out again.
     relaxing: usize,
+    /// Whether contacts are as hard as joints.
+    hard: bool,
 }
 
-/// Starts a cable of one kind.
-type Begin = fn(&Motion, Effort) -> Result<Frame, StepError>;
+/// Starts a cable of one kind, or a scene.
+type Begin<M = Motion, P = Vector3<f64>> = fn(&M, Effort) -> Result<Frame<P>, StepError>;
 
 /// Most sub-steps that are tried.
 const SUBSTEPS: usize = 1024;
@@ -50,13 +62,13 @@ pub fn engines() -> Vec<Engine> {
     // Direct solves need no sweeps.
     let direct = |name, start: Begin| Engine {
         name,
-        ladders: vec![ladder(start, 1, 0)],
+        ladders: vec![ladder(start, 1, 0, false)],
         all: false,
     };
     let swept = |name, start: Begin, relaxing: &[usize]| {
         let mut ladders = Vec::new();
         for &relaxing in relaxing {
-            ladders.extend([1, 4, 16, 64].map(|sweeps| ladder(start, sweeps, relaxing)));
+            ladders.extend([1, 4, 16, 64].map(|sweeps| ladder(start, sweeps, relaxing, false)));
         }
         Engine {
             name,
@@ -79,12 +91,35 @@ pub fn engines() -> Vec<Engine> {
     ]
 }
 
-fn ladder(start: Begin, sweeps: usize, relaxing: usize) -> Vec<Setting> {
+/// On the ground: rigid bodies, with impulse joints where there is a cable.
+#[must_use]
+pub fn on_ground() -> Engine<Known, Places> {
+    let mut ladders = Vec::new();
+    for hard in [false, true] {
+        for relaxing in [1, 0] {
+            ladders
+                .extend([1, 4, 16, 64].map(|sweeps| ladder(on_the_ground, sweeps, relaxing, hard)));
+        }
+    }
+    Engine {
+        name: "rapier",
+        ladders,
+        all: false,
+    }
+}
+
+fn ladder<M: 'static, P: 'static>(
+    start: Begin<M, P>,
+    sweeps: usize,
+    relaxing: usize,
+    hard: bool,
+) -> Vec<Setting<M, P>> {
     let setting = |substeps| {
         let effort = Effort {
             substeps,
             sweeps,
             relaxing,
+            hard,
         };
         let mut text = engine::substeps(substeps);
         if sweeps > 1 {
@@ -92,6 +127,9 @@ fn ladder(start: Begin, sweeps: usize, relaxing: usize) -> Vec<Setting> {
         }
         if relaxing > 0 {
             text += ", relaxed";
+        }
+        if hard {
+            text += ", hard";
         }
         Setting {
             text,
@@ -103,7 +141,7 @@ fn ladder(start: Begin, sweeps: usize, relaxing: usize) -> Vec<Setting> {
 }
 
 /// An empty world.
-fn world(motion: &Motion, effort: Effort) -> PhysicsWorld {
+fn world(gravity: f64, effort: Effort) -> PhysicsWorld {
     let mut parameters = IntegrationParameters {
         dt: FRAME,
         num_solver_iterations: effort.substeps,
@@ -115,10 +153,15 @@ fn world(motion: &Motion, effort: Effort) -> PhysicsWorld {
         normalized_max_linear_velocity: f64::MAX,
         ..IntegrationParameters::default()
     };
+    if effort.hard {
+        parameters.contact_softness = SpringCoefficients::joint_defaults();
+        parameters.static_contact_softness = SpringCoefficients::joint_defaults();
+        parameters.friction_model = FrictionModel::Coulomb;
+    }
     parameters.soft_bodies.max_extra_substeps = 0;
     parameters.soft_bodies.resweep_strain = f64::MAX;
     PhysicsWorld {
-        gravity: Vector::new(0.0, 0.0, -motion.params.gravity),
+        gravity: Vector::new(0.0, 0.0, -gravity),
         integration_parameters: parameters,
         ..PhysicsWorld::new()
     }
@@ -162,7 +205,7 @@ fn soft_rope(motion: &Motion, effort: Effort, solver: SoftBodySolver) -> Result<
         },
         ..SoftBodyBuilder::new(unstretched.collect())
     };
-    let mut world = world(motion, effort);
+    let mut world = world(motion.params.gravity, effort);
     let rope = world.insert_soft_body(rope);
     for (i, x) in points.position.iter().enumerate() {
         world.soft_bodies[rope].set_particle_position(i, to_rapier(*x));
@@ -190,8 +233,14 @@ fn insert_bodies(world: &mut PhysicsWorld, scene: &Scene) -> Vec<RigidBodyHandle
         let turned = Rotation::from_xyzw(e.i, e.j, e.k, e.w);
         let inertia = to_rapier(bodies.inertia[i].diagonal());
         let mass = MassProperties::new(Vector::ZERO, bodies.mass[i], inertia);
-        let body = RigidBodyBuilder::dynamic()
+        let body = match bodies.mobility[i] {
+            Mobility::Dynamic => RigidBodyBuilder::dynamic(),
+            Mobility::Driven => RigidBodyBuilder::kinematic_velocity_based(),
+            _ => RigidBodyBuilder::fixed(),
+        };
+        let body = body
             .pose(Pose::from_parts(to_rapier(bodies.position[i]), turned))
+            .linvel(to_rapier(bodies.velocity[i]))
             .additional_mass_properties(mass)
             .can_sleep(false);
         handles.push(world.insert_body(body));
@@ -216,7 +265,7 @@ fn joints(motion: &Motion) -> Result<Vec<([f64; 2], f64)>, StepError> {
 
 fn impulse_joints(motion: &Motion, effort: Effort) -> Result<Frame, StepError> {
     let scene = motion.scene()?;
-    let mut world = world(motion, effort);
+    let mut world = world(motion.params.gravity, effort);
     let bodies = insert_bodies(&mut world, &scene);
     for (i, ([above, below], k)) in joints(motion)?.into_iter().enumerate() {
         let inverse = if i == 0 {
@@ -235,10 +284,82 @@ fn impulse_joints(motion: &Motion, effort: Effort) -> Result<Frame, StepError> {
     Ok(frames(world, load))
 }
 
+fn on_the_ground(known: &Known, effort: Effort) -> Result<Frame<Places>, StepError> {
+    let scene = &known.scene;
+    let mut world = world(scene.gravity.norm(), effort);
+    let bodies = insert_bodies(&mut world, scene);
+    let segments: Vec<usize> = scene.cables.iter().flat_map(|c| c.bodies.clone()).collect();
+    for collider in &scene.colliders {
+        let is_segment = collider.body.is_some_and(|i| segments.contains(&i));
+        let body = collider.body.map_or(bodies[0], |i| bodies[i + 1]);
+        if let Some(built) = shape(collider, is_segment) {
+            world.insert_collider(built, Some(body));
+        }
+    }
+    let inverse = |body: Option<usize>| match body {
+        Some(i) if scene.bodies.mobility[i] == Mobility::Dynamic => 1.0 / scene.bodies.mass[i],
+        _ => 0.0,
+    };
+    for constraint in &scene.constraints {
+        let Constraint::Spherical(joint) = constraint else {
+            continue;
+        };
+        let ends = joint.frames.map(|frame| frame.body_index());
+        let law = joint.stretch;
+        let spring = softness(1.0 / law.compliance, ends.into_iter().map(inverse).sum());
+        // A spring k with the damping kτ: ζ = ½ω τ.
+        let ratio = 0.5 * spring.angular_frequency() * law.damping;
+        let [first, second] = ends.map(|body| body.map_or(bodies[0], |i| bodies[i + 1]));
+        let [one, other] = joint.frames.map(|frame| to_rapier(frame.point));
+        let joint = SphericalJointBuilder::new()
+            .local_anchor1(one)
+            .local_anchor2(other)
+            .contacts_enabled(false)
+            .softness(SpringCoefficients::new(spring.natural_frequency, ratio));
+        world.insert_impulse_joint(first, second, joint);
+    }
+    Ok(Box::new(move || {
+        world.step();
+        let places = bodies[1..]
+            .iter()
+            .map(|body| from_rapier(world.bodies[*body].translation()));
+        Ok(places.collect())
+    }))
+}
+
+/// A shape with its surface; nothing of those that Rapier has otherwise. Segments meet the ground alone.
+fn shape(collider: &Collider, is_segment: bool) -> Option<ColliderBuilder> {
+    let shape = match collider.shape {
+        Shape::HalfSpace => ColliderBuilder::new(SharedShape::halfspace(Vector::Z)),
+        Shape::Cuboid { size } => ColliderBuilder::cuboid(0.5 * size.x, 0.5 * size.y, 0.5 * size.z),
+        Shape::Capsule { length, radius } => ColliderBuilder::capsule_z(0.5 * length, radius),
+        _ => return None,
+    };
+    let [ground, others, cable] = [Group::GROUP_1, Group::GROUP_2, Group::GROUP_3];
+    let (own, meets) = match (collider.body, is_segment) {
+        (None, _) => (ground, Group::ALL),
+        (_, true) => (cable, ground),
+        (_, false) => (others, ground | others),
+    };
+    let e = collider.orientation;
+    let turned = Rotation::from_xyzw(e.i, e.j, e.k, e.w);
+    let surface = collider.surface;
+    Some(
+        shape
+            .position(Pose::from_parts(to_rapier(collider.position), turned))
+            .density(0.0)
+            .friction(surface.friction)
+            .friction_combine_rule(CoefficientCombineRule::GeometricMean)
+            .restitution(surface.restitution)
+            .restitution_combine_rule(CoefficientCombineRule::Max)
+            .collision_groups(InteractionGroups::new(own, meets, InteractionTestMode::And)),
+    )
+}
+
 fn multibody(motion: &Motion, effort: Effort, elastic: bool) -> Result<Frame, StepError> {
     let scene = motion.scene()?;
     let hoist = motion.hoist()?;
-    let mut world = world(motion, effort);
+    let mut world = world(motion.params.gravity, effort);
     let bodies = insert_bodies(&mut world, &scene);
     let locked = if elastic {
         JointAxesMask::LIN_X | JointAxesMask::LIN_Y
@@ -312,6 +433,7 @@ mod tests {
             substeps: 64,
             sweeps: 64,
             relaxing: 0,
+            hard: false,
         };
         let starts: [(&str, Begin, f64); 5] = [
             (

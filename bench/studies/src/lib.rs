@@ -25,7 +25,7 @@
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
-//! | `engines` | whole engines on the hoist: what a frame costs, how wrong the motion is |
+//! | `engines` | whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is |
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `sequence` | every solver on the systems of consecutive steps from a folder |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |

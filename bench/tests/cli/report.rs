@@ -265,7 +265,7 @@ const OTHERS: [(&str, &str, &[&str]); 10] = [
     (
         "engines",
         "study engines --quick --segments 4 --ratios 10 --time 0.5",
-        &["work-precision", "table-records"],
+        &["work-precision", "table-records", "table-ground"],
     ),
     (
         "energy",

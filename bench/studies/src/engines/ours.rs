@@ -1,6 +1,7 @@
 //! Our own step: one a frame and a few, with the cable's full joints and with ball joints, which is all that the rivals
 //! have.
 
+use taut_ground::engine::grounded::{Known, Places};
 use taut_ground::engine::motion::{FRAME, Motion};
 use taut_ground::engine::{Engine, Setting};
 use taut_ground::trajectory::load_position;
@@ -31,6 +32,30 @@ pub(super) fn engine() -> Engine {
     Engine {
         name: "taut",
         ladders: vec![settings],
+        all: true,
+    }
+}
+
+/// The default, for the ground.
+pub(super) fn on_ground() -> Engine<Known, Places> {
+    let options = StepOptions {
+        dt: FRAME,
+        ..StepOptions::default()
+    };
+    let setting = Setting {
+        text: "default, 1 step".to_owned(),
+        substeps: options.substeps,
+        start: Box::new(move |known: &Known| {
+            let mut stepper = Stepper::new(known.scene.clone(), options.clone())?;
+            Ok(Box::new(move || {
+                stepper.step().map_err(|e| e.to_string())?;
+                Ok(stepper.scene().bodies.position.clone())
+            }))
+        }),
+    };
+    Engine {
+        name: "taut",
+        ladders: vec![vec![setting]],
         all: true,
     }
 }

@@ -16,9 +16,11 @@ use taut_output::settings::{Setting, counts, numbers, seconds, set, step};
 pub(crate) const STUDY: Study = Study {
     name: "engines",
     title: "whole engines",
-    about: "Whole engines: what a frame costs, how wrong the motion is; with the feature `rapier` Rapier's too",
+    about: "Whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is; with the feature \
+            `rapier` Rapier's too",
+    details: "`--segments`, `--ratios` and `--time` are those of the hoist; the scenes on the ground are always the same.",
     examples: &["--quick --segments 4 --ratios 10"],
-    mark: ("", "over_ours"),
+    mark: ("records", "over_ours"),
     options: Options::augment_args,
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
@@ -49,11 +51,11 @@ fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
         1,
         "it must be at least one frame of 1/60 s",
     )?;
-    let records = super::run(&config, cases)?;
-    let rows = data(&records)?;
+    let results = super::run(&config, cases)?;
+    let rows = data(&results)?;
     Ok(Found {
         settings: settings(&config),
-        text: text(&rows, &records, &config),
+        text: text(&rows, &results, &config),
         rows,
         ..Found::default()
     })
@@ -68,6 +70,7 @@ fn settings(config: &Config) -> Vec<Setting> {
         ("frame", step(FRAME)),
         ("simulated", seconds(config.time)),
         ("error within", format!("{} of the length", config.bar)),
+        ("ratios on the ground", numbers(&config.ground)),
     ])
 }
 
@@ -75,6 +78,7 @@ const PLOTS: &[Plan] = &[Plan {
     id: PRECISION,
     title: "Work against precision",
     text: "What a frame costs against the largest error of the swinging load. Lower left is better.",
+    list: "records",
     panels: &["segments", "mass_ratio"],
     series: &["engine"],
     x: error(&["load_error"], "error of the load over the length (1)"),

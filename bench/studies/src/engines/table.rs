@@ -1,6 +1,7 @@
 //! The results as tables, a remark for each row beyond the bar.
 
-use super::{Config, Record};
+use super::search::{Errors, Outcome};
+use super::{Config, Results};
 use serde_json::Value;
 use std::fmt::Write;
 use taut_output::row::is;
@@ -14,7 +15,29 @@ const fn percent_of(key: &'static str, heading: &'static str) -> Column {
         .least()
 }
 
-pub(super) const SHEETS: &[Sheet] = &[Sheet {
+pub(super) const SHEETS: &[Sheet] = &[HOIST, GROUND];
+
+const GROUND: Sheet = Sheet {
+    list: "ground",
+    title: "On the ground",
+    columns: &[
+        column("scene", "scene"),
+        column("mass_ratio", "ratio").shown(Show::Ratio),
+        column("engine", "engine"),
+        column("setting", "setting"),
+        percent_of("place_error", "place"),
+        percent_of("depth_error", "depth"),
+        sheet::time("frame_ns_min", "min"),
+        sheet::time("frame_ns", "median"),
+        column("over_ours", "× ours").shown(Show::Fixed(2)),
+    ],
+    counts: |row| is(row, "within"),
+    rivals: &["scene", "mass_ratio"],
+    ..sheet::PLAIN
+};
+
+const HOIST: Sheet = Sheet {
+    list: "records",
     shared: &[
         column("segments", "{} segments"),
         column("mass_ratio", "load/segment mass ratio {}").shown(Show::Ratio),
@@ -34,29 +57,39 @@ pub(super) const SHEETS: &[Sheet] = &[Sheet {
     ],
     counts: |row| is(row, "within"),
     ..sheet::PLAIN
-}];
+};
 
 /// The tables after what was run, and why rivals are beyond the bar.
-pub(super) fn text(data: &Value, records: &[Record], config: &Config) -> String {
+pub(super) fn text(data: &Value, results: &Results, config: &Config) -> String {
     let bar = percent(Some(config.bar));
     let mut out = format!(
         "hoist: L = 10 m, segments of 1 kg, YA = 2·10⁷ N; one frame of 1/60 s on one thread. Swing: straight at {} rad,\n\
          released from rest, {} s. elong.: of the resting cable, against the analytic one; load: largest distance of the\n\
          swinging load from our own step at 1/7680 s; both in % of L. Rivals: the cheapest setting within {bar} %, by\n\
          powers of two, none beyond {} a frame tried; their cables have no bending and no torsion. *: the least of the\n\
-         rows within {bar} %.\n{}",
+         rows within {bar} %.\n{}{}",
         config.angle,
         config.time,
         nanoseconds(config.longest_ns),
-        SHEETS[0].text(data)
+        HOIST.text(data),
+        GROUND.text(data),
     );
-    let beyond: Vec<&Record> = records.iter().filter(|r| !r.within).collect();
+    let _ = writeln!(
+        out,
+        "  slide: a box of 2 m/s; stack: 10 boxes, the topmost the heaviest; floor: a load that 24 segments drag; 2 s,\n  \
+         μ = 0.3. place: largest distance of a body from its known place, in % of the way, the height or the cable;\n  \
+         depth: deepest penetration, in % of an edge or the cable's diameter; both in the second half. × ours: of the\n  \
+         medians. Rivals: none beyond {} a frame tried.",
+        nanoseconds(config.longest_on_ground_ns)
+    );
+    let beyond: Vec<String> = hoisted(results, &bar)
+        .chain(grounded(results, &bar))
+        .collect();
     if !beyond.is_empty() {
         out.push_str("\nBeyond the bar\n");
     }
-    for r in beyond {
-        let cable = format!("{} segments, ratio {}", r.segments, ratio(r.mass_ratio));
-        let _ = writeln!(out, "  {}, {cable}: {}", r.engine, remark(r, &bar));
+    for line in beyond {
+        let _ = writeln!(out, "  {line}");
     }
     if cfg!(not(feature = "rapier")) {
         out.push_str("\nLeft out\n  rapier: not compiled in: build with `--features rapier`\n");
@@ -64,19 +97,41 @@ pub(super) fn text(data: &Value, records: &[Record], config: &Config) -> String 
     out
 }
 
-/// What is said of a row that is not within the bar, given in %.
-fn remark(r: &Record, bar: &str) -> String {
-    let best = percent(Some(r.outcome.error()));
-    match (&r.outcome.failure, r.searched) {
-        (None, true) => format!("{bar} % not reached; best of {}: {best} %", r.tried),
-        (None, false) => format!("`{}` is beyond {bar} %", r.setting),
-        (Some(reason), true) => {
-            format!(
-                "{bar} % not reached, no run of {} to its end; the first: {reason}",
-                r.tried
-            )
+fn hoisted<'a>(results: &'a Results, bar: &'a str) -> impl Iterator<Item = String> + 'a {
+    let beyond = results.records.iter().filter(|r| !r.within);
+    beyond.map(move |r| {
+        let cable = format!("{} segments, ratio {}", r.segments, ratio(r.mass_ratio));
+        let searched = r.searched.then_some(r.tried);
+        let remark = remark(&r.outcome, &r.setting, searched, bar);
+        format!("{}, {cable}: {remark}", r.engine)
+    })
+}
+
+fn grounded<'a>(results: &'a Results, bar: &'a str) -> impl Iterator<Item = String> + 'a {
+    let beyond = results.ground.iter().filter(|r| !r.within);
+    beyond.map(move |r| {
+        let scene = format!("{}, ratio {}", r.scene, ratio(r.mass_ratio));
+        let searched = r.searched.then_some(r.tried);
+        let remark = remark(&r.outcome, &r.setting, searched, bar);
+        format!("{}, {scene}: {remark}", r.engine)
+    })
+}
+
+/// What is said of a row that is not within the bar, given in %, of as many settings as were tried where it was searched.
+fn remark<E: Errors>(
+    outcome: &Outcome<E>,
+    setting: &str,
+    searched: Option<usize>,
+    bar: &str,
+) -> String {
+    let best = percent(Some(outcome.error()));
+    match (&outcome.failure, searched) {
+        (None, Some(tried)) => format!("{bar} % not reached; best of {tried}: {best} %"),
+        (None, None) => format!("`{setting}` is beyond {bar} %"),
+        (Some(reason), Some(tried)) => {
+            format!("{bar} % not reached, no run of {tried} to its end; the first: {reason}")
         }
-        (Some(reason), false) => format!("`{}`: {reason}", r.setting),
+        (Some(reason), None) => format!("`{setting}`: {reason}"),
     }
 }
 
