@@ -9,7 +9,7 @@
 //! second later its length is compared; of the hoist alone. Measurements 2 and 3 run in parallel, the timing afterwards alone. Whether the
 //! step itself is stable, whatever the solver, is settled once a scene by 30 s with a direct solver.
 //!
-//! Of scenes on the ground the velocities after a step are compared as well, and the methods of contacts: see [`trial`].
+//! Of scenes on the ground the velocities after a step are compared as well, and the methods of contacts: see `trial`.
 //!
 //! All are without the guard: with a direct solver it has nothing to do on these scenes, and an iteration that is
 //! stopped early would set it off and be paid for up to a hundred times a step.
