@@ -17,7 +17,7 @@ pub(crate) const STUDY: Study = Study {
     title: "factorisation and solve alone",
     about: "Factorisation and solve, ns per joint: ours beside every other on the same matrices in the same run",
     examples: &["--backends banded,faer:llt"],
-    mark: ("records", "ns_per_joint"),
+    mark: ("records", "joint_rows"),
     options: Options::augment_args,
     run: |matches, reporter| run(&Options::from_arg_matches(matches)?, reporter.cases),
     sheets: SHEETS,
