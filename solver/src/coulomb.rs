@@ -222,11 +222,13 @@ impl ConeSolver {
         if self.judge() <= tolerance {
             return;
         }
-        for done in 1..=sweeps {
+        for _ in 0..sweeps {
             let found = sweeps::sweep(&self.problem, &mut self.x);
             report.sweeps += 1;
-            let is_last = done == sweeps || !found.is_finite();
-            if is_last || (found <= tolerance && self.judge() <= tolerance) {
+            if found <= tolerance && self.judge() <= tolerance {
+                return;
+            }
+            if !found.is_finite() {
                 break;
             }
         }

@@ -44,7 +44,7 @@ mod search;
 mod study;
 mod table;
 
-pub use search::Outcome;
+pub use search::{Entry, Outcome};
 pub(crate) use study::STUDY;
 
 use crate::cases::Cases;
@@ -113,19 +113,9 @@ pub struct Record {
     pub segments: usize,
     /// Load over segment mass.
     pub mass_ratio: f64,
-    /// The engine.
-    pub engine: String,
-    /// Its setting.
-    pub setting: String,
-    /// Whether the setting was searched for.
-    pub searched: bool,
-    /// Settings tried.
-    pub tried: usize,
-    /// Errors and times.
+    /// The row.
     #[serde(flatten)]
-    pub outcome: Outcome,
-    /// Whether both errors are within the bar.
-    pub within: bool,
+    pub entry: Entry,
     /// Minimum of a frame over the joints, segments + 1; NaN without a frame's time \[ns].
     pub ns_per_joint: f64,
     /// Minimum of a frame over that of our default, likewise.
@@ -183,15 +173,10 @@ fn rows(config: &Config, segments: usize, mass_ratio: f64) -> Result<Vec<Record>
     let record = |(engine, row): (&Engine, search::Row<'_>)| Record {
         segments,
         mass_ratio,
-        engine: engine.name.to_owned(),
-        setting: row.setting.text.clone(),
-        searched: !engine.all,
-        tried: row.tried,
-        within: row.outcome.error() <= config.bar,
         ns_per_joint: row.outcome.frame_ns_min / (segments + 1) as f64,
         over_ours: row.outcome.frame_ns_min / ours,
         reference_error: cable.reference.halved / cable.length(),
-        outcome: row.outcome,
+        entry: row.entry(engine, config.bar),
     };
     Ok(engines.into_iter().zip(rows).map(record).collect())
 }
@@ -269,12 +254,17 @@ mod tests {
             let ours = |setting: &str| {
                 let record = records
                     .iter()
-                    .find(|r| r.setting == setting && r.mass_ratio == mass_ratio)
+                    .find(|r| r.entry.setting == setting && r.mass_ratio == mass_ratio)
                     .expect("a row");
-                assert!(record.within && record.outcome.frame_ns_min > 0.0);
+                assert!(record.entry.within && record.entry.outcome.frame_ns_min > 0.0);
                 (
-                    record.outcome.errors.elongation_error.expect("it rests"),
-                    record.outcome.errors.load_error.expect("it swings"),
+                    record
+                        .entry
+                        .outcome
+                        .errors
+                        .elongation_error
+                        .expect("it rests"),
+                    record.entry.outcome.errors.load_error.expect("it swings"),
                 )
             };
             let params = params(6, mass_ratio);
@@ -304,14 +294,15 @@ mod tests {
         );
         for r in records {
             // What Rapier's multibody reaches within the time it is given is its own affair.
-            let bar = if r.engine.contains("multibody") {
+            let bar = if r.entry.engine.contains("multibody") {
                 1.0
             } else {
                 config.bar
             };
-            assert!(r.outcome.error() < bar, "{r:?}");
+            assert!(r.entry.outcome.error() < bar, "{r:?}");
             assert!(r.reference_error < 1e-6, "{r:?}");
-            let times = [r.outcome.frame_ns, r.outcome.frame_ns_min, r.ns_per_joint];
+            let outcome = &r.entry.outcome;
+            let times = [outcome.frame_ns, outcome.frame_ns_min, r.ns_per_joint];
             assert!(times.iter().all(|ns| ns.is_finite() && *ns > 0.0), "{r:?}");
         }
         assert_eq!(records[0].over_ours, 1.0);
@@ -319,7 +310,7 @@ mod tests {
         let on_ground = if cfg!(feature = "rapier") { 6 } else { 3 };
         assert_eq!(results.ground.len(), on_ground);
         for r in &results.ground {
-            assert!(r.within && r.outcome.frame_ns > 0.0, "{r:?}");
+            assert!(r.entry.within && r.entry.outcome.frame_ns > 0.0, "{r:?}");
         }
         let text = shown(&results, &config);
         assert!(text.lines().all(|line| line.chars().count() <= 120));
@@ -337,7 +328,7 @@ mod tests {
         };
         config.time = 0.5;
         let results = run(&config, &Cases::default()).expect("sound");
-        assert!(results.records.iter().all(|r| !r.within));
+        assert!(results.records.iter().all(|r| !r.entry.within));
         let text = shown(&results, &config);
         assert!(
             text.contains("leapfrog, 3 segments, ratio 1000: 1e-7 % not reached; best of"),

@@ -131,10 +131,6 @@ impl Operator {
         }
     }
 
-    pub(super) fn entries_of(&self, row: usize) -> &[(usize, f64)] {
-        self.columns.of(row)
-    }
-
     /// W of the pieces, whose joints have this factor, after [`Groups::divide`]. Where the joints are not solved `together`
     /// with the contacts it is W of the bodies alone.
     pub(crate) fn build(

@@ -176,7 +176,7 @@ impl Operator {
                     let change = split.change[*body].iter_mut();
                     change.zip(moved).for_each(|(to, m)| *to += m * p[k]);
                 }
-                for (r, g) in self.entries_of(3 * place + k) {
+                for (r, g) in self.columns.of(3 * place + k) {
                     split.column[*r] += g * p[k];
                     jointed = true;
                 }
@@ -194,7 +194,7 @@ impl Operator {
                     .row(k)
                     .map(|(body, row)| dot(&row, &split.change[body]));
                 let direct: f64 = direct.sum();
-                let joints = self.entries_of(3 * place + k).iter();
+                let joints = self.columns.of(3 * place + k).iter();
                 let joints: f64 = joints.map(|(r, g)| g * split.column[*r]).sum();
                 rates[3 * i + k] += direct - joints;
             }

@@ -124,9 +124,50 @@ impl Through {
         }
     }
 
-    /// Subtracts H (Cᵀ S⁻¹ C) Hᵀ of these contacts, given the sides of their rows.
-    fn subtract(&mut self, n: usize, w: &mut [f64]) {
+    /// Cᵀ S⁻¹ C of the touched bodies, whose joints have these slots.
+    fn find_mobility(
+        &mut self,
+        pieces: &Pieces,
+        slots: &[Vec<usize>],
+        factor: &mut Factor<'_>,
+    ) -> Result<SolveReport, SolveError> {
+        let mut own = std::mem::take(&mut self.of_bodies);
+        own.clear();
+        for &body in &self.bodies {
+            for c in 0..6 {
+                let (mut axis, mut column) = ([0.0; 6], [0.0; 6]);
+                axis[c] = 1.0;
+                pieces.inertia.apply_inverse(body, &axis, &mut column);
+                own.extend(pieces, &slots[body], &column);
+                own.end();
+            }
+        }
         let m = 6 * self.bodies.len();
+        let mut mobility = std::mem::take(&mut self.mobility);
+        mobility.clear();
+        mobility.resize(m * m, 0.0);
+        let add = |[l, k]: [usize; 2], sum: f64| {
+            (mobility[l * m + k], mobility[k * m + l]) = (sum, sum);
+        };
+        let report = self.products(&own, (m, |k| k), factor, add);
+        (self.mobility, self.of_bodies) = (mobility, own);
+        report
+    }
+
+    /// Subtracts H (Cᵀ S⁻¹ C) Hᵀ of these contacts from their W.
+    fn subtract<'a>(&mut self, contacts: impl Iterator<Item = &'a Touch>, w: &mut [f64]) {
+        let bodies = &self.bodies;
+        self.sides.clear();
+        for touch in contacts {
+            self.sides.extend((0..3).map(|k| {
+                let mut sides = [None; 2];
+                for (to, (body, h)) in sides.iter_mut().zip(touch.row(k)) {
+                    *to = bodies.binary_search(&body).ok().map(|body| (body, h));
+                }
+                sides
+            }));
+        }
+        let (m, n) = (6 * bodies.len(), self.sides.len());
         for k in 0..n {
             self.moved.clear();
             self.moved.resize(m, 0.0);
@@ -182,39 +223,8 @@ impl Operator {
             let add = |pair: [usize; 2], sum: f64| subtract(pair, n, sum, w);
             return through.products(columns, (n, number), factor, add);
         }
-        let mut own = std::mem::take(&mut through.of_bodies);
-        own.clear();
-        for &body in &through.bodies {
-            for c in 0..6 {
-                let (mut axis, mut column) = ([0.0; 6], [0.0; 6]);
-                axis[c] = 1.0;
-                pieces.inertia.apply_inverse(body, &axis, &mut column);
-                own.extend(pieces, &slots[body], &column);
-                own.end();
-            }
-        }
-        let m = 6 * through.bodies.len();
-        let mut mobility = std::mem::take(&mut through.mobility);
-        mobility.clear();
-        mobility.resize(m * m, 0.0);
-        let add = |[l, k]: [usize; 2], sum: f64| {
-            (mobility[l * m + k], mobility[k * m + l]) = (sum, sum);
-        };
-        let report = through.products(&own, (m, |k| k), factor, add);
-        (through.mobility, through.of_bodies) = (mobility, own);
-        let bodies = &through.bodies;
-        through.sides.clear();
-        for i in members {
-            let touch = &touches[order[*i]];
-            through.sides.extend((0..3).map(|k| {
-                let mut sides = [None; 2];
-                for (to, (body, h)) in sides.iter_mut().zip(touch.row(k)) {
-                    *to = bodies.binary_search(&body).ok().map(|body| (body, h));
-                }
-                sides
-            }));
-        }
-        through.subtract(n, w);
-        report
+        let report = through.find_mobility(pieces, slots, factor)?;
+        through.subtract(members.iter().map(|i| &touches[order[*i]]), w);
+        Ok(report)
     }
 }

@@ -4,10 +4,11 @@ use super::Stepper;
 use crate::contact::groups::LIMIT;
 use crate::contact::operator::Factor;
 use crate::pieces::Pieces;
-use crate::{ContactMethod, Phase, StepError};
+use crate::{Phase, StepError};
 use nalgebra::Vector3;
 use taut_model::BodyVectors;
 use taut_solver::SolveError;
+use taut_solver::coulomb::ConeMethod;
 
 /// Solutions through W at most: what it is inexact by each takes away.
 const PASSES: usize = 6;
@@ -85,8 +86,10 @@ impl Stepper {
         solve: &mut impl FnMut(&mut Self) -> Result<(), StepError>,
     ) -> Result<f64, StepError> {
         // A pass takes away what W is inexact by; what sweeps leave is their answer.
-        let is_sweeping = self.options.contacts != ContactMethod::default();
-        let mut passes = if is_sweeping { 1 } else { PASSES };
+        let mut passes = match self.options.contacts.of_dense_problems() {
+            ConeMethod::Newton => PASSES,
+            _ => 1,
+        };
         for pass in 0.. {
             self.pieces.update_velocity_change(&self.mu);
             self.contacts.rates(&self.pieces, rates);
@@ -216,10 +219,8 @@ impl Stepper {
         change: &mut BodyVectors,
         mu: &mut Vec<f64>,
     ) -> Result<(), StepError> {
-        for i in 0..self.scene.bodies.len() {
-            impulse.set(i, [0.0; 6]);
-            change.set(i, [0.0; 6]);
-        }
+        impulse.clear();
+        change.clear();
         for touch in &self.contacts.touches {
             touch.add_to(impulse);
         }

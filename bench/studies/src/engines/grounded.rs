@@ -1,6 +1,6 @@
 //! Whole engines on the ground: a box that slides, a stack, a load that a cable drags, each with a known end.
 
-use super::search::{self, Errors, Outcome, Row};
+use super::search::{self, Entry, Errors, Outcome, Row};
 use super::{Config, ours};
 use serde::{Deserialize, Serialize};
 use taut_ground::engine::grounded::{self, Kind, Known, Places};
@@ -29,20 +29,10 @@ pub struct Record {
     pub scene: String,
     /// The heaviest mass over the lightest.
     pub mass_ratio: f64,
-    /// The engine.
-    pub engine: String,
-    /// Its setting.
-    pub setting: String,
-    /// Whether the setting was searched for.
-    pub searched: bool,
-    /// Settings tried.
-    pub tried: usize,
-    /// Errors and times.
+    /// The row.
     #[serde(flatten)]
-    pub outcome: Outcome<Stood>,
-    /// Whether both errors are within the bar.
-    pub within: bool,
-    /// Median of a frame over ours.
+    pub entry: Entry<Stood>,
+    /// Median of a frame over ours: frames that find their contacts as they were are quicker.
     pub over_ours: f64,
 }
 
@@ -80,13 +70,8 @@ pub(super) fn rows(config: &Config, kind: Kind, mass_ratio: f64) -> Result<Vec<R
     let record = |(engine, row): (&Engine<Known, Places>, Row<'_, Stood, Known, Places>)| Record {
         scene: kind.name().to_owned(),
         mass_ratio,
-        engine: engine.name.to_owned(),
-        setting: row.setting.text.clone(),
-        searched: !engine.all,
-        tried: row.tried,
-        within: row.outcome.error() <= config.bar,
         over_ours: row.outcome.frame_ns / ours,
-        outcome: row.outcome,
+        entry: row.entry(engine, config.bar),
     };
     Ok(engines.iter().zip(rows).map(record).collect())
 }

@@ -85,7 +85,39 @@ pub(super) struct Row<'a, E = Hung, M = Motion, P = Vector3<f64>> {
     pub(super) tried: usize,
 }
 
-/// A cable with all that runs on it are judged by.
+/// What a table says of a row, wherever the engine runs.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Entry<E = Hung> {
+    /// The engine.
+    pub engine: String,
+    /// Its setting.
+    pub setting: String,
+    /// Whether the setting was searched for.
+    pub searched: bool,
+    /// Settings tried.
+    pub tried: usize,
+    /// Errors and times.
+    #[serde(flatten)]
+    pub outcome: Outcome<E>,
+    /// Whether both errors are within the bar.
+    pub within: bool,
+}
+
+impl<E: Errors, M, P> Row<'_, E, M, P> {
+    /// The entry of a row of this engine.
+    pub(super) fn entry(self, engine: &Engine<M, P>, bar: f64) -> Entry<E> {
+        Entry {
+            engine: engine.name.to_owned(),
+            setting: self.setting.text.clone(),
+            searched: !engine.all,
+            tried: self.tried,
+            within: self.outcome.error() <= bar,
+            outcome: self.outcome,
+        }
+    }
+}
+
+/// A cable, with what runs on it are judged by.
 pub(super) struct Cable {
     rest: Motion,
     swing: Motion,

@@ -1,6 +1,6 @@
 //! The results as tables, a remark for each row beyond the bar.
 
-use super::search::{Errors, Outcome};
+use super::search::{Entry, Errors};
 use super::{Config, Results};
 use serde_json::Value;
 use std::fmt::Write;
@@ -82,9 +82,15 @@ pub(super) fn text(data: &Value, results: &Results, config: &Config) -> String {
          medians. Rivals: none beyond {} a frame tried.",
         nanoseconds(config.longest_on_ground_ns)
     );
-    let beyond: Vec<String> = hoisted(results, &bar)
-        .chain(grounded(results, &bar))
-        .collect();
+    let hoisted = results.records.iter().filter_map(|r| {
+        let cable = format!("{} segments, ratio {}", r.segments, ratio(r.mass_ratio));
+        remark(&r.entry, &cable, &bar)
+    });
+    let grounded = results.ground.iter().filter_map(|r| {
+        let scene = format!("{}, ratio {}", r.scene, ratio(r.mass_ratio));
+        remark(&r.entry, &scene, &bar)
+    });
+    let beyond: Vec<String> = hoisted.chain(grounded).collect();
     if !beyond.is_empty() {
         out.push_str("\nBeyond the bar\n");
     }
@@ -97,42 +103,20 @@ pub(super) fn text(data: &Value, results: &Results, config: &Config) -> String {
     out
 }
 
-fn hoisted<'a>(results: &'a Results, bar: &'a str) -> impl Iterator<Item = String> + 'a {
-    let beyond = results.records.iter().filter(|r| !r.within);
-    beyond.map(move |r| {
-        let cable = format!("{} segments, ratio {}", r.segments, ratio(r.mass_ratio));
-        let searched = r.searched.then_some(r.tried);
-        let remark = remark(&r.outcome, &r.setting, searched, bar);
-        format!("{}, {cable}: {remark}", r.engine)
-    })
-}
-
-fn grounded<'a>(results: &'a Results, bar: &'a str) -> impl Iterator<Item = String> + 'a {
-    let beyond = results.ground.iter().filter(|r| !r.within);
-    beyond.map(move |r| {
-        let scene = format!("{}, ratio {}", r.scene, ratio(r.mass_ratio));
-        let searched = r.searched.then_some(r.tried);
-        let remark = remark(&r.outcome, &r.setting, searched, bar);
-        format!("{}, {scene}: {remark}", r.engine)
-    })
-}
-
-/// What is said of a row that is not within the bar, given in %, of as many settings as were tried where it was searched.
-fn remark<E: Errors>(
-    outcome: &Outcome<E>,
-    setting: &str,
-    searched: Option<usize>,
-    bar: &str,
-) -> String {
-    let best = percent(Some(outcome.error()));
-    match (&outcome.failure, searched) {
-        (None, Some(tried)) => format!("{bar} % not reached; best of {tried}: {best} %"),
-        (None, None) => format!("`{setting}` is beyond {bar} %"),
-        (Some(reason), Some(tried)) => {
+/// What is said of a row on that scene that is not within the bar, given in %.
+fn remark<E: Errors>(entry: &Entry<E>, scene: &str, bar: &str) -> Option<String> {
+    let (setting, tried) = (&entry.setting, entry.tried);
+    let best = percent(Some(entry.outcome.error()));
+    let reason = match (&entry.outcome.failure, entry.searched) {
+        _ if entry.within => return None,
+        (None, true) => format!("{bar} % not reached; best of {tried}: {best} %"),
+        (None, false) => format!("`{setting}` is beyond {bar} %"),
+        (Some(reason), true) => {
             format!("{bar} % not reached, no run of {tried} to its end; the first: {reason}")
         }
-        (Some(reason), None) => format!("`{setting}`: {reason}"),
-    }
+        (Some(reason), false) => format!("`{setting}`: {reason}"),
+    };
+    Some(format!("{}, {scene}: {reason}", entry.engine))
 }
 
 /// Per cent, two digits.
