@@ -23,11 +23,11 @@
 //! dimension of a shape. Rapier's ladders have sub-steps, sweeps, relaxation and the hardness of contacts; none beyond 4
 //! ms a frame is tried.
 //!
-//! As measured in one run on a busy machine, minima in turns: ours is 0.003 % of its way off with the box, at most
-//! 0.007 % with the stack, at most 5·10⁻⁴ % of the cable's length and 0.12 % of its diameter with the load. At a
-//! ratio of 1 Rapier within 1 % is as quick as ours with the box, and takes 0.14 times as long with the stack, 0.28 times
-//! with the load. At 10³ it takes 28 and 2.2 times as long. At 10⁵ no setting is within 1 %: all 160 lose the stack or
-//! are too slow, and the load is 7.4 % off at best, in 17 times as long.
+//! As measured in one run, medians in turns: ours is 0.003 % of its way off with the box, at most 0.007 % with the
+//! stack, at most 5·10⁻⁴ % of the cable's length and 0.12 % of its diameter with the load. At a ratio of 1 Rapier within
+//! 1 % takes 0.85 times as long with the box, 0.08 times with the stack, 0.2 times with the load. At 10³ it takes 16 and
+//! 2.1 times as long. At 10⁵ no setting is within 1 %: all 160 lose the stack or are too slow, and the load is 7.5 % off
+//! at best, in 13 times as long.
 //!
 //! | module | holds |
 //! |---|---|
