@@ -24,13 +24,15 @@
 //! (`contacts/axis.rs`); then the points of the faces or edges that touch there (`contacts/manifold.rs`). Gaps are exact to
 //! rounding along the normal found, and the normal of a face is its own. Two boxes or cylinders that are apart may count as
 //! closer than they are where a corner is nearest, and then have no contact before they overlap. Where they overlap by much,
-//! they have one contact at least, with the direction in which they come apart on the shortest way.
+//! they have one contact at least, with the direction in which they come apart on the shortest way. Where a joint holds two
+//! capsules end to end, both end in the same ball, which has its contacts once (`contacts/balls.rs`).
 //!
 //! # Curvature
 //! A contact knows how both surfaces are curved, and so how its gap changes to second order as its bodies turn
 //! (`contacts/curvature.rs`).
 
 mod axis;
+mod balls;
 mod curvature;
 mod manifold;
 mod pairs;
@@ -42,6 +44,7 @@ use nalgebra::Vector3;
 use crate::collide::{Shape, Surface};
 use crate::error::SceneError;
 use crate::scene::Scene;
+use balls::Balls;
 pub use curvature::Curvature;
 use manifold::{Touch, touch};
 use pairs::Pairs;
@@ -88,6 +91,7 @@ struct Place {
 #[derive(Debug, Clone)]
 pub struct Collisions {
     pairs: Pairs,
+    balls: Balls,
     /// Numbers of the colliders with an end, in the order of the last sort, and of the half-spaces.
     bounded: Vec<usize>,
     planes: Vec<usize>,
@@ -106,6 +110,7 @@ impl Collisions {
         let (planes, bounded) = (0..scene.colliders.len()).partition(plane);
         Self {
             pairs: Pairs::of(scene),
+            balls: Balls::of(scene),
             bounded,
             planes,
             places: Vec::with_capacity(scene.colliders.len()),
@@ -134,9 +139,11 @@ impl Collisions {
         }
         self.place(scene, dt);
         self.sweep(scene);
+        self.balls.begin();
         for pair in 0..self.near.len() {
             self.meet(scene, self.near[pair], dt);
         }
+        self.balls.drop_repeated(&mut self.contacts);
         Ok(&self.contacts)
     }
 
@@ -231,6 +238,14 @@ impl Collisions {
         let surface = colliders[0].surface.meet(&colliders[1].surface);
         let bodies = colliders.map(|c| c.body);
         let flat = FLAT / (a.size() + b.size());
+        for (n, touch) in self.touches.iter().enumerate() {
+            let [p, q] = touch.points;
+            let cores = [
+                (&a, p + touch.normal * a.radius),
+                (&b, q - touch.normal * b.radius),
+            ];
+            self.balls.add(self.contacts.len() + n, pair, cores);
+        }
         self.contacts
             .extend(self.touches.iter().map(|touch| Contact {
                 colliders: pair,

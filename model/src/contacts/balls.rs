@@ -1,0 +1,129 @@
+//! The balls that two capsules share.
+//!
+//! Capsules of one radius that a joint holds together end to end, such as the segments of a cable, end in the same ball. What
+//! the ball touches, both touch, at one point and with one normal: as two contacts these would have the same rows but for the
+//! joint between them. The first one stands for both, so a cable of n segments that lies on a floor has n + 1 contacts
+//! instead of 2 n.
+
+use nalgebra::Vector3;
+
+use super::Contact;
+use super::solid::Solid;
+use crate::collide::{Collider, Shape};
+use crate::frame::Side;
+use crate::scene::Scene;
+
+/// What counts as the same place, over the size of the shapes.
+const SAME: f64 = 1e-9;
+
+/// What touches: a ball, or a collider by itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Part {
+    Ball(usize),
+    Collider(usize),
+}
+
+/// The balls of a scene, and their contacts of the moment.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Balls {
+    /// The ball at the upper and the lower end of each collider; empty where there are none.
+    of: Vec<[Option<usize>; 2]>,
+    /// The parts that touch in a contact, and its number.
+    found: Vec<([Part; 2], usize)>,
+    repeated: Vec<bool>,
+}
+
+impl Balls {
+    pub(super) fn of(scene: &Scene) -> Self {
+        let mut capsules: Vec<_> = (0..scene.colliders.len())
+            .filter(|i| matches!(scene.colliders[*i].shape, Shape::Capsule { .. }))
+            .filter_map(|i| Some((scene.colliders[i].body?, i)))
+            .collect();
+        capsules.sort_unstable();
+        let (mut of, mut count) = (vec![[None; 2]; scene.colliders.len()], 0);
+        for constraint in scene.constraints.iter().filter(|c| c.has_stretch_rows()) {
+            let [Side::Body(a), Side::Body(b)] = [0, 1].map(|k| constraint.frames()[k].side) else {
+                continue;
+            };
+            let held = |body: usize, frame: usize| {
+                let point = constraint.frames()[frame].point;
+                let first = capsules.partition_point(|c| c.0 < body);
+                let own = capsules[first..].iter().take_while(move |c| c.0 == body);
+                own.filter_map(move |(_, i)| Some((*i, end(&scene.colliders[*i], &point)?)))
+            };
+            for (i, upper) in held(a, 0) {
+                for (j, other) in held(b, 1) {
+                    let [x, y] = [i, j].map(|i| scene.colliders[i].shape.dimensions()[0]);
+                    if (x - y).abs() <= SAME * x {
+                        let ball = of[i][upper].or(of[j][other]).unwrap_or(count);
+                        count = count.max(ball + 1);
+                        (of[i][upper], of[j][other]) = (Some(ball), Some(ball));
+                    }
+                }
+            }
+        }
+        if count == 0 {
+            of.clear();
+        }
+        Self {
+            of,
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn begin(&mut self) {
+        self.found.clear();
+    }
+
+    /// Contact number `contact` of a pair is at these points of the cores, given with the solids.
+    pub(super) fn add(
+        &mut self,
+        contact: usize,
+        pair: [usize; 2],
+        cores: [(&Solid, Vector3<f64>); 2],
+    ) {
+        let Some(of) = self.of.get(pair[1]).map(|last| [self.of[pair[0]], *last]) else {
+            return;
+        };
+        let part = |k: usize| {
+            let (solid, point) = cores[k];
+            let z = solid.axis(2).dot(&(point - solid.centre));
+            let is_end = solid.half.z - z.abs() <= SAME * solid.size();
+            let ball = of[k][usize::from(z < 0.0)].filter(|_| is_end);
+            ball.map_or(Part::Collider(pair[k]), Part::Ball)
+        };
+        let mut parts = [part(0), part(1)];
+        if parts.iter().any(|part| matches!(part, Part::Ball(_))) {
+            parts.sort_unstable();
+            self.found.push((parts, contact));
+        }
+    }
+
+    /// Leaves the first of the contacts that the same parts have.
+    pub(super) fn drop_repeated(&mut self, contacts: &mut Vec<Contact>) {
+        if self.found.is_empty() {
+            return;
+        }
+        self.found.sort_unstable();
+        self.repeated.clear();
+        self.repeated.resize(contacts.len(), false);
+        for two in self.found.windows(2) {
+            self.repeated[two[1].1] = two[0].0 == two[1].0;
+        }
+        let mut repeated = self.repeated.iter();
+        contacts.retain(|_| repeated.next() != Some(&true));
+    }
+}
+
+/// The end of a capsule, 0 for the upper one, that lies at a point of its body.
+fn end(collider: &Collider, point: &Vector3<f64>) -> Option<usize> {
+    let Shape::Capsule { length, .. } = collider.shape else {
+        return None;
+    };
+    let at = collider.orientation.inverse() * (point - collider.position);
+    let size = collider.shape.reach();
+    (0..2).find(|end| {
+        let z = if *end == 0 { 0.5 } else { -0.5 } * length;
+        (at - Vector3::z() * z).norm() <= SAME * size
+    })
+}
