@@ -19,8 +19,9 @@
 //! what it lacks of the conditions goes through W once more.
 //!
 //! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
-//! Υ = 1/(1 + τ/Δt), at most [`RECOVERY`]; its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
-//! scheme: contacts do not ring.
+//! Υ = 1/(1 + τ/Δt); its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
+//! scheme: contacts do not ring. The force f of the last step explains ε f of the penetration. What is left, as of shapes that
+//! overlap at the start, is undone with at most [`RECOVERY`], or the speed at which they part already.
 //!
 //! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
 //! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
@@ -50,6 +51,7 @@ use crate::pieces::Pieces;
 use crate::{ContactReport, Stepper};
 use nalgebra::{Matrix3, Vector3};
 use operator::Operator;
+use taut_model::collide::Surface;
 use taut_model::contacts::{Collisions, Contact};
 use taut_model::linearized::dot;
 use taut_model::{BodyVectors, Scene, SceneError, axes_along};
@@ -60,6 +62,9 @@ const RECOVERY: f64 = 0.5;
 
 /// Least regularisation of a row, over its own part of W.
 pub(crate) const FLOOR: f64 = 1e-9;
+
+/// Depth, over the size of both shapes, that is no longer a contact's.
+const SUNK: f64 = 1e-3;
 
 /// A contact of the step.
 #[derive(Debug, Clone)]
@@ -91,22 +96,42 @@ impl Touch {
             _ => Vector3::zeros(),
         };
         let share = dt / (dt + found.surface.damping);
-        let offset = if found.gap < 0.0 {
-            (share * found.gap / dt).max(-RECOVERY)
-        } else {
-            found.gap / dt
-        };
         Self {
             axes,
             levers: [lever(0), lever(1)],
             active: false,
             impulse: [0.0; 3],
-            offset,
+            offset: found.gap / dt,
             aim: 0.0,
             softness: share * found.surface.compliance / (dt * dt),
             rebound: None,
             found: *found,
         }
+    }
+
+    /// b of a penetration, for the force of the last step.
+    fn recover(&mut self, scene: &Scene, dt: f64) {
+        if self.found.gap >= 0.0 {
+            return;
+        }
+        let Surface {
+            compliance,
+            damping,
+            ..
+        } = self.found.surface;
+        let sprung = (compliance * self.impulse[0] / dt).min(-self.found.gap);
+        let share = dt / (dt + damping);
+        let rest = share * (-self.found.gap - sprung) / dt;
+        let [parting, ..] = self.scene_rates(scene);
+        self.offset = -share * sprung / dt - rest.min(parting.max(RECOVERY));
+    }
+
+    /// H v of the scene's velocities.
+    fn scene_rates(&self, scene: &Scene) -> [f64; 3] {
+        self.rates(|i| {
+            let (v, w) = (scene.bodies.velocity[i], scene.bodies.angular_velocity[i]);
+            [v.x, v.y, v.z, w.x, w.y, w.z]
+        })
     }
 
     /// Its impulse in the world \[N s].
@@ -301,6 +326,7 @@ impl Contacts {
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
                 self.taken[i] = true;
             }
+            touch.recover(scene, dt);
         }
         Ok(())
     }
@@ -407,6 +433,15 @@ impl Contacts {
         self.operator.add_regularization(&self.touches, rates);
     }
 
+    /// Whether a contact's regularisation holds its shapes deeper in each other than [`SUNK`] of their size: bodies too
+    /// different in mass, or softened for want of a solution.
+    pub(crate) fn sink(&self, dt: f64) -> bool {
+        let sinks = |(i, touch): (usize, &Touch)| {
+            self.operator.floor(i) * touch.impulse[0] * dt > SUNK * touch.found.size()
+        };
+        self.touches.iter().enumerate().any(sinks)
+    }
+
     /// Whether all contacts are open.
     pub(crate) fn none_active(&self) -> bool {
         self.touches.iter().all(|touch| !touch.active)
@@ -432,7 +467,9 @@ impl Contacts {
             let weight = self.operator.weight(n);
             let friction = touch.found.surface.friction;
             let inert = touch.impulse.map(|p| weight * p);
-            worst = worst.max(violation(inert, rate, friction));
+            let own = violation(inert, rate, friction);
+            // Unlike `f64::max`, this keeps what is no number.
+            worst = if own <= worst { worst } else { own };
             let before = touch.rates(|i| pieces.v.get(i));
             for (before, inert) in before.iter().zip(inert) {
                 size = size.max(before.abs()).max(inert.abs());
@@ -445,8 +482,9 @@ impl Contacts {
     pub(crate) fn count(&self, report: &mut ContactReport, found: f64, dt: f64) {
         report.touching = 0;
         report.sliding = 0;
-        report.complementarity = found;
-        report.cone = 0.0;
+        if !(found <= report.complementarity) {
+            report.complementarity = found;
+        }
         let largest = self
             .touches
             .iter()

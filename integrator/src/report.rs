@@ -135,7 +135,8 @@ pub struct StepReport {
     /// each time that rows reach a bound or leave it; two or more besides where cables slip over sheaves.
     pub solves: usize,
     /// Solves whose bounds were left undecided: rows at a bound that should not be, or beyond it and cut off; or in which it
-    /// was left undecided which cables slip.
+    /// was left undecided which cables slip; or whose contacts keep their conditions to more than 10⁻¹⁰, or are held by
+    /// their regularisation alone.
     pub undecided: usize,
     /// Sheaves that cables slip over at the end of the step: see [`Stepper::slip_rates`](crate::Stepper::slip_rates).
     #[cfg_attr(feature = "serde", serde(default))]

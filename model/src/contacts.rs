@@ -77,6 +77,14 @@ pub struct Contact {
     pub key: Vector3<f64>,
 }
 
+impl Contact {
+    /// Sum of the sizes of both shapes \[m]; half-spaces have none.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        FLAT / self.flat
+    }
+}
+
 /// A collider where it is now.
 #[derive(Debug, Clone, Copy)]
 struct Place {

@@ -230,10 +230,9 @@ impl Operator {
         }
     }
 
-    /// σ of each of `count` contacts without its compliance \[1/kg]; 0 where it is not active.
-    pub(crate) fn floors(&self, count: usize) -> Vec<f64> {
-        let floors = self.floor.iter().copied();
-        floors.chain(std::iter::repeat(0.0)).take(count).collect()
+    /// σ of contact `i` without its compliance \[1/kg]; 0 where it is not active.
+    pub(crate) fn floor(&self, i: usize) -> f64 {
+        self.floor.get(i).copied().unwrap_or(0.0)
     }
 
     /// p·W p of the contacts' impulses \[J].

@@ -4,6 +4,10 @@
 //! stands a second solve with its W, on velocities alone, gives the rates of the rebound: Coulomb's law bounds its impulses
 //! too. Newton's law can gain energy where friction turns a body; then the impulses are scaled so that the step's and theirs
 //! together add none.
+//!
+//! The step by itself gains energy where a body that is thrown back meets another within the step, as in a row of balls: both
+//! are then held together, and the one that arrived still rebounds. Then the step's impulses go towards those of a step
+//! without restitution, which take energy away, until the gain is none.
 
 use super::operator::Factor;
 use super::{Contacts, Touch};
@@ -25,11 +29,7 @@ impl Touch {
     /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
     /// a step `dt`.
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
-        let bodies = &scene.bodies;
-        let [rate, ..] = self.rates(|i| {
-            let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            [v.x, v.y, v.z, w.x, w.y, w.z]
-        });
+        let [rate, ..] = self.scene_rates(scene);
         rate >= -slowest && self.found.gap <= slowest * dt
     }
 
@@ -102,14 +102,33 @@ impl Contacts {
         };
         let spent =
             along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
+        let gains = spent > 0.0;
+        if gains {
+            for (wanted, rate) in wanted.iter_mut().step_by(3).zip(rates.iter().step_by(3)) {
+                *wanted = rate.max(*wanted);
+            }
+            self.operator
+                .take_away(&self.touches, &mut wanted, factor)?;
+        }
         self.touches.iter_mut().for_each(|t| t.impulse = [0.0; 3]);
         self.operator
             .solve(method, &mut self.touches, &wanted, factor, each)?;
+        if gains {
+            for (touch, resting) in self.touches.iter_mut().zip(&self.resting) {
+                for (p, resting) in touch.impulse.iter_mut().zip(resting) {
+                    *p -= resting;
+                }
+            }
+        }
         let (linear, square) = (
             along(&self.touches, &rates),
             self.operator.energy(&self.touches, factor)?,
         );
-        let part = largest_part(spent.min(0.0), linear, square);
+        let part = if gains {
+            least_part(spent, linear, square)
+        } else {
+            largest_part(spent, linear, square)
+        };
         for touch in &mut self.touches {
             touch.impulse = touch.impulse.map(|p| p * part);
         }
@@ -134,4 +153,15 @@ fn largest_part(spent: f64, linear: f64, square: f64) -> f64 {
         return 1.0;
     }
     ((-linear + (linear * linear - 2.0 * square * spent).sqrt()) / square).clamp(0.0, 1.0)
+}
+
+/// The least θ ≤ 1 with the same ≤ 0, where `spent` > 0: the first root, in the form without cancellation.
+fn least_part(spent: f64, linear: f64, square: f64) -> f64 {
+    let root = (linear * linear - 2.0 * square * spent).max(0.0).sqrt();
+    let part = 2.0 * spent / (root - linear);
+    if part.is_finite() {
+        part.clamp(0.0, 1.0)
+    } else {
+        1.0
+    }
 }

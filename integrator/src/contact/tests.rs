@@ -532,3 +532,82 @@ fn a_column_that_is_split_into_groups_stands() {
     let carried: f64 = grounded.map(|c| c.force.z.abs()).sum();
     assert!((carried / (51.0 * G) - 1.0).abs() < 1e-4, "{carried}");
 }
+
+#[test]
+fn a_soft_floor_carries_what_lies_on_it_in_steps_of_any_length() {
+    let mass = 200.0;
+    for (compliance, damping) in [(1e-10, 0.0), (1e-6, 0.01), (1e-4, 0.05)] {
+        let surface = Surface {
+            compliance,
+            damping,
+            ..rough(0.3)
+        };
+        for substeps in [1, 8, 32] {
+            let mut scene = ground(0.0, surface);
+            let body = Body::sphere(0.5, mass).at(Vector3::z() * 0.5);
+            let i = add(&mut scene, body, Shape::Sphere { radius: 0.5 }, rough(0.3));
+            let options = StepOptions {
+                substeps,
+                ..StepOptions::default()
+            };
+            let mut stepper = Stepper::new(scene, options).unwrap();
+            run(&mut stepper, 600);
+            let sag = 0.5 - stepper.scene().bodies.position[i].z;
+            let exact = (compliance + rough(0.3).compliance) * mass * G;
+            assert!(
+                (sag - exact).abs() <= 0.01 * exact + 1e-7,
+                "{compliance} {substeps}: {sag}, not {exact}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rows_of_balls_gain_no_energy_whichever_of_them_touch() {
+    for e in [0.5, 0.9, 1.0] {
+        for (balls, gap) in [(3, 0.0), (5, 0.0), (6, 0.0), (5, 1e-3), (4, 0.03)] {
+            let surface = Surface {
+                restitution: e,
+                ..rough(0.0)
+            };
+            let mut scene = Scene::new("row");
+            for k in 0..balls {
+                let x = if k == 0 {
+                    0.0
+                } else {
+                    0.5 + (0.2 + gap) * k as f64
+                };
+                add_ball(&mut scene, Vector3::x() * x, 0.1, surface);
+            }
+            scene.bodies.velocity[0].x = 3.0;
+            let mut stepper = stepper(scene);
+            let mut before = 4.5;
+            for _ in 0..60 {
+                run(&mut stepper, 1);
+                let velocity = &stepper.scene().bodies.velocity;
+                let energy: f64 = velocity.iter().map(|v| 0.5 * v.norm_squared()).sum();
+                let momentum: f64 = velocity.iter().map(|v| v.x).sum();
+                // What the surfaces' springs give back.
+                assert!(
+                    energy <= before * (1.0 + 1e-5),
+                    "{e} {balls} {gap}: {before} to {energy}"
+                );
+                assert!((momentum - 3.0).abs() < 1e-9, "{momentum}");
+                before = energy;
+            }
+            assert!(before > 0.3 * e * e * 4.5, "{e} {balls} {gap}: {before}");
+        }
+    }
+}
+
+#[test]
+fn what_regularisation_alone_holds_is_told() {
+    for (mass, told) in [(1e5, false), (1e12, true)] {
+        let mut scene = ground(0.0, rough(0.3));
+        add_box(&mut scene, Vector3::z() * 0.5, 1.0, rough(0.3));
+        add_box(&mut scene, Vector3::z() * 1.5, mass, rough(0.3));
+        let mut stepper = stepper(scene);
+        let undecided: usize = (0..30).map(|_| stepper.step().unwrap().undecided).sum();
+        assert_eq!(undecided > 0, told, "{mass}: {undecided}");
+    }
+}

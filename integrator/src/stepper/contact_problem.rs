@@ -155,8 +155,8 @@ impl Stepper {
     /// Rows of the contacts.
     fn pose_contacts(&self, problem: &mut ContactProblem, first_of: &[Option<(usize, usize)>]) {
         let contacts = &self.contacts;
-        let floors = contacts.operator.floors(contacts.touches.len());
-        for (touch, floor) in contacts.touches.iter().zip(floors) {
+        for (i, touch) in contacts.touches.iter().enumerate() {
+            let floor = contacts.operator.floor(i);
             if !touch.active {
                 continue;
             }

@@ -60,7 +60,8 @@ impl Stepper {
         };
         self.contacts.remember(dt);
         self.contacts.count(&mut self.tally.contacts, found, dt);
-        self.tally.undecided += usize::from(found > TOLERANCE);
+        let decided = found <= TOLERANCE && !self.contacts.sink(dt);
+        self.tally.undecided += usize::from(!decided);
         Ok(())
     }
 
@@ -176,6 +177,7 @@ impl Stepper {
             let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
             [v.x, v.y, v.z, w.x, w.y, w.z]
         };
+        let mut solved = true;
         let done = contacts.rebound(
             self.options.contacts.of_dense_problems(),
             contacts.dt(),
@@ -183,8 +185,10 @@ impl Stepper {
             &mut factor,
             |report, softer| {
                 tally.contacts.add(&report, softer);
+                solved = report.solved;
             },
         );
+        tally.undecided += usize::from(!solved);
         done.map_err(|e| self.culprit(e))?;
         self.strike()?;
         self.contacts.end_rebound();
