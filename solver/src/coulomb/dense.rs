@@ -10,34 +10,49 @@ use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 /// Pivots of a panel.
 const PANEL: usize = 8;
 
-/// The elimination's workspace.
+/// Numbers of a cache line: no vector has more. Rows are padded to whole ones with zeros, and begin where one does.
+const LINE: usize = 8;
+
+/// The elimination's rows and workspace.
 #[derive(Debug, Default)]
 pub(super) struct Dense {
+    memory: Vec<f64>,
     /// Rows of a panel, vector by vector: of each in turn as many columns as a vector has lanes.
     panel: Vec<f64>,
 }
 
 impl Dense {
-    /// Solves A y = b for the `m` rows (A b) in `rows`, each of `m + 1` numbers; of the `symmetric` leading ones nothing left
-    /// of the diagonal is read. `rows` is overwritten. `false` where a pivot is no number, zero, or of the symmetric block not
+    /// Rows (A b) for `m` unknowns, all zero, and the numbers of each, of which the first `m + 1` count.
+    pub(super) fn begin(&mut self, m: usize) -> (&mut [f64], usize) {
+        let width = (m + 1).next_multiple_of(LINE);
+        self.memory.clear();
+        self.memory.resize(m * width + LINE, 0.0);
+        (aligned(&mut self.memory, m * width), width)
+    }
+
+    /// Solves A y = b for the `m` rows that [`begin`](Self::begin) gave; of the `symmetric` leading ones nothing left of the
+    /// diagonal is read. They are overwritten. `false` where a pivot is no number, zero, or of the symmetric block not
     /// positive. Allocates nothing for matrices no larger than those before.
-    pub(super) fn solve(
-        &mut self,
-        (m, symmetric): (usize, usize),
-        rows: &mut [f64],
-        solution: &mut [f64],
-    ) -> bool {
+    pub(super) fn solve(&mut self, (m, symmetric): (usize, usize), solution: &mut [f64]) -> bool {
+        let width = (m + 1).next_multiple_of(LINE);
         let elimination = Elimination {
             size: Size {
                 m,
-                width: m + 1,
+                width,
                 symmetric,
             },
-            rows,
+            rows: aligned(&mut self.memory, m * width),
             panel: &mut self.panel,
+            solution,
         };
-        dispatch(Level::best(), elimination) && substitute(m, rows, solution)
+        dispatch(Level::best(), elimination)
     }
+}
+
+/// The part of `memory` that begins a cache line.
+fn aligned(memory: &mut [f64], length: usize) -> &mut [f64] {
+    let skipped = memory.as_ptr().align_offset(LINE * size_of::<f64>());
+    &mut memory[skipped.min(LINE)..][..length]
 }
 
 /// Rows, numbers in each, and leading ones that are symmetric.
@@ -48,11 +63,12 @@ struct Size {
     symmetric: usize,
 }
 
-/// [`eliminate`], with the widest vectors that the processor has.
+/// [`eliminate`] and [`substitute`], with the widest vectors that the processor has.
 struct Elimination<'a> {
     size: Size,
     rows: &'a mut [f64],
     panel: &'a mut Vec<f64>,
+    solution: &'a mut [f64],
 }
 
 impl Kernel for Elimination<'_> {
@@ -61,10 +77,11 @@ impl Kernel for Elimination<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) -> bool {
         eliminate::<I::Widest>(self.size, self.rows, self.panel)
+            && substitute::<I::Widest>(self.size, self.rows, self.solution)
     }
 }
 
-/// Rows become those of U and the right-hand side L⁻¹ b.
+/// Rows become those of U and the right-hand side L⁻¹ b. What is left of the diagonal is of no further use.
 #[inline(always)]
 fn eliminate<V: Lanes>(size: Size, rows: &mut [f64], panel: &mut Vec<f64>) -> bool {
     let Size {
@@ -79,36 +96,40 @@ fn eliminate<V: Lanes>(size: Size, rows: &mut [f64], panel: &mut Vec<f64>) -> bo
         for k in first..last {
             complete_column(first, k, size, rows);
             if k >= symmetric {
-                exchange(m, k, rows);
+                exchange(m, k, rows, width);
             }
             if !pivot(first, k, size, rows) {
                 return false;
             }
         }
         let (head, below) = rows.split_at_mut(last * width);
-        pack::<V>(&head[first * width..], last, width, panel);
+        let begin = last / V::LANES * V::LANES;
+        pack::<V>(&head[first * width..], begin, width, panel);
+        let mut inverse = [0.0; PANEL];
+        for (to, p) in inverse.iter_mut().zip(first..last) {
+            *to = 1.0 / head[p * width + p];
+        }
         for (pair, two) in below.chunks_mut(2 * width).enumerate() {
             let i = last + 2 * pair;
-            let skipped = if i + 1 < symmetric {
-                (i - last) / V::LANES
+            let from = if i + 1 < symmetric {
+                i / V::LANES * V::LANES
             } else {
-                0
+                begin
             };
-            let packed = &panel[skipped * PANEL * V::LANES..];
-            let from = last + skipped * V::LANES;
-            let factors = |row: &[f64], i: usize| {
-                let mut factors = [0.0; PANEL];
-                for (to, p) in factors.iter_mut().zip(first..last) {
-                    *to = factor(head, row, (p, i), size);
-                }
-                factors
-            };
+            let packed = &panel[(from - begin) * PANEL..];
             let (a, b) = two.split_at_mut(width);
-            let of_a = factors(a, i);
+            let of = |row: &[f64], i: usize| {
+                if i < symmetric {
+                    factors_of_column::<V>(packed, i - from, &inverse)
+                } else {
+                    factors_of_row(&row[first..last])
+                }
+            };
+            let of_a = of(a, i);
             if b.is_empty() {
                 subtract::<V, 1>([&of_a], packed, [&mut a[from..]]);
             } else {
-                let of_b = factors(b, i + 1);
+                let of_b = of(b, i + 1);
                 subtract::<V, 2>([&of_a, &of_b], packed, [&mut a[from..], &mut b[from..]]);
             }
         }
@@ -117,18 +138,32 @@ fn eliminate<V: Lanes>(size: Size, rows: &mut [f64], panel: &mut Vec<f64>) -> bo
     true
 }
 
-/// The panel's rows from column `last` on, filled up with zeros to whole vectors.
+/// The panel's rows from column `begin` on, vector by vector; missing rows are zero.
 #[inline(always)]
-fn pack<V: Lanes>(pivots: &[f64], last: usize, width: usize, panel: &mut Vec<f64>) {
-    let vectors = (width - last).div_ceil(V::LANES);
+fn pack<V: Lanes>(pivots: &[f64], begin: usize, width: usize, panel: &mut Vec<f64>) {
     panel.clear();
-    panel.resize(vectors * PANEL * V::LANES, 0.0);
+    panel.resize((width - begin) * PANEL, 0.0);
     for (p, row) in pivots.chunks_exact(width).enumerate() {
         let to = panel.chunks_exact_mut(PANEL * V::LANES);
-        for (to, from) in to.zip(row[last..].chunks(V::LANES)) {
-            to[p * V::LANES..][..from.len()].copy_from_slice(from);
+        for (to, from) in to.zip(row[begin..].chunks_exact(V::LANES)) {
+            to[p * V::LANES..][..V::LANES].copy_from_slice(from);
         }
     }
+}
+
+/// The panel's factors of a symmetric row: what its pivots have in column `at` of `packed`, over the pivots.
+#[inline(always)]
+fn factors_of_column<V: Lanes>(packed: &[f64], at: usize, inverse: &[f64; PANEL]) -> [f64; PANEL] {
+    let block = &packed[at / V::LANES * PANEL * V::LANES..][..PANEL * V::LANES];
+    std::array::from_fn(|p| block[p * V::LANES + at % V::LANES] * inverse[p])
+}
+
+/// The same of another row, which holds them.
+#[inline(always)]
+fn factors_of_row(row: &[f64]) -> [f64; PANEL] {
+    let mut factors = [0.0; PANEL];
+    factors[..row.len()].copy_from_slice(row);
+    factors
 }
 
 /// The entry of L in row `i` and column `p`: of a symmetric row that of U over the pivot.
@@ -187,11 +222,8 @@ fn subtract<V: Lanes, const R: usize>(
     rows: [&mut [f64]; R],
 ) {
     let wide = factors.map(|of| of.map(V::splat));
-    let length = rows[0].len();
-    let mut rows = rows.map(|row| row[..length].chunks_exact_mut(V::LANES));
-    let mut packed = packed.chunks_exact(PANEL * V::LANES);
-    for _ in 0..length / V::LANES {
-        let Some(pivots) = packed.next() else { return };
+    let mut rows = rows.map(|row| row.chunks_exact_mut(V::LANES));
+    for pivots in packed.chunks_exact(PANEL * V::LANES) {
         let mut to = rows.each_mut().map(|row| row.next().unwrap_or_default());
         let mut sums = to.each_ref().map(|to| V::load(to));
         for p in 0..PANEL {
@@ -204,39 +236,37 @@ fn subtract<V: Lanes, const R: usize>(
             sum.store(to);
         }
     }
-    let Some(pivots) = packed.next() else { return };
-    for (row, factors) in rows.into_iter().zip(factors) {
-        for (lane, to) in row.into_remainder().iter_mut().enumerate() {
-            for (p, factor) in factors.iter().enumerate() {
-                *to -= factor * pivots[p * V::LANES + lane];
-            }
-        }
-    }
 }
 
 /// U y = b.
 #[inline(always)]
-fn substitute(m: usize, rows: &[f64], solution: &mut [f64]) -> bool {
+fn substitute<V: Lanes>(size: Size, rows: &[f64], solution: &mut [f64]) -> bool {
+    let Size { m, width, .. } = size;
     for k in (0..m).rev() {
-        let row = &rows[k * (m + 1)..(k + 1) * (m + 1)];
-        let known: f64 = row[k + 1..m]
-            .iter()
-            .zip(&solution[k + 1..m])
-            .map(|(a, y)| a * y)
-            .sum();
-        solution[k] = (row[m] - known) / row[k];
+        let row = &rows[k * width..k * width + m];
+        let (row, y) = (&row[k + 1..], &solution[k + 1..m]);
+        let mut sums = V::splat(0.0);
+        let whole = row.len() / V::LANES * V::LANES;
+        for (a, y) in row.chunks_exact(V::LANES).zip(y.chunks_exact(V::LANES)) {
+            sums = V::load(a).mul_add(V::load(y), sums);
+        }
+        let rest = row[whole..].iter().zip(&y[whole..]).map(|(a, y)| a * y);
+        let mut lanes = [0.0; LINE];
+        sums.store(&mut lanes);
+        let known = rest.sum::<f64>() + lanes.iter().sum::<f64>();
+        solution[k] = (rows[k * width + m] - known) / rows[k * width + k];
     }
     solution[..m].iter().all(|y| y.is_finite())
 }
 
 /// Exchanges row `k` with the one below that has the largest entry in column `k`.
 #[inline(always)]
-fn exchange(m: usize, k: usize, rows: &mut [f64]) {
-    let entry = |i: usize| rows[i * (m + 1) + k].abs();
+fn exchange(m: usize, k: usize, rows: &mut [f64], width: usize) {
+    let entry = |i: usize| rows[i * width + k].abs();
     let largest = (k + 1..m).fold(k, |best, i| if entry(i) > entry(best) { i } else { best });
     if largest != k {
-        let (upper, lower) = rows.split_at_mut(largest * (m + 1));
-        upper[k * (m + 1)..(k + 1) * (m + 1)].swap_with_slice(&mut lower[..=m]);
+        let (upper, lower) = rows.split_at_mut(largest * width);
+        upper[k * width..(k + 1) * width].swap_with_slice(&mut lower[..width]);
     }
 }
 
@@ -259,6 +289,16 @@ mod tests {
         rows
     }
 
+    /// The rows, without what is left of the diagonal in the symmetric ones.
+    fn put(dense: &mut Dense, m: usize, rows: &[f64], symmetric: usize) {
+        let (to, width) = dense.begin(m);
+        for (i, row) in rows.chunks_exact(m + 1).enumerate() {
+            let to = &mut to[i * width..i * width + m + 1];
+            to.copy_from_slice(row);
+            to[..if i < symmetric { i } else { 0 }].fill(f64::NAN);
+        }
+    }
+
     #[test]
     fn systems_of_all_sizes_with_any_part_symmetric_are_solved() {
         let mut dense = Dense::default();
@@ -266,12 +306,9 @@ mod tests {
             for symmetric in [0, 1, m / 3, m / 2, m - 1, m] {
                 let symmetric = symmetric.min(m);
                 let rows = system(m, symmetric, &mut Random::new(m as u64));
-                let mut read = rows.clone();
-                for i in 0..symmetric {
-                    read[i * (m + 1)..i * (m + 1) + i].fill(f64::NAN);
-                }
                 let mut y = vec![0.0; m];
-                assert!(dense.solve((m, symmetric), &mut read, &mut y));
+                put(&mut dense, m, &rows, symmetric);
+                assert!(dense.solve((m, symmetric), &mut y));
                 for row in rows.chunks_exact(m + 1) {
                     let sum: f64 = row.iter().zip(&y).map(|(a, y)| a * y).sum();
                     assert!((sum - row[m]).abs() < 1e-13 * m as f64, "{m} {symmetric}");
@@ -284,10 +321,12 @@ mod tests {
     fn small_pivots_are_exchanged_and_none_is_told() {
         let mut dense = Dense::default();
         let mut y = [0.0; 2];
-        let mut rows = [1e-20, 1.0, 1.0, 1.0, 1.0, 3.0];
-        assert!(dense.solve((2, 0), &mut rows, &mut y));
-        assert_eq!(y, [2.0, 1.0]);
-        assert!(!dense.solve((2, 0), &mut [1.0, 1.0, 1.0, 1.0, 1.0, 3.0], &mut y));
-        assert!(!dense.solve((2, 2), &mut [1.0, 2.0, 1.0, 2.0, 1.0, 3.0], &mut y));
+        let mut solve = |rows: [f64; 6], symmetric: usize| {
+            put(&mut dense, 2, &rows, symmetric);
+            dense.solve((2, symmetric), &mut y).then_some(y)
+        };
+        assert_eq!(solve([1e-20, 1.0, 1.0, 1.0, 1.0, 3.0], 0), Some([2.0, 1.0]));
+        assert_eq!(solve([1.0, 1.0, 1.0, 1.0, 1.0, 3.0], 0), None);
+        assert_eq!(solve([1.0, 2.0, 1.0, 2.0, 1.0, 3.0], 2), None);
     }
 }

@@ -24,7 +24,6 @@ const RIGID: f64 = 1e14;
 #[derive(Debug, Default)]
 pub(super) struct Step {
     unknowns: Vec<Unknown>,
-    rows: Vec<f64>,
     solution: Vec<f64>,
     dense: Dense,
     /// Unknowns whose columns are not their rows, which come after the others.
@@ -94,7 +93,7 @@ impl Step {
         let done = [symmetric, 0].into_iter().any(|symmetric| {
             self.assemble(problem, &rate, symmetric);
             let size = (m, symmetric);
-            self.dense.solve(size, &mut self.rows, &mut self.solution)
+            self.dense.solve(size, &mut self.solution)
         });
         x.fill(0.0);
         for (unknown, y) in self.unknowns.iter().zip(&self.solution) {
@@ -113,20 +112,14 @@ impl Step {
         let m = self.unknowns.len();
         self.solution.resize(m, 0.0);
         self.assemble(problem, &|i| three(&problem.rates, i), m);
-        (self.dense).solve((m, m), &mut self.rows, &mut self.solution)
+        self.dense.solve((m, m), &mut self.solution)
     }
 
     /// The matrix Ĉᵀ W C + Γ and −Ĉᵀ q beside it, without what lies left of the diagonal in the `symmetric` first rows.
     fn assemble(&mut self, problem: &Scaled, rate: &impl Fn(usize) -> Three, symmetric: usize) {
         let (m, size) = (self.unknowns.len(), 3 * problem.n);
-        self.rows.clear();
-        self.rows.resize(m * (m + 1), 0.0);
-        for (k, (to, a)) in self
-            .rows
-            .chunks_exact_mut(m + 1)
-            .zip(&self.unknowns)
-            .enumerate()
-        {
+        let (rows, width) = self.dense.begin(m);
+        for (k, (to, a)) in rows.chunks_exact_mut(width).zip(&self.unknowns).enumerate() {
             for (component, &weight) in a.row.iter().enumerate() {
                 if weight == 0.0 {
                     continue;
