@@ -9,8 +9,8 @@
 //! With Σ > 0 there is a solution for every q; with friction there may be several.
 //!
 //! [`ConeMethod::Newton`] linearises the law (Alart & Curnier 1991) for the contacts that touch, in the scale of each
-//! contact. It takes full steps, and where these cycle, steps with a line search. Where that stalls, a continuation in the
-//! regularisation leads to the solution, over convex problems for given slips (De Saxcé & Feng 1998; Castro et al. 2022);
+//! contact. It takes full steps, first with what sticks eliminated (`coulomb/sticking.rs`), and where these cycle, steps with
+//! a line search. Where that stalls, a continuation in the regularisation leads to the solution, over convex problems for given slips (De Saxcé & Feng 1998; Castro et al. 2022);
 //! what remains is left to sweeps. [`ConeMethod::GaussSeidel`] solves contact by contact (Servin & Lacoursière 2008).
 //!
 //! # Measure of errors
@@ -37,6 +37,7 @@ mod method;
 mod newton;
 mod scaled;
 mod step;
+mod sticking;
 mod sweeps;
 
 use crate::SolveError;
@@ -47,6 +48,7 @@ use newton::{Best, Newton, Steps};
 use scaled::Scaled;
 pub use scaled::violation;
 use step::Step;
+use sticking::Sticking;
 
 /// A contact problem of n contacts.
 #[derive(Debug, Clone, Copy)]
@@ -93,8 +95,11 @@ pub struct ConeSolver {
     problem: Scaled,
     step: Step,
     newton: Newton,
+    sticking: Sticking,
     continuation: Continuation,
     best: Best,
+    /// Multiplications that a problem is worth.
+    work: Option<f64>,
     /// Scaled impulses and their velocities, of length 3n.
     x: Vec<f64>,
     u: Vec<f64>,
@@ -106,6 +111,10 @@ const TOLERANCE: f64 = 1e-10;
 /// Residual at which no better impulses are sought: the last projection into the cones may add to it.
 const ENOUGH: f64 = 0.3 * TOLERANCE;
 
+/// Multiplications that a problem is worth, and the factorisations that it gets in any case.
+const WORK: f64 = 5e10;
+const LEAST: usize = 40;
+
 /// Rounds of sweeps, and Newton from where they end, after all else has found no solution.
 const ROUNDS: usize = 4;
 /// Sweeps of such a round.
@@ -116,6 +125,23 @@ impl ConeSolver {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The same, where what is left to the fall-backs is given up after about so many multiplications, in factorisations, at
+    /// 10¹⁰ a second. The default is 5·10¹⁰.
+    #[must_use]
+    pub fn limited(work: f64) -> Self {
+        Self {
+            work: Some(work),
+            ..Self::default()
+        }
+    }
+
+    /// Factorisations that the problem is worth.
+    fn budget(&self) -> usize {
+        let rows = 3.0 * self.problem.n as f64;
+        let work = self.work.unwrap_or(WORK);
+        ((work / rows.powi(3)) as usize).max(LEAST)
     }
 
     /// Solves for the impulses (N s, length 3n), which are the guess when called; zeros are a cold start, and what is not
@@ -179,6 +205,10 @@ impl ConeSolver {
     /// that were stopped early leave it, is worth sweeps only.
     fn newton(&mut self, report: &mut ConeReport) {
         let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
+        report.pivots += (self.sticking).run(problem, step, &mut self.newton, &self.x, best);
+        if best.residual <= ENOUGH {
+            return;
+        }
         for steps in [Steps::Full, Steps::Searched] {
             report.pivots += self.newton.run(problem, step, (&self.x, 0.0), steps, best);
             if best.residual <= ENOUGH {
@@ -195,16 +225,18 @@ impl ConeSolver {
             }
         }
         report.fallbacks = 1;
+        let most = self.budget();
+        let (problem, step, best) = (&self.problem, &mut self.step, &mut self.best);
         for steps in [Steps::Full, Steps::Searched] {
             let newton = (&mut self.newton, steps);
-            report.pivots += self.continuation.run(problem, step, newton, best);
-            if best.residual <= ENOUGH || report.pivots > continuation::budget(problem.n) {
+            let left = most.saturating_sub(report.pivots);
+            report.pivots += (self.continuation).run(problem, step, newton, left, best);
+            if best.residual <= ENOUGH || report.pivots > most {
                 break;
             }
         }
         for _ in 0..ROUNDS {
-            let spent = report.pivots > continuation::budget(self.problem.n);
-            if self.best.residual <= ENOUGH || spent {
+            if self.best.residual <= ENOUGH || report.pivots > most {
                 break;
             }
             self.x.copy_from_slice(&self.best.x);

@@ -24,20 +24,6 @@ const UPDATES: (usize, usize) = (15, 4);
 /// Factorisations after which it is given up.
 const MOST: usize = 1500;
 
-/// Contacts beyond which that is too many: their factorisations may take 5·10¹⁰ multiplications, but at least so many.
-const MANY: usize = 64;
-const WORK: f64 = 5e10;
-const LEAST: usize = 40;
-
-/// Factorisations that a problem of `contacts` is worth where Newton's method stalls.
-pub(super) fn budget(contacts: usize) -> usize {
-    if contacts <= MANY {
-        return usize::MAX;
-    }
-    let rows = 3.0 * contacts as f64;
-    ((WORK / rows.powi(3)) as usize).max(LEAST)
-}
-
 /// Residual at which Newton has solved a problem of the way.
 const SOLVED: f64 = 1e-10;
 
@@ -53,12 +39,13 @@ pub(super) struct Continuation {
 }
 
 impl Continuation {
-    /// Runs down to δ = 0 and offers the solution there to `best`. Returns the factorisations made.
+    /// Runs down to δ = 0, with about `most` factorisations, and offers the solution there to `best`. Returns those made.
     pub(super) fn run(
         &mut self,
         problem: &Scaled,
         step: &mut Step,
         (newton, steps): (&mut Newton, Steps),
+        most: usize,
         best: &mut Best,
     ) -> usize {
         self.convex.begin(problem);
@@ -67,7 +54,7 @@ impl Continuation {
         let negligible = NEGLIGIBLE.0 * sigmas.fold(FIRST, |m: f64, s| m.min(*s));
         let (mut extra, mut base, mut factor, mut pivots) = (FIRST, FIRST, FACTORS.0, 0);
         let mut first = true;
-        let most = budget(problem.n);
+        let most = most.min(MOST);
         loop {
             let left = most.saturating_sub(pivots);
             pivots += self.solve(problem, step, (newton, steps), (extra, first), left);
@@ -81,7 +68,7 @@ impl Continuation {
                 factor = (factor * factor).max(FACTORS.0);
             } else {
                 factor = factor.sqrt();
-                if first || factor > FACTORS.1 || pivots > most.min(MOST) {
+                if first || factor > FACTORS.1 || pivots > most {
                     return pivots;
                 }
                 self.convex.z.copy_from_slice(&self.solution);

@@ -24,7 +24,7 @@ pub(super) struct Dense {
 impl Dense {
     /// Rows (A b) for `m` unknowns, all zero, and the numbers of each, of which the first `m + 1` count.
     pub(super) fn begin(&mut self, m: usize) -> (&mut [f64], usize) {
-        let width = (m + 1).next_multiple_of(LINE);
+        let Size { width, .. } = Size::new(m, m, m);
         self.memory.clear();
         self.memory.resize(m * width + LINE, 0.0);
         (aligned(&mut self.memory, m * width), width)
@@ -34,18 +34,45 @@ impl Dense {
     /// diagonal is read. They are overwritten. `false` where a pivot is no number, zero, or of the symmetric block not
     /// positive. Allocates nothing for matrices no larger than those before.
     pub(super) fn solve(&mut self, (m, symmetric): (usize, usize), solution: &mut [f64]) -> bool {
-        let width = (m + 1).next_multiple_of(LINE);
+        let size = Size::new(m, symmetric, m);
+        self.eliminate(size) && self.substitute(size, solution)
+    }
+
+    /// Eliminates the `leading` first of `m` unknowns, with all rows symmetric. `false` where a pivot is not positive. The
+    /// other [`rows`](Self::rows) then have what is left, right of the diagonal.
+    pub(super) fn lead(&mut self, m: usize, leading: usize) -> bool {
+        self.eliminate(Size::new(m, m, leading))
+    }
+
+    /// The unknowns that [`lead`](Self::lead) eliminated, into the beginning of `solution`, for the others in the rest of it.
+    pub(super) fn follow(&mut self, leading: usize, solution: &mut [f64]) -> bool {
+        let m = solution.len();
+        self.substitute(Size::new(m, m, leading), solution)
+    }
+
+    /// The rows of `m` unknowns as they are.
+    pub(super) fn rows(&mut self, m: usize) -> impl Iterator<Item = &[f64]> {
+        let Size { width, .. } = Size::new(m, m, m);
+        aligned(&mut self.memory, m * width).chunks_exact(width)
+    }
+
+    fn eliminate(&mut self, size: Size) -> bool {
         let elimination = Elimination {
-            size: Size {
-                m,
-                width,
-                symmetric,
-            },
-            rows: aligned(&mut self.memory, m * width),
+            size,
+            rows: aligned(&mut self.memory, size.m * size.width),
             panel: &mut self.panel,
-            solution,
         };
         dispatch(Level::best(), elimination)
+    }
+
+    fn substitute(&mut self, size: Size, solution: &mut [f64]) -> bool {
+        let rows = aligned(&mut self.memory, size.m * size.width);
+        let substitution = Substitution {
+            size,
+            rows,
+            solution,
+        };
+        dispatch(Level::best(), substitution)
     }
 }
 
@@ -55,20 +82,32 @@ fn aligned(memory: &mut [f64], length: usize) -> &mut [f64] {
     &mut memory[skipped.min(LINE)..][..length]
 }
 
-/// Rows, numbers in each, and leading ones that are symmetric.
+/// Rows, numbers in each, leading ones that are symmetric, and leading ones that are eliminated or substituted.
 #[derive(Debug, Clone, Copy)]
 struct Size {
     m: usize,
     width: usize,
     symmetric: usize,
+    pivots: usize,
 }
 
-/// [`eliminate`] and [`substitute`], with the widest vectors that the processor has.
+impl Size {
+    fn new(m: usize, symmetric: usize, pivots: usize) -> Self {
+        let width = (m + 1).next_multiple_of(LINE);
+        Self {
+            m,
+            width,
+            symmetric,
+            pivots,
+        }
+    }
+}
+
+/// [`eliminate`], with the widest vectors that the processor has.
 struct Elimination<'a> {
     size: Size,
     rows: &'a mut [f64],
     panel: &'a mut Vec<f64>,
-    solution: &'a mut [f64],
 }
 
 impl Kernel for Elimination<'_> {
@@ -77,7 +116,22 @@ impl Kernel for Elimination<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) -> bool {
         eliminate::<I::Widest>(self.size, self.rows, self.panel)
-            && substitute::<I::Widest>(self.size, self.rows, self.solution)
+    }
+}
+
+/// [`substitute`], with the same.
+struct Substitution<'a> {
+    size: Size,
+    rows: &'a [f64],
+    solution: &'a mut [f64],
+}
+
+impl Kernel for Substitution<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> bool {
+        substitute::<I::Widest>(self.size, self.rows, self.solution)
     }
 }
 
@@ -88,10 +142,12 @@ fn eliminate<V: Lanes>(size: Size, rows: &mut [f64], panel: &mut Vec<f64>) -> bo
         m,
         width,
         symmetric,
+        pivots,
     } = size;
     let mut first = 0;
-    while first < m {
+    while first < pivots {
         let end = if first < symmetric { symmetric } else { m };
+        let end = end.min(pivots);
         let last = (first + PANEL).min(end);
         for k in first..last {
             complete_column(first, k, size, rows);
@@ -241,8 +297,10 @@ fn subtract<V: Lanes, const R: usize>(
 /// U y = b.
 #[inline(always)]
 fn substitute<V: Lanes>(size: Size, rows: &[f64], solution: &mut [f64]) -> bool {
-    let Size { m, width, .. } = size;
-    for k in (0..m).rev() {
+    let Size {
+        m, width, pivots, ..
+    } = size;
+    for k in (0..pivots).rev() {
         let row = &rows[k * width..k * width + m];
         let (row, y) = (&row[k + 1..], &solution[k + 1..m]);
         let mut sums = V::splat(0.0);

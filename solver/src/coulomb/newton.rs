@@ -34,7 +34,7 @@ impl Steps {
 const SHORTER: (f64, usize) = (0.7, 10);
 
 /// Residual below which no better one is sought.
-const CLOSE: f64 = 1e-13;
+pub(super) const CLOSE: f64 = 1e-13;
 
 /// Part of the largest rate by which a contact at the start may seem to open and still counts as closed.
 const SLACK: f64 = 1e-9;

@@ -5,7 +5,7 @@
 //! ĉᵀ (W x + q) + γ y = 0. Those whose column is their row come first: their block is symmetric.
 
 use super::dense::Dense;
-use super::scaled::{Scaled, Three, dot, three};
+use super::scaled::{Scaled, Three, dot, put, three};
 
 /// One unknown.
 #[derive(Debug, Clone, Copy)]
@@ -113,6 +113,54 @@ impl Step {
         self.solution.resize(m, 0.0);
         self.assemble(problem, &|i| three(&problem.rates, i), m);
         self.dense.solve((m, m), &mut self.solution)
+    }
+
+    /// Takes all contacts in this order for sticking, eliminates the `leading` first, and leaves operator and rates of the
+    /// others in `rest`: what they have where those stick. `false` where W is not definite to rounding.
+    pub(super) fn lead(
+        &mut self,
+        problem: &Scaled,
+        order: &[usize],
+        leading: usize,
+        rest: &mut Scaled,
+    ) -> bool {
+        let (m, first) = (3 * order.len(), 3 * leading);
+        let (rows, width) = self.dense.begin(m);
+        for (k, to) in rows.chunks_exact_mut(width).enumerate() {
+            let row = 3 * order[k / 3] + k % 3;
+            let from = &problem.operator[row * m..(row + 1) * m];
+            for (to, i) in to.as_chunks_mut::<3>().0.iter_mut().zip(order).skip(k / 3) {
+                *to = three(from, *i);
+            }
+            to[m] = -problem.rates[row];
+        }
+        if !self.dense.lead(m, first) {
+            return false;
+        }
+        let left = m - first;
+        rest.operator.clear();
+        rest.operator.resize(left * left, 0.0);
+        rest.rates.clear();
+        for (k, row) in self.dense.rows(m).skip(first).enumerate() {
+            rest.rates.push(-row[m]);
+            for (j, w) in row[first + k..m].iter().enumerate() {
+                rest.operator[k * left + k + j] = *w;
+                rest.operator[(k + j) * left + k] = *w;
+            }
+        }
+        true
+    }
+
+    /// After [`lead`](Self::lead): all impulses x for those of the others.
+    pub(super) fn follow(&mut self, order: &[usize], rest: &[f64], x: &mut [f64]) -> bool {
+        let first = x.len() - rest.len();
+        self.solution.resize(x.len(), 0.0);
+        self.solution[first..].copy_from_slice(rest);
+        let done = self.dense.follow(first, &mut self.solution);
+        for (i, y) in order.iter().zip(self.solution.as_chunks::<3>().0) {
+            put(x, *i, *y);
+        }
+        done
     }
 
     /// The matrix Ĉᵀ W C + Γ and −Ĉᵀ q beside it, without what lies left of the diagonal in the `symmetric` first rows.

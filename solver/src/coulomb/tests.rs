@@ -1,5 +1,9 @@
 mod worlds;
 
+use super::newton::{Best, Newton};
+use super::scaled::Scaled;
+use super::step::Step;
+use super::sticking::Sticking;
 use super::{ConeMethod, ConeReport, ConeSolver, Contacts};
 use crate::SolveError;
 pub(super) use worlds::Random;
@@ -322,5 +326,31 @@ fn methods_are_read_as_they_are_written() {
         ("pgs:x", "x"),
     ] {
         assert_eq!(text.parse::<ConeMethod>().unwrap_err().part, part);
+    }
+}
+
+/// Stacks of ten boxes of which some slide: the whole solved by blocks of what sticks, and at once.
+#[test]
+fn what_sticks_and_is_eliminated_has_the_impulses_of_the_whole() {
+    for (ratio, place, push) in [(1.0, 9, 0.02), (1e3, 5, 0.02), (1e3, 9, 0.0)] {
+        let world = stack(&masses(ratio, place), 0.5, push, 0.0, &mut Random::new(3));
+        let (world, mut problem) = (world.problem(1e-8), Scaled::default());
+        assert!(problem.load(&world.contacts()));
+        let mut r = vec![0.0; 3 * problem.n];
+        assert!(solve(&world, &mut r).solved, "{ratio} {place}");
+        let scaled = r.iter().zip(problem.root_of_rows());
+        let whole: Vec<f64> = scaled.map(|(r, root)| r * root).collect();
+        // From near by: with impulses that all are a little off.
+        let start: Vec<f64> = whole.iter().map(|x| x * (1.0 + 1e-3)).collect();
+        let (mut step, mut newton, mut best) = <(Step, Newton, Best)>::default();
+        best.begin(&start);
+        let mut sticking = Sticking::default();
+        let pivots = sticking.run(&problem, &mut step, &mut newton, &start, &mut best);
+        assert!(pivots > 0, "{ratio} {place}");
+        assert!(best.residual <= 1e-12, "{ratio} {place}: {}", best.residual);
+        let size = whole.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+        for (a, b) in best.x.iter().zip(&whole) {
+            assert!((a - b).abs() < 1e-5 * size, "{ratio} {place}: {a} {b}");
+        }
     }
 }
