@@ -468,7 +468,6 @@ impl Contacts {
             let friction = touch.found.surface.friction;
             let inert = touch.impulse.map(|p| weight * p);
             let own = violation(inert, rate, friction);
-            // Unlike `f64::max`, this keeps what is no number.
             worst = if own <= worst { worst } else { own };
             let before = touch.rates(|i| pieces.v.get(i));
             for (before, inert) in before.iter().zip(inert) {
@@ -482,9 +481,9 @@ impl Contacts {
     pub(crate) fn count(&self, report: &mut ContactReport, found: f64, dt: f64) {
         report.touching = 0;
         report.sliding = 0;
-        if !(found <= report.complementarity) {
-            report.complementarity = found;
-        }
+        // Unlike `f64::max`, this keeps what is no number.
+        let largest = report.complementarity;
+        report.complementarity = if found <= largest { largest } else { found };
         let largest = self
             .touches
             .iter()

@@ -184,14 +184,13 @@ impl Operator {
         for (a, i) in members.iter().enumerate() {
             let touch = &touches[order[*i]];
             for (b, j) in members.iter().enumerate().take(a + 1) {
-                let meets = |moved: &Moved| {
-                    moved.is_some_and(|(body, _)| touch.found.bodies.contains(&Some(body)))
-                };
+                let shared =
+                    |body: &Option<usize>| body.is_some() && touch.found.bodies.contains(body);
+                if !touches[order[*j]].found.bodies.iter().any(shared) {
+                    continue;
+                }
                 for l in 0..3 {
                     let moved = &self.moved[3 * j + l];
-                    if !moved.iter().any(meets) {
-                        continue;
-                    }
                     for k in 0..3 {
                         let mut sum = 0.0;
                         for (body, row) in touch.row(k) {

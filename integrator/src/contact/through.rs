@@ -12,6 +12,7 @@
 use super::Touch;
 use super::operator::{Factor, Operator};
 use crate::pieces::Pieces;
+use taut_lanes::{Isa, Kernel, Level, dispatch};
 use taut_model::linearized::dot;
 use taut_solver::{SolveError, SolveReport};
 
@@ -54,6 +55,26 @@ impl Columns {
     }
 }
 
+/// Sparse columns times those abreast, appended to the sums.
+struct Meet<'a, C>(C, &'a [[f64; TOGETHER]], &'a mut Vec<[f64; TOGETHER]>);
+
+impl<'a, C: Iterator<Item = &'a [(usize, f64)]>> Kernel for Meet<'_, C> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        let Self(columns, abreast, to) = self;
+        to.extend(columns.map(|column| {
+            let mut sums = [0.0; TOGETHER];
+            for (r, g) in column {
+                let of = sums.iter_mut().zip(&abreast[*r]);
+                of.for_each(|(sum, z)| *sum += g * z);
+            }
+            sums
+        }));
+    }
+}
+
 /// A row of H on the touched body of that number.
 type Side = Option<(usize, [f64; 6])>;
 
@@ -63,6 +84,8 @@ pub(super) struct Through {
     /// S⁻¹ of some columns, one after the other and abreast.
     columns: Vec<f64>,
     abreast: Vec<[f64; TOGETHER]>,
+    /// Of each column before them its products with those abreast.
+    sums: Vec<[f64; TOGETHER]>,
     /// Touched bodies with joints, C, and Cᵀ S⁻¹ C, row-major.
     bodies: Vec<usize>,
     of_bodies: Columns,
@@ -110,15 +133,13 @@ impl Through {
                 let to = self.abreast.iter_mut().zip(column);
                 to.for_each(|(to, z)| to[j] = *z);
             }
-            for l in (0..=last).filter(exists) {
-                let mut sums = [0.0; TOGETHER];
-                for &(r, g) in of(l) {
-                    let of = sums.iter_mut().zip(&self.abreast[r]);
-                    of.for_each(|(sum, z)| *sum += g * z);
-                }
+            self.sums.clear();
+            let meet = Meet((0..=last).map(of), &self.abreast, &mut self.sums);
+            dispatch(Level::best(), meet);
+            for (l, sums) in self.sums.iter().enumerate().filter(|(l, _)| exists(l)) {
                 // One triangle for both: what S⁻¹ is not symmetric by is rounding.
                 for (&k, sum) in numbers.iter().zip(sums).filter(|(k, _)| l <= **k) {
-                    add([l, k], sum);
+                    add([l, k], *sum);
                 }
             }
         }
