@@ -10,7 +10,7 @@ use taut_ground::inputs::Inputs;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{ContactReport, Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
-use taut_model::{Scene, SceneSource};
+use taut_model::{Note, Scene, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -291,6 +291,7 @@ pub fn run(
         columns: wishes.columns.map(Series::new),
         ..Tally::default()
     };
+    let begun = Begun::of(stepper);
     let mut stopped = None;
     let mut due = wishes.save_at;
     while simulation.goes_on() {
@@ -326,7 +327,31 @@ pub fn run(
     if due.is_some() && simulation.failure.is_none() {
         save(stepper, &mut simulation, wishes);
     }
-    summary(stepper, yardstick, simulation, tally, stopped)
+    summary(stepper, yardstick, begun, simulation, tally, stopped)
+}
+
+/// What only the state tells that a run begins with.
+struct Begun {
+    notes: Vec<Note>,
+    /// The energy, unless the run goes on from a saved one.
+    energy: Option<Energy>,
+}
+
+impl Begun {
+    fn of(stepper: &Stepper) -> Self {
+        Self {
+            notes: stepper.scene().notes(),
+            energy: (stepper.time() == 0.0).then(|| stepper.energy()),
+        }
+    }
+
+    /// Before the first step, which knows what is elastic; it may hold a blow.
+    fn energy_before(&self, first: Energy) -> Energy {
+        self.energy.map_or(first, |begun| Energy {
+            elastic: first.elastic,
+            ..begun
+        })
+    }
 }
 
 fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>) {
@@ -339,6 +364,7 @@ fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>)
 fn summary(
     stepper: &Stepper,
     yardstick: &Yardstick,
+    begun: Begun,
     simulation: Simulation,
     tally: Tally,
     stopped: Option<&'static str>,
@@ -347,7 +373,6 @@ fn summary(
     // Of a run that is lost there is no strain to speak of.
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
-    let notes = scene.notes().into_iter().chain(strain);
     // The step that gains too much is no sample.
     let gained = match &simulation.error {
         Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),
@@ -384,14 +409,19 @@ fn summary(
         columns: tally.columns,
         load_at_end: tally.last.map(|s| (s.time, s.load.into())),
         energy: EnergySpan {
-            start: energy(tally.first),
+            start: begun.energy_before(energy(tally.first)),
             end: energy(tally.last),
         },
         balance: tally.last.and_then(|s| s.balance),
         max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
-        notes: notes.map(|note| note.to_string()).collect(),
+        notes: begun
+            .notes
+            .iter()
+            .chain(&strain)
+            .map(Note::to_string)
+            .collect(),
         events: tally.events,
         max_violation_m: tally.violation,
         widest: widest(scene, &simulation.gaps, tally.violation),
@@ -504,10 +534,20 @@ pub fn text(s: &Summary) -> String {
         .map(|(name, t)| format!("{name} {}", ns(*t)))
         .collect();
     let excess = match (&s.balance, s.max_energy_excess) {
-        (Some(balance), Some(excess)) => format!(
-            "at most {:.1e} of the motion's own; work of drives {:.3e} J",
-            excess, balance.work
-        ),
+        (Some(balance), Some(excess)) => {
+            let recovery = if balance.recovery > 0.0 {
+                format!(
+                    ", of contacts that undo overlaps {:.3e} J",
+                    balance.recovery
+                )
+            } else {
+                String::new()
+            };
+            format!(
+                "at most {excess:.1e} of the motion's own; work of drives {:.3e} J{recovery}",
+                balance.work
+            )
+        }
         _ => "not asked for".to_owned(),
     };
     let tension = match (s.load_tension, s.max_load_tension) {

@@ -91,6 +91,13 @@ pub enum StepError {
         /// A constraint that gave way at its limit of force.
         limited: Option<String>,
     },
+    /// Shapes overlap in the static equilibrium, which knows no contacts.
+    EquilibriumOverlaps {
+        /// The names of the colliders that overlap most.
+        colliders: [String; 2],
+        /// By how much \[m].
+        depth: f64,
+    },
     /// More energy than the motion began with and its drives have put in: the step has become unstable. The state is that
     /// of the step's end; a further step begins a new balance.
     EnergyGain {
@@ -184,6 +191,14 @@ impl fmt::Display for StepError {
                     ),
                 }
             }
+            Self::EquilibriumOverlaps {
+                colliders: [a, b],
+                depth,
+            } => write!(
+                f,
+                "in the static equilibrium the shapes `{a}` and `{b}` overlap by {depth:.3e} m: it is found without \
+                 contacts: shorten what the bodies hang on, move one, or start without equilibrium"
+            ),
             Self::EnergyGain {
                 excess,
                 scale,

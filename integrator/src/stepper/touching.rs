@@ -187,6 +187,7 @@ impl Stepper {
         );
         done.map_err(|e| self.culprit(e))?;
         self.strike()?;
+        self.account_for_blow();
         self.contacts.end_rebound();
         // The rates of the step are those before the blow.
         self.history.forget(&self.pieces.rows.phi_t);
