@@ -345,12 +345,12 @@ impl Begun {
         }
     }
 
-    /// Before the first step, which knows what is elastic; it may hold a blow.
-    fn energy_before(&self, first: Energy) -> Energy {
-        self.energy.map_or(first, |begun| Energy {
-            elastic: first.elastic,
-            ..begun
-        })
+    /// Before the first step, which knows what is elastic and whose mean velocities are between those of a blow.
+    fn energy_before(&self, mut first: Energy) -> Energy {
+        if let Some(begun) = self.energy {
+            (first.kinetic, first.gravity) = (begun.kinetic, begun.gravity);
+        }
+        first
     }
 }
 
@@ -535,7 +535,7 @@ pub fn text(s: &Summary) -> String {
         .collect();
     let excess = match (&s.balance, s.max_energy_excess) {
         (Some(balance), Some(excess)) => {
-            let recovery = if balance.recovery > 0.0 {
+            let recovery = if balance.recovery > 1e-6 * balance.scale {
                 format!(
                     ", of contacts that undo overlaps {:.3e} J",
                     balance.recovery
