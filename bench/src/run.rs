@@ -327,7 +327,7 @@ pub fn run(
     if due.is_some() && simulation.failure.is_none() {
         save(stepper, &mut simulation, wishes);
     }
-    summary(stepper, yardstick, begun, simulation, tally, stopped)
+    summary(stepper, yardstick, &begun, simulation, tally, stopped)
 }
 
 /// What only the state tells that a run begins with.
@@ -364,7 +364,7 @@ fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>)
 fn summary(
     stepper: &Stepper,
     yardstick: &Yardstick,
-    begun: Begun,
+    begun: &Begun,
     simulation: Simulation,
     tally: Tally,
     stopped: Option<&'static str>,
@@ -522,6 +522,25 @@ fn contacts(s: &Summary) -> Option<(&'static str, String)> {
     Some(("contacts", text))
 }
 
+/// What came from nowhere, and from where the rest came.
+fn energy_excess(s: &Summary) -> String {
+    let (Some(balance), Some(excess)) = (&s.balance, s.max_energy_excess) else {
+        return "not asked for".to_owned();
+    };
+    let recovery = if balance.recovery > 1e-6 * balance.scale {
+        format!(
+            ", of contacts that undo overlaps {:.3e} J",
+            balance.recovery
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "at most {excess:.1e} of the motion's own; work of drives {:.3e} J{recovery}",
+        balance.work
+    )
+}
+
 /// The summary for people.
 #[must_use]
 pub fn text(s: &Summary) -> String {
@@ -533,23 +552,6 @@ pub fn text(s: &Summary) -> String {
         .iter()
         .map(|(name, t)| format!("{name} {}", ns(*t)))
         .collect();
-    let excess = match (&s.balance, s.max_energy_excess) {
-        (Some(balance), Some(excess)) => {
-            let recovery = if balance.recovery > 1e-6 * balance.scale {
-                format!(
-                    ", of contacts that undo overlaps {:.3e} J",
-                    balance.recovery
-                )
-            } else {
-                String::new()
-            };
-            format!(
-                "at most {excess:.1e} of the motion's own; work of drives {:.3e} J{recovery}",
-                balance.work
-            )
-        }
-        _ => "not asked for".to_owned(),
-    };
     let tension = match (s.load_tension, s.max_load_tension) {
         (Some(end), Some(most)) => {
             format!("{end:.4e} N at the end, at most {most:.4e} N, in what holds the load tightest")
@@ -606,7 +608,7 @@ pub fn text(s: &Summary) -> String {
                 s.energy.end.total()
             ),
         ),
-        ("energy excess", excess),
+        ("energy excess", energy_excess(s)),
         ("load tension", tension),
         ("largest gap", gap),
         (

@@ -203,22 +203,7 @@ impl fmt::Display for StepError {
                 excess,
                 scale,
                 time,
-            } if !excess.is_finite() => {
-                write!(
-                    f,
-                    "at t = {time:.4} s: the energy is {excess} J: the step is unstable"
-                )
-            }
-            Self::EnergyGain {
-                excess,
-                scale,
-                time,
-            } => write!(
-                f,
-                "at t = {time:.4} s: the motion has {excess:.2e} J from nowhere, {:.2} of its own {scale:.2e} J: the \
-                 step is unstable (use a smaller Δt, a guard, or another scheme or solver)",
-                excess / scale
-            ),
+            } => gained(f, *excess, *scale, *time),
             Self::NonFinite { body, time } => write!(
                 f,
                 "the state of body `{body}` is not finite at t = {time:.4} s: the step is unstable (use a smaller Δt, \
@@ -226,6 +211,22 @@ impl fmt::Display for StepError {
             ),
         }
     }
+}
+
+/// What [`StepError::EnergyGain`] says.
+fn gained(f: &mut fmt::Formatter<'_>, excess: f64, scale: f64, time: f64) -> fmt::Result {
+    if !excess.is_finite() {
+        return write!(
+            f,
+            "at t = {time:.4} s: the energy is {excess} J: the step is unstable"
+        );
+    }
+    write!(
+        f,
+        "at t = {time:.4} s: the motion has {excess:.2e} J from nowhere, {:.2} of its own {scale:.2e} J: the step is \
+         unstable (use a smaller Δt, a guard, or another scheme or solver)",
+        excess / scale
+    )
 }
 
 impl std::error::Error for StepError {
