@@ -1,16 +1,19 @@
 //! `taut run`: one scene, one solver, everything that a run tells, and runs as files.
 
+mod text;
+
+pub use text::text;
+
 use crate::columns::{Columns, Series};
 use indicatif::ProgressBar;
 use serde::{Deserialize, Serialize};
-use std::fmt::Write;
 use std::io;
 use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{ContactReport, Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
-use taut_model::{Scene, SceneSource};
+use taut_model::{Note, Scene, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -291,6 +294,7 @@ pub fn run(
         columns: wishes.columns.map(Series::new),
         ..Tally::default()
     };
+    let begun = Begun::of(stepper);
     let mut stopped = None;
     let mut due = wishes.save_at;
     while simulation.goes_on() {
@@ -326,7 +330,31 @@ pub fn run(
     if due.is_some() && simulation.failure.is_none() {
         save(stepper, &mut simulation, wishes);
     }
-    summary(stepper, yardstick, simulation, tally, stopped)
+    summary(stepper, yardstick, &begun, simulation, tally, stopped)
+}
+
+/// What only the state tells that a run begins with.
+struct Begun {
+    notes: Vec<Note>,
+    /// The energy, unless the run goes on from a saved one.
+    energy: Option<Energy>,
+}
+
+impl Begun {
+    fn of(stepper: &Stepper) -> Self {
+        Self {
+            notes: stepper.scene().notes(),
+            energy: (stepper.time() == 0.0).then(|| stepper.energy()),
+        }
+    }
+
+    /// Before the first step, which knows what is elastic and whose mean velocities are between those of a blow.
+    fn energy_before(&self, mut first: Energy) -> Energy {
+        if let Some(begun) = self.energy {
+            (first.kinetic, first.gravity) = (begun.kinetic, begun.gravity);
+        }
+        first
+    }
 }
 
 fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>) {
@@ -339,6 +367,7 @@ fn save(stepper: &Stepper, simulation: &mut Simulation, wishes: &mut Wishes<'_>)
 fn summary(
     stepper: &Stepper,
     yardstick: &Yardstick,
+    begun: &Begun,
     simulation: Simulation,
     tally: Tally,
     stopped: Option<&'static str>,
@@ -347,7 +376,6 @@ fn summary(
     // Of a run that is lost there is no strain to speak of.
     let strain = scene.strain_note(&simulation.gaps);
     let strain = strain.filter(|_| simulation.failure.is_none());
-    let notes = scene.notes().into_iter().chain(strain);
     // The step that gains too much is no sample.
     let gained = match &simulation.error {
         Some(StepError::EnergyGain { excess, scale, .. }) => Some(excess / scale),
@@ -384,14 +412,19 @@ fn summary(
         columns: tally.columns,
         load_at_end: tally.last.map(|s| (s.time, s.load.into())),
         energy: EnergySpan {
-            start: energy(tally.first),
+            start: begun.energy_before(energy(tally.first)),
             end: energy(tally.last),
         },
         balance: tally.last.and_then(|s| s.balance),
         max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
-        notes: notes.map(|note| note.to_string()).collect(),
+        notes: begun
+            .notes
+            .iter()
+            .chain(&strain)
+            .map(Note::to_string)
+            .collect(),
         events: tally.events,
         max_violation_m: tally.violation,
         widest: widest(scene, &simulation.gaps, tally.violation),
@@ -446,150 +479,4 @@ pub fn csv_line(out: &mut dyn io::Write, s: &Sample) -> io::Result<()> {
         Some(tension) => writeln!(out, "{tension:e}"),
         None => writeln!(out),
     }
-}
-
-/// How the run ended, in a line.
-fn verdict(s: &Summary) -> String {
-    match &s.failure {
-        None if let Some(why) = s.stopped => format!(
-            "none: stopped by {why} at t = {:.3} s",
-            s.load_at_end.unwrap_or_default().0
-        ),
-        None if s.unconverged_steps > 0 => {
-            let iterates = s
-                .backend
-                .parse()
-                .is_ok_and(|b: taut_solver::Backend| b.is_iterative());
-            let why = if iterates {
-                "ran out of iterations: raise `iterations=`"
-            } else {
-                "have forces without a sure digit: their matrices are singular to rounding"
-            };
-            format!("stable, but {} steps {why}", s.unconverged_steps)
-        }
-        None if s.undecided_steps > 0 => format!(
-            "stable, but {} steps left undecided which cables are slack, which motors at their limits, or which contacts \
-             carry what",
-            s.undecided_steps
-        ),
-        None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
-        None => "stable".to_owned(),
-        Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
-    }
-}
-
-/// What touched, for people.
-fn contacts(s: &Summary) -> Option<(&'static str, String)> {
-    let c = s.contacts?;
-    let split = match c.most_groups {
-        0 => String::new(),
-        groups => format!("; split into up to {groups} groups"),
-    };
-    let text = format!(
-        "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}{split}",
-        c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
-    );
-    Some(("contacts", text))
-}
-
-/// The summary for people.
-#[must_use]
-pub fn text(s: &Summary) -> String {
-    let mut out = String::new();
-    let ns = taut_output::table::nanoseconds;
-    let (_, last) = s.load_at_end.unwrap_or_default();
-    let phases: Vec<_> = s
-        .phases_ns
-        .iter()
-        .map(|(name, t)| format!("{name} {}", ns(*t)))
-        .collect();
-    let excess = match (&s.balance, s.max_energy_excess) {
-        (Some(balance), Some(excess)) => format!(
-            "at most {:.1e} of the motion's own; work of drives {:.3e} J",
-            excess, balance.work
-        ),
-        _ => "not asked for".to_owned(),
-    };
-    let tension = match (s.load_tension, s.max_load_tension) {
-        (Some(end), Some(most)) => {
-            format!("{end:.4e} N at the end, at most {most:.4e} N, in what holds the load tightest")
-        }
-        _ => "none: no joint, link or cable holds it".to_owned(),
-    };
-    let gap = match &s.widest {
-        Some(name) => format!(
-            "{:.3e} m, of `{name}`: open or stretched",
-            s.max_violation_m
-        ),
-        None => format!("{:.3e} m", s.max_violation_m),
-    };
-    let rows = [
-        ("scene", s.scene.clone()),
-        (
-            "solver",
-            format!(
-                "{} ({} form, {} order, {} refinement{})",
-                s.backend,
-                s.form,
-                s.elimination,
-                s.refinements,
-                if s.refinements == 1 { "" } else { "s" }
-            ),
-        ),
-        (
-            "steps",
-            format!(
-                "{} of {:.6} s, {}, geometric stiffness {}",
-                s.steps, s.dt, s.scheme, s.stiffness
-            ),
-        ),
-        (
-            "guard",
-            match s.guard {
-                None => "off".to_owned(),
-                Some(_) => format!(
-                    "{} steps redone, {} implicit sub-steps, at most {} solves a step",
-                    s.redone_steps, s.implicit_substeps, s.most_solves
-                ),
-            },
-        ),
-        ("verdict", verdict(s)),
-        (
-            "load at the end",
-            format!("({:.6}, {:.6}, {:.6}) m", last[0], last[1], last[2]),
-        ),
-        (
-            "energy",
-            format!(
-                "{:.6e} J → {:.6e} J",
-                s.energy.start.total(),
-                s.energy.end.total()
-            ),
-        ),
-        ("energy excess", excess),
-        ("load tension", tension),
-        ("largest gap", gap),
-        (
-            "step time",
-            format!(
-                "median {}, min {}, max {}",
-                ns(s.step_ns.median),
-                ns(s.step_ns.min),
-                ns(s.step_ns.max)
-            ),
-        ),
-        ("phases", phases.join(", ")),
-    ];
-    let notes = s.notes.iter().map(|note| ("note", note.clone()));
-    let events = s.events.iter();
-    let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
-    for (name, value) in rows
-        .into_iter()
-        .chain(contacts(s))
-        .chain(events)
-        .chain(notes)
-    {
-        let _ = writeln!(out, "{name:>16}  {value}");
-    }
-    out
 }

@@ -1,4 +1,4 @@
-//! Rows with bounds that close and open: ropes that go slack, later contacts.
+//! Rows with bounds that close and open: ropes that go slack. Contacts are no rows of the system ([`crate::contact`]).
 //!
 //! Such a row is a passive law cut off at its bound, and what it gives back may not exceed what it took. Three things in
 //! the step would give more:

@@ -41,7 +41,7 @@
 pub(crate) mod groups;
 pub(crate) mod method;
 pub(crate) mod operator;
-mod rebound;
+pub(crate) mod rebound;
 mod sweeps;
 mod through;
 

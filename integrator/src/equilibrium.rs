@@ -15,6 +15,8 @@
 //! A link or cable under tension T that turns with its ends resists them with T/|d| across; without that in its matrix
 //! a long step lets a load on slings overshoot a thousandfold. Links therefore get their transverse rows here, and
 //! massless cables a link without length row along each span ([`Spans`]).
+//!
+//! Contacts have no part in it: a state in which shapes have come to overlap is none.
 
 use crate::stepper::Stepper;
 use crate::stepper::guarded::Pass;
@@ -48,6 +50,8 @@ const STALLED: f64 = 0.95;
 const QUARTERINGS: usize = 5;
 /// Passes that may stall at each of the shorter lengths: slow modes go on there below the rounding of the fast ones.
 const PATIENCE: usize = 10;
+/// Overlap of shapes beyond that of the start, over the smallest dimension of either, that is no equilibrium.
+const SUNK: f64 = 1e-2;
 /// Largest change of an angle in a pass that is accepted \[rad]: less than half a turn, so that windings are followed.
 const LARGEST_TURN: f64 = 2.5;
 
@@ -57,7 +61,7 @@ const LARGEST_TURN: f64 = 2.5;
 ///
 /// # Errors
 /// [`StepError::NoEquilibrium`] where none is found in 400 solves (a body that nothing holds, a mechanism in free
-/// fall); else as [`Stepper::step`].
+/// fall); [`StepError::EquilibriumOverlaps`] where shapes would be inside each other there; else as [`Stepper::step`].
 pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, StepError> {
     scene.validate()?;
     let mut resting = Scene {
@@ -78,8 +82,9 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
                 moved = Some(way);
                 let rests = pace.ends_with(stepper.imbalance());
                 if rests || (passes == PASSES && pace.imbalance <= BALANCED) {
+                    let before = overlap(&scene);
                     take_pose(stepper.into_scene(), &mut scene);
-                    return Ok(scene);
+                    return keeps_apart(scene, before);
                 }
             }
         }
@@ -92,6 +97,24 @@ pub fn static_equilibrium(mut scene: Scene, backend: &Backend) -> Result<Scene, 
         imbalance: pace.imbalance,
         limited: stepper.at_force_limit(),
     })
+}
+
+/// By which part of their size the shapes overlap that overlap most.
+fn overlap(scene: &Scene) -> f64 {
+    scene
+        .deepest_overlap()
+        .map_or(0.0, |(_, part)| part.max(0.0))
+}
+
+/// A scene that was put to rest without contacts, whose shapes overlapped by the part `before` of their size.
+fn keeps_apart(scene: Scene, before: f64) -> Result<Scene, StepError> {
+    match scene.deepest_overlap() {
+        Some((deepest, part)) if part > before + SUNK => Err(StepError::EquilibriumOverlaps {
+            colliders: deepest.colliders.map(|i| scene.colliders[i].name.clone()),
+            depth: -deepest.gap,
+        }),
+        _ => Ok(scene),
+    }
 }
 
 /// The options of the passes.
@@ -306,5 +329,43 @@ impl Stepper {
             .max_by(|a, b| a.1.total_cmp(&b.1))
             .unwrap_or_default();
         (dt * speed / self.extent(), body)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_model::collide::{Collider, Shape};
+    use taut_model::{Body, Frame, MasslessCable};
+
+    /// A box stands on the ground, on a rope that is this much too long to hold it up.
+    fn hung(slack: f64) -> Result<Scene, StepError> {
+        let mut scene = Scene::new("hung");
+        scene.gravity.z = -9.81;
+        scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+        let size = Vector3::repeat(1.0);
+        let body = Body::cuboid(size, 100.0).at(Vector3::z() * 0.5);
+        let load = scene.add_body("load", body);
+        scene.add_collider(Collider::new("load", Some(load), Shape::Cuboid { size }));
+        let ends = vec![
+            Frame::world(Vector3::z() * 5.0),
+            Frame::body(load, Vector3::z() * 0.5),
+        ];
+        let rope = MasslessCable::new(ends, 4.0 + slack, RowLaw::new(1e-6, 0.0));
+        scene.add_constraint("rope", Constraint::MasslessCable(rope), 0);
+        static_equilibrium(scene, &Backend::Banded)
+    }
+
+    #[test]
+    fn what_would_hang_through_the_ground_is_refused() {
+        assert!(hung(-0.1).is_ok() && hung(0.005).is_ok());
+        let refused = hung(0.1).expect_err("it would hang in the ground");
+        let words = refused.to_string();
+        let StepError::EquilibriumOverlaps { colliders, depth } = refused else {
+            panic!("{refused}");
+        };
+        assert_eq!(colliders, ["ground", "load"]);
+        assert!((depth - 0.1).abs() < 2e-3, "{depth}");
+        assert!(words.contains("`load`") && words.contains("start without equilibrium"));
     }
 }

@@ -91,6 +91,13 @@ pub enum StepError {
         /// A constraint that gave way at its limit of force.
         limited: Option<String>,
     },
+    /// Shapes overlap in the static equilibrium, which knows no contacts.
+    EquilibriumOverlaps {
+        /// The names of the colliders that overlap most.
+        colliders: [String; 2],
+        /// By how much \[m].
+        depth: f64,
+    },
     /// More energy than the motion began with and its drives have put in: the step has become unstable. The state is that
     /// of the step's end; a further step begins a new balance.
     EnergyGain {
@@ -184,26 +191,19 @@ impl fmt::Display for StepError {
                     ),
                 }
             }
-            Self::EnergyGain {
-                excess,
-                scale,
-                time,
-            } if !excess.is_finite() => {
-                write!(
-                    f,
-                    "at t = {time:.4} s: the energy is {excess} J: the step is unstable"
-                )
-            }
-            Self::EnergyGain {
-                excess,
-                scale,
-                time,
+            Self::EquilibriumOverlaps {
+                colliders: [a, b],
+                depth,
             } => write!(
                 f,
-                "at t = {time:.4} s: the motion has {excess:.2e} J from nowhere, {:.2} of its own {scale:.2e} J: the \
-                 step is unstable (use a smaller Δt, a guard, or another scheme or solver)",
-                excess / scale
+                "in the static equilibrium the shapes `{a}` and `{b}` overlap by {depth:.3e} m: it is found without \
+                 contacts: shorten what the bodies hang on, move one, or start without equilibrium"
             ),
+            Self::EnergyGain {
+                excess,
+                scale,
+                time,
+            } => gained(f, *excess, *scale, *time),
             Self::NonFinite { body, time } => write!(
                 f,
                 "the state of body `{body}` is not finite at t = {time:.4} s: the step is unstable (use a smaller Δt, \
@@ -211,6 +211,22 @@ impl fmt::Display for StepError {
             ),
         }
     }
+}
+
+/// What [`StepError::EnergyGain`] says.
+fn gained(f: &mut fmt::Formatter<'_>, excess: f64, scale: f64, time: f64) -> fmt::Result {
+    if !excess.is_finite() {
+        return write!(
+            f,
+            "at t = {time:.4} s: the energy is {excess} J: the step is unstable"
+        );
+    }
+    write!(
+        f,
+        "at t = {time:.4} s: the motion has {excess:.2e} J from nowhere, {:.2} of its own {scale:.2e} J: the step is \
+         unstable (use a smaller Δt, a guard, or another scheme or solver)",
+        excess / scale
+    )
 }
 
 impl std::error::Error for StepError {

@@ -272,17 +272,19 @@ impl Stepper {
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
         let mut report = self.tallied(|stepper| {
+            // Before velocities go half a step back.
+            let mut given = stepper.motion_at_start();
             stepper.start()?;
-            let mut elastic = None;
+            let mut opening = None;
             for _ in 0..stepper.options.substeps {
-                elastic = stepper.elastic_at_start();
+                opening = stepper.opening(given.take());
                 match stepper.options.guard {
                     None => stepper.linear_substep()?,
                     Some(guard) => stepper.guarded_substep(guard)?,
                 }
             }
             stepper.check_paths()?;
-            stepper.weigh(elastic)
+            stepper.weigh(opening)
         })?;
         report.slipping = self.slip.count();
         self.lift_and_land()?;

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use crate::constraint::{Constraint, MasslessCable, RowKind};
+use crate::contacts::{Collisions, Contact};
 use crate::frame::Frame;
 use crate::scene::Scene;
 
@@ -221,16 +222,24 @@ impl Scene {
         notes
     }
 
-    /// The deepest overlap of shapes over their size, where it is in doubt.
-    fn overlap(&self) -> Option<Note> {
-        let mut collisions = crate::contacts::Collisions::new(self);
+    /// The contact of the shapes that overlap most, or are nearest, for their size, and by which part of the smallest
+    /// dimension of either they overlap: < 0 where they are apart. `None` where nothing is near anything.
+    #[must_use]
+    pub fn deepest_overlap(&self) -> Option<(Contact, f64)> {
+        let mut collisions = Collisions::new(self);
         let contacts = collisions.find(self, 0.0).ok()?;
-        let part = |c: &crate::contacts::Contact| {
+        let part = |c: &Contact| {
             let least = c.colliders.map(|i| self.colliders[i].shape.dimensions()[0]);
             -c.gap / least[0].min(least[1])
         };
-        let deepest = contacts.iter().max_by(|a, b| part(a).total_cmp(&part(b)))?;
-        (part(deepest) > INSIDE).then(|| Note::Overlap {
+        let parts = contacts.iter().map(|c| (*c, part(c)));
+        parts.max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+
+    /// The deepest overlap of shapes, where it is in doubt.
+    fn overlap(&self) -> Option<Note> {
+        let (deepest, part) = self.deepest_overlap()?;
+        (part > INSIDE).then(|| Note::Overlap {
             colliders: deepest.colliders.map(|i| self.colliders[i].name.clone()),
             depth: -deepest.gap,
         })

@@ -222,6 +222,48 @@ fn likely_mistakes_are_noted() {
     assert!(soft.contains("is its stiffness in newtons?"), "{soft}");
 }
 
+/// A box on the ground whose centre is at this height, below a press that comes down.
+fn pressed(height: f64) -> String {
+    format!(
+        "name = 'press'\ngravity = [0, 0, -9.81]\n[[ground]]\nname = 'floor'\n\
+         [[body]]\nname = 'press'\nmobility = 'driven'\nshape = {{ box = {{ size = [1, 1, 1] }} }}\n\
+         position = [0, 0, 1.6]\nvelocity = [0, 0, -1]\ncollide = true\n\
+         [[body]]\nname = 'box'\nmass = 10\nshape = {{ box = {{ size = [1, 1, 1] }} }}\n\
+         position = [0, 0, {height}]\ncollide = true\n"
+    )
+}
+
+#[test]
+fn overlaps_are_noted_that_a_run_begins_with() {
+    let at = folder("overlaps");
+    fs::write(at.join("apart.toml"), pressed(0.5)).expect("writable");
+    let run = json(&at, "run apart.toml --time 0.8 --json -");
+    let deepest = run["contacts"]["deepest_m"].as_f64();
+    assert!(deepest.is_some_and(|depth| depth > 0.2), "{deepest:?}");
+    assert_eq!(run["notes"], serde_json::json!([]));
+    fs::write(at.join("sunk.toml"), pressed(0.3)).expect("writable");
+    let run = json(&at, "run sunk.toml -q --time 0.8 --json -");
+    let notes = run["notes"].to_string();
+    assert!(
+        notes.contains("overlap by 2.000e-1 m at the start"),
+        "{notes}"
+    );
+}
+
+/// The first step may hold a blow, after which half of it is gone.
+#[test]
+fn a_run_begins_with_the_energy_of_the_state_given() {
+    let at = folder("begins");
+    let scene = "name = 'ball'\ngravity = [0, 0, -9.81]\n[[ground]]\nname = 'floor'\n\
+                 [[body]]\nname = 'ball'\nmass = 1\nshape = { sphere = { radius = 0.1 } }\n\
+                 position = [0, 0, 0.14]\nvelocity = [0, 0, -5]\ncollide = { restitution = 0.8 }\n";
+    fs::write(at.join("ball.toml"), scene).expect("writable");
+    let run = json(&at, "run ball.toml --time 0.5 --json -");
+    assert_eq!(run["energy"]["start"]["kinetic"], 12.5);
+    assert_eq!(run["energy"]["start"]["gravity"], 9.81 * 0.14);
+    assert!(run["failure"].is_null(), "{}", run["failure"]);
+}
+
 #[test]
 fn a_csv_file_has_a_line_for_each_step() {
     let at = folder("csv");

@@ -21,7 +21,7 @@ const SLOWEST: f64 = 0.1;
 const STANDSTILL: f64 = 1e-3;
 
 /// Speed of arrival below which nothing bounces in a step `dt` long \[m/s].
-pub(super) fn slowest(scene: &Scene, dt: f64) -> f64 {
+pub(crate) fn slowest(scene: &Scene, dt: f64) -> f64 {
     (SLOWEST * scene.gravity.norm() * dt).max(STANDSTILL)
 }
 

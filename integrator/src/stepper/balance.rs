@@ -1,24 +1,34 @@
-//! The balance of energy: what a motion has more than it began with and than its drives have put in.
+//! The balance of energy: what a motion has more than it began with, than its drives have put in and than contacts have
+//! done to undo penetrations.
 //!
 //! With elastic energy ½ ε λ² and ε λ = −φ, the energy of the dynamic bodies changes by
 //!
 //! ```text
-//! dE/dt = F·v + T·ω of external loads  −  λᵀ (J_d v_d + ∂φ/∂t)  +  λ_b J_b v of rows at their limits of force
+//! dE/dt = F·v + T·ω of external loads  −  λᵀ (J_d v_d + ∂φ/∂t)  −  fᵀ H_d v_d of contacts  +  λ_b J_b v of rows at their
+//!         limits of force
 //! ```
 //!
-//! v_d are the velocities of driven bodies; ∂φ/∂t is that of moved points, motors that hold speeds (−target) and winches
-//! (their speed). A row at its limit stores nothing: all of its work is a motor's, or a slipping drum's. Damping takes
-//! away. Sums over the steps are trapezoidal: λ changes the velocities at the beginning of a step, between those of the
-//! steps before and after it, and in the guard's implicit ones at the end. The energy of the rope that a drum winds up,
-//! half its strain of the winch's work, is left out. Healthy motions are off by less than 4·10⁻² of their own energy in
-//! shocks, and elsewhere by less than 10⁻³.
+//! v_d are the velocities of driven bodies, f the forces of contacts in their rows H; ∂φ/∂t is that of moved points, motors
+//! that hold speeds (−target) and winches (their speed). A row at its limit stores nothing: all of its work is a motor's, or
+//! a slipping drum's. Damping takes away. Sums over the steps are trapezoidal: λ and f change the velocities at the
+//! beginning of a step, between those of the steps before and after it, and in the guard's implicit ones at the end; blows
+//! come after the step. The energy of the rope that a drum winds up, half its strain of the winch's work, is left out.
+//! Healthy motions are off by less than 4·10⁻² of their own energy in shocks, and elsewhere by less than 10⁻³.
+//!
+//! **Contacts.** The impulses p of a step turn the rates u⁻ into u⁺ = u⁻ + W p and do the work ½ p·(u⁻ + u⁺) = p·u⁺ − ½ p·W p.
+//! Friction has p·u⁺ ≤ 0, and so has a normal whose gap closes. One that undoes a penetration has u_N⁺ = −b − σ p > 0
+//! ([`crate::contact`]), at most the speed of recovery: what begins inside another shape is pushed out of it, and p_N u_N⁺ is
+//! the work of recovery. It counts over the way that the deepest penetration of the start has to go, no further: what sinks
+//! in later loses by that what it gets back. The compliance of a contact stores ½ ε f² or, where less, ½ φ²/ε.
 
 use crate::bounded::Place;
+use crate::contact::Touch;
+use crate::contact::rebound::slowest;
 use crate::stepper::{Stage, Stepper};
 use crate::{Energy, StepError};
 use nalgebra::Vector3;
-use taut_model::Mobility;
 use taut_model::linearized::{RowBounds, dot};
+use taut_model::{Bodies, Mobility};
 
 /// Energy and work since the first step \[J], at the beginning of the last sub-step as [`Energy`].
 #[non_exhaustive]
@@ -27,12 +37,14 @@ use taut_model::linearized::{RowBounds, dot};
 pub struct EnergyBalance {
     /// Kinetic, gravitational and elastic energy, less that of the start.
     pub gained: f64,
-    /// Work of driven bodies, moved points, motors, winches and external loads.
+    /// Work of driven bodies, by constraints and contacts, of moved points, motors, winches and external loads.
     pub work: f64,
+    /// Work of contacts that undo the penetrations of the start, ≥ 0.
+    pub recovery: f64,
     /// What a gain is measured by: the largest kinetic energy and the largest work so far, and at least 10⁻³ of the
     /// elastic energy and of the scene's weight times its extent.
     pub scale: f64,
-    /// Energy from nowhere over the scale, (gained − work)/scale, that has lasted: the least of the last eight steps, so that
+    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, that has lasted: the least of the last eight steps, so that
     /// a blow that takes a few steps is none. 0 where there is none, NaN where the energy is no number.
     pub excess: f64,
 }
@@ -47,11 +59,16 @@ const LEAST: f64 = 1e-3;
 #[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Account {
-    /// Energy at the first step, once there was one.
+    /// Energy before the first step, once there was one.
     start: Option<f64>,
     /// Work up to the beginning of the last sub-step, and in it without what the next forces do.
     work: f64,
     pending: f64,
+    /// The same of the work of recovery, and what is left of the deepest penetration of the start \[m].
+    #[cfg_attr(feature = "serde", serde(default))]
+    recovery: [f64; 2],
+    #[cfg_attr(feature = "serde", serde(default))]
+    overlap: f64,
     /// What of the drives' motion in the last sub-step \[m, rad] is the next forces', and the last forces λ, one a row.
     open: Vec<f64>,
     lambda: Vec<f64>,
@@ -66,9 +83,15 @@ pub(crate) struct Account {
 impl Account {
     /// What is finite in a sound account, and the vectors with one number a row, which are empty before the first step.
     pub(crate) fn numbers(&self) -> (impl Iterator<Item = &f64>, [&[f64]; 2]) {
-        let sums = [&self.work, &self.pending, &self.scale, &self.potential];
+        let sums = [
+            &self.work,
+            &self.pending,
+            &self.overlap,
+            &self.scale,
+            &self.potential,
+        ];
         (
-            sums.into_iter().chain(&self.start),
+            sums.into_iter().chain(&self.recovery).chain(&self.start),
             [&self.open, &self.lambda],
         )
     }
@@ -105,11 +128,15 @@ impl Stepper {
         let mut moved = std::mem::take(scratch);
         self.drives(dt, &mut moved);
         let loads = self.work_of_loads(dt);
+        let by_contacts = 0.5 * self.work_by_contacts();
+        let recovery = 0.5 * self.work_of_recovery(dt);
         let account = &mut self.account;
         account.open.resize(self.mu.len(), 0.0);
         account.lambda.resize(self.mu.len(), 0.0);
-        account.work += account.pending;
-        account.pending = loads;
+        account.work += account.pending + by_contacts;
+        account.pending = loads + by_contacts;
+        account.recovery[0] += account.recovery[1] + recovery;
+        account.recovery[1] = recovery;
         let last = account.open.iter_mut().zip(&mut account.lambda);
         for ((mu, moved), (open, lambda)) in self.mu.iter().zip(&moved).zip(last) {
             // Half of a motion is that of the forces at its beginning, half that of those at its end.
@@ -120,15 +147,40 @@ impl Stepper {
         }
         if implicit {
             account.work += std::mem::take(&mut account.pending);
+            account.recovery[0] += std::mem::take(&mut account.recovery[1]);
         }
         self.in_rows[1] = moved;
     }
 
-    /// Where a balance begins with this step, the elastic energy of the rows' gaps \[J]. The multipliers of a drive that
-    /// starts with a jump do not tell it: they hold the damper's force and look ahead.
-    pub(crate) fn elastic_at_start(&self) -> Option<f64> {
+    /// The contacts' impulses are those of a blow after the sub-step: its work.
+    pub(crate) fn account_for_blow(&mut self) {
+        if self.options.energy_tolerance.is_some() {
+            self.account.pending += self.work_by_contacts();
+        }
+    }
+
+    /// Where a balance begins with this step, the energy of the present motion, without what is elastic.
+    pub(crate) fn motion_at_start(&self) -> Option<Energy> {
         let begins = self.options.energy_tolerance.is_some() && self.account.start.is_none();
-        begins.then(|| self.gap_energy())
+        begins.then(|| Energy {
+            kinetic: self.scene.kinetic_energy(),
+            gravity: self.scene.potential_energy(),
+            elastic: 0.0,
+        })
+    }
+
+    /// Where a balance begins with this step, the energy at the beginning of a sub-step, with the elastic energy of the
+    /// rows' gaps, and with the motion `given`, where that is not the present one. The multipliers of a drive that starts
+    /// with a jump do not tell it: they hold the damper's force and look ahead.
+    pub(crate) fn opening(&mut self, given: Option<Energy>) -> Option<Energy> {
+        let motion = given.or_else(|| self.motion_at_start())?;
+        // What earlier sub-steps did is in the motion.
+        let account = &mut self.account;
+        (account.work, account.pending, account.recovery) = (0.0, 0.0, [0.0; 2]);
+        Some(Energy {
+            elastic: self.gap_energy(),
+            ..motion
+        })
     }
 
     /// Elastic energy ½ ε λ² of the forces λ = −φ/ε, within their bounds, at the present positions.
@@ -147,29 +199,23 @@ impl Stepper {
         all - rows.bounds.iter().map(beyond).sum::<f64>()
     }
 
-    /// The balance after a step that began with `elastic` ([`elastic_at_start`](Self::elastic_at_start)), where it is asked
-    /// for.
+    /// The balance after a step, whose last sub-step began with `opening` ([`opening`](Self::opening)), where it is asked for.
     ///
     /// # Errors
     /// [`StepError::EnergyGain`] beyond the tolerance of the options.
-    pub(crate) fn weigh(&mut self, elastic: Option<f64>) -> Result<(), StepError> {
+    pub(crate) fn weigh(&mut self, opening: Option<Energy>) -> Result<(), StepError> {
         let Some(tolerance) = self.options.energy_tolerance else {
             return Ok(());
         };
         let energy = Energy {
-            elastic: self.stored_energy(),
+            elastic: self.stored_energy() + self.stored_in_contacts(),
             ..self.energy()
         };
         let total = energy.total();
         let start = match self.account.start {
             Some(start) => start,
             None => {
-                let elastic = match self.stage {
-                    Stage::Advanced { implicit: true, .. } => self.gap_energy(),
-                    _ => elastic.unwrap_or(energy.elastic),
-                };
-                let start = Energy { elastic, ..energy }.total();
-                self.account.work = 0.0;
+                let start = self.start_of(opening.unwrap_or(energy), energy).total();
                 self.account.start = Some(start);
                 self.account.potential = self.weight_times_extent();
                 start
@@ -182,7 +228,8 @@ impl Stepper {
         let scale = account
             .scale
             .max(LEAST * (account.potential + energy.elastic));
-        let excess = gained - account.work;
+        let [recovery, _] = account.recovery;
+        let excess = gained - account.work - recovery;
         account.recent.rotate_left(1);
         account.recent[LASTING - 1] = if excess <= 0.0 { 0.0 } else { excess / scale };
         // What is no number lasts.
@@ -190,6 +237,7 @@ impl Stepper {
         let balance = EnergyBalance {
             gained,
             work: account.work,
+            recovery,
             scale,
             excess: if excess.is_nan() { excess } else { lasting },
         };
@@ -204,6 +252,39 @@ impl Stepper {
         })
     }
 
+    /// The energy that a balance begins with, after the first sub-step of it, which began with `opening` and is accounted with
+    /// `energy`. That is of the mean of the velocities before and after the sub-step, in which a blow is half over: one that
+    /// begins with a blow begins with the motion before.
+    fn start_of(&mut self, opening: Energy, energy: Energy) -> Energy {
+        let contacts = self.stored_in_contacts();
+        let implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
+        if !implicit && self.has_blow() {
+            return Energy {
+                elastic: opening.elastic + contacts,
+                ..opening
+            };
+        }
+        (self.account.work, self.account.recovery[0]) = (0.0, 0.0);
+        let gaps = if implicit {
+            self.gap_energy()
+        } else {
+            opening.elastic
+        };
+        Energy {
+            elastic: gaps + contacts,
+            ..energy
+        }
+    }
+
+    /// Whether shapes arrived in the last sub-step.
+    fn has_blow(&self) -> bool {
+        let contacts = &self.contacts;
+        let slowest = slowest(&self.scene, contacts.dt());
+        let before = |touch: &Touch| touch.rates(|i| self.pieces.v.get(i))[0];
+        let mut carry = contacts.touches.iter().filter(|t| t.impulse[0] > 0.0);
+        carry.any(|touch| before(touch) < -slowest)
+    }
+
     /// Elastic energy of the rows, at most ½ φ²/ε: damping adds to λ, but stores nothing.
     fn stored_energy(&self) -> f64 {
         let rows = &self.pieces.rows;
@@ -216,6 +297,62 @@ impl Stepper {
         self.mu.iter().enumerate().map(of_row).sum()
     }
 
+    /// Elastic energy of the contacts, at most ½ φ²/ε of the penetrations that the sub-step began with \[J].
+    fn stored_in_contacts(&self) -> f64 {
+        let of = |touch: &Touch| {
+            let (compliance, force) = (
+                touch.found.surface.compliance,
+                touch.impulse[0] / self.contacts.dt(),
+            );
+            let depth = touch.found.gap.min(0.0);
+            0.5 * (compliance * force * force).min(depth * depth / compliance)
+        };
+        self.contacts.touches.iter().map(of).sum()
+    }
+
+    /// Work of driven bodies by the contacts' impulses \[J].
+    fn work_by_contacts(&self) -> f64 {
+        let bodies = &self.scene.bodies;
+        let mut work = 0.0;
+        for touch in &self.contacts.touches {
+            for (k, p) in touch.impulse.iter().enumerate() {
+                let driven = touch
+                    .row(k)
+                    .filter(|(i, _)| bodies.mobility[*i] == Mobility::Driven);
+                work -= p * driven
+                    .map(|(i, row)| dot(&row, &velocity(bodies, i)))
+                    .sum::<f64>();
+            }
+        }
+        work
+    }
+
+    /// Work of the contacts' impulses in the last sub-step of `dt` that undo the penetrations of the start \[J].
+    fn work_of_recovery(&mut self, dt: f64) -> f64 {
+        let (account, touches) = (&mut self.account, &self.contacts.touches);
+        let rate = |touch: &Touch| match touch.impulse[0] {
+            p if p > 0.0 => (-touch.offset - touch.softness * p).max(0.0),
+            _ => 0.0,
+        };
+        let (mut deepest, mut fastest, mut work) = (0.0_f64, 0.0_f64, 0.0);
+        for touch in touches {
+            deepest = deepest.max(-touch.found.gap);
+            fastest = fastest.max(rate(touch));
+            work += touch.impulse[0] * rate(touch);
+        }
+        account.overlap = match account.start {
+            None => deepest,
+            Some(_) => account.overlap.min(deepest),
+        };
+        let undone = account.overlap.min(dt * fastest);
+        account.overlap -= undone;
+        if undone > 0.0 {
+            work * undone / (dt * fastest)
+        } else {
+            0.0
+        }
+    }
+
     /// Into `moved` by how much driven bodies and ∂φ/∂t have changed the rows in the last sub-step of `dt`: dt (J_d v_d + ∂φ/∂t).
     fn drives(&self, dt: f64, moved: &mut [f64]) {
         let (bodies, rows) = (&self.scene.bodies, &self.pieces.rows);
@@ -224,11 +361,7 @@ impl Stepper {
         }
         for (s, slot) in rows.slots.iter().enumerate() {
             if bodies.mobility[slot.body] == Mobility::Driven {
-                let (v, w) = (
-                    &bodies.velocity[slot.body],
-                    &bodies.angular_velocity[slot.body],
-                );
-                let velocity = [v.x, v.y, v.z, w.x, w.y, w.z];
+                let velocity = velocity(bodies, slot.body);
                 let moved = &mut moved[rows.row_range(slot.constraint)];
                 for (moved, j) in moved.iter_mut().zip(rows.block(s).rows()) {
                     *moved += dt * dot(j, &velocity);
@@ -250,8 +383,7 @@ impl Stepper {
             for s in rows.slot_range(bound.constraint) {
                 let body = rows.slots[s].body;
                 let j = rows.block(s).rows()[bound.row - first];
-                let (v, w) = (&bodies.velocity[body], &bodies.angular_velocity[body]);
-                work += mu * dot(&j, &[v.x, v.y, v.z, w.x, w.y, w.z]);
+                work += mu * dot(&j, &velocity(bodies, body));
             }
             work += mu * rows.phi_t[bound.row];
         }
@@ -263,16 +395,34 @@ impl Stepper {
         work
     }
 
-    /// Weight of the dynamic bodies \[N] times the longest way from one to another or of a lever arm \[m].
+    /// Weight of the dynamic bodies \[N] times the longest way from one to another, of a lever arm or of a shape's end \[m].
     fn weight_times_extent(&self) -> f64 {
         let rows = &self.pieces.rows;
         let levers = (0..rows.slots.len()).map(|s| rows.lever(s).norm());
         let position = &self.scene.bodies.position;
         let first = position.first().copied().unwrap_or_else(Vector3::zeros);
         let ways = position.iter().map(|x| (x - first).norm());
-        self.scene.mass() * self.scene.gravity.norm() * levers.chain(ways).fold(0.0, f64::max)
+        let moving = |i: &usize| self.scene.bodies.is_dynamic(*i);
+        let shapes = self
+            .scene
+            .colliders
+            .iter()
+            .filter(|c| c.body.as_ref().is_some_and(moving));
+        let ends = shapes.map(|c| c.position.norm() + c.shape.reach());
+        let ends = ends.filter(|end| end.is_finite());
+        let longest = levers.chain(ways).chain(ends).fold(0.0, f64::max);
+        self.scene.mass() * self.scene.gravity.norm() * longest
     }
 }
+
+/// Velocity of a body \[m/s, rad/s].
+fn velocity(bodies: &Bodies, i: usize) -> [f64; 6] {
+    let (v, w) = (&bodies.velocity[i], &bodies.angular_velocity[i]);
+    [v.x, v.y, v.z, w.x, w.y, w.z]
+}
+
+#[cfg(test)]
+mod tests_contacts;
 
 #[cfg(test)]
 mod tests {

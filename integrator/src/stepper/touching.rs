@@ -191,6 +191,7 @@ impl Stepper {
         tally.undecided += usize::from(!solved);
         done.map_err(|e| self.culprit(e))?;
         self.strike()?;
+        self.account_for_blow();
         self.contacts.end_rebound();
         // The rates of the step are those before the blow.
         self.history.forget(&self.pieces.rows.phi_t);

@@ -1,0 +1,162 @@
+//! The summary of a run, for people.
+
+use super::Summary;
+use std::fmt::Write;
+
+/// How the run ended, in a line.
+fn verdict(s: &Summary) -> String {
+    match &s.failure {
+        None if let Some(why) = s.stopped => format!(
+            "none: stopped by {why} at t = {:.3} s",
+            s.load_at_end.unwrap_or_default().0
+        ),
+        None if s.unconverged_steps > 0 => {
+            let iterates = s
+                .backend
+                .parse()
+                .is_ok_and(|b: taut_solver::Backend| b.is_iterative());
+            let why = if iterates {
+                "ran out of iterations: raise `iterations=`"
+            } else {
+                "have forces without a sure digit: their matrices are singular to rounding"
+            };
+            format!("stable, but {} steps {why}", s.unconverged_steps)
+        }
+        None if s.undecided_steps > 0 => format!(
+            "stable, but {} steps left undecided which cables are slack, which motors at their limits, or which contacts \
+             carry what",
+            s.undecided_steps
+        ),
+        None if s.planar => "stable, but exactly planar: `--set seed=1` disturbs it".to_owned(),
+        None => "stable".to_owned(),
+        Some(f) => format!("unstable at t = {:.3} s: {}", f.time, f.reason),
+    }
+}
+
+/// What touched, for people.
+fn contacts(s: &Summary) -> Option<(&'static str, String)> {
+    let c = s.contacts?;
+    let split = match c.most_groups {
+        0 => String::new(),
+        groups => format!("; split into up to {groups} groups"),
+    };
+    let text = format!(
+        "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}{split}",
+        c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
+    );
+    Some(("contacts", text))
+}
+
+/// What came from nowhere, and from where the rest came.
+fn energy_excess(s: &Summary) -> String {
+    let (Some(balance), Some(excess)) = (&s.balance, s.max_energy_excess) else {
+        return "not asked for".to_owned();
+    };
+    let recovery = if balance.recovery > 1e-6 * balance.scale {
+        format!(
+            ", of contacts that undo overlaps {:.3e} J",
+            balance.recovery
+        )
+    } else {
+        String::new()
+    };
+    format!(
+        "at most {excess:.1e} of the motion's own; work of drives {:.3e} J{recovery}",
+        balance.work
+    )
+}
+
+/// The summary for people.
+#[must_use]
+pub fn text(s: &Summary) -> String {
+    let mut out = String::new();
+    let ns = taut_output::table::nanoseconds;
+    let (_, last) = s.load_at_end.unwrap_or_default();
+    let phases: Vec<_> = s
+        .phases_ns
+        .iter()
+        .map(|(name, t)| format!("{name} {}", ns(*t)))
+        .collect();
+    let tension = match (s.load_tension, s.max_load_tension) {
+        (Some(end), Some(most)) => {
+            format!("{end:.4e} N at the end, at most {most:.4e} N, in what holds the load tightest")
+        }
+        _ => "none: no joint, link or cable holds it".to_owned(),
+    };
+    let gap = match &s.widest {
+        Some(name) => format!(
+            "{:.3e} m, of `{name}`: open or stretched",
+            s.max_violation_m
+        ),
+        None => format!("{:.3e} m", s.max_violation_m),
+    };
+    let rows = [
+        ("scene", s.scene.clone()),
+        (
+            "solver",
+            format!(
+                "{} ({} form, {} order, {} refinement{})",
+                s.backend,
+                s.form,
+                s.elimination,
+                s.refinements,
+                if s.refinements == 1 { "" } else { "s" }
+            ),
+        ),
+        (
+            "steps",
+            format!(
+                "{} of {:.6} s, {}, geometric stiffness {}",
+                s.steps, s.dt, s.scheme, s.stiffness
+            ),
+        ),
+        (
+            "guard",
+            match s.guard {
+                None => "off".to_owned(),
+                Some(_) => format!(
+                    "{} steps redone, {} implicit sub-steps, at most {} solves a step",
+                    s.redone_steps, s.implicit_substeps, s.most_solves
+                ),
+            },
+        ),
+        ("verdict", verdict(s)),
+        (
+            "load at the end",
+            format!("({:.6}, {:.6}, {:.6}) m", last[0], last[1], last[2]),
+        ),
+        (
+            "energy",
+            format!(
+                "{:.6e} J → {:.6e} J",
+                s.energy.start.total(),
+                s.energy.end.total()
+            ),
+        ),
+        ("energy excess", energy_excess(s)),
+        ("load tension", tension),
+        ("largest gap", gap),
+        (
+            "step time",
+            format!(
+                "median {}, min {}, max {}",
+                ns(s.step_ns.median),
+                ns(s.step_ns.min),
+                ns(s.step_ns.max)
+            ),
+        ),
+        ("phases", phases.join(", ")),
+    ];
+    let notes = s.notes.iter().map(|note| ("note", note.clone()));
+    let events = s.events.iter();
+    let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
+    for (name, value) in rows
+        .into_iter()
+        .chain(contacts(s))
+        .chain(events)
+        .chain(notes)
+    {
+        let _ = writeln!(out, "{name:>16}  {value}");
+    }
+    out
+}
