@@ -8,8 +8,9 @@
 //! # Pairs that never meet
 //! - Neither has a dynamic body: nothing would move.
 //! - Both are of the same body, or both of the world.
-//! - A constraint of any kind holds both bodies: a joint, a link, a cable without mass. The world is none: what hangs from a
-//!   point of it lands on its ground.
+//! - A joint or link holds both bodies, or a bend does that is between them: at a point, along an axis, or at a constant
+//!   distance. A cable without mass does not: a load that it hoists meets the jib that it hangs from. The world is none: what
+//!   hangs from a point of it lands on its ground.
 //! - Both are segments of the same cable: a cable does not touch itself.
 //! - The masks say no. They meet where each is a member of a group that the other meets:
 //!
@@ -119,16 +120,18 @@ impl Surface {
     /// the compliances.
     #[must_use]
     pub fn meet(&self, other: &Self) -> Self {
+        // Of the roots, so that no product of two frictions overflows.
+        let friction = if self.friction == other.friction {
+            self.friction
+        } else {
+            self.friction.sqrt() * other.friction.sqrt()
+        };
+        // −0 + 0 = 0: a contact's numbers have no sign.
         Self {
-            // Of the roots, so that no product of two frictions overflows.
-            friction: if self.friction == other.friction {
-                self.friction
-            } else {
-                self.friction.sqrt() * other.friction.sqrt()
-            },
-            restitution: self.restitution.max(other.restitution),
-            compliance: self.compliance + other.compliance,
-            damping: self.damping.max(other.damping),
+            friction: friction + 0.0,
+            restitution: self.restitution.max(other.restitution) + 0.0,
+            compliance: self.compliance + other.compliance + 0.0,
+            damping: self.damping.max(other.damping) + 0.0,
         }
     }
 }

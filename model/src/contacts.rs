@@ -13,6 +13,10 @@
 //! (of a half-space, the farthest point of the other shape), gravity g, and the smallest dimension h of either: so far the
 //! shapes come towards each other in a step of dt.
 //!
+//! Where the velocities say that a contact over a gap would hold the shapes back, it is that of the instant at which they are
+//! closest within the step, and there is none where they pass each other by more than the last two parts of the reach
+//! (`contacts/ahead.rs`).
+//!
 //! # Pairs
 //! The boxes along the world's axes that hold the shapes, grown by the reach of each, are sorted along the axis in which they
 //! are spread most, and those that overlap there are compared along the others. Half-spaces are compared with everything.
@@ -31,6 +35,7 @@
 //! A contact knows how both surfaces are curved, and so how its gap changes to second order as its bodies turn
 //! (`contacts/curvature.rs`).
 
+mod ahead;
 mod axis;
 mod balls;
 mod curvature;
@@ -44,6 +49,7 @@ use nalgebra::Vector3;
 use crate::collide::{Shape, Surface};
 use crate::error::SceneError;
 use crate::scene::Scene;
+use ahead::{Ahead, Meeting, Motion};
 use balls::Balls;
 pub use curvature::Curvature;
 use manifold::{Touch, touch};
@@ -64,7 +70,8 @@ pub struct Contact {
     pub points: [Vector3<f64>; 2],
     /// Unit vector from collider 1 to collider 0, world: a positive force along it pushes body 0.
     pub normal: Vector3<f64>,
-    /// (points\[0] − points\[1])·normal \[m]; negative where the shapes overlap.
+    /// Their distance along the normal \[m], negative where the shapes overlap: (points\[0] − points\[1])·normal. Where the
+    /// points belong to a later instant, they are as the bodies' velocities have them before, and the gap counts the turning.
     pub gap: f64,
     /// How the two surfaces are curved there; edges and corners are round with 10⁻³ of their shape's size.
     pub curvature: [Curvature; 2],
@@ -235,14 +242,13 @@ impl Collisions {
         let bounded = usize::from(solids[0].core == Core::HalfSpace);
         let origin = solids[bounded].centre;
         solids.iter_mut().for_each(|solid| solid.centre -= origin);
-        let [a, b] = solids;
+        let motions = colliders.map(|c| Motion::of(scene, c.body, &origin));
+        let ahead = Ahead { solids, motions };
         self.touches.clear();
-        touch(
-            &a,
-            &b,
-            reach(scene, pair, &self.places, dt),
-            &mut self.touches,
-        );
+        let reach = reach(scene, pair, &self.places, dt);
+        touch(&solids[0], &solids[1], reach.all(), &mut self.touches);
+        let time = self.look_ahead(&ahead, reach, dt);
+        let [a, b] = ahead.at(time);
         let surface = colliders[0].surface.meet(&colliders[1].surface);
         let bodies = colliders.map(|c| c.body);
         let flat = FLAT / (a.size() + b.size());
@@ -258,9 +264,9 @@ impl Collisions {
             .extend(self.touches.iter().map(|touch| Contact {
                 colliders: pair,
                 bodies,
-                points: touch.points.map(|p| p + origin),
+                points: ahead.before(&touch.points, time).map(|p| p + origin),
                 normal: touch.normal,
-                gap: touch.gap(),
+                gap: ahead.gap_before(touch, time),
                 curvature: [
                     a.curvature(&touch.points[0], &-touch.normal),
                     b.curvature(&touch.points[1], &touch.normal),
@@ -269,6 +275,52 @@ impl Collisions {
                 surface,
                 key: a.axes.tr_mul(&(touch.points[0] - a.centre)),
             }));
+    }
+
+    /// Replaces the points of contact of the beginning where the shapes meet otherwise within `dt`, adds those of shapes that
+    /// meet and do not face each other yet, and leaves none where they do not meet: the time that the points belong to \[s].
+    fn look_ahead(&mut self, ahead: &Ahead, reach: Reach, dt: f64) -> f64 {
+        let touches = &mut self.touches;
+        let apart = touches.iter().all(|touch| touch.gap() > 0.0);
+        let arrives = |touch: &Touch| touch.gap() + dt * ahead.rate(touch, 0.0) < 0.0;
+        let planes = ahead.solids.iter().any(|s| s.core == Core::HalfSpace);
+        let moves = reach.moving > reach.shape && !planes;
+        if !(moves && apart && (touches.is_empty() || touches.iter().any(arrives))) {
+            return 0.0;
+        }
+        let (near, least) = (reach.shape + reach.falling, 1e3 * reach.shape);
+        match ahead.meeting(dt, near, least, !touches.is_empty()) {
+            Meeting::AsNow => 0.0,
+            Meeting::Never => {
+                touches.clear();
+                0.0
+            }
+            Meeting::At(time) => {
+                let (first, [a, b]) = (touches.len(), ahead.at(time));
+                let left = reach.all() - reach.moving * time / dt;
+                touch(&a, &b, left, touches);
+                if touches.len() == first {
+                    return 0.0;
+                }
+                touches.drain(..first);
+                time
+            }
+        }
+    }
+}
+
+/// The parts of the distance that the surfaces of a pair may be apart \[m]: the ways by their velocities and by gravity,
+/// and one for their size.
+#[derive(Debug, Clone, Copy)]
+struct Reach {
+    moving: f64,
+    falling: f64,
+    shape: f64,
+}
+
+impl Reach {
+    fn all(self) -> f64 {
+        self.moving + self.falling + self.shape
     }
 }
 
@@ -280,8 +332,8 @@ fn speeds(scene: &Scene, body: Option<usize>) -> [Vector3<f64>; 2] {
     })
 }
 
-/// How far the surfaces of a pair may be apart \[m].
-fn reach(scene: &Scene, pair: [usize; 2], places: &[Place], dt: f64) -> f64 {
+/// How far the surfaces of a pair may be apart.
+fn reach(scene: &Scene, pair: [usize; 2], places: &[Place], dt: f64) -> Reach {
     let colliders = pair.map(|i| &scene.colliders[i]);
     let [[v, _], [w, _]] = colliders.map(|c| speeds(scene, c.body));
     let turning = |own: usize, other: usize| {
@@ -297,9 +349,12 @@ fn reach(scene: &Scene, pair: [usize; 2], places: &[Place], dt: f64) -> f64 {
         };
         scene.bodies.angular_velocity[body].norm() * end
     };
-    let speed = (v - w).norm() + turning(0, 1) + turning(1, 0) + scene.gravity.norm() * dt;
     let least = colliders.map(|c| c.shape.dimensions()[0]);
-    dt * speed + 1e-3 * least[0].min(least[1])
+    Reach {
+        moving: dt * ((v - w).norm() + turning(0, 1) + turning(1, 0)),
+        falling: dt * dt * scene.gravity.norm(),
+        shape: 1e-3 * least[0].min(least[1]),
+    }
 }
 
 /// The axis along which the boxes are spread most.
@@ -319,6 +374,8 @@ fn widest(bounded: &[usize], places: &[Place]) -> usize {
 
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod tests_ahead;
 #[cfg(test)]
 mod tests_curvature;
 #[cfg(test)]

@@ -9,6 +9,9 @@ use taut_model::{
 };
 use taut_solver::Backend;
 
+mod momenta;
+mod passing;
+
 const G: f64 = 9.81;
 
 fn rough(friction: f64) -> Surface {
@@ -331,114 +334,6 @@ fn a_run_that_is_taken_up_goes_on_with_the_same_bits() {
 fn run_any(stepper: &mut Stepper, steps: usize) {
     for _ in 0..steps {
         stepper.step().unwrap();
-    }
-}
-
-#[test]
-fn bodies_that_collide_in_free_fall_keep_their_momenta() {
-    for restitution in [0.0, 0.7, 1.0] {
-        let surface = Surface {
-            restitution,
-            ..rough(0.4)
-        };
-        let mut scene = Scene::new("free");
-        let a = add_box(&mut scene, Vector3::new(-0.9, 0.2, 0.1), 3.0, surface);
-        let b = add_ball(&mut scene, Vector3::new(0.4, 0.0, 0.0), 0.5, surface);
-        scene.bodies.velocity[a].x = 2.0;
-        scene.bodies.angular_velocity[b] = Vector3::new(0.0, 3.0, 5.0);
-        let (momentum, spin) = (scene.momentum(), scene.angular_momentum(&Vector3::zeros()));
-        let energy = scene.kinetic_energy();
-        let mut stepper = stepper(scene);
-        run(&mut stepper, 60);
-        let scene = stepper.scene();
-        assert!(scene.bodies.velocity[b].x > 0.5, "they have not met");
-        assert!((scene.momentum() - momentum).norm() < 1e-12);
-        // The impulses act at points a gap apart.
-        let turned = scene.angular_momentum(&Vector3::zeros()) - spin;
-        assert!(turned.norm() < 1e-2, "{turned}");
-        assert!(scene.kinetic_energy() <= energy * (1.0 + 1e-12));
-    }
-}
-
-/// Numbers from −1 to 1.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> Vector3<f64> {
-        Vector3::new(self.next(), self.next(), self.next())
-    }
-}
-
-/// Bodies of all shapes that fall on a heap.
-fn heap(seed: u64, friction: f64, ratio: f64) -> Scene {
-    let mut random = Random(seed * 7919 + 12345);
-    let mut scene = ground(0.0, rough(friction));
-    for k in 0..8 {
-        let mass = ratio.powf(0.5 * (random.next() + 1.0));
-        let (body, shape) = match k % 4 {
-            0 => {
-                let size = Vector3::repeat(0.6) + random.vector() * 0.2;
-                (Body::cuboid(size, mass), Shape::Cuboid { size })
-            }
-            1 => (Body::sphere(0.3, mass), Shape::Sphere { radius: 0.3 }),
-            2 => {
-                let [length, radius] = [0.5, 0.15];
-                (
-                    Body::rod(0.8, radius, mass),
-                    Shape::Capsule { length, radius },
-                )
-            }
-            _ => {
-                let [length, radius] = [0.6, 0.2];
-                (
-                    Body::rod(length, radius, mass),
-                    Shape::Cylinder { length, radius },
-                )
-            }
-        };
-        let place = random.vector() * 0.2 + Vector3::z() * (0.8 + 0.9 * f64::from(k));
-        let turn = UnitQuaternion::from_scaled_axis(random.vector() * 2.0);
-        add(
-            &mut scene,
-            body.at(place).turned(turn),
-            shape,
-            rough(friction),
-        );
-    }
-    scene
-}
-
-#[test]
-fn heaps_are_decided_in_every_step_and_gain_no_energy() {
-    for seed in 1..=6 {
-        for (friction, ratio) in [(0.3, 1.0), (0.8, 1.0), (0.5, 1e3)] {
-            let scene = heap(seed, friction, ratio);
-            let weight = G * scene.mass();
-            let mut stepper = stepper(scene);
-            let (mut least, mut deepest) = (f64::INFINITY, 0.0_f64);
-            for _ in 0..180 {
-                let report = stepper.step().unwrap();
-                assert_eq!(report.undecided, 0, "{report:?}");
-                deepest = deepest.max(report.contacts.deepest);
-                let scene = stepper.scene();
-                let energy = scene.kinetic_energy() + scene.potential_energy();
-                let gained = energy - least;
-                // What undoes a penetration lifts what lies above.
-                let lifted = weight * deepest + 1e-9;
-                assert!(
-                    gained <= lifted,
-                    "{seed} {friction} {ratio}: {gained} J, not {lifted}"
-                );
-                least = energy.min(least);
-            }
-        }
     }
 }
 

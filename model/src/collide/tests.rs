@@ -28,6 +28,17 @@ fn surfaces_that_meet_share_their_friction_and_add_their_compliances() {
         ..ice
     };
     assert_eq!(odd.meet(&odd).friction, 0.3);
+    // −0 is 0: as a bound of friction its sign would count.
+    let none = Surface {
+        friction: -0.0,
+        restitution: -0.0,
+        compliance: -0.0,
+        damping: -0.0,
+    };
+    let met = none.meet(&none);
+    let numbers = [met.friction, met.restitution, met.compliance, met.damping];
+    assert!(numbers.iter().all(|x| x.is_sign_positive()), "{met:?}");
+    assert!(none.meet(&odd).friction.is_sign_positive());
 }
 
 /// A ball, a point mass and a static body with a shape each, and the ground.

@@ -39,6 +39,8 @@ const BETTER: f64 = 1e-11;
 
 /// The same of two edges, which touch in one point: boxes that rock on each other keep the corners of their faces.
 const CLEARLY: f64 = 1e-3;
+/// Cosine between directions that count as perpendicular where two faces are flush.
+const ACROSS: f64 = 1e-3;
 
 /// s(n) \[m].
 pub(super) fn separation(a: &Solid, b: &Solid, n: &Vector3<f64>) -> f64 {
@@ -63,6 +65,16 @@ pub(super) fn axis(a: &Solid, b: &Solid) -> (Vector3<f64>, f64) {
             (n, separation(a, b, &n))
         },
     )
+}
+
+/// Whether boxes or cylinders that have s(n) = `gap` along n just miss each other: another face across n passes over or under
+/// the other shape but for less than `flush` (m), and along n they do not overlap by more than that.
+pub(super) fn pass(a: &Solid, b: &Solid, (n, gap): (&Vector3<f64>, f64), flush: f64) -> bool {
+    let misses = |m: Vector3<f64>| {
+        let apart = || separation(a, b, &m).max(separation(a, b, &-m));
+        m.dot(n).abs() < ACROSS && apart().abs() <= flush
+    };
+    gap >= -flush && a.faces().chain(b.faces()).any(misses)
 }
 
 /// Direction of the shortest connection from `solid` to the segment `a`, where they are apart.

@@ -2,12 +2,13 @@
 
 use std::collections::HashSet;
 
+use crate::constraint::Constraint;
 use crate::scene::Scene;
 
 /// The pairs of bodies and cables that never meet.
 #[derive(Debug, Clone)]
 pub(super) struct Pairs {
-    /// Pairs of bodies that a constraint joins, the lower number first.
+    /// Pairs of bodies that a constraint holds together, the lower number first. A cable leaves them free up to its length.
     joined: HashSet<[usize; 2]>,
     /// The cable of each body.
     cable: Vec<Option<usize>>,
@@ -25,7 +26,8 @@ impl Pairs {
         if scene.colliders.len() < 2 {
             return pairs;
         }
-        for constraint in &scene.constraints {
+        let holds = |c: &&Constraint| !matches!(c, Constraint::MasslessCable(_));
+        for constraint in scene.constraints.iter().filter(holds) {
             for (n, i) in constraint.bodies().enumerate() {
                 let others = constraint.bodies().skip(n + 1);
                 pairs.joined.extend(others.map(|j| [i.min(j), i.max(j)]));

@@ -12,19 +12,23 @@ use crate::collide::Collider;
 /// Pairs of each two kinds. All directions, overlaps and alignments are among them.
 const PAIRS: usize = 4000;
 
-struct Random(Xoshiro256PlusPlus);
+pub(super) struct Random(Xoshiro256PlusPlus);
 
 impl Random {
-    fn number(&mut self) -> f64 {
+    pub(super) fn new(seed: u64) -> Self {
+        Self(Xoshiro256PlusPlus::seed_from_u64(seed))
+    }
+
+    pub(super) fn number(&mut self) -> f64 {
         (self.0.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    fn vector(&mut self) -> Vector3<f64> {
+    pub(super) fn vector(&mut self) -> Vector3<f64> {
         Vector3::from_fn(|_, _| 2.0 * self.number() - 1.0)
     }
 
     /// Any turn, or none, or one of a right angle: faces and edges that are parallel are what rounding could confuse.
-    fn turn(&mut self) -> UnitQuaternion<f64> {
+    pub(super) fn turn(&mut self) -> UnitQuaternion<f64> {
         let quarter = std::f64::consts::FRAC_PI_2;
         match (self.number() * 8.0) as usize {
             0..=1 => UnitQuaternion::identity(),
@@ -35,7 +39,7 @@ impl Random {
         }
     }
 
-    fn shape(&mut self, kind: usize) -> Shape {
+    pub(super) fn shape(&mut self, kind: usize) -> Shape {
         let mut long = || 0.02 + self.number().powi(3) * 3.0;
         match kind {
             0 => Shape::Sphere { radius: long() },
@@ -89,7 +93,7 @@ fn check(a: &Solid, b: &Solid, touch: &Touch, reach: f64) {
 }
 
 fn pairs(kinds: [usize; 2], seed: u64) {
-    let mut random = Random(Xoshiro256PlusPlus::seed_from_u64(seed));
+    let mut random = Random::new(seed);
     let bodies = Bodies::new();
     for _ in 0..PAIRS {
         let [mut a, mut b] = kinds.map(|kind| Solid::of(&random.collider(kind), &bodies));
@@ -133,7 +137,7 @@ fn contacts_of_random_pairs_are_finite_and_agree_with_their_points() {
 
 #[test]
 fn boxes_that_rock_on_each_other_keep_the_corners_of_their_faces() {
-    let mut random = Random(Xoshiro256PlusPlus::seed_from_u64(11));
+    let mut random = Random::new(11);
     let size = Vector3::repeat(1.0);
     for _ in 0..2000 {
         let frame = UnitQuaternion::from_scaled_axis(random.vector() * 3.0);

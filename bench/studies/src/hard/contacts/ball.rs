@@ -7,7 +7,7 @@
 //! ```
 //!
 //! infinitely many bounces later. A solid ball, I = ⅖ m r², that is pushed with v₀ slides with −μ g and spins up with
-//! 5/2 μ g/r. It rolls from t = 2 v₀/(7 μ g) on, with 5/7 v₀. Down a plane it rolls with 5/7 g sin α where μ ≥ 2/7 tan
+//! 5/2 μ g/r. It rolls from t = 2 v₀/(7 μ g) on, with 5/7 v₀, after 12 v₀²/(49 μ g) of way. Down a plane it rolls with 5/7 g sin α where μ ≥ 2/7 tan
 //! α. Below that it slides with g (sin α − μ cos α), which is more.
 
 use super::{DT, GRAVITY, ground, put, rising, rough, run};
@@ -88,6 +88,9 @@ fn pushed() -> Result<Vec<Check>, ExperimentError> {
     })?;
     let exact = 2.0 * speed / (7.0 * MU * GRAVITY);
     let ours = rolls.unwrap_or(f64::NAN);
+    // Back from where it has rolled to since.
+    let slid = stepper.scene().bodies.position[0].x - found * (stepper.time() - exact);
+    let way = 12.0 * speed * speed / (49.0 * MU * GRAVITY);
     let kept = stepper.energy().kinetic / (0.5 * speed * speed);
     Ok(vec![
         Check::relative(
@@ -105,6 +108,13 @@ fn pushed() -> Result<Vec<Check>, ExperimentError> {
         .noting(format!(
             "after 2 s; keeps {kept:.6} of its energy, exact 5/7"
         )),
+        // A step that it begins sliding and ends rolling is off by at most the way of friction in it.
+        Check::relative(
+            "ball pushed with 3 m/s: slides by",
+            [way, slid],
+            "m",
+            0.5 * MU * GRAVITY * dt * dt / way,
+        ),
     ])
 }
 
