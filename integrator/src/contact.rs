@@ -66,14 +66,28 @@ pub(crate) const FLOOR: f64 = 1e-9;
 /// Depth, over the size of both shapes, that is no longer a contact's.
 const SUNK: f64 = 1e-3;
 
+/// Most bodies of a contact.
+pub(crate) const CARRIERS: usize = 4;
+
+/// A body of a contact.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Carrier {
+    pub(crate) body: usize,
+    /// From its centre to its surface there; zero for point masses, which never turn.
+    lever: Vector3<f64>,
+    /// The part of the contact's force that it carries, < 0 on the second side.
+    part: f64,
+}
+
 /// A contact of the step.
 #[derive(Debug, Clone)]
 pub(crate) struct Touch {
     pub(crate) found: Contact,
     /// n, and two directions across it.
     pub(crate) axes: [Vector3<f64>; 3],
-    /// From each body's centre to its surface there; zero for the world and for point masses, which never turn.
-    levers: [Vector3<f64>; 2],
+    /// Its bodies, and how many.
+    carriers: [Carrier; CARRIERS],
+    count: usize,
     /// Whether it has a part in W; where it has not, p = 0.
     pub(crate) active: bool,
     /// p in these axes, of a step of [`Contacts::dt`] \[N s].
@@ -91,14 +105,25 @@ impl Touch {
     fn new(found: &Contact, scene: &Scene, dt: f64) -> Self {
         let n = found.normal;
         let axes = axes_along(&n).map_or([n; 3], |a| [0, 1, 2].map(|k| a.column(k).into_owned()));
-        let lever = |side: usize| match found.bodies[side] {
-            Some(i) if !scene.bodies.is_point(i) => found.points[side] - scene.bodies.position[i],
-            _ => Vector3::zeros(),
-        };
+        let (mut carriers, mut count) = ([Carrier::default(); CARRIERS], 0);
+        for (side, sign) in [1.0, -1.0].into_iter().enumerate() {
+            let both = [found.bodies[side], found.partners[side]];
+            for body in both.into_iter().flatten() {
+                let lever = found.points[side] - scene.bodies.position[body];
+                let turns = !scene.bodies.is_point(body);
+                carriers[count] = Carrier {
+                    body,
+                    lever: if turns { lever } else { Vector3::zeros() },
+                    part: if both[1].is_some() { 0.5 * sign } else { sign },
+                };
+                count += 1;
+            }
+        }
         let share = dt / (dt + found.surface.damping);
         Self {
             axes,
-            levers: [lever(0), lever(1)],
+            carriers,
+            count,
             active: false,
             impulse: [0.0; 3],
             offset: found.gap / dt,
@@ -140,14 +165,18 @@ impl Touch {
         n * p[0] + s * p[1] + t * p[2]
     }
 
-    /// Row `k` of H, side by side, with the side's body.
+    /// Its bodies.
+    pub(crate) fn carriers(&self) -> &[Carrier] {
+        &self.carriers[..self.count]
+    }
+
+    /// Row `k` of H, body by body.
     pub(crate) fn row(&self, k: usize) -> impl Iterator<Item = (usize, [f64; 6])> + '_ {
-        (0..2).filter_map(move |side| {
-            let sign = if side == 0 { 1.0 } else { -1.0 };
-            let axis = self.axes[k] * sign;
-            let turn = self.levers[side].cross(&axis);
+        self.carriers().iter().map(move |carrier| {
+            let axis = self.axes[k] * carrier.part;
+            let turn = carrier.lever.cross(&axis);
             let row = [axis.x, axis.y, axis.z, turn.x, turn.y, turn.z];
-            self.found.bodies[side].map(|i| (i, row))
+            (carrier.body, row)
         })
     }
 
@@ -174,6 +203,8 @@ pub struct ContactForce {
     pub colliders: [usize; 2],
     /// Their bodies; `None` for the world.
     pub bodies: [Option<usize>; 2],
+    /// Bodies that carry half of the force in place of those: [`Contact::partners`].
+    pub partners: [Option<usize>; 2],
     /// Where the first body touches, world \[m].
     pub point: Vector3<f64>,
     /// Unit vector from the second shape to the first.
@@ -213,6 +244,7 @@ impl Stepper {
         contacts.touches.iter().map(|touch| ContactForce {
             colliders: touch.found.colliders,
             bodies: touch.found.bodies,
+            partners: touch.found.partners,
             point: touch.found.points[0],
             normal: touch.found.normal,
             gap: touch.found.gap,
@@ -367,17 +399,14 @@ impl Contacts {
         self.turning.clear();
         for touch in &self.touches {
             let force = touch.world_impulse() / self.dt;
-            for (side, force) in [force, -force].into_iter().enumerate() {
-                if let Some(i) = touch.found.bodies[side] {
-                    geometric.add_force(i, &touch.levers[side], &force);
-                }
-            }
             let pressed = touch.impulse[0] / self.dt;
-            let sides = (0..2).filter(|_| pressed > 0.0);
-            for (side, i) in sides.filter_map(|side| Some((side, touch.found.bodies[side]?))) {
-                if scene.bodies.is_dynamic(i) && !scene.bodies.is_point(i) {
+            for carrier in touch.carriers() {
+                let (i, part) = (carrier.body, carrier.part);
+                geometric.add_force(i, &carrier.lever, &(force * part));
+                if pressed > 0.0 && scene.bodies.is_dynamic(i) && !scene.bodies.is_point(i) {
+                    let side = usize::from(part < 0.0);
                     let k = touch.found.turning(side, &scene.bodies.position[i]);
-                    self.turning.push((i, k * pressed));
+                    self.turning.push((i, k * (pressed * part.abs())));
                 }
             }
         }

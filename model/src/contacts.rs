@@ -66,6 +66,9 @@ pub struct Contact {
     pub colliders: [usize; 2],
     /// Their bodies; `None`: the world.
     pub bodies: [Option<usize>; 2],
+    /// The bodies that each shares its ball with where it touches there, as the next segment of a cable: both are then held by
+    /// the mean of their motions, and carry half of the force each.
+    pub partners: [Option<usize>; 2],
     /// The points on their surfaces, world \[m].
     pub points: [Vector3<f64>; 2],
     /// Unit vector from collider 1 to collider 0, world: a positive force along it pushes body 0.
@@ -158,7 +161,7 @@ impl Collisions {
         for pair in 0..self.near.len() {
             self.meet(scene, self.near[pair], dt);
         }
-        self.balls.drop_repeated(&mut self.contacts);
+        self.balls.unite(&mut self.contacts);
         Ok(&self.contacts)
     }
 
@@ -264,6 +267,7 @@ impl Collisions {
             .extend(self.touches.iter().map(|touch| Contact {
                 colliders: pair,
                 bodies,
+                partners: [None; 2],
                 points: ahead.before(&touch.points, time).map(|p| p + origin),
                 normal: touch.normal,
                 gap: ahead.gap_before(touch, time),

@@ -9,7 +9,7 @@
 use super::groups::Groups;
 use super::sweeps::Split;
 use super::through::{Columns, Through};
-use super::{FLOOR, Touch};
+use super::{CARRIERS, Carrier, FLOOR, Touch};
 use crate::Form;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
@@ -78,9 +78,9 @@ type Moved = Option<(usize, [f64; 6])>;
 #[derive(Default)]
 pub(crate) struct Operator {
     pub(crate) groups: Groups,
-    /// G row by row, and M̃⁻¹ hᵀ of both sides.
+    /// G row by row, and M̃⁻¹ hᵀ body by body.
     pub(super) columns: Columns,
-    pub(super) moved: Vec<[Moved; 2]>,
+    pub(super) moved: Vec<[Moved; CARRIERS]>,
     /// W of each group, one after the other, and where each begins.
     w: Vec<f64>,
     blocks: Vec<usize>,
@@ -117,14 +117,14 @@ impl Operator {
         self.moved.clear();
         for &i in &self.groups.order {
             for k in 0..3 {
-                let mut moved = [None; 2];
-                for (side, (body, row)) in touches[i].row(k).enumerate() {
+                let mut moved = [None; CARRIERS];
+                for (to, (body, row)) in moved.iter_mut().zip(touches[i].row(k)) {
                     if inertia.is_immovable(body) {
                         continue;
                     }
                     let mut inverse = [0.0; 6];
                     inertia.apply_inverse(body, &row, &mut inverse);
-                    moved[side] = Some((body, inverse));
+                    *to = Some((body, inverse));
                     if together {
                         let slots = &self.groups.slots[body];
                         self.columns.extend(pieces, slots, &inverse);
@@ -184,9 +184,8 @@ impl Operator {
         for (a, i) in members.iter().enumerate() {
             let touch = &touches[order[*i]];
             for (b, j) in members.iter().enumerate().take(a + 1) {
-                let shared =
-                    |body: &Option<usize>| body.is_some() && touch.found.bodies.contains(body);
-                if !touches[order[*j]].found.bodies.iter().any(shared) {
+                let shares = |of: &Carrier| touch.carriers().iter().any(|own| own.body == of.body);
+                if !touches[order[*j]].carriers().iter().any(shares) {
                     continue;
                 }
                 for l in 0..3 {

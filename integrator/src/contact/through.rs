@@ -9,6 +9,7 @@
 //!
 //! takes six solves a body. It is formed so where that halves the solves at least.
 
+use super::CARRIERS;
 use super::Touch;
 use super::operator::{Factor, Operator};
 use crate::pieces::Pieces;
@@ -76,7 +77,7 @@ impl<'a, C: Iterator<Item = &'a [(usize, f64)]>> Kernel for Meet<'_, C> {
 }
 
 /// A row of H on the touched body of that number.
-type Side = Option<(usize, [f64; 6])>;
+type Row = Option<(usize, [f64; 6])>;
 
 /// The workspace.
 #[derive(Default)]
@@ -90,8 +91,8 @@ pub(super) struct Through {
     bodies: Vec<usize>,
     of_bodies: Columns,
     mobility: Vec<f64>,
-    /// Both sides of each row of H, and a row of H Cᵀ S⁻¹ C.
-    sides: Vec<[Side; 2]>,
+    /// Each row of H, and a row of H Cᵀ S⁻¹ C.
+    rows: Vec<[Row; CARRIERS]>,
     moved: Vec<f64>,
 }
 
@@ -178,21 +179,21 @@ impl Through {
     /// Subtracts H (Cᵀ S⁻¹ C) Hᵀ of these contacts from their W.
     fn subtract<'a>(&mut self, contacts: impl Iterator<Item = &'a Touch>, w: &mut [f64]) {
         let bodies = &self.bodies;
-        self.sides.clear();
+        self.rows.clear();
         for touch in contacts {
-            self.sides.extend((0..3).map(|k| {
-                let mut sides = [None; 2];
-                for (to, (body, h)) in sides.iter_mut().zip(touch.row(k)) {
+            self.rows.extend((0..3).map(|k| {
+                let mut carriers = [None; CARRIERS];
+                for (to, (body, h)) in carriers.iter_mut().zip(touch.row(k)) {
                     *to = bodies.binary_search(&body).ok().map(|body| (body, h));
                 }
-                sides
+                carriers
             }));
         }
-        let (m, n) = (6 * bodies.len(), self.sides.len());
+        let (m, n) = (6 * bodies.len(), self.rows.len());
         for k in 0..n {
             self.moved.clear();
             self.moved.resize(m, 0.0);
-            for (body, h) in self.sides[k].iter().flatten() {
+            for (body, h) in self.rows[k].iter().flatten() {
                 let rows = self.mobility[6 * body * m..].chunks_exact(m);
                 for (row, h) in rows.zip(h) {
                     let to = self.moved.iter_mut().zip(row);
@@ -201,7 +202,7 @@ impl Through {
             }
             let moved = self.moved.as_chunks::<6>().0;
             for l in 0..=k {
-                let of = self.sides[l].iter().flatten();
+                let of = self.rows[l].iter().flatten();
                 let sum: f64 = of.map(|(body, h)| dot(h, &moved[*body])).sum();
                 subtract([l, k], n, sum, w);
             }
@@ -233,10 +234,10 @@ impl Operator {
         let solves = (0..n).filter(|k| !columns.of(number(*k)).is_empty());
         let solves = solves.count();
         through.bodies.clear();
-        let touched = members.iter().flat_map(|i| touches[order[*i]].found.bodies);
-        let jointed = touched
-            .flatten()
-            .filter(|body| !slots[*body].is_empty() && !pieces.inertia.is_immovable(*body));
+        let touched = members.iter().flat_map(|i| touches[order[*i]].carriers());
+        let touched = touched.map(|carrier| carrier.body);
+        let jointed =
+            touched.filter(|body| !slots[*body].is_empty() && !pieces.inertia.is_immovable(*body));
         through.bodies.extend(jointed);
         through.bodies.sort_unstable();
         through.bodies.dedup();

@@ -28,8 +28,8 @@ enum Part {
 pub(super) struct Balls {
     /// The ball at the upper and the lower end of each collider; empty where there are none.
     of: Vec<[Option<usize>; 2]>,
-    /// The parts that touch in a contact, and its number.
-    found: Vec<([Part; 2], usize)>,
+    /// The parts that touch in a contact, in order, its number, and whether they are those of its sides the other way round.
+    found: Vec<([Part; 2], usize, bool)>,
     repeated: Vec<bool>,
 }
 
@@ -94,21 +94,37 @@ impl Balls {
         };
         let mut parts = [part(0), part(1)];
         if parts.iter().any(|part| matches!(part, Part::Ball(_))) {
+            let turned = parts[1] < parts[0];
             parts.sort_unstable();
-            self.found.push((parts, contact));
+            self.found.push((parts, contact, turned));
         }
     }
 
-    /// Leaves the first of the contacts that the same parts have.
-    pub(super) fn drop_repeated(&mut self, contacts: &mut Vec<Contact>) {
+    /// Makes one of the contacts that the same parts have: the first, with the mean of their gaps.
+    pub(super) fn unite(&mut self, contacts: &mut Vec<Contact>) {
         if self.found.is_empty() {
             return;
         }
         self.found.sort_unstable();
         self.repeated.clear();
         self.repeated.resize(contacts.len(), false);
-        for two in self.found.windows(2) {
-            self.repeated[two[1].1] = two[0].0 == two[1].0;
+        for same in self.found.chunk_by(|a, b| a.0 == b.0) {
+            let (_, first, turned) = same[0];
+            let gaps = same.iter().map(|(_, i, _)| contacts[*i].gap).sum::<f64>();
+            contacts[first].gap = gaps / same.len() as f64;
+            for (_, i, other) in &same[1..] {
+                self.repeated[*i] = true;
+                let mut bodies = contacts[*i].bodies;
+                if *other != turned {
+                    bodies.reverse();
+                }
+                let kept = &mut contacts[first];
+                for (side, body) in bodies.into_iter().enumerate() {
+                    if body != kept.bodies[side] {
+                        kept.partners[side] = kept.partners[side].or(body);
+                    }
+                }
+            }
         }
         let mut repeated = self.repeated.iter();
         contacts.retain(|_| repeated.next() != Some(&true));
