@@ -26,8 +26,8 @@
 //! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
 //! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
 //!
-//! Where no impulses are found that keep the conditions, as of bodies that are jammed between others, the contacts that
-//! hang together are taken 100 times softer for the step, up to three times, and the report counts it.
+//! Where no impulses are found that keep the conditions, nor nearly so, as of bodies that are jammed between others, the
+//! contacts that hang together are taken 100 times softer for the step, up to three times, and the report counts it.
 //!
 //! **Geometric stiffness.** A force F at the lever r of a body has the part (F·r)⁺ (I − r rᵀ/r²) as that of a joint. The
 //! normal turns besides, as the surfaces are curved: a normal force N has −N ∂²φ/∂θ² of the gap φ

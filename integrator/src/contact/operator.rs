@@ -23,6 +23,10 @@ use taut_solver::{LinearSolver, SolveError, SolveReport, SymBlockMatrix};
 /// take more than 30 factorisations, ten times as many solve 4 more.
 const WORK: f64 = 5e9;
 
+/// Violation of the conditions, over the largest rate, above which an island is softened: below it the softer solution is the
+/// worse one.
+const CLOSE: f64 = 1e-4;
+
 /// By how much an island is softened at a time, and how often at most.
 const SOFTER: (f64, usize) = (100.0, 3);
 
@@ -297,8 +301,8 @@ impl Operator {
         }
     }
 
-    /// Impulses p of the conditions for u = W p + q, from the ones that the contacts have. `each` gets the report of each
-    /// solution, and whether it is one of a softer group.
+    /// Impulses p of the conditions for u = W p + q, from the ones that the contacts have; `false` where Newton's method finds
+    /// none. `each` gets the report of each solution, and whether it is one of a softer group.
     pub(crate) fn solve(
         &mut self,
         method: ConeMethod,
@@ -306,16 +310,18 @@ impl Operator {
         rates: &[f64],
         factor: &mut Factor<'_>,
         mut each: impl FnMut(ConeReport, bool),
-    ) -> Result<(), SolveError> {
+    ) -> Result<bool, SolveError> {
+        let mut found = true;
         for k in 0..self.groups.islands.len() {
             let island = self.groups.islands[k].clone();
             if island.is_split() {
                 self.sweep(&island, method, touches, rates, factor, &mut each)?;
             } else {
-                self.solve_group(island.groups.start, method, touches, rates, &mut each)?;
+                found &=
+                    self.solve_group(island.groups.start, method, touches, rates, &mut each)?;
             }
         }
-        Ok(())
+        Ok(found)
     }
 
     /// The same of one group, with `rates` of all contacts. It is softened where no impulses are found; q does not depend on
@@ -327,12 +333,14 @@ impl Operator {
         touches: &mut [Touch],
         rates: &[f64],
         each: &mut impl FnMut(ConeReport, bool),
-    ) -> Result<(), SolveError> {
+    ) -> Result<bool, SolveError> {
+        let mut found = true;
         for softer in 0..=SOFTER.1 {
             let report = self.try_group(k, method, touches, rates, softer == 0)?;
             each(report, softer > 0);
             let is_softened = method == ConeMethod::Newton && report.is_definite;
-            if report.solved || !is_softened || softer == SOFTER.1 {
+            found = report.solved || !is_softened;
+            if found || report.complementarity <= CLOSE || softer == SOFTER.1 {
                 break;
             }
             let block = self.block(k);
@@ -344,7 +352,7 @@ impl Operator {
             }
         }
         self.hand_over(k, touches);
-        Ok(())
+        Ok(found)
     }
 
     /// The contacts of a group have the impulses in its vector.

@@ -26,7 +26,7 @@ impl Stepper {
         let done = self.build_operator().and_then(|()| {
             let done = self.solve_dense(dt, &mut rates, true);
             self.contacts.apply(&mut self.pieces.inertia, true);
-            done.map_err(|e| self.culprit(e))
+            done.map(|_| ()).map_err(|e| self.culprit(e))
         });
         self.contacts.rates = rates;
         self.tally.end(Phase::Solve);

@@ -111,19 +111,22 @@ impl Stepper {
             let done = self.solve_dense(dt, rates, pass == 0);
             self.contacts.apply(&mut self.pieces.inertia, true);
             self.tally.end(Phase::Solve);
-            done.map_err(|e| self.culprit(e))?;
+            // Where no impulses are found, further passes find none either.
+            if !done.map_err(|e| self.culprit(e))? {
+                passes = passes.min(1);
+            }
             solve(self)?;
         }
         Ok(f64::NAN)
     }
 
-    /// The contacts' impulses through W for their rates u, which become those without impulses.
+    /// The contacts' impulses through W for their rates u, which become those without impulses; whether all were found.
     pub(super) fn solve_dense(
         &mut self,
         dt: f64,
         rates: &mut [f64],
         first: bool,
-    ) -> Result<(), SolveError> {
+    ) -> Result<bool, SolveError> {
         let mut factor = factor_of!(self);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
         let (operator, touches) = (&mut contacts.operator, &mut contacts.touches);

@@ -16,6 +16,9 @@ use crate::scene::Scene;
 /// What counts as the same place, over the size of the shapes.
 const SAME: f64 = 1e-9;
 
+/// Distance of the ends, over the ball's radius, from which on each has its own contacts.
+const OPEN: f64 = 0.02;
+
 /// What touches: a ball, or a collider by itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
@@ -28,6 +31,8 @@ enum Part {
 pub(super) struct Balls {
     /// The ball at the upper and the lower end of each collider; empty where there are none.
     of: Vec<[Option<usize>; 2]>,
+    /// Radius of each ball \[m].
+    radii: Vec<f64>,
     /// The parts that touch in a contact, in order, its number, and whether they are those of its sides the other way round.
     found: Vec<([Part; 2], usize, bool)>,
     repeated: Vec<bool>,
@@ -40,7 +45,7 @@ impl Balls {
             .filter_map(|i| Some((scene.colliders[i].body?, i)))
             .collect();
         capsules.sort_unstable();
-        let (mut of, mut count) = (vec![[None; 2]; scene.colliders.len()], 0);
+        let (mut of, mut radii) = (vec![[None; 2]; scene.colliders.len()], Vec::new());
         for constraint in scene.constraints.iter().filter(|c| c.has_stretch_rows()) {
             let [Side::Body(a), Side::Body(b)] = [0, 1].map(|k| constraint.frames()[k].side) else {
                 continue;
@@ -55,18 +60,21 @@ impl Balls {
                 for (j, other) in held(b, 1) {
                     let [x, y] = [i, j].map(|i| scene.colliders[i].shape.dimensions()[0]);
                     if (x - y).abs() <= SAME * x {
-                        let ball = of[i][upper].or(of[j][other]).unwrap_or(count);
-                        count = count.max(ball + 1);
+                        let ball = of[i][upper].or(of[j][other]).unwrap_or(radii.len());
+                        if ball == radii.len() {
+                            radii.push(0.5 * x);
+                        }
                         (of[i][upper], of[j][other]) = (Some(ball), Some(ball));
                     }
                 }
             }
         }
-        if count == 0 {
+        if radii.is_empty() {
             of.clear();
         }
         Self {
             of,
+            radii,
             ..Self::default()
         }
     }
@@ -109,22 +117,37 @@ impl Balls {
         self.repeated.clear();
         self.repeated.resize(contacts.len(), false);
         for same in self.found.chunk_by(|a, b| a.0 == b.0) {
-            let (_, first, turned) = same[0];
-            let gaps = same.iter().map(|(_, i, _)| contacts[*i].gap).sum::<f64>();
-            contacts[first].gap = gaps / same.len() as f64;
+            let (parts, first, turned) = same[0];
+            let radius = parts.iter().filter_map(|part| match part {
+                Part::Ball(ball) => Some(self.radii[*ball]),
+                Part::Collider(_) => None,
+            });
+            let open = OPEN * radius.fold(f64::INFINITY, f64::min);
+            let (mut gap, mut count) = (contacts[first].gap, 1.0);
             for (_, i, other) in &same[1..] {
-                self.repeated[*i] = true;
-                let mut bodies = contacts[*i].bodies;
+                let Contact {
+                    mut bodies,
+                    mut points,
+                    gap: own,
+                    ..
+                } = contacts[*i];
                 if *other != turned {
                     bodies.reverse();
+                    points.reverse();
                 }
                 let kept = &mut contacts[first];
+                if (0..2).any(|side| (points[side] - kept.points[side]).norm() > open) {
+                    continue;
+                }
+                self.repeated[*i] = true;
+                (gap, count) = (gap + own, count + 1.0);
                 for (side, body) in bodies.into_iter().enumerate() {
                     if body != kept.bodies[side] {
                         kept.partners[side] = kept.partners[side].or(body);
                     }
                 }
             }
+            contacts[first].gap = gap / count;
         }
         let mut repeated = self.repeated.iter();
         contacts.retain(|_| repeated.next() != Some(&true));

@@ -202,3 +202,35 @@ fn only_what_can_touch_in_time_is_found() {
         .to_string();
     assert_eq!(fault, "colliders has length 1: it has to be 2");
 }
+
+/// Two segments that a joint holds end to end, on the ground, and one of them moved away by `apart` (m).
+#[test]
+fn segments_share_the_contact_of_their_joint_as_long_as_it_is_closed() {
+    for (apart, expected) in [(0.0, 3), (1e-4, 3), (5e-3, 4)] {
+        let mut scene = Scene::new("two");
+        let shape = Shape::Capsule {
+            length: 1.0,
+            radius: 0.1,
+        };
+        for (i, x) in [-0.5, 0.5 + apart].into_iter().enumerate() {
+            let body = Body::rod(1.0, 0.1, 1.0).at(v(x, 0.0, 0.1));
+            let lying = nalgebra::UnitQuaternion::from_axis_angle(
+                &Vector3::y_axis(),
+                std::f64::consts::FRAC_PI_2,
+            );
+            let body = scene.add_body(format!("rod-{i}"), body.turned(lying));
+            scene.add_collider(Collider::new(format!("rod-{i}"), Some(body), shape));
+        }
+        let frames = [
+            Frame::body(0, v(0.0, 0.0, 0.5)),
+            Frame::body(1, v(0.0, 0.0, -0.5)),
+        ];
+        let stretch = RowLaw::RIGID;
+        scene.add_constraint("joint", Spherical { frames, stretch }, 0);
+        scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+        let found = contacts(&scene);
+        assert_eq!(found.len(), expected, "{apart}");
+        let shared = found.iter().filter(|c| c.partners == [Some(1), None]);
+        assert_eq!(shared.count(), 4 - expected, "{apart}");
+    }
+}
