@@ -21,7 +21,7 @@
 //! |---|---|
 //! | `name` | name of the scene; default `scene` |
 //! | `gravity` | acceleration, world, m/s²; default `[0, 0, -9.81]` |
-//! | `equilibrium` | `true`: start from the static equilibrium near the pose given; default `false` |
+//! | `equilibrium` | `true`: start from the static equilibrium near the pose given, which knows no contacts: not where a load stands on the ground; default `false` |
 //! | `load` | name of the body that reports follow; default none |
 //! | `order` | names of all constraints in their order; default joints, those of cables, massless cables, bends |
 //!
