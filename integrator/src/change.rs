@@ -10,7 +10,8 @@ use crate::stepper::{Stage, Stepper};
 use crate::{SavedRun, StepError};
 use nalgebra::Vector3;
 use taut_model::{
-    Body, BodyVectors, Cable, CableParts, Constraint, Control, Event, Frame, MasslessCable, Scene,
+    Body, BodyVectors, Cable, CableParts, Collider, Constraint, Control, Event, Frame,
+    MasslessCable, Scene,
 };
 use taut_solver::{Backend, DenseOptions, SolveError};
 
@@ -90,6 +91,12 @@ impl Edit {
         self.scene.bodies.velocity[number] = velocity;
         self.scene.bodies.angular_velocity[number] = angular_velocity;
         Ok(())
+    }
+
+    /// Gives the world, or a body by its number ([`body_index`](Self::body_index)), a shape: [`Scene::add_collider`].
+    pub fn add_collider(&mut self, collider: Collider) {
+        self.touched = true;
+        self.scene.add_collider(collider);
     }
 
     /// Adds a constraint of group `group`; its frames hold bodies by their numbers ([`body_index`](Self::body_index)). A

@@ -21,7 +21,7 @@
 //! **Normal row.** b = φ/Δt of a gap φ: the shapes at most touch at the end of the step. Of a penetration b = Υ φ/Δt with
 //! Υ = 1/(1 + τ/Δt); its compliance gives σ = Υ ε/Δt². The linearly implicit form, \[SL (8)–(11)], in every
 //! scheme: contacts do not ring. The force f of the last step explains ε f of the penetration. What is left, as of shapes that
-//! overlap at the start, is undone with at most [`RECOVERY`], or the speed at which they part already.
+//! overlap at the start, is undone with at most [`RECOVERY`].
 //!
 //! **Regularisation.** A box that stands on four corners has twelve rows for six degrees of freedom. Each row has
 //! [`FLOOR`] of its own W in σ besides: the impulses are unique, and a contact that sticks creeps by as little.
@@ -135,7 +135,7 @@ impl Touch {
     }
 
     /// b of a penetration, for the force of the last step.
-    fn recover(&mut self, scene: &Scene, dt: f64) {
+    fn recover(&mut self, dt: f64) {
         if self.found.gap >= 0.0 {
             return;
         }
@@ -147,8 +147,7 @@ impl Touch {
         let sprung = (compliance * self.impulse[0] / dt).min(-self.found.gap);
         let share = dt / (dt + damping);
         let rest = share * (-self.found.gap - sprung) / dt;
-        let [parting, ..] = self.scene_rates(scene);
-        self.offset = -share * sprung / dt - rest.min(parting.max(RECOVERY));
+        self.offset = -share * sprung / dt - rest.min(RECOVERY);
     }
 
     /// H v of the scene's velocities.
@@ -358,7 +357,7 @@ impl Contacts {
                 touch.impulse = if own[0] > 0.0 { own } else { [0.0; 3] };
                 self.taken[i] = true;
             }
-            touch.recover(scene, dt);
+            touch.recover(dt);
         }
         Ok(())
     }

@@ -242,7 +242,7 @@ fn overlaps_are_noted_that_a_run_begins_with() {
     assert!(deepest.is_some_and(|depth| depth > 0.2), "{deepest:?}");
     assert_eq!(run["notes"], serde_json::json!([]));
     fs::write(at.join("sunk.toml"), pressed(0.3)).expect("writable");
-    let run = json(&at, "run sunk.toml -q --time 0.8 --json -");
+    let run = json(&at, "run sunk.toml -q --time 0.05 --json -");
     let notes = run["notes"].to_string();
     assert!(
         notes.contains("overlap by 2.000e-1 m at the start"),

@@ -120,3 +120,25 @@ fn a_load_that_is_hoisted_too_far_stops_at_the_jib() {
     let pressed: f64 = stepper.contacts().map(|c| c.force.norm()).sum();
     assert!(pressed > 1e3, "{pressed}");
 }
+
+#[test]
+fn a_body_that_is_added_in_a_run_stands_on_the_ground() {
+    let mut scene = ground(0.0, rough(0.3));
+    add_ball(&mut scene, Vector3::new(3.0, 0.0, 0.1), 0.1, rough(0.3));
+    let mut stepper = stepper(scene);
+    run(&mut stepper, 10);
+    let crate_ = stepper
+        .change(|edit| {
+            let size = Vector3::repeat(1.0);
+            let body = Body::cuboid(size, 100.0).at(Vector3::z() * 0.6);
+            let body = edit.add_body("crate", body);
+            let number = edit.body_index(body)?;
+            let shape = Shape::Cuboid { size };
+            edit.add_collider(Collider::new("crate", Some(number), shape));
+            Ok(body)
+        })
+        .unwrap();
+    run(&mut stepper, 120);
+    let height = stepper.scene().bodies.position[stepper.body_index(crate_).unwrap()].z;
+    assert!((height - 0.5).abs() < 1e-5, "{height}");
+}
