@@ -141,8 +141,8 @@ fn what_is_staggered_breaks_the_conditions_of_its_problem() {
     // More sweeps come closer to the condensed solution.
     let pgs = records.iter().filter(|r| r.method.starts_with("pgs"));
     let pgs: Vec<f64> = pgs.take(3).map(|r| r.complementarity).collect();
-    assert!(pgs[0] >= pgs[1] && pgs[1] > pgs[2], "{pgs:?}");
-    assert!(pgs[2] > 1e3 * newton.complementarity, "{pgs:?}");
+    assert!(pgs[0] > 1e3 * pgs[1] && pgs[1] >= pgs[2], "{pgs:?}");
+    assert!(pgs[0] > 1e3 * newton.complementarity, "{pgs:?}");
 }
 
 #[test]
