@@ -56,15 +56,7 @@ const OF_BODY: [Quantity<OfBody>; 11] = [
 
 /// Norm of the sum of the contacts' forces on a body.
 fn contact(stepper: &Stepper, body: usize) -> f64 {
-    let forces = stepper.contacts().map(|contact| {
-        let of_side = |side: usize| {
-            let (own, partner) = (contact.bodies[side], contact.partners[side]);
-            let part = if partner.is_some() { 0.5 } else { 1.0 };
-            let has = own == Some(body) || partner == Some(body);
-            if has { part } else { 0.0 }
-        };
-        contact.force * (of_side(0) - of_side(1))
-    });
+    let forces = stepper.contacts().map(|contact| contact.on(body));
     forces.sum::<taut_model::nalgebra::Vector3<f64>>().norm()
 }
 

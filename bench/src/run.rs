@@ -348,7 +348,8 @@ impl Begun {
         }
     }
 
-    /// Before the first step, which knows what is elastic and whose mean velocities are between those of a blow.
+    /// The energy of the first step with the motion that the run begins with: a step's own is the mean over it, half of a blow
+    /// included.
     fn energy_before(&self, mut first: Energy) -> Energy {
         if let Some(begun) = self.energy {
             (first.kinetic, first.gravity) = (begun.kinetic, begun.gravity);

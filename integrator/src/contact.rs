@@ -79,6 +79,16 @@ pub(crate) struct Carrier {
     part: f64,
 }
 
+/// Υ = 1/(1 + τ/Δt).
+fn share(surface: &Surface, dt: f64) -> f64 {
+    dt / (dt + surface.damping)
+}
+
+/// The larger violation; unlike `f64::max` it keeps what is no number.
+fn worse(a: f64, b: f64) -> f64 {
+    if a <= b || b.is_nan() { b } else { a }
+}
+
 /// A contact of the step.
 #[derive(Debug, Clone)]
 pub(crate) struct Touch {
@@ -119,7 +129,6 @@ impl Touch {
                 count += 1;
             }
         }
-        let share = dt / (dt + found.surface.damping);
         Self {
             axes,
             carriers,
@@ -128,34 +137,21 @@ impl Touch {
             impulse: [0.0; 3],
             offset: found.gap / dt,
             aim: 0.0,
-            softness: share * found.surface.compliance / (dt * dt),
+            softness: share(&found.surface, dt) * found.surface.compliance / (dt * dt),
             rebound: None,
             found: *found,
         }
     }
 
-    /// b of a penetration, for the force of the last step.
+    /// Takes b of a penetration, for the impulse of the last step.
     fn recover(&mut self, dt: f64) {
         if self.found.gap >= 0.0 {
             return;
         }
-        let Surface {
-            compliance,
-            damping,
-            ..
-        } = self.found.surface;
-        let sprung = (compliance * self.impulse[0] / dt).min(-self.found.gap);
-        let share = dt / (dt + damping);
-        let rest = share * (-self.found.gap - sprung) / dt;
-        self.offset = -share * sprung / dt - rest.min(RECOVERY);
-    }
-
-    /// H v of the scene's velocities.
-    fn scene_rates(&self, scene: &Scene) -> [f64; 3] {
-        self.rates(|i| {
-            let (v, w) = (scene.bodies.velocity[i], scene.bodies.angular_velocity[i]);
-            [v.x, v.y, v.z, w.x, w.y, w.z]
-        })
+        let (depth, surface) = (-self.found.gap, &self.found.surface);
+        let sprung = (surface.compliance * self.impulse[0] / dt).min(depth);
+        let rate = share(surface, dt) / dt;
+        self.offset = -rate * sprung - (rate * (depth - sprung)).min(RECOVERY);
     }
 
     /// Its impulse in the world \[N s].
@@ -202,7 +198,7 @@ pub struct ContactForce {
     pub colliders: [usize; 2],
     /// Their bodies; `None` for the world.
     pub bodies: [Option<usize>; 2],
-    /// Bodies that carry half of the force in place of those: [`Contact::partners`].
+    /// Bodies that share the force half and half with those: [`Contact::partners`].
     pub partners: [Option<usize>; 2],
     /// Where the first body touches, world \[m].
     pub point: Vector3<f64>,
@@ -210,7 +206,7 @@ pub struct ContactForce {
     pub normal: Vector3<f64>,
     /// Distance of the shapes at the beginning of the sub-step \[m], < 0 where they penetrate.
     pub gap: f64,
-    /// Force on the first body, world \[N]: the mean over the sub-step, blows included.
+    /// Force on the first side, world \[N]: the mean over the sub-step, blows included.
     pub force: Vector3<f64>,
 }
 
@@ -219,6 +215,23 @@ pub struct ContactForce {
 pub struct ContactImpulses {
     known: Vec<Known>,
     dt: f64,
+}
+
+impl ContactForce {
+    /// The part of the force that a body has, world \[N].
+    #[must_use]
+    pub fn on(&self, body: usize) -> Vector3<f64> {
+        let of_side = |side: usize| {
+            let both = [self.bodies[side], self.partners[side]];
+            let part = if both[1].is_some() { 0.5 } else { 1.0 };
+            if both.contains(&Some(body)) {
+                part
+            } else {
+                0.0
+            }
+        };
+        self.force * (of_side(0) - of_side(1))
+    }
 }
 
 impl Stepper {
@@ -378,6 +391,13 @@ impl Contacts {
         (&self.known, self.known_dt)
     }
 
+    /// The same as [`known`](Self::known) told it of this scene. Allocates nothing.
+    pub(crate) fn remember_again(&mut self, known: &[Known], dt: f64) {
+        self.known.clear();
+        self.known.extend_from_slice(known);
+        self.known_dt = dt;
+    }
+
     /// Puts back what [`known`](Self::known) told.
     pub(crate) fn put(&mut self, known: Vec<Known>, dt: f64) {
         if dt > 0.0 {
@@ -495,8 +515,7 @@ impl Contacts {
             let weight = self.operator.weight(n);
             let friction = touch.found.surface.friction;
             let inert = touch.impulse.map(|p| weight * p);
-            let own = violation(inert, rate, friction);
-            worst = if own <= worst { worst } else { own };
+            worst = worse(worst, violation(inert, rate, friction));
             let before = touch.rates(|i| pieces.v.get(i));
             for (before, inert) in before.iter().zip(inert) {
                 size = size.max(before.abs()).max(inert.abs());
@@ -509,9 +528,7 @@ impl Contacts {
     pub(crate) fn count(&self, report: &mut ContactReport, found: f64, dt: f64) {
         report.touching = 0;
         report.sliding = 0;
-        // Unlike `f64::max`, this keeps what is no number.
-        let largest = report.complementarity;
-        report.complementarity = if found <= largest { largest } else { found };
+        report.complementarity = worse(report.complementarity, found);
         let largest = self
             .touches
             .iter()

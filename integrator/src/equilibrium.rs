@@ -278,8 +278,13 @@ impl Stepper {
         bodies.velocity.fill(Vector3::zeros());
         bodies.angular_velocity.fill(Vector3::zeros());
         let before = (&*self.mu, self.mu_dt);
-        self.substep_start
-            .save(&self.scene, self.time, before, &self.tension);
+        self.substep_start.save(
+            &self.scene,
+            self.time,
+            before,
+            &self.tension,
+            &self.contacts,
+        );
         self.pieces.load_velocities(&self.scene.bodies);
         self.pieces.dv.clear();
         self.pieces.rows.drive(&self.scene, self.time, self.time);

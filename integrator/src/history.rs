@@ -1,5 +1,6 @@
 //! What a step remembers: the state to go back to, and the rates that multistep schemes look back on.
 
+use crate::contact::{Contacts, Known};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::scene::reeving::Laid;
 use taut_model::{Bodies, BodyVectors, Scene};
@@ -17,6 +18,9 @@ pub(crate) struct State {
     tension: Vec<f64>,
     /// What the parts at the scene's capstans are laid with.
     laid: Vec<[Laid; 2]>,
+    /// Impulses of the contacts, and of which step.
+    known: Vec<Known>,
+    known_dt: f64,
     time: f64,
 }
 
@@ -32,18 +36,26 @@ impl State {
             mu_dt: 1.0,
             tension: vec![0.0; rows],
             laid: vec![Default::default(); scene.capstans.len()],
+            known: Vec::new(),
+            known_dt: 1.0,
             time: 0.0,
         }
     }
 
-    /// Takes the state of the scene at `time`, impulses `mu` of a step of `mu_dt`, and the tension. Allocates nothing.
+    /// Takes the state of the scene at `time`, impulses `mu` of a step of `mu_dt`, the tension, and the contacts' impulses.
+    /// Allocates only where there are more contacts than before.
     pub(crate) fn save(
         &mut self,
         scene: &Scene,
         time: f64,
         (mu, mu_dt): (&[f64], f64),
         tension: &[f64],
+        contacts: &Contacts,
     ) {
+        let (known, known_dt) = contacts.known();
+        self.known.clear();
+        self.known.extend_from_slice(known);
+        self.known_dt = known_dt;
         let bodies = &scene.bodies;
         for (i, laid) in self.laid.iter_mut().enumerate() {
             *laid = scene.laid_at(i);
@@ -74,6 +86,11 @@ impl State {
         for (i, laid) in self.laid.iter().enumerate() {
             scene.put_back(i, laid);
         }
+    }
+
+    /// Puts the contacts' impulses back.
+    pub(crate) fn restore_contacts(&self, contacts: &mut Contacts) {
+        contacts.remember_again(&self.known, self.known_dt);
     }
 
     /// Orientation of body `i`.

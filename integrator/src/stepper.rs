@@ -406,8 +406,13 @@ impl Stepper {
         self.find_tension()?;
         if self.options.scheme.is_staggered() {
             let before = (&*self.mu, self.mu_dt);
-            self.substep_start
-                .save(&self.scene, self.time, before, &self.tension);
+            self.substep_start.save(
+                &self.scene,
+                self.time,
+                before,
+                &self.tension,
+                &self.contacts,
+            );
             self.solve_scheme(self.options.stiffness)?;
             self.pieces.update_velocity_change(&self.mu);
             if self.started {
@@ -416,6 +421,7 @@ impl Stepper {
                 // What was there goes on as if nothing had been solved.
                 let (mu, tension) = (&mut self.mu, &mut self.tension);
                 self.mu_dt = self.substep_start.restore_multipliers(mu, tension);
+                self.substep_start.restore_contacts(&mut self.contacts);
             } else {
                 self.take_half_back(0..self.scene.bodies.len());
             }
@@ -598,6 +604,7 @@ impl Stepper {
     pub(crate) fn go_back(&mut self, saved: &State) {
         self.time = saved.restore(&mut self.scene.bodies);
         saved.restore_lengths(&mut self.scene);
+        saved.restore_contacts(&mut self.contacts);
         self.mu_dt = saved.restore_multipliers(&mut self.mu, &mut self.tension);
         self.stage = Stage::Unsolved;
         self.pieces.rows.update_state(&self.scene, self.time);

@@ -152,6 +152,16 @@ pub struct Bodies {
 }
 
 impl Bodies {
+    /// Velocity \[m/s] and angular velocity \[rad/s] of body `i`, world, one after the other.
+    ///
+    /// # Panics
+    /// When `i` is not below [`Bodies::len`].
+    #[must_use]
+    pub fn rates(&self, i: usize) -> [f64; 6] {
+        let (v, w) = (&self.velocity[i], &self.angular_velocity[i]);
+        [v.x, v.y, v.z, w.x, w.y, w.z]
+    }
+
     /// No bodies.
     #[must_use]
     pub fn new() -> Self {

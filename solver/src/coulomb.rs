@@ -10,8 +10,9 @@
 //!
 //! [`ConeMethod::Newton`] linearises the law (Alart & Curnier 1991) for the contacts that touch, in the scale of each
 //! contact. It takes full steps, first with what sticks eliminated (`coulomb/sticking.rs`), and where these cycle, steps with
-//! a line search. Where that stalls, a continuation in the regularisation leads to the solution, over convex problems for given slips (De Saxcé & Feng 1998; Castro et al. 2022);
-//! what remains is left to sweeps. [`ConeMethod::GaussSeidel`] solves contact by contact (Servin & Lacoursière 2008).
+//! a line search. Where that stalls, a continuation in the regularisation leads to the solution, over convex problems for
+//! given slips (De Saxcé & Feng 1998; Castro et al. 2022); what remains is left to sweeps. [`ConeMethod::GaussSeidel`] solves
+//! contact by contact (Servin & Lacoursière 2008).
 //!
 //! # Measure of errors
 //! With ρᵢ = tr Wᵢᵢ / 3 and p = ρ r − u the residual of a contact is the velocity
@@ -127,8 +128,8 @@ impl ConeSolver {
         Self::default()
     }
 
-    /// The same, where what is left to the fall-backs is given up after about so many multiplications, in factorisations, at
-    /// 10¹⁰ a second. The default is 5·10¹⁰.
+    /// The same, which gives up a problem after factorisations of about `work` multiplications, of which a second has some
+    /// 10¹⁰. The default is 5·10¹⁰.
     #[must_use]
     pub fn limited(work: f64) -> Self {
         Self {

@@ -3,7 +3,8 @@ use taut_ground::Choice;
 use taut_ground::allocations::{self, Counting};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::{
-    ChainModel, GantryParams, HoistParams, Network, NetworkParams, ParticleChainParams,
+    ChainModel, GantryParams, Grounded, GroundedParams, HoistParams, Network, NetworkParams,
+    ParticleChainParams,
 };
 use taut_solver::Backend;
 use taut_tests::compiled;
@@ -117,6 +118,29 @@ fn steps_after_the_first_allocate_nothing() {
         STEPS + 1,
         faults.join("\n")
     );
+}
+
+/// A cable that lies on the ground, most of whose contacts stick.
+#[test]
+fn steps_with_contacts_at_rest_allocate_nothing() {
+    let params = GroundedParams {
+        count: Some(1),
+        ..GroundedParams::new(Grounded::Pile)
+    };
+    let scene = params.build().expect("builds");
+    for choice in compiled().into_iter().filter(|c| promises(&c.backend)) {
+        let options = choice.options(DT);
+        let mut stepper = Stepper::new(scene.clone(), options).expect("sound");
+        (0..60).for_each(|_| drop(stepper.step().expect("stable")));
+        let mut touching = 0;
+        let steps = calls(|| {
+            for _ in 0..10 {
+                touching = stepper.step().expect("stable").contacts.touching;
+            }
+        });
+        assert!(touching > 16, "{choice}: {touching}");
+        assert_eq!(steps, 0, "{choice}");
+    }
 }
 
 /// The places of the gantry's bounded rows: whether each is at a bound.

@@ -29,7 +29,7 @@ impl Touch {
     /// Whether the shapes touch and do not arrive, neither faster than `slowest` nor over a gap that takes more than that in
     /// a step `dt`.
     pub(super) fn rests(&self, scene: &Scene, slowest: f64, dt: f64) -> bool {
-        let [rate, ..] = self.scene_rates(scene);
+        let [rate, ..] = self.rates(|i| scene.bodies.rates(i));
         rate >= -slowest && self.found.gap <= slowest * dt
     }
 
@@ -104,6 +104,7 @@ impl Contacts {
             along(&self.touches, &rates) - 0.5 * self.operator.energy(&self.touches, factor)?;
         let gains = spent > 0.0;
         if gains {
+            // A step without restitution: its rates without impulses, and no more than closing the gaps.
             for (wanted, rate) in wanted.iter_mut().step_by(3).zip(rates.iter().step_by(3)) {
                 *wanted = rate.max(*wanted);
             }

@@ -27,8 +27,8 @@ use crate::contact::rebound::slowest;
 use crate::stepper::{Stage, Stepper};
 use crate::{Energy, StepError};
 use nalgebra::Vector3;
+use taut_model::Mobility;
 use taut_model::linearized::{RowBounds, dot};
-use taut_model::{Bodies, Mobility};
 
 /// Energy and work since the first step \[J], at the beginning of the last sub-step as [`Energy`].
 #[non_exhaustive]
@@ -44,8 +44,8 @@ pub struct EnergyBalance {
     /// What a gain is measured by: the largest kinetic energy and the largest work so far, and at least 10⁻³ of the
     /// elastic energy and of the scene's weight times its extent.
     pub scale: f64,
-    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, that has lasted: the least of the last eight steps, so that
-    /// a blow that takes a few steps is none. 0 where there is none, NaN where the energy is no number.
+    /// Energy from nowhere over the scale, (gained − work − recovery)/scale, that has lasted: the least of the last eight
+    /// steps, so that a blow that takes a few steps is none. 0 where there is none, NaN where the energy is no number.
     pub excess: f64,
 }
 
@@ -320,7 +320,7 @@ impl Stepper {
                     .row(k)
                     .filter(|(i, _)| bodies.mobility[*i] == Mobility::Driven);
                 work -= p * driven
-                    .map(|(i, row)| dot(&row, &velocity(bodies, i)))
+                    .map(|(i, row)| dot(&row, &bodies.rates(i)))
                     .sum::<f64>();
             }
         }
@@ -361,7 +361,7 @@ impl Stepper {
         }
         for (s, slot) in rows.slots.iter().enumerate() {
             if bodies.mobility[slot.body] == Mobility::Driven {
-                let velocity = velocity(bodies, slot.body);
+                let velocity = bodies.rates(slot.body);
                 let moved = &mut moved[rows.row_range(slot.constraint)];
                 for (moved, j) in moved.iter_mut().zip(rows.block(s).rows()) {
                     *moved += dt * dot(j, &velocity);
@@ -383,7 +383,7 @@ impl Stepper {
             for s in rows.slot_range(bound.constraint) {
                 let body = rows.slots[s].body;
                 let j = rows.block(s).rows()[bound.row - first];
-                work += mu * dot(&j, &velocity(bodies, body));
+                work += mu * dot(&j, &bodies.rates(body));
             }
             work += mu * rows.phi_t[bound.row];
         }
@@ -413,12 +413,6 @@ impl Stepper {
         let longest = levers.chain(ways).chain(ends).fold(0.0, f64::max);
         self.scene.mass() * self.scene.gravity.norm() * longest
     }
-}
-
-/// Velocity of a body \[m/s, rad/s].
-fn velocity(bodies: &Bodies, i: usize) -> [f64; 6] {
-    let (v, w) = (&bodies.velocity[i], &bodies.angular_velocity[i]);
-    [v.x, v.y, v.z, w.x, w.y, w.z]
 }
 
 #[cfg(test)]

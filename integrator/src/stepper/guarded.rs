@@ -49,6 +49,7 @@ impl Stepper {
             self.time,
             (&self.mu, self.mu_dt),
             &self.tension,
+            &self.contacts,
         );
         if self.holding > 0 {
             self.holding -= 1;
@@ -176,6 +177,7 @@ impl Stepper {
             self.time,
             (&self.mu, self.mu_dt),
             &self.tension,
+            &self.contacts,
         );
         self.pieces.load_velocities(&self.scene.bodies);
         if self.contacts.can_be() {

@@ -176,10 +176,7 @@ impl Stepper {
         let mut factor = factor_of!(self);
         let (contacts, tally) = (&mut self.contacts, &mut self.tally);
         let bodies = &self.scene.bodies;
-        let of = |i: usize| {
-            let (v, w) = (bodies.velocity[i], bodies.angular_velocity[i]);
-            [v.x, v.y, v.z, w.x, w.y, w.z]
-        };
+        let of = |i: usize| bodies.rates(i);
         let mut solved = true;
         let done = contacts.rebound(
             self.options.contacts.of_dense_problems(),

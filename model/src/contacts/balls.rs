@@ -2,8 +2,9 @@
 //!
 //! Capsules of one radius that a joint holds together end to end, such as the segments of a cable, end in the same ball. What
 //! the ball touches, both touch, at one point and with one normal: as two contacts these would have the same rows but for the
-//! joint between them. The first one stands for both, so a cable of n segments that lies on a floor has n + 1 contacts
-//! instead of 2 n.
+//! joint between them. They are one contact, with half of the force on each body, so a cable of n segments that lies on a
+//! floor has n + 1 contacts instead of 2 n. One on a single body would shift the tension at the joint by half a segment's
+//! friction. Where a joint has opened, as under a blow, each end has its own contacts: the mean of both would hold neither.
 
 use nalgebra::Vector3;
 
@@ -79,6 +80,7 @@ impl Balls {
         }
     }
 
+    /// Forgets the contacts.
     pub(super) fn begin(&mut self) {
         self.found.clear();
     }
@@ -108,7 +110,7 @@ impl Balls {
         }
     }
 
-    /// Makes one of the contacts that the same parts have: the first, with the mean of their gaps.
+    /// Unites the contacts that the same parts have in the first of them, with the mean of their gaps.
     pub(super) fn unite(&mut self, contacts: &mut Vec<Contact>) {
         if self.found.is_empty() {
             return;

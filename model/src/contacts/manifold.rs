@@ -9,8 +9,8 @@
 //! other, of which one is normal to a face, have no contact: they miss each other by as little. So a body that slides over
 //! boxes side by side, in which it rests with a small penetration, does not catch on the side faces between them. Inner edges
 //! are left where it sinks in deeper than that, where the boxes' faces differ in height by more, and where it is tilted by
-//! more than 10⁻³ rad. Others that overlap have at least one point: where the outlines of round faces, which have corners here, do not reach each
-//! other, the one that is nearest to the middle of the face.
+//! more than 10⁻³ rad. Others that overlap have at least one point: where the outlines of round faces, which have corners
+//! here, do not reach each other, the one that is nearest to the middle of the face.
 
 use nalgebra::Vector3;
 
@@ -96,12 +96,7 @@ fn on_plane(a: &Solid, plane: &Solid, reach: f64, mut push: impl FnMut(Touch)) {
 fn capsules(a: &Solid, b: &Solid, reach: f64, found: &mut Vec<Touch>) {
     let rounding = ROUNDING * (a.size() + b.size());
     let (p, q) = (a.edge_along(&Vector3::z()), b.edge_along(&Vector3::z()));
-    let at = |cores: [Vector3<f64>; 2]| {
-        let between = cores[0] - cores[1];
-        let normal = between.try_normalize(rounding);
-        let normal = normal.unwrap_or_else(|| across_both(a, b));
-        Touch::of_cores(a, b, cores, normal)
-    };
+    let at = |cores: [Vector3<f64>; 2]| Touch::of_cores(a, b, cores, between(a, b, cores));
     let closest = at(closest(p, q));
     let mut deepest = f64::INFINITY;
     let mut ends = overlap(p, q, NEARLY_PARALLEL).into_iter().flatten();
@@ -121,11 +116,15 @@ fn capsules(a: &Solid, b: &Solid, reach: f64, found: &mut Vec<Touch>) {
 
 /// Direction from `b` to `a` in which two segments with radii are closest, and their gap \[m].
 pub(super) fn between_segments(a: &Solid, b: &Solid) -> (Vector3<f64>, f64) {
-    let [p, q] = closest(a.edge_along(&Vector3::z()), b.edge_along(&Vector3::z()));
-    let rounding = ROUNDING * (a.size() + b.size());
-    let normal = (p - q).try_normalize(rounding);
-    let normal = normal.unwrap_or_else(|| across_both(a, b));
-    (normal, (p - q).dot(&normal) - a.radius - b.radius)
+    let cores = closest(a.edge_along(&Vector3::z()), b.edge_along(&Vector3::z()));
+    let normal = between(a, b, cores);
+    (normal, Touch::of_cores(a, b, cores, normal).gap())
+}
+
+/// Direction from a point of `b` to one of `a`, of two segments.
+fn between(a: &Solid, b: &Solid, [p, q]: [Vector3<f64>; 2]) -> Vector3<f64> {
+    let normal = (p - q).try_normalize(ROUNDING * (a.size() + b.size()));
+    normal.unwrap_or_else(|| across_both(a, b))
 }
 
 /// A direction across the axes of two capsules whose axes cross, from `b` to `a`.

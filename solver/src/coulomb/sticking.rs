@@ -26,10 +26,12 @@ pub(super) struct Sticking {
     order: Vec<usize>,
     /// Whether each contact is one of N.
     moves: Vec<bool>,
+    /// The problem of N, what its steps work in, its start, and its best impulses.
     rest: Scaled,
     step: Step,
     start: Vec<f64>,
     best: Best,
+    /// Impulses of the whole and their velocities, of length 3n.
     x: Vec<f64>,
     u: Vec<f64>,
 }
@@ -68,14 +70,8 @@ impl Sticking {
                 break;
             }
             self.begin_rest(problem, leading);
-            let rest = (&self.best.x.clone()[..], 0.0);
-            pivots += newton.run(
-                &self.rest,
-                &mut self.step,
-                rest,
-                Steps::Full,
-                &mut self.best,
-            );
+            let (start, best) = ((&self.start[..], 0.0), &mut self.best);
+            pivots += newton.run(&self.rest, &mut self.step, start, Steps::Full, best);
             if !step.follow(&self.order, &self.best.x, &mut self.x) {
                 break;
             }
@@ -83,7 +79,7 @@ impl Sticking {
         pivots
     }
 
-    /// Puts the contacts in order, those that stick first, and counts these. None where they are too few.
+    /// Puts the contacts in order, those that stick first, and counts these; `None` where they are too few.
     fn divide(&mut self, problem: &Scaled) -> Option<usize> {
         for (i, moves) in self.moves.iter_mut().enumerate() {
             let (x, u) = (three(&self.x, i), three(&self.u, i));

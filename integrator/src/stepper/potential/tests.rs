@@ -48,7 +48,13 @@ fn after_a_pass(damping: f64, ea: Option<f64>) -> (Stepper, f64) {
     }
     let bodies = &stepper.scene.bodies;
     let (mu, tension) = (&stepper.mu, &stepper.tension);
-    (stepper.substep_start).save(&stepper.scene, stepper.time, (mu, stepper.mu_dt), tension);
+    (stepper.substep_start).save(
+        &stepper.scene,
+        stepper.time,
+        (mu, stepper.mu_dt),
+        tension,
+        &stepper.contacts,
+    );
     stepper.pieces.load_velocities(bodies);
     stepper.pieces.dv.clear();
     let end = stepper.time + dt;
