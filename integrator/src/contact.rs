@@ -552,4 +552,4 @@ impl Contacts {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -14,7 +14,7 @@ mod passing;
 
 const G: f64 = 9.81;
 
-fn rough(friction: f64) -> Surface {
+pub(crate) fn rough(friction: f64) -> Surface {
     Surface {
         friction,
         ..Surface::default()
@@ -26,7 +26,7 @@ fn tilt(slope: f64) -> UnitQuaternion<f64> {
 }
 
 /// A plane through the origin that rises by `slope` (rad) in the direction of x.
-fn ground(slope: f64, surface: Surface) -> Scene {
+pub(crate) fn ground(slope: f64, surface: Surface) -> Scene {
     let mut scene = Scene::new("ground");
     scene.gravity.z = -G;
     scene.add_collider(Collider {
@@ -37,7 +37,8 @@ fn ground(slope: f64, surface: Surface) -> Scene {
     scene
 }
 
-fn add(scene: &mut Scene, body: Body, shape: Shape, surface: Surface) -> usize {
+/// A body with a shape.
+pub(crate) fn add(scene: &mut Scene, body: Body, shape: Shape, surface: Surface) -> usize {
     let name = format!("body-{}", scene.bodies.len());
     let i = scene.add_body(&name, body);
     scene.add_collider(Collider {
@@ -48,7 +49,7 @@ fn add(scene: &mut Scene, body: Body, shape: Shape, surface: Surface) -> usize {
 }
 
 /// A cube of 1 m.
-fn add_box(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usize {
+pub(crate) fn add_box(scene: &mut Scene, at: Vector3<f64>, mass: f64, surface: Surface) -> usize {
     let size = Vector3::repeat(1.0);
     let body = Body::cuboid(size, mass).at(at);
     add(scene, body, Shape::Cuboid { size }, surface)

@@ -47,9 +47,10 @@ impl Stepper {
 
 #[cfg(test)]
 mod tests {
+    use crate::contact::tests::{self as touching, rough};
     use crate::{ContactMethod, StepError, StepOptions, Stepper};
     use nalgebra::Vector3;
-    use taut_model::collide::{Collider, Shape, Surface};
+    use taut_model::collide::Shape;
     use taut_model::{
         Body, Constraint, Distance, Frame, Grounded, GroundedParams, MasslessCable, RowLaw, Scene,
     };
@@ -66,37 +67,12 @@ mod tests {
         Stepper::new(scene, options).expect("a sound scene")
     }
 
-    fn surface(friction: f64) -> Surface {
-        Surface {
-            friction,
-            ..Surface::default()
-        }
-    }
-
     fn ground(friction: f64) -> Scene {
-        let mut scene = Scene::new("ground");
-        scene.gravity.z = -G;
-        scene.add_collider(Collider {
-            surface: surface(friction),
-            ..Collider::new("ground", None, Shape::HalfSpace)
-        });
-        scene
-    }
-
-    fn add(scene: &mut Scene, body: Body, shape: Shape, friction: f64) -> usize {
-        let name = format!("body-{}", scene.bodies.len());
-        let i = scene.add_body(&name, body);
-        scene.add_collider(Collider {
-            surface: surface(friction),
-            ..Collider::new(name, Some(i), shape)
-        });
-        i
+        touching::ground(0.0, rough(friction))
     }
 
     fn add_box(scene: &mut Scene, at: Vector3<f64>, mass: f64, friction: f64) -> usize {
-        let size = Vector3::repeat(1.0);
-        let body = Body::cuboid(size, mass).at(at);
-        add(scene, body, Shape::Cuboid { size }, friction)
+        touching::add_box(scene, at, mass, rough(friction))
     }
 
     fn link(scene: &mut Scene, [a, b]: [usize; 2], length: f64) {
@@ -156,7 +132,7 @@ mod tests {
         let mut scene = ground(0.0);
         let shape = Shape::Sphere { radius: 0.5 };
         let low = Body::sphere(0.5, 1.0).at(Vector3::z() * 0.5);
-        let low = add(&mut scene, low, shape, 0.0);
+        let low = touching::add(&mut scene, low, shape, rough(0.0));
         let high = Body::sphere(0.5, ratio).at(Vector3::z() * 2.5);
         let high = scene.add_body("load", high);
         let ends = [low, high].map(|body| Frame::body(body, Vector3::zeros()));

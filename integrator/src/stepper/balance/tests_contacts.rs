@@ -1,5 +1,6 @@
 //! The balance of energy where contacts do work.
 
+use crate::contact::tests::add;
 use crate::{EnergyBalance, Guard, Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape, Surface};
@@ -22,16 +23,6 @@ fn with_ground(gravity: f64, surface: Surface) -> Scene {
         ..Collider::new("ground", None, Shape::HalfSpace)
     });
     scene
-}
-
-fn add(scene: &mut Scene, body: Body, shape: Shape, surface: Surface) -> usize {
-    let name = format!("body-{}", scene.bodies.len());
-    let i = scene.add_body(&name, body);
-    scene.add_collider(Collider {
-        surface,
-        ..Collider::new(name, Some(i), shape)
-    });
-    i
 }
 
 fn add_box(scene: &mut Scene, size: [f64; 3], at: [f64; 3], mass: f64) -> usize {
