@@ -229,6 +229,9 @@ pub struct ContactSummary {
     pub deepest_m: f64,
     /// Largest violation of their conditions, over the largest rate.
     pub complementarity: f64,
+    /// The largest of these violations as a gap and as a force \[m, N].
+    pub residual_gap_m: f64,
+    pub residual_force_n: f64,
     /// Most factorisations of dense problems in a step, and problems left to fall-backs in all of them.
     pub most_pivots: usize,
     /// Dense problems that Newton's method left to its fall-backs.
@@ -247,6 +250,8 @@ impl Tally {
         sum.most = sum.most.max(step.touching);
         sum.deepest_m = sum.deepest_m.max(step.deepest);
         sum.complementarity = worse(sum.complementarity, step.complementarity);
+        sum.residual_gap_m = worse(sum.residual_gap_m, step.residual_gap);
+        sum.residual_force_n = worse(sum.residual_force_n, step.residual_force);
         sum.most_pivots = sum.most_pivots.max(step.pivots);
         sum.fallbacks += step.fallbacks;
         sum.most_groups = sum.most_groups.max(step.groups);

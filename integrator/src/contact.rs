@@ -507,17 +507,22 @@ impl Contacts {
         new
     }
 
+    /// Violation of the conditions of contact `n` by the rates u \[m/s].
+    fn residual(&self, n: usize, rates: &[f64]) -> f64 {
+        let touch = &self.touches[n];
+        let inert = touch.impulse.map(|p| self.operator.weight(n) * p);
+        let rate = std::array::from_fn(|k| rates[3 * n + k]);
+        violation(inert, rate, touch.found.surface.friction)
+    }
+
     /// Largest violation of the conditions by the rates u, over the size of all rates.
     pub(crate) fn violation(&self, rates: &[f64], pieces: &Pieces) -> f64 {
         let (mut worst, mut size) = (0.0_f64, 0.0_f64);
         for (n, touch) in self.touches.iter().enumerate() {
-            let rate = [0, 1, 2].map(|k| rates[3 * n + k]);
-            let weight = self.operator.weight(n);
-            let friction = touch.found.surface.friction;
-            let inert = touch.impulse.map(|p| weight * p);
-            worst = worse(worst, violation(inert, rate, friction));
+            worst = worse(worst, self.residual(n, rates));
             let before = touch.rates(|i| pieces.v.get(i));
-            for (before, inert) in before.iter().zip(inert) {
+            for (before, p) in before.iter().zip(touch.impulse) {
+                let inert = self.operator.weight(n) * p;
                 size = size.max(before.abs()).max(inert.abs());
             }
         }
@@ -534,7 +539,11 @@ impl Contacts {
             .iter()
             .flat_map(|t| t.impulse)
             .fold(0.0, |m: f64, p| m.max(p.abs()));
-        for touch in &self.touches {
+        for (i, touch) in self.touches.iter().enumerate() {
+            let residual = self.residual(i, &self.rates);
+            let force = residual / (self.operator.weight(i) * dt);
+            report.residual_gap = worse(report.residual_gap, residual * dt);
+            report.residual_force = worse(report.residual_force, force);
             let [n, s, t] = touch.impulse;
             let (friction, across) = (touch.found.surface.friction, s.hypot(t));
             report.touching += usize::from(n > 0.0);

@@ -105,6 +105,12 @@ pub struct ContactReport {
     pub softened: usize,
     /// Largest violation of the conditions on rates and impulses, in rates over the largest of them, without unit.
     pub complementarity: f64,
+    /// The largest of these violations as a gap: over a sub-step, what a contact passes through or is held apart \[m].
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub residual_gap: f64,
+    /// The largest of them as a force: what would undo it in a sub-step, by the mean of the contact's own part of W \[N].
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub residual_force: f64,
     /// Largest excess of an impulse over its cone, over the largest impulse, without unit.
     pub cone: f64,
 }

@@ -41,8 +41,14 @@ fn contacts(s: &Summary) -> Option<(&'static str, String)> {
         groups => format!("; split into up to {groups} groups"),
     };
     let text = format!(
-        "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e}{split}",
-        c.touching, c.sliding, c.most, c.deepest_m, c.complementarity
+        "{} at the end, {} of them sliding; at most {}, {:.1e} m deep, complementarity {:.1e} ({:.1e} mm, {:.1e} N){split}",
+        c.touching,
+        c.sliding,
+        c.most,
+        c.deepest_m,
+        c.complementarity,
+        1e3 * c.residual_gap_m,
+        c.residual_force_n
     );
     Some(("contacts", text))
 }

@@ -171,6 +171,20 @@ mod tests {
     }
 
     #[test]
+    fn what_is_not_carried_is_the_residual() {
+        let mut stepper = stepper(pressed(1e5), "staggered");
+        let dt = stepper.options().dt;
+        let report = stepper.step().expect("a step").contacts;
+        // Both fall as if there were no ground; the low ball's 1 kg is what the contact knows of.
+        let [gap, force] = [
+            report.residual_gap / (G * dt * dt),
+            report.residual_force / G,
+        ];
+        assert!((gap - 1.0).abs() < 1e-3, "{gap}");
+        assert!((force - 1.0).abs() < 1e-3, "{force}");
+    }
+
+    #[test]
     fn a_stack_that_gains_energy_ends_with_that_error() {
         let params = GroundedParams {
             mass_ratio: 1.0,
