@@ -229,8 +229,9 @@ pub struct ContactSummary {
     pub deepest_m: f64,
     /// Largest violation of their conditions, over the largest rate.
     pub complementarity: f64,
-    /// The largest of these violations as a gap and as a force \[m, N].
+    /// The largest of these violations as a gap \[m].
     pub residual_gap_m: f64,
+    /// The largest of them as a force \[N].
     pub residual_force_n: f64,
     /// Most factorisations of dense problems in a step, and problems left to fall-backs in all of them.
     pub most_pivots: usize,
