@@ -311,6 +311,7 @@ mod from_scene;
 mod groups;
 mod joint;
 mod keys;
+mod lean;
 mod motion;
 mod motor;
 mod overrides;
@@ -333,6 +334,8 @@ mod tests_faults;
 #[cfg(test)]
 mod tests_from_scene;
 #[cfg(test)]
+mod tests_lean;
+#[cfg(test)]
 mod tests_sheaves;
 mod write;
 
@@ -342,6 +345,7 @@ pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};
 pub use event::{AttachEntry, DistanceEntry, EventEntry, ForceEntry, SetEntry};
 pub use joint::{JointEntry, Kind};
+pub use lean::Part;
 pub use motion::MotionEntry;
 pub use motor::{MotorEntry, WinchEntry};
 pub use points::{BendEntry, MasslessCableEntry, PointEntry, SheaveEntry};

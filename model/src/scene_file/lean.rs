@@ -1,0 +1,308 @@
+//! Scenes without one of the things that they model, and with more or fewer segments: what a ledger of cost and worth
+//! compares.
+//!
+//! A scene keeps the form that it is written in, as far as its keys can say what is left out: `twist = false` of a hoist or a
+//! `[[cable]]`, `friction = 0`. Else it is written body by body.
+
+use super::SceneSource;
+use super::collide::{CollideEntry, SurfaceEntry};
+use super::entries::SceneText;
+use super::joint::{JointEntry, Kind};
+use super::points::{MasslessCableEntry, PointEntry};
+use crate::error::SceneError;
+use crate::scene::Scene;
+use nalgebra::Vector3;
+
+/// A thing that scenes model and may do without.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Part {
+    /// The twist rows of cables.
+    Torsion,
+    /// The bend rows of cables and links.
+    Bending,
+    /// The compliance of cables along themselves: they become rigid, with as many rows.
+    Stretch,
+    /// Friction of sheaves and shapes.
+    Friction,
+    /// The shapes that can touch.
+    Contacts,
+    /// The segments of cables, which become massless and straight.
+    Segments,
+}
+
+impl Part {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::Torsion,
+        Self::Bending,
+        Self::Stretch,
+        Self::Friction,
+        Self::Contacts,
+        Self::Segments,
+    ];
+}
+
+impl SceneSource {
+    /// The scene without `part`; `None` where it has none.
+    ///
+    /// # Errors
+    /// What [`SceneSource::build`] says of this scene or of the one without, such as of events that need what is left out.
+    pub fn without(&self, part: Part) -> Result<Option<Self>, SceneError> {
+        let scene = self.build()?;
+        let lean = match (self, part) {
+            (Self::Hoist(params), Part::Torsion) => {
+                let mut params = params.clone();
+                params.twist = Some(false);
+                Self::Hoist(params)
+            }
+            (Self::Hoist(params), Part::Bending) => {
+                let mut params = params.clone();
+                params.bend = Some(false);
+                Self::Hoist(params)
+            }
+            (Self::Gantry(params), Part::Friction) => {
+                let mut params = params.clone();
+                params.sheave_friction = 0.0;
+                Self::Gantry(params)
+            }
+            (Self::Reeved(params), Part::Friction) => {
+                let mut params = params.clone();
+                params.friction = 0.0;
+                Self::Reeved(params)
+            }
+            (Self::Grounded(params), Part::Friction) => {
+                let mut params = params.clone();
+                params.friction = 0.0;
+                Self::Grounded(params)
+            }
+            (Self::Explicit(text), part) if !matches!(part, Part::Stretch | Part::Segments) => {
+                let mut text = text.clone();
+                text.leave_out(part);
+                Self::Explicit(text)
+            }
+            _ => {
+                let mut text = SceneText::from_scene(&scene)?;
+                match part {
+                    Part::Segments => text.leave_out_segments(&scene),
+                    part => text.leave_out(part),
+                }
+                Self::Explicit(Box::new(text))
+            }
+        };
+        let other = lean.build()?;
+        Ok((other != scene).then_some(lean))
+    }
+
+    /// The scene with `factor` times as many segments of the same cables, at least one each; `None` where it has none whose
+    /// number is a key.
+    ///
+    /// # Errors
+    /// [`SceneError`] of a scene that can have no such number.
+    pub fn with_segments(&self, factor: f64) -> Result<Option<Self>, SceneError> {
+        let scaled = |count: usize| ((count as f64 * factor).round() as usize).max(1);
+        // Masses of cable and load stay.
+        let part = |before: usize| before as f64 / scaled(before) as f64;
+        let lean = match self {
+            Self::Hoist(params) => {
+                let mut params = params.clone();
+                let part = part(params.segments);
+                let own = params.material.is_none() && params.radius.is_none();
+                let mass = params.segment_mass.or(own.then_some(1.0));
+                params.segment_mass = mass.map(|mass| mass * part);
+                params.mass_ratio /= part;
+                params.segments = scaled(params.segments);
+                Self::Hoist(params)
+            }
+            Self::Gantry(params) => {
+                let mut params = params.clone();
+                let part = part(params.segments);
+                params.segment_mass *= part;
+                params.mass_ratio /= part;
+                params.segments = scaled(params.segments);
+                Self::Gantry(params)
+            }
+            Self::Explicit(text) if !text.cable.is_empty() => {
+                let mut text = text.clone();
+                for cable in &mut text.cable {
+                    match &mut cable.lengths {
+                        Some(lengths) => *lengths = resampled(lengths, scaled(lengths.len())),
+                        None => cable.segments = Some(scaled(cable.segments.unwrap_or(24))),
+                    }
+                }
+                Self::Explicit(text)
+            }
+            _ => return Ok(None),
+        };
+        let (before, after) = (self.build()?, lean.build()?);
+        Ok((before != after).then_some(lean))
+    }
+}
+
+/// As many lengths with the same sum, equal within each of the old ones' share.
+fn resampled(lengths: &[f64], count: usize) -> Vec<f64> {
+    let ends: Vec<f64> = std::iter::once(0.0)
+        .chain(lengths.iter().scan(0.0, |sum, length| {
+            *sum += length;
+            Some(*sum)
+        }))
+        .collect();
+    let at = |k: usize| {
+        let place = k as f64 * lengths.len() as f64 / count as f64;
+        let first = (place as usize).min(lengths.len() - 1);
+        ends[first] + (place - first as f64) * lengths[first]
+    };
+    (0..count).map(|k| at(k + 1) - at(k)).collect()
+}
+
+impl SceneText {
+    fn leave_out(&mut self, part: Part) {
+        match part {
+            Part::Torsion => {
+                self.cable.iter_mut().for_each(|c| c.twist = Some(false));
+                self.cable_joints().for_each(|joint| {
+                    (joint.twist, joint.gj, joint.twist_damping) = (None, None, None);
+                });
+            }
+            Part::Bending => {
+                self.cable.iter_mut().for_each(|c| c.bend = Some(false));
+                self.cable_joints().for_each(|joint| {
+                    (joint.bend, joint.ei, joint.bend_damping) = (None, None, None);
+                });
+                let bends: Vec<String> = self.bend.drain(..).map(|bend| bend.name).collect();
+                self.order.retain(|name| !bends.contains(name));
+            }
+            Part::Stretch => {
+                for joint in &mut self.joint {
+                    let cable = matches!(joint.kind, Kind::Cosserat | Kind::Paper);
+                    if cable || matches!(joint.kind, Kind::Spherical | Kind::Distance) {
+                        joint.ea = None;
+                        joint.stretch = joint.stretch.map(|_| 0.0);
+                    }
+                }
+                for cable in &mut self.massless_cable {
+                    (cable.ea, cable.stretch) = (None, Some(0.0));
+                }
+            }
+            Part::Friction => self.smooth(),
+            Part::Contacts => {
+                self.body.iter_mut().for_each(|body| body.collide = None);
+                self.cable.iter_mut().for_each(|cable| cable.collide = None);
+                self.ground.clear();
+                self.collider.clear();
+            }
+            Part::Segments => {}
+        }
+    }
+
+    /// The joints within and at the ends of cables.
+    fn cable_joints(&mut self) -> impl Iterator<Item = &mut JointEntry> {
+        let joints = self.joint.iter_mut();
+        joints.filter(|joint| matches!(joint.kind, Kind::Cosserat | Kind::Paper))
+    }
+
+    /// Leaves friction out, but for the sheaves of a written cable, whose parts have tensions of their own.
+    fn smooth(&mut self) {
+        let bodies = self.body.iter_mut().map(|body| &mut body.collide);
+        let cables = self.cable.iter_mut().map(|cable| &mut cable.collide);
+        for collide in bodies.chain(cables).flatten() {
+            match collide {
+                CollideEntry::With(surface) => surface.friction = Some(0.0),
+                CollideEntry::Is(true) => {
+                    *collide = CollideEntry::With(SurfaceEntry {
+                        friction: Some(0.0),
+                        ..SurfaceEntry::default()
+                    });
+                }
+                CollideEntry::Is(false) => {}
+            }
+        }
+        let ground = self.ground.iter_mut().map(|ground| &mut ground.friction);
+        let collider = self.collider.iter_mut().map(|shape| &mut shape.friction);
+        ground.chain(collider).for_each(|mu| *mu = Some(0.0));
+        let whole = |cable: &&mut MasslessCableEntry| cable.after.is_none();
+        let points = self.massless_cable.iter_mut().filter(whole);
+        let sheaves = points.flat_map(|cable| &mut cable.through);
+        for sheave in sheaves.filter_map(|point| point.sheave.as_mut()) {
+            sheave.friction = 0.0;
+        }
+    }
+
+    /// Puts a massless cable of the same length and compliance in the place of each cable of segments that two bodies, or a body
+    /// and the world, hold; `scene` is what the text builds. The constraints then have the order of their lists.
+    fn leave_out_segments(&mut self, scene: &Scene) {
+        for cable in &scene.cables {
+            let is_own = |name: &str| cable.bodies.iter().any(|i| scene.body_names[*i] == name);
+            let mut joints = Vec::new();
+            for c in &cable.joints {
+                let name = &scene.constraint_names[*c];
+                joints.extend(self.joint.iter().position(|joint| joint.name == *name));
+            }
+            let ends = |joint: &JointEntry| !is_own(&joint.a) || !is_own(&joint.b);
+            let held = joints.iter().filter(|j| ends(&self.joint[**j])).count();
+            if held != 2 || self.hold_between(&joints, &is_own) {
+                continue;
+            }
+            let joints: Vec<JointEntry> = joints.iter().map(|j| self.joint[*j].clone()).collect();
+            let entry = massless(&cable.name, &joints, &is_own);
+            let gone = |name: &str| joints.iter().any(|joint| joint.name == name);
+            self.joint.retain(|joint| !gone(&joint.name));
+            self.collider.retain(|shape| !is_own(&shape.body));
+            self.body.retain(|body| !is_own(&body.name));
+            self.massless_cable.push(entry);
+        }
+        self.order.clear();
+    }
+
+    /// Whether others than a cable's `joints` hold its segments.
+    fn hold_between(&self, joints: &[usize], is_own: &dyn Fn(&str) -> bool) -> bool {
+        let others = (self.joint.iter().enumerate()).filter(|(j, _)| !joints.contains(j));
+        let joints = others.flat_map(|(_, joint)| [&joint.a, &joint.b]);
+        let cables = self.massless_cable.iter().flat_map(|cable| &cable.through);
+        let points = cables.chain(self.bend.iter().flat_map(|bend| &bend.through));
+        let mut held = joints.chain(points.map(|point| &point.body));
+        held.any(|body| is_own(body))
+    }
+}
+
+/// The massless cable in the place of one of segments, between what holds its ends.
+fn massless(
+    name: &str,
+    joints: &[JointEntry],
+    is_own: &dyn Fn(&str) -> bool,
+) -> MasslessCableEntry {
+    let mut through = Vec::new();
+    let mut ends: Vec<(&str, Vector3<f64>)> = Vec::new();
+    let mut stretch = 0.0;
+    for joint in joints {
+        stretch += joint.stretch.unwrap_or(0.0);
+        for (body, point) in [(&joint.a, joint.point_a), (&joint.b, joint.point_b)] {
+            let point = point.unwrap_or_default();
+            if is_own(body) {
+                ends.push((body, Vector3::from(point)));
+            } else {
+                through.push(PointEntry {
+                    body: body.clone(),
+                    point,
+                    motion: joint.motion.clone(),
+                    ..PointEntry::default()
+                });
+            }
+        }
+    }
+    // Each segment has two ends in its own frame.
+    ends.sort_by_key(|(body, _)| *body);
+    let segments = ends.chunk_by(|a, b| a.0 == b.0);
+    let length = segments
+        .filter(|ends| ends.len() == 2)
+        .map(|ends| (ends[0].1 - ends[1].1).norm())
+        .sum();
+    MasslessCableEntry {
+        name: name.to_owned(),
+        through,
+        length,
+        stretch: Some(stretch),
+        damping: joints[0].damping,
+        ..MasslessCableEntry::default()
+    }
+}
