@@ -5,6 +5,7 @@
 mod against;
 mod cases;
 mod console;
+mod ledger;
 mod matrix;
 mod merge;
 mod parse;
@@ -63,6 +64,12 @@ enum Command {
         after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --columns time,hook.z,bottom.tension,hoist_speed --out lift.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30"
     )]
     Run(run::RunArgs),
+    /// What each thing that a scene models, and each part of its step, costs and is worth: time of a step, error of the load,
+    /// tension, energy
+    #[command(
+        after_help = "Examples:\n  taut ledger gantry --tolerance 5\n  taut ledger crane.toml --controls drive.csv --tolerance 2 --apply lean.toml"
+    )]
+    Ledger(ledger::LedgerArgs),
     /// Writes a scene as TOML with the meaning of every key: what `taut run FILE` reads back to the identical run
     #[command(
         after_help = "Example: taut scene hoist --set segments=6 --explicit > six.toml && taut run six.toml"
@@ -233,6 +240,7 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
     let done = match &cli.command {
         Some(Command::Merge(args)) => merge::run(args, console),
         Some(Command::Run(args)) => run::run(args, console),
+        Some(Command::Ledger(args)) => ledger::run(args, console),
         Some(Command::Scene(args)) => scene::run(args),
         Some(Command::Dump(args)) => matrix::dump(args, console),
         Some(Command::Solve(args)) => matrix::solve(args),

@@ -22,6 +22,8 @@ pub struct Mode {
 pub struct Natural {
     /// ω² \[1/s²]; negative where the equilibrium is unstable.
     pub squares: Vec<f64>,
+    /// What elastic rows have of them, φᵀK_eφ \[1/s²].
+    pub elastic: Vec<f64>,
     /// Shapes with φᵀMφ = 1, one a column, six numbers a body: displacement \[m], rotation \[rad].
     pub shapes: DMatrix<f64>,
 }
@@ -105,13 +107,22 @@ pub fn natural(scene: &Scene, coordinates: &[usize]) -> Option<Natural> {
     order.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let moved = free * inverse.transpose() * &eigen.eigenvectors;
     let mut shapes = DMatrix::zeros(6 * bodies, order.len());
+    let of_rows = |k: &usize| {
+        let shape = moved.column(*k);
+        shape.dot(&(&system.elastic * shape))
+    };
+    let elastic = order.iter().map(of_rows).collect();
     for (to, from) in order.iter().enumerate() {
         for (row, column) in columns.iter().enumerate() {
             shapes[(*column, to)] = moved[(row, *from)];
         }
     }
     let squares = order.iter().map(|k| eigen.eigenvalues[*k]).collect();
-    Some(Natural { squares, shapes })
+    Some(Natural {
+        squares,
+        elastic,
+        shapes,
+    })
 }
 
 /// M, K_e, K_g, and the Jacobian of the rigid rows.

@@ -29,6 +29,8 @@
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `sequence` | every solver on the systems of consecutive steps from a folder |
 //! | `paper` | the paper's tables, figures and claims, ours beside theirs |
+//! | `ledger` | what each thing that a scene models costs and is worth |
+//! | `law` | what a scheme does to one mode |
 //! | `hard` | hard cases: reference beside ours, one module for each |
 //! | `checks` | experiments that end in checks: what `hard` and `paper` share |
 //! | `cases` | what a study runs one by one, keeps in a file and deals to shards |
@@ -44,6 +46,8 @@ pub mod hard;
 pub mod iterative;
 pub mod kernels;
 pub mod ladder;
+mod law;
+pub mod ledger;
 pub mod linear;
 pub mod matrix;
 pub mod options;

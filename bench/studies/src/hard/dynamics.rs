@@ -12,7 +12,6 @@ pub(super) mod frequency;
 mod gantry;
 mod heavy;
 mod hoisting;
-pub(super) mod law;
 mod line;
 mod pendulum;
 mod shape;

@@ -187,7 +187,7 @@ fn beam(kind: Kind, last: usize, quick: bool) -> Result<Vec<Check>, ExperimentEr
         // The scheme's filter acts on the bending and, by K, on nothing: there is no tension.
         let dt = 2e-2 / shape.discrete;
         let stepped =
-            super::law::elastic_frequency(taut_integrator::Scheme::default(), shape.discrete, dt);
+            crate::law::elastic_frequency(taut_integrator::Scheme::default(), shape.discrete, dt);
         let options = at(dt);
         checks.push(shape.motion(name("motion"), options, (Some(stepped), 1.5))?);
         if kind == Kind::Cantilever && !quick {

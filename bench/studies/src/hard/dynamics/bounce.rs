@@ -2,13 +2,14 @@
 //!
 //! H35: a load that falls into its rope rises no higher than it fell, whatever Ω = Δt √(EA/(L m)), the stiffness in the
 //! step's eyes: apexes by the energy of the free flights, which the step keeps to rounding. Where Ω ≤ 1 the mean is what
-//! the scheme's damping leaves of half an oscillation ([`super::law`]), but for a twentieth. A plate on four ropes, three
+//! the scheme's damping leaves of half an oscillation ([`crate::law`]), but for a twentieth. A plate on four ropes, three
 //! masses in a row, two masses over two points gain nothing.
 //!
 //! H39: a load that moves with its rope from the start, hauled in by a winch, has the tension of its weight and swing.
 
-use super::{Gained, law, worse};
+use super::{Gained, worse};
 use crate::hard::{at, each_solver};
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::TAU;

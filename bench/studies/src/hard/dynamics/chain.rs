@@ -9,10 +9,10 @@
 //! Ours are the eigenvalues of the library's own matrices ([`taut_ground::modes`]), and the frequencies of motions that
 //! start in those shapes; the segments' part of the error is the discrete chain beside the continuous one.
 
-use super::law;
 use super::shape::Shape;
 use crate::hard::special::{bessel_zero, laguerre_zeros, root};
 use crate::hard::{at, each_solver};
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::{DMatrix, DVector};
 use taut_ground::modes::natural;

@@ -10,8 +10,8 @@
 //! ```
 
 use super::frequency::{self, of_motion, record, stride};
-use super::law;
 use crate::hard::at;
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_ground::modes::natural;

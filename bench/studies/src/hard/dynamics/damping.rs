@@ -1,6 +1,6 @@
 //! H33 and H34: what a step does to a deformation mode, and to a gap.
 //!
-//! H33: in each step a mode is multiplied by the roots of the scheme's characteristic polynomial ([`super::law`]),
+//! H33: in each step a mode is multiplied by the roots of the scheme's characteristic polynomial ([`crate::law`]),
 //! whatever joint it belongs to: measured as the roots of the recurrence that fits the motion.
 //!
 //! H34: a rigid row closes its gap by φ̄ + τ r_{n+1} = 0, a recurrence of the gaps alone whatever the inertia; as Δt →
@@ -8,8 +8,9 @@
 //! extrapolate it.
 
 use super::frequency::samples;
-use super::{law, worse};
+use super::worse;
 use crate::hard::{at, each_solver};
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_integrator::{GeometricStiffness, Scheme, StepOptions};

@@ -4,9 +4,10 @@
 //! point in the same direction. The step's error is its dispersion, of second order in Δt; for small amplitudes it is
 //! that of the leapfrog, sin(½ω_hΔt) = ½ωΔt.
 
-use super::{frequency, law};
+use super::frequency;
 use crate::hard::each_solver;
 use crate::hard::special::complete_k;
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::{FRAC_PI_2, TAU};

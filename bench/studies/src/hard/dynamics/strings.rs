@@ -9,10 +9,10 @@
 //!
 //! The rods' mass matrix is the consistent one of linear displacements, (1, 4, 1)/6.
 
-use super::law;
 use super::line::{Hold, Line};
 use super::shape::Shape;
 use crate::hard::{at, solvers, together};
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::PI;

@@ -1,10 +1,10 @@
 //! H24: a disc on a cable that twists, ω = √(GJ/(L I_d)); with the cable's own inertia ω = (β/L)√(GJ/j), β tan β =
 //! J/I_d, J = jL. The chain of rods has ω = 2√(k/J₁) sin ½θ with (I_d/J₁) sin θ tan Nθ = 1 ([`super::line`]).
 
-use super::law;
 use super::line::{Hold, Line, end_mass, end_mass_continuum};
 use super::shape::Shape;
 use crate::hard::{at, each_solver};
+use crate::law;
 use indicatif::ProgressBar;
 use taut_ground::modes::natural;
 use taut_integrator::Scheme;

@@ -14,8 +14,9 @@
 
 use super::line::{Hold, Line, end_mass, end_mass_continuum, free_end};
 use super::shape::Shape;
-use super::{law, worse};
+use super::worse;
 use crate::hard::{at, solvers, together};
+use crate::law;
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use std::f64::consts::PI;

@@ -9,8 +9,9 @@
 //! and by what a step of finite length leaves of a rotation, about ½ E Δt²/(m L²); how much, a second cable that swings a
 //! little less tells. What a change of the length has beyond that of the energy is drift.
 
-use crate::hard::dynamics::{frequency, law};
+use crate::hard::dynamics::frequency;
 use crate::hard::worse;
+use crate::law;
 use indicatif::ProgressBar;
 use taut_ground::pace;
 use taut_ground::trajectory::{gaps, load_position};

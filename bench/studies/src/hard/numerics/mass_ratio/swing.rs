@@ -2,8 +2,8 @@
 
 use super::params;
 use crate::energy::pendulum;
-use crate::hard::dynamics::law;
 use crate::hard::worse;
+use crate::law;
 use std::fmt::Write;
 use taut_ground::trajectory::{Sample, simulate};
 use taut_integrator::{StepError, StepOptions, Stepper};

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 use taut_integrator::Scheme;
 
 /// The weights (p, q, s), from the schemes' definitions; NaN of a scheme without.
-pub(in crate::hard) fn weights(scheme: Scheme) -> [f64; 3] {
+pub(crate) fn weights(scheme: Scheme) -> [f64; 3] {
     match scheme {
         Scheme::LinearlyImplicit => [1.0, 0.0, 0.0],
         Scheme::Spook => [0.25, 0.25, 0.0],
@@ -27,11 +27,7 @@ pub(in crate::hard) fn weights(scheme: Scheme) -> [f64; 3] {
 
 /// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
 /// difference.
-pub(in crate::hard) fn recurrence(
-    scheme: Scheme,
-    [elastic, geometric]: [f64; 2],
-    theta: f64,
-) -> Vec<f64> {
+pub(crate) fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {
     let [p, q, s] = weights(scheme);
     let lead = 1.0 + elastic * (p + theta);
     let now = -2.0 + geometric + elastic * (1.0 - p - q - theta);
@@ -42,7 +38,7 @@ pub(in crate::hard) fn recurrence(
 }
 
 /// Coefficients of the recurrence of order `k` that fits samples best.
-pub(in crate::hard) fn fitted(x: &[f64], k: usize) -> Vec<f64> {
+pub(crate) fn fitted(x: &[f64], k: usize) -> Vec<f64> {
     let rows = x.len().saturating_sub(k);
     // Decaying samples weigh alike.
     let scale = |i: usize| x[i..=i + k].iter().map(|x| x.abs()).fold(0.0, f64::max);
@@ -53,7 +49,7 @@ pub(in crate::hard) fn fitted(x: &[f64], k: usize) -> Vec<f64> {
 }
 
 /// Roots of z^k = Σ c_j z^j as \[modulus, |phase|], the largest first; none where a coefficient is not finite.
-pub(in crate::hard) fn roots(c: &[f64]) -> Vec<[f64; 2]> {
+pub(crate) fn roots(c: &[f64]) -> Vec<[f64; 2]> {
     let k = c.len();
     if !c.iter().all(|c| c.is_finite()) {
         return Vec::new();
@@ -72,13 +68,13 @@ pub(in crate::hard) fn roots(c: &[f64]) -> Vec<[f64; 2]> {
 }
 
 /// What an elastic mode with ω Δt = `phase` keeps of its amplitude in a step.
-pub(in crate::hard) fn modulus(scheme: Scheme, phase: f64) -> f64 {
+pub(crate) fn modulus(scheme: Scheme, phase: f64) -> f64 {
     let roots = roots(&recurrence(scheme, [phase * phase, 0.0], 0.0));
     roots.first().map_or(f64::NAN, |[modulus, _]| *modulus)
 }
 
 /// The frequency \[rad/s] at which a scheme runs a mode of frequency `omega` (rad/s) that is elastic alone.
-pub(in crate::hard) fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {
+pub(crate) fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) -> f64 {
     let square = (omega * dt).powi(2);
     let roots = roots(&recurrence(scheme, [square, 0.0], 0.0));
     roots.first().map_or(f64::NAN, |[_, phase]| phase / dt)
@@ -86,7 +82,7 @@ pub(in crate::hard) fn elastic_frequency(scheme: Scheme, omega: f64, dt: f64) ->
 
 /// The frequency \[rad/s] at which every scheme runs a mode of frequency `omega` (rad/s) that tension or gravity holds:
 /// the leapfrog's.
-pub(in crate::hard) fn geometric_frequency(omega: f64, dt: f64) -> f64 {
+pub(crate) fn geometric_frequency(omega: f64, dt: f64) -> f64 {
     2.0 / dt * (0.5 * omega * dt).asin()
 }
 

@@ -1,0 +1,187 @@
+//! `taut ledger`: what a scene may do without.
+
+use super::console::Console;
+use super::{Failure, StepArgs, step_options};
+use clap::Args;
+use std::path::{Path, PathBuf};
+use taut_ground::files::{self, read_text};
+use taut_ground::source;
+use taut_output::table;
+use taut_studies::ledger::{Ledger, Line, Question, Setup, change::flags, ledger, modes};
+use taut_studies::options::{number, overrides, require_positive, steps};
+
+#[derive(Debug, Args)]
+pub(crate) struct LedgerArgs {
+    /// Name of a scene, or a TOML file
+    scene: String,
+    /// Overrides a parameter of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    #[command(flatten)]
+    step: StepArgs,
+    /// Largest error of the load that the lean scene may have (mm)
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = number, allow_negative_numbers = true)]
+    tolerance: f64,
+    /// Simulated time (s)
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = number, allow_negative_numbers = true)]
+    time: f64,
+    /// What the operator does, as in `taut run`
+    #[arg(long, value_name = "FILE.csv")]
+    controls: Option<PathBuf>,
+    /// Writes the lean scene
+    #[arg(long, value_name = "FILE.toml")]
+    apply: Option<PathBuf>,
+    /// Writes all lines to a file (`-` for standard output, which then holds nothing else)
+    #[arg(long, value_name = "PATH")]
+    json: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
+    require_positive("`--tolerance`", &[args.tolerance])?;
+    let options = step_options(&args.step)?;
+    if steps(args.time, options.dt)? == 0 {
+        let (time, dt) = (args.time, options.dt);
+        let message = format!("`--time` is {time} s: it must be at least one step of {dt} s");
+        return Err(Failure::Input(message));
+    }
+    let mut read: Vec<&Path> = args.controls.as_deref().into_iter().collect();
+    read.extend(source::is_file(&args.scene).then(|| Path::new(&args.scene)));
+    let [apply, json] = files::open(
+        [
+            ("--apply", args.apply.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+        &read,
+    )?;
+    let (whole, scene) = source::built(&args.scene, &overrides(&args.overrides)?)?;
+    source::inputs(args.controls.as_deref(), &scene)?;
+    let question = Question {
+        whole: Setup {
+            source: whole,
+            options,
+        },
+        controls: args.controls.as_deref().map(read_text).transpose()?,
+        tolerance: 1e-3 * args.tolerance,
+        time: args.time,
+    };
+    let bar = console.progress(1).with_message("ledger");
+    let found = ledger(&question, &bar);
+    bar.finish_and_clear();
+    let found = found.map_err(|e| Failure::Unstable(e.to_string()))?;
+    if let Some(apply) = &apply {
+        let command = command("FILE.toml", &found.setup);
+        let text = found.setup.source.to_commented_toml()?;
+        apply.text(&format!("# {command}\n{text}"))?;
+    }
+    let is_stdout = |output: &files::Output| output.is_stdout();
+    if ![&apply, &json].into_iter().flatten().any(is_stdout) {
+        files::print(&text(&found, args))?;
+    }
+    if let Some(json) = json {
+        json.json(&found)?;
+    }
+    Ok(())
+}
+
+/// How a setup is run.
+fn command(file: &str, setup: &Setup) -> String {
+    format!("taut run {file} {}", flags(&setup.options))
+        .trim_end()
+        .to_owned()
+}
+
+/// The ledger for people.
+fn text(found: &Ledger, args: &LedgerArgs) -> String {
+    let mut out = lines(found);
+    out.push('\n');
+    out.push_str(&modes_of(found));
+    out.push('\n');
+    out.push_str(&conclusion(found, args));
+    out
+}
+
+fn lines(found: &Ledger) -> String {
+    let share = |x: f64| format!("{:+.0} %", 100.0 * x);
+    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.2e}"));
+    let error = |line: &Line| match (&line.failure, line.undecided) {
+        (Some(_), _) => "lost".to_owned(),
+        (None, 0) => number(line.error_mm),
+        (None, _) => format!("{} undecided", number(line.error_mm)),
+    };
+    let ends = [&found.finest, &found.whole];
+    let all = ends.into_iter().chain(&found.lines).chain([&found.lean]);
+    let mut out = table::of_records(
+        all,
+        &[
+            ("", &|line: &Line| line.what.clone()),
+            ("rows", &|line| line.rows.to_string()),
+            ("step", &|line| table::nanoseconds(line.step_ns)),
+            ("saves", &|line| share(line.saves)),
+            ("error mm", &error),
+            ("moves mm", &|line| number(line.apart_mm)),
+            ("tension", &|line| number(line.tension)),
+            ("energy", &|line| number(line.energy)),
+            ("may go", &|line| {
+                if line.may_go { "yes" } else { "no" }.into()
+            }),
+            ("by", &|line| line.how.clone()),
+        ],
+    );
+    for line in &found.lines {
+        if let Some(why) = &line.failure {
+            out.push_str(&format!("{}: {why}\n", line.what));
+        }
+    }
+    out
+}
+
+fn modes_of(found: &Ledger) -> String {
+    let rows = match &found.modes {
+        Ok(rows) if rows.is_empty() => return "No oscillation about the equilibrium.\n".into(),
+        Ok(rows) => rows,
+        Err(why) => return format!("No modes: {why}\n"),
+    };
+    let pair = |[phase, damping]: [f64; 2]| format!("{phase:+.2e} {damping:.2e}");
+    table::of_records(
+        rows,
+        &[
+            ("oscillation", &|row: &modes::Row| {
+                format!("{:.4} Hz", row.omega / std::f64::consts::TAU)
+            }),
+            ("phase error, damping a step: predicted", &|row| {
+                pair(row.predicted)
+            }),
+            ("measured", &|row| pair(row.measured)),
+        ],
+    )
+}
+
+fn conclusion(found: &Ledger, args: &LedgerArgs) -> String {
+    let tolerance = args.tolerance;
+    let own = found.whole.error_mm.unwrap_or(f64::NAN);
+    if !found.whole.may_go {
+        return format!(
+            "The whole scene is {own:.2e} mm off the finest, beyond the tolerance of {tolerance} mm: take more sub-steps or \
+             segments, or a larger --tolerance.\n"
+        );
+    }
+    if found.left_out.is_empty() {
+        return format!("Nothing can go within {tolerance} mm that saves time.\n");
+    }
+    let file = args
+        .apply
+        .as_ref()
+        .map_or("LEAN.toml".into(), |path| path.display().to_string());
+    let written = if args.apply.is_some() {
+        ""
+    } else {
+        " (--apply LEAN.toml writes it)"
+    };
+    format!(
+        "Within {tolerance} mm go: {}. Together {:.2e} mm and {:.0} % of the time{written}:\n  {}\n",
+        found.left_out.join(", "),
+        found.lean.error_mm.unwrap_or(f64::NAN),
+        100.0 * (1.0 - found.lean.saves),
+        command(&file, &found.setup)
+    )
+}

@@ -1,0 +1,187 @@
+//! What a ledger changes of a scene and its step.
+
+use super::Setup;
+use taut_ground::Choice;
+use taut_integrator::{Form, GeometricStiffness, Scheme, StepOptions};
+use taut_model::scene_file::Part;
+use taut_model::{SceneError, SceneSource};
+
+/// A change.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Change {
+    /// The scene without a thing that it models.
+    Without(Part),
+    /// So many times as many segments.
+    Segments(f64),
+    /// No geometric stiffness.
+    NoStiffness,
+    /// No guard.
+    NoGuard,
+    /// No refinement.
+    NoRefinement,
+    /// Another scheme.
+    Scheme(Scheme),
+    /// So many times as many sub-steps.
+    Substeps(usize),
+    /// Another solver.
+    Solver(Choice),
+}
+
+/// All that can be changed of a setup.
+pub(super) fn all(whole: &Setup) -> Vec<Change> {
+    let mut all: Vec<Change> = Part::ALL.map(Change::Without).into();
+    all.extend([0.5, 2.0].map(Change::Segments));
+    all.extend([Change::NoStiffness, Change::NoGuard, Change::NoRefinement]);
+    all.extend(Scheme::KINDS.map(Change::Scheme));
+    all.push(Change::Substeps(2));
+    let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
+    // The reference is no solver to run with.
+    let fast = compiled.filter(|c| c.backend.name() != "dense");
+    let own = |choice: &Choice| {
+        choice.backend == whole.options.backend && choice.form == whole.options.form
+    };
+    all.extend(fast.filter(|choice| !own(choice)).map(Change::Solver));
+    all
+}
+
+impl Change {
+    /// What is changed, in words.
+    #[must_use]
+    pub fn what(&self) -> String {
+        match self {
+            Self::Without(Part::Torsion) => "no torsion".into(),
+            Self::Without(Part::Bending) => "no bending".into(),
+            Self::Without(Part::Stretch) => "no stretch: rigid".into(),
+            Self::Without(Part::Friction) => "no friction".into(),
+            Self::Without(Part::Contacts) => "no contacts".into(),
+            Self::Without(Part::Segments) => "massless cables".into(),
+            Self::Without(part) => format!("no {part:?}").to_lowercase(),
+            Self::Segments(factor) => format!("segments × {factor}"),
+            Self::NoStiffness => "no geometric stiffness".into(),
+            Self::NoGuard => "no guard".into(),
+            Self::NoRefinement => "no refinement".into(),
+            Self::Scheme(scheme) => scheme.to_string(),
+            Self::Substeps(factor) => format!("sub-steps × {factor}"),
+            Self::Solver(choice) => choice.to_string(),
+        }
+    }
+
+    /// The option of `taut run` or the key of a scene that makes the change.
+    #[must_use]
+    pub fn how(&self, source: &SceneSource) -> String {
+        let explicit = matches!(source, SceneSource::Explicit(_));
+        let hoist = matches!(source, SceneSource::Hoist(_));
+        match self {
+            Self::Without(Part::Torsion) if explicit || hoist => "twist = false".into(),
+            Self::Without(Part::Bending) if explicit || hoist => "bend = false".into(),
+            Self::Without(Part::Friction) => "friction = 0".into(),
+            Self::Without(_) => "--apply".into(),
+            Self::Segments(_) => "segments".into(),
+            Self::NoStiffness => "--stiffness off".into(),
+            Self::NoGuard => "--guard off".into(),
+            Self::NoRefinement => "--refine 0".into(),
+            Self::Scheme(scheme) => format!("--scheme {scheme}"),
+            Self::Substeps(_) => "--substeps".into(),
+            Self::Solver(choice) => format!("--backend {choice}"),
+        }
+    }
+
+    /// The changed setup; `None` where nothing is changed.
+    pub(super) fn apply(&self, setup: &Setup) -> Result<Option<Setup>, SceneError> {
+        let source = match self {
+            Self::Without(part) => setup.source.without(*part)?,
+            Self::Segments(factor) => setup.source.with_segments(*factor)?,
+            _ => {
+                let options = self.options(&setup.options);
+                let changed = options != setup.options;
+                return Ok(changed.then(|| Setup {
+                    source: setup.source.clone(),
+                    options,
+                }));
+            }
+        };
+        Ok(source.map(|source| Setup {
+            source,
+            options: setup.options.clone(),
+        }))
+    }
+
+    fn options(&self, of: &StepOptions) -> StepOptions {
+        let mut options = of.clone();
+        match self {
+            Self::NoStiffness => options.stiffness = GeometricStiffness::Off,
+            Self::NoGuard => options.guard = None,
+            Self::NoRefinement => options.refinements = 0,
+            Self::Scheme(scheme) => {
+                if options.stiffness != GeometricStiffness::Off && *scheme != options.scheme {
+                    options.stiffness = GeometricStiffness::inertia(scheme.default_alpha());
+                }
+                options.scheme = *scheme;
+            }
+            Self::Substeps(factor) => options.substeps *= factor,
+            Self::Solver(choice) => {
+                let own = choice.options(options.dt);
+                options.form = choice.form;
+                options.backend = own.backend;
+                options.refinements = own.refinements;
+            }
+            Self::Without(_) | Self::Segments(_) => {}
+        }
+        options
+    }
+}
+
+/// The options of `taut run` that step a scene so, those that differ from the default.
+#[must_use]
+pub fn flags(options: &StepOptions) -> String {
+    let default = StepOptions::default();
+    let mut flags = Vec::new();
+    let mut flag = |differs: bool, text: String| {
+        if differs {
+            flags.push(text);
+        }
+    };
+    let choice = Choice {
+        backend: options.backend.clone(),
+        form: options.form,
+    };
+    let other = options.backend != default.backend || options.form != Form::default();
+    flag(other, format!("--backend {choice}"));
+    let usual = choice.options(options.dt).refinements;
+    flag(
+        options.refinements != usual,
+        format!("--refine {}", options.refinements),
+    );
+    flag(
+        options.scheme != default.scheme,
+        format!("--scheme {}", options.scheme),
+    );
+    if let Some(scheme) = options.angular_scheme {
+        flag(true, format!("--angular-scheme {scheme}"));
+    }
+    let usual = GeometricStiffness::inertia(options.scheme.default_alpha());
+    flag(
+        options.stiffness != usual,
+        format!("--stiffness {}", options.stiffness),
+    );
+    if options.guard != default.guard {
+        let guard = options
+            .guard
+            .map_or("off".into(), |g| g.tolerance.to_string());
+        flag(true, format!("--guard {guard}"));
+    }
+    flag(
+        options.substeps != 1,
+        format!("--substeps {}", options.substeps),
+    );
+    flag(
+        options.elimination != default.elimination,
+        format!("--elimination {}", options.elimination),
+    );
+    flag(
+        options.contacts != default.contacts,
+        format!("--contacts {}", options.contacts),
+    );
+    flag(options.dt != default.dt, format!("--dt {}", options.dt));
+    flags.join(" ")
+}

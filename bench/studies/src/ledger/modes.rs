@@ -1,0 +1,140 @@
+//! What a step does to a scene's own slow oscillations: predicted by the scheme's law, and measured.
+//!
+//! The scene rests in its equilibrium and is moved by a small part of a mode φ. Its coordinate x = φᵀM (q − q₀) then obeys the
+//! recurrence of [`law`](crate::law) with Ω_e² of what the scheme filters, the elastic rows and, with geometric stiffness, the
+//! tension, and Ω_g² of the rest. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
+//!
+//! ```text
+//! phase error = ψ/(ωΔt) − 1,      damping = 1 − |z| a step
+//! ```
+
+use super::Setup;
+use crate::law;
+use nalgebra::Vector3;
+use serde::Serialize;
+use taut_ground::modes::{Natural, natural};
+use taut_ground::pace;
+use taut_integrator::{GeometricStiffness, Stepper};
+use taut_model::Scene;
+
+/// Most bodies of a scene whose modes are found: the matrices are dense.
+const MOST: usize = 80;
+
+/// Modes that are told.
+const TOLD: usize = 3;
+
+/// Largest displacement (m) or rotation (rad).
+const AMPLITUDE: f64 = 1e-5;
+
+/// Steps that a motion takes to become the mode's own, and most steps that are fitted.
+const STEPS: [usize; 2] = [30, 3000];
+
+/// A mode in the step.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Row {
+    /// ω \[rad/s].
+    pub omega: f64,
+    /// Phase error and damping by the law.
+    pub predicted: [f64; 2],
+    /// The same as measured.
+    pub measured: [f64; 2],
+}
+
+/// The slowest modes of a setup, at rest and undriven; or why none are told.
+pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
+    let mut scene = setup.source.build().map_err(|e| e.to_string())?;
+    if !scene.colliders.is_empty() {
+        return Err("where shapes touch, modes are not of the scene alone".into());
+    }
+    if scene.bodies.len() > MOST {
+        return Err(format!(
+            "more than {MOST} bodies: make it coarser by `--set segments`"
+        ));
+    }
+    scene.start_in_equilibrium = true;
+    let resting = Stepper::new(scene, setup.options.clone()).map_err(|e| e.to_string())?;
+    let mut scene = resting.scene().clone();
+    scene.start_in_equilibrium = false;
+    let still = Vector3::zeros();
+    scene.bodies.velocity.fill(still);
+    scene.bodies.angular_velocity.fill(still);
+    let all = natural(&scene, &[0, 1, 2, 3, 4, 5]).ok_or("its rows are degenerate")?;
+    let mut rows: Vec<Row> = Vec::new();
+    for k in 0..all.squares.len() {
+        let omega = all.frequency(k);
+        let last = rows.last().map_or(0.0, |row| row.omega);
+        // Motions without restoring force, and the second of two alike.
+        if rows.len() == TOLD || !(omega > 1e-2 && omega > (1.0 + 1e-3) * last) {
+            continue;
+        }
+        rows.push(row(setup, &scene, &all, k)?);
+    }
+    Ok(rows)
+}
+
+fn row(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Row, String> {
+    let (omega, dt) = (
+        all.frequency(k),
+        setup.options.dt / setup.options.substeps as f64,
+    );
+    let square = dt * dt;
+    let filtered = match setup.options.stiffness {
+        GeometricStiffness::Off => all.elastic[k],
+        _ => all.squares[k].max(all.elastic[k]),
+    };
+    let parts = [filtered, all.squares[k] - filtered].map(|w| w * square);
+    let of = |c: &[f64]| {
+        let [modulus, phase] = law::roots(c).first().copied().unwrap_or([f64::NAN; 2]);
+        [phase / (omega * dt) - 1.0, 1.0 - modulus]
+    };
+    let predicted = of(&law::recurrence(setup.options.scheme, parts, 0.0));
+    let samples = motion(setup, scene, all, k)?;
+    let measured = of(&law::fitted(&samples, 2));
+    // A step of several sub-steps is each of them in turn.
+    Ok(Row {
+        omega,
+        predicted,
+        measured,
+    })
+}
+
+/// The mode's coordinate after each sub-step of a motion that begins displaced by it.
+fn motion(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Vec<f64>, String> {
+    let rest = scene.bodies.clone();
+    let mut scene = scene.clone();
+    all.displace(&mut scene, k, AMPLITUDE);
+    let mut options = setup.options.clone();
+    options.dt /= options.substeps as f64;
+    options.substeps = 1;
+    let period = std::f64::consts::TAU / (all.frequency(k) * options.dt);
+    let mut stepper = Stepper::new(scene, options).map_err(|e| e.to_string())?;
+    let [settle, most] = STEPS;
+    let steps = ((3.0 * period) as usize).clamp(2 * settle, most);
+    let mut samples = Vec::with_capacity(steps);
+    for step in 0..settle + steps {
+        pace::step(&mut stepper).map_err(|e| e.to_string())?;
+        if step >= settle {
+            samples.push(coordinate(&stepper.scene().bodies, &rest, all, k));
+        }
+    }
+    Ok(samples)
+}
+
+/// φᵀM (q − q₀).
+fn coordinate(
+    bodies: &taut_model::Bodies,
+    rest: &taut_model::Bodies,
+    all: &Natural,
+    k: usize,
+) -> f64 {
+    let shape = all.shapes.column(k);
+    let of = |i: usize| {
+        let part = |c: usize| Vector3::new(shape[c], shape[c + 1], shape[c + 2]);
+        let moved = bodies.position[i] - rest.position[i];
+        let turned = (bodies.orientation[i] * rest.orientation[i].inverse()).scaled_axis();
+        bodies.mass[i] * part(6 * i).dot(&moved)
+            + part(6 * i + 3).dot(&(rest.inertia_world(i) * turned))
+    };
+    let moving = (0..bodies.len()).filter(|i| bodies.is_dynamic(*i));
+    moving.map(of).sum()
+}
