@@ -9,7 +9,8 @@
 //! ```
 //!
 //! For the linearly implicit scheme and Ω_g = 0 the roots are (1 ± iΩ)/(1 + Ω²): modulus (1 + Ω²)^(−1/2), phase arctan
-//! Ω. For Ω_e = 0 all schemes are the leapfrog: modulus 1, 2 sin(phase/2) = Ω.
+//! Ω. For Ω_e = 0 all schemes are the leapfrog: modulus 1, 2 sin(phase/2) = Ω. Geometric stiffness as inertia gives Ω_g² weights
+//! as well.
 
 use nalgebra::{DMatrix, DVector};
 use taut_integrator::Scheme;
@@ -25,16 +26,36 @@ pub(crate) fn weights(scheme: Scheme) -> [f64; 3] {
     }
 }
 
+/// The weights that a geometric stiffness taken as inertia with α gives the tension: α δ²x with the scheme's own filter.
+pub(crate) fn tension_weights(scheme: Scheme, alpha: f64) -> [f64; 3] {
+    let [next, _, before] = weights(scheme);
+    let history = before / next;
+    [alpha, alpha * (1.0 + history), alpha * history]
+}
+
 /// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
 /// difference.
 pub(crate) fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {
-    let [p, q, s] = weights(scheme);
-    let lead = 1.0 + elastic * (p + theta);
-    let now = -2.0 + geometric + elastic * (1.0 - p - q - theta);
-    let before = 1.0 + elastic * (q + s);
-    let first = -elastic * s;
+    mixed([
+        (elastic, weights(scheme), theta),
+        (geometric, [0.0; 3], 0.0),
+    ])
+}
+
+/// The same of a mode whose Ω² has two parts, each with its weights and its θ.
+pub(crate) fn mixed(parts: [(f64, [f64; 3], f64); 2]) -> Vec<f64> {
+    let sum = |of: &dyn Fn([f64; 3], f64) -> f64| -> f64 {
+        parts
+            .iter()
+            .map(|(square, w, theta)| square * of(*w, *theta))
+            .sum()
+    };
+    let lead = 1.0 + sum(&|[p, ..], theta| p + theta);
+    let now = -2.0 + sum(&|[p, q, _], theta| 1.0 - p - q - theta);
+    let before = 1.0 + sum(&|[_, q, s], _| q + s);
+    let first = -sum(&|[_, _, s], _| s);
     let all = [first, before, now].map(|c| -c / lead);
-    all[usize::from(s == 0.0)..].to_vec()
+    all[usize::from(first == 0.0)..].to_vec()
 }
 
 /// Coefficients of the recurrence of order `k` that fits samples best.

@@ -1,8 +1,7 @@
 //! What a step does to a scene's own slow oscillations: predicted by the scheme's law, and measured.
 //!
 //! The scene rests in its equilibrium and is moved by a small part of a mode φ. Its coordinate x = φᵀM (q − q₀) then obeys the
-//! recurrence of [`law`](crate::law) with Ω_e² of what the scheme filters, the elastic rows and, with geometric stiffness, the
-//! tension, and Ω_g² of the rest. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
+//! recurrence of [`law`](crate::law), undamped, with Ω_e² of the elastic rows and Ω_g² of the tension. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
 //!
 //! ```text
 //! phase error = ψ/(ωΔt) − 1,      damping = 1 − |z| a step
@@ -77,25 +76,36 @@ fn row(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Row, Str
         all.frequency(k),
         setup.options.dt / setup.options.substeps as f64,
     );
-    let square = dt * dt;
-    let filtered = match setup.options.stiffness {
-        GeometricStiffness::Off => all.elastic[k],
-        _ => all.squares[k].max(all.elastic[k]),
-    };
-    let parts = [filtered, all.squares[k] - filtered].map(|w| w * square);
     let of = |c: &[f64]| {
         let [modulus, phase] = law::roots(c).first().copied().unwrap_or([f64::NAN; 2]);
         [phase / (omega * dt) - 1.0, 1.0 - modulus]
     };
-    let predicted = of(&law::recurrence(setup.options.scheme, parts, 0.0));
+    let predicted = of(&predicted(
+        setup,
+        [all.elastic[k], all.squares[k]].map(|w| w * dt * dt),
+    ));
     let samples = motion(setup, scene, all, k)?;
     let measured = of(&law::fitted(&samples, 2));
-    // A step of several sub-steps is each of them in turn.
     Ok(Row {
         omega,
         predicted,
         measured,
     })
+}
+
+/// The recurrence of a mode with Ω_e² and Ω²; of no coefficients where the options have a law of their own.
+fn predicted(setup: &Setup, [elastic, all]: [f64; 2]) -> Vec<f64> {
+    let options = &setup.options;
+    let tension = match options.stiffness {
+        GeometricStiffness::Off => [0.0; 3],
+        GeometricStiffness::Inertia { alpha } => law::tension_weights(options.scheme, alpha),
+        _ => return Vec::new(),
+    };
+    if options.angular_scheme.is_some() {
+        return Vec::new();
+    }
+    let rows = law::weights(options.scheme);
+    law::mixed([(elastic, rows, 0.0), (all - elastic, tension, 0.0)])
 }
 
 /// The mode's coordinate after each sub-step of a motion that begins displaced by it.
