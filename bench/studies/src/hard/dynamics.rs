@@ -16,7 +16,7 @@ pub(super) mod law;
 mod line;
 mod pendulum;
 mod shape;
-mod snap;
+pub(super) mod snap;
 mod spaghetti;
 mod strings;
 mod tackle;
