@@ -53,7 +53,8 @@ const APART: f64 = 1e-3;
 const FAST: f64 = 5e-4;
 /// Largest relative error of a ratio of tensions.
 const BAR: f64 = 1e-6;
-/// Mass of all segments that slip \[kg]: a part of 4·10⁻⁷ of the lighter load, whose weight the ratio leaves out.
+/// Mass of all segments that slip \[kg]: a part of 4·10⁻⁷ of the lighter load, whose weight the ratio leaves out. Much
+/// lighter ones would give way at their contacts, whose least regularisation is a part of 1/m, as fast as they slip.
 const WEIGHTLESS: f64 = 4e-5;
 /// Largest deviation of the order from 2.
 const ORDER: f64 = 0.05;
