@@ -9,6 +9,7 @@ mod edge;
 mod flat;
 mod painleve;
 mod scale;
+mod slack;
 mod stack;
 mod touchdown;
 mod wound;
@@ -88,8 +89,12 @@ pub const CASES: &[Case] = &[
     },
     Case {
         name: "landing",
-        title: "a load that a winch sets down and picks up",
-        run: crane::outcome,
+        title: "loads that a winch and a cable of segments set down and pick up",
+        run: |quick, progress| {
+            let mut outcome = crane::outcome(quick, progress)?;
+            outcome.checks.extend(slack::outcome(quick)?.checks);
+            Ok(outcome)
+        },
         scenes: crane::scenes,
     },
 ];

@@ -15,7 +15,7 @@ mod hoisting;
 mod line;
 mod pendulum;
 mod shape;
-mod snap;
+pub(super) mod snap;
 mod spaghetti;
 mod strings;
 mod tackle;

@@ -50,6 +50,9 @@ const GAINED: f64 = 1e-3;
 pub(super) struct Over {
     /// Joints that turn.
     pub(super) joints: usize,
+    /// Angle from each joint to the next, and that of the first one from the horizontal \[rad].
+    pub(super) turn: f64,
+    pub(super) first: f64,
     /// Segments on each side that hang.
     pub(super) legs: usize,
     /// Masses of a segment and of the loads \[kg].
@@ -59,22 +62,31 @@ pub(super) struct Over {
 }
 
 impl Over {
-    /// Angle by which each joint turns \[rad].
-    pub(super) fn turn(&self) -> f64 {
-        PI / self.joints as f64
+    /// Joints that all turn by as much, without friction.
+    pub(super) fn even(joints: usize) -> Self {
+        let turn = PI / joints as f64;
+        Self {
+            joints,
+            turn,
+            first: 0.5 * turn,
+            legs: 8,
+            segment: SEGMENT,
+            loads: [SEGMENT; 2],
+            friction: 0.0,
+        }
     }
 
     /// Length of a segment \[m].
     fn length(&self) -> f64 {
-        2.0 * (EDGE + RADIUS) * (0.5 * self.turn()).tan()
+        2.0 * (EDGE + RADIUS) * (0.5 * self.turn).tan()
     }
 
     /// The ends of the segments, from the end at +x.
     fn points(&self) -> Vec<Vector3<f64>> {
-        let (d, h) = (self.turn(), self.length());
+        let (d, h) = (self.turn, self.length());
         let rho = (EDGE + RADIUS) / (0.5 * d).cos();
         let on = |k: usize| {
-            let angle = (k as f64 + 0.5) * d;
+            let angle = self.first + k as f64 * d;
             Vector3::new(angle.cos(), 0.0, angle.sin()) * rho
         };
         let down = |k: usize| Vector3::z() * (h * k as f64);
@@ -136,11 +148,8 @@ impl Over {
 /// Without friction, with loads of that many segments.
 fn smooth(ratio: f64) -> Over {
     Over {
-        joints: 8,
-        legs: 8,
-        segment: SEGMENT,
         loads: [SEGMENT * ratio; 2],
-        friction: 0.0,
+        ..Over::even(8)
     }
 }
 
