@@ -15,7 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::body::{Body, Mobility};
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
-use crate::collide::{Collider, Shape, Surface};
+use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::Stiffness;
@@ -304,6 +304,8 @@ impl GroundedParams {
             rest: Rest::Straight,
             group: 0,
             collide: Some(self.surface()),
+            groups: DEFAULT_GROUP,
+            meets: u32::MAX,
         }
     }
 }
