@@ -11,6 +11,7 @@ use std::io;
 use taut_ground::errors::worse;
 use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{BodyId, ConstraintId, Stepper};
+use taut_model::nalgebra::Vector3;
 use taut_model::{Constraint, Loads, MasslessCable, Scene, SceneError, Wrench};
 
 /// A quantity: name, unit, and how it is read.
@@ -40,7 +41,7 @@ const OF_RUN: [Quantity<OfRun>; 15] = [
 ];
 
 /// Those of a body.
-const OF_BODY: [Quantity<OfBody>; 11] = [
+const OF_BODY: [Quantity<OfBody>; 14] = [
     ("x", "m", |s, i| s.scene().bodies.position[i].x),
     ("y", "m", |s, i| s.scene().bodies.position[i].y),
     ("z", "m", |s, i| s.scene().bodies.position[i].z),
@@ -51,13 +52,15 @@ const OF_BODY: [Quantity<OfBody>; 11] = [
     ("wx", "rad/s", |s, i| s.scene().bodies.angular_velocity[i].x),
     ("wy", "rad/s", |s, i| s.scene().bodies.angular_velocity[i].y),
     ("wz", "rad/s", |s, i| s.scene().bodies.angular_velocity[i].z),
-    ("contact", "N", contact),
+    ("contact", "N", |s, i| contact(s, i).norm()),
+    ("contact_x", "N", |s, i| contact(s, i).x),
+    ("contact_y", "N", |s, i| contact(s, i).y),
+    ("contact_z", "N", |s, i| contact(s, i).z),
 ];
 
-/// Norm of the sum of the contacts' forces on a body.
-fn contact(stepper: &Stepper, body: usize) -> f64 {
-    let forces = stepper.contacts().map(|contact| contact.on(body));
-    forces.sum::<taut_model::nalgebra::Vector3<f64>>().norm()
+/// Sum of the contacts' forces on a body, world \[N].
+fn contact(stepper: &Stepper, body: usize) -> Vector3<f64> {
+    stepper.contacts().map(|contact| contact.on(body)).sum()
 }
 
 /// Those of a joint, link or cable, where it has them.

@@ -32,7 +32,7 @@ use std::f64::consts::FRAC_PI_2;
 use nalgebra::Vector3;
 
 use crate::body::Body;
-use crate::collide::{Collider, Shape, Surface};
+use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
@@ -173,11 +173,16 @@ pub struct Cable {
     /// Surface of its segments, which are then capsules `NAME-1` … of its radius; `None`: nothing touches it. A
     /// capsule's ends reach over those of its segment by the radius, so that it overlaps the next.
     pub collide: Option<Surface>,
+    /// Groups that its capsules are members of, a bit each: [`Collider::groups`].
+    pub groups: u32,
+    /// Groups whose members they meet, a bit each: [`Collider::meets`].
+    pub meets: u32,
 }
 
 impl Cable {
     /// A solid round cable of that material and radius (m), straight from end to end in 24 segments with
-    /// [`Cosserat`] joints, undamped.
+    /// [`Cosserat`] joints, undamped. Nothing touches it; with a surface it is a member of [`DEFAULT_GROUP`] and meets all
+    /// groups.
     #[must_use]
     pub fn round(
         name: impl Into<String>,
@@ -201,6 +206,8 @@ impl Cable {
             rest: Rest::Straight,
             group: 0,
             collide: None,
+            groups: DEFAULT_GROUP,
+            meets: u32::MAX,
         }
     }
 
@@ -355,6 +362,8 @@ impl Scene {
             let name = format!("{}-{}", cable.name, i + 1);
             self.colliders.push(Collider {
                 surface,
+                groups: cable.groups,
+                meets: cable.meets,
                 ..Collider::new(name, Some(first + i), capsule)
             });
         }

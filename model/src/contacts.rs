@@ -144,6 +144,11 @@ impl Collisions {
         self.pairs.is_empty()
     }
 
+    /// The first collider of each dynamic body or cable that meets nothing, whatever the poses.
+    pub(crate) fn alone(&self, scene: &Scene) -> Vec<usize> {
+        self.pairs.alone(scene)
+    }
+
     /// The contacts of all pairs that could touch within `dt` (s), in the order of their colliders.
     ///
     /// # Errors

@@ -15,7 +15,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::body::{Body, Mobility};
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
-use crate::collide::{Collider, Shape, Surface};
+use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::Stiffness;
@@ -69,29 +69,29 @@ pub struct GroundedParams {
     /// Which it is. Not part of a scene's text: the table's name says it.
     #[cfg_attr(feature = "toml", serde(skip))]
     pub grounded: Grounded,
-    /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables.
+    /// Boxes of the stack or cables of the pile, 1 to 200. Default: 10 boxes, 4 cables. Not in `floor`.
     pub count: Option<usize>,
-    /// Segments of a cable, 1 to 10 000.
+    /// Segments of a cable, 1 to 10 000. Not in `stack`.
     pub segments: usize,
     /// Length of a cable, and edge of a box times its number \[m].
     pub length: f64,
-    /// Radius of a cable \[m].
+    /// Radius of a cable \[m]. Not in `stack`.
     pub radius: f64,
     /// Mass of a segment, and of the lightest box \[kg].
     pub segment_mass: f64,
     /// Mass of the heaviest box, of the load or of a heavy segment over `segment_mass`, ≥ 1.
     pub mass_ratio: f64,
-    /// Axial stiffness of a cable \[N].
+    /// Axial stiffness of a cable \[N]. Not in `stack`.
     pub ea: f64,
-    /// Bending and torsional stiffness of a cable \[N m²]; 0 for ball joints.
+    /// Bending and torsional stiffness of a cable \[N m²]; 0 for ball joints. Not in `stack`.
     pub ei: f64,
-    /// Damping time τ of a cable \[s].
+    /// Damping time τ of a cable \[s]. Not in `stack`.
     pub damping: f64,
     /// Coefficient of friction of all surfaces.
     pub friction: f64,
     /// Coefficient of restitution of all surfaces, 0 to 1.
     pub restitution: f64,
-    /// Speed of the tug \[m/s].
+    /// Speed of the tug \[m/s]. Only in `floor`.
     pub speed: f64,
     /// Acceleration of gravity along −z \[m/s²], ≥ 0.
     pub gravity: f64,
@@ -304,6 +304,8 @@ impl GroundedParams {
             rest: Rest::Straight,
             group: 0,
             collide: Some(self.surface()),
+            groups: DEFAULT_GROUP,
+            meets: u32::MAX,
         }
     }
 }

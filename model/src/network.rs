@@ -91,7 +91,7 @@ pub struct NetworkParams {
     /// Which scene it is. Not part of a scene's text: the table's name says it.
     #[cfg_attr(feature = "toml", serde(skip))]
     pub network: Network,
-    /// Number N of segments of the ring, or of each cable; a ring needs 8.
+    /// Number N of segments of the ring, or of each cable; a ring needs 8. Not in `net`.
     pub segments: usize,
     /// Length L of the ring, or of each unstrained cable; of the net's longer side \[m].
     pub length: f64,
@@ -103,25 +103,25 @@ pub struct NetworkParams {
     pub gravity: f64,
     /// Axial stiffness YA \[N], of the links too.
     pub ea: f64,
-    /// Bending stiffness YI \[N m²]. Default: of a solid round cable of steel.
+    /// Bending stiffness YI \[N m²]. Default: of a solid round cable of steel. Not in `net`.
     pub ei: Option<f64>,
-    /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable of steel.
+    /// Torsional stiffness GJ \[N m²]. Default: of a solid round cable of steel. Not in `net`.
     pub gj: Option<f64>,
-    /// Kind of the inner joints: `spherical` or `cosserat`.
+    /// Kind of the inner joints: `spherical` or `cosserat`. Not in `net`.
     pub joint: JointKind,
-    /// Points from which the ring hangs, 1 or 2.
+    /// Points from which the ring hangs, 1 or 2. Only in `ring`.
     pub points: usize,
-    /// Number k of the ladder's cables, at least 2.
+    /// Number k of the ladder's cables, at least 2. Only in `ladder`.
     pub cables: usize,
-    /// Distance of the ladder's cables \[m].
+    /// Distance of the ladder's cables \[m]. Only in `ladder`.
     pub spacing: f64,
-    /// Segments between the ladder's links.
+    /// Segments between the ladder's links. Only in `ladder`.
     pub rung_every: usize,
-    /// Rows of the net, the lowest of which are the loads; at least 2.
+    /// Rows of the net, the lowest of which are the loads; at least 2. Only in `net`.
     pub rows: usize,
-    /// Columns of the net, at least 2.
+    /// Columns of the net, at least 2. Only in `net`.
     pub columns: usize,
-    /// Where the world holds the net.
+    /// Where the world holds the net. Only in `net`.
     pub held: Held,
     /// Whether a simulation starts from the static equilibrium near the start, not from the unstrained pose.
     pub equilibrium: bool,

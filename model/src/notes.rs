@@ -68,6 +68,13 @@ pub enum Note {
         /// By how much \[m].
         depth: f64,
     },
+    /// No shapes of some dynamic bodies or cables can meet any other: they fall through everything.
+    MeetsNothing {
+        /// The first collider of the first of them.
+        collider: String,
+        /// How many bodies and cables more there are.
+        others: usize,
+    },
     /// There is a load, but neither gravity nor any other force.
     NoGravity,
     /// A constraint was strained by more than 5 %.
@@ -121,6 +128,17 @@ impl fmt::Display for Note {
                 "the shapes `{a}` and `{b}` overlap by {depth:.3e} m at the start, which throws them apart: move one, or \
                  leave the pair out by groups"
             ),
+            Self::MeetsNothing { collider, others } => {
+                write!(f, "shape `{collider}`")?;
+                match others {
+                    0 => f.write_str(" meets nothing")?,
+                    _ => write!(f, " and {others} more meet nothing")?,
+                }
+                f.write_str(
+                    ": no other shape is in groups that let both meet, but for those that joints hold; add [[ground]] or a \
+                     [[collider]], or change `groups` or `meets`",
+                )
+            }
             Self::NoGravity => {
                 f.write_str("gravity is zero and no other force acts: the load has no weight")
             }
@@ -219,6 +237,7 @@ impl Scene {
         notes.extend(self.fleet_angle());
         notes.extend(self.slack());
         notes.extend(self.overlap());
+        notes.extend(self.meets_nothing());
         notes
     }
 
@@ -242,6 +261,16 @@ impl Scene {
         (part > INSIDE).then(|| Note::Overlap {
             colliders: deepest.colliders.map(|i| self.colliders[i].name.clone()),
             depth: -deepest.gap,
+        })
+    }
+
+    /// Dynamic bodies and cables with shapes that meet nothing.
+    fn meets_nothing(&self) -> Option<Note> {
+        let alone = Collisions::new(self).alone(self);
+        let (first, others) = alone.split_first()?;
+        Some(Note::MeetsNothing {
+            collider: self.colliders[*first].name.clone(),
+            others: others.len(),
         })
     }
 
@@ -452,6 +481,43 @@ mod tests {
         // A little is what a resting contact has.
         scene.bodies.position[1].z = 2.9;
         assert_eq!(scene.notes(), []);
+    }
+
+    #[test]
+    fn shapes_that_meet_nothing_are_noted() {
+        use crate::collide::{Collider, Shape, Surface};
+        use crate::{Cable, CableEnd, Material};
+        let ball = Shape::Sphere { radius: 1.0 };
+        let mut scene = Scene::new("yard");
+        let load = scene.add_body("crate", Body::sphere(1.0, 1.0).at(Vector3::z() * 9.0));
+        scene.add_collider(Collider::new("crate", Some(load), ball));
+        let text = scene.notes()[0].to_string();
+        let words = "shape `crate` meets nothing: no other shape is in groups that let both meet";
+        assert!(text.starts_with(words), "{text}");
+
+        // A cable on a drum: the segment that the drum's joint holds meets nothing itself.
+        let drum = scene.add_body("drum", Body::fixed());
+        let ends = [
+            Frame::body(drum, Vector3::x()),
+            Frame::world(Vector3::x() * 9.0),
+        ];
+        let mut rope = Cable::round("rope", &Material::STEEL, 0.01, ends.map(CableEnd::Pinned));
+        rope.collide = Some(Surface::default());
+        scene.add_cable(&rope).expect("laid");
+        let lone = |scene: &Scene| scene.notes().last().map(ToString::to_string);
+        assert_eq!(lone(&scene), None, "crate and rope meet");
+        scene.colliders[0].meets = 0b10;
+        let text = lone(&scene).expect("a note");
+        assert!(
+            text.starts_with("shape `crate` and 1 more meet nothing: "),
+            "{text}"
+        );
+        scene.add_collider(Collider::new("drum", Some(drum), ball));
+        scene.colliders[0].groups = 0b10;
+        let text = lone(&scene).expect("a note");
+        assert!(text.starts_with("shape `crate` meets nothing: "), "{text}");
+        scene.colliders[0].meets = u32::MAX;
+        assert_eq!(lone(&scene), None);
     }
 
     #[test]

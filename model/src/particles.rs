@@ -94,7 +94,7 @@ pub struct ParticleChainParams {
     /// Compliance ε of a link \[m/N], ≥ 0; 0 is rigid.
     pub compliance: f64,
     /// Compliance of the rows that the model adds, ≥ 0: of the total length or of the link to the load \[m/N], of
-    /// bending \[rad/(N m)]. Default: [`ChainModel::default_compliance`].
+    /// bending \[rad/(N m)]. Default: [`ChainModel::default_compliance`]. Not in `particles-a`.
     pub added_compliance: Option<f64>,
     /// Damping time τ of all rows \[s].
     pub damping: f64,

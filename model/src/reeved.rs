@@ -85,13 +85,15 @@ pub struct ReevedParams {
     pub radius: f64,
     /// Coefficient of friction of the cable on them; 0 lets it slide freely.
     pub friction: f64,
-    /// Turns of the capstan besides the half one, whole.
+    /// Turns of the capstan besides the half one, whole. Only in `capstan`.
     pub turns: f64,
     /// Inertia of the sheave about its axle \[kg m²]; 0 locks it. Default: a capstan's is locked, an elevator's has 5 kg m².
+    /// Not in `tackle`.
     pub wheel_inertia: Option<f64>,
-    /// Falls that the tackle's block hangs in, 1 to 64.
+    /// Falls that the tackle's block hangs in, 1 to 64. Only in `tackle`.
     pub falls: usize,
-    /// Mass of the sheave that hangs in the elevator's compensation rope \[kg]; 0 leaves the rope out.
+    /// Mass of the sheave that hangs in the elevator's compensation rope \[kg]; 0 leaves the rope out. Only in
+    /// `elevator`.
     pub compensation_mass: f64,
     /// Length of the falls \[m].
     pub drop: f64,

@@ -4,9 +4,9 @@
 //! [`HoistParams`], `[gantry]` with those of [`GantryParams`], `[particles-a]` … `[particles-f]` with those of
 //! [`ParticleChainParams`], `[pull]`, `[twist]` or `[bend]` with those of [`SpecimenParams`], `[ring]`, `[junction]`,
 //! `[cranes]`, `[ladder]` or `[net]` with those of [`NetworkParams`], `[capstan]`, `[tackle]` or `[elevator]` with those of
-//! [`ReevedParams`], `[stack]`, `[floor]` or `[pile]` with those of [`GroundedParams`]. `taut scene NAME` writes it with every
-//! key, its meaning and its unit. Or it is **explicit**: lists of bodies and of constraints, one by one.
-//! `taut scene NAME --explicit` writes any scene so.
+//! [`ReevedParams`], `[stack]`, `[floor]` or `[pile]` with those of [`GroundedParams`]. `taut scene NAME` writes it with
+//! every key that the scene has a use for, its meaning and its unit. Or it is **explicit**: lists of bodies and of
+//! constraints, one by one. `taut scene NAME --explicit` writes any scene so.
 //!
 //! ```toml
 //! [hoist]
@@ -488,8 +488,8 @@ impl SceneSource {
         }
     }
 
-    /// The source as TOML text for people: every key with its meaning, its unit and its value. It reads back to an equal
-    /// source.
+    /// The source as TOML text for people: every key that it has a use for, with its meaning, its unit and its value. It
+    /// reads back to an equal source.
     ///
     /// # Errors
     /// As [`SceneSource::to_toml`].

@@ -153,6 +153,46 @@ fn what_comes_and_goes_is_told_and_followed() {
     assert!(told.contains("event  t = 0.5000 s: slip"), "{told}");
 }
 
+/// The landing of the examples as a text: the ground takes over what the cable carried.
+#[test]
+fn forces_of_contacts_are_columns() {
+    let at = folder("landing");
+    let landing = include_str!("../../../integrator/examples/landing.toml");
+    fs::write(at.join("landing.toml"), landing).expect("writable");
+    let contact = "crate.contact,crate.contact_x,crate.contact_y,crate.contact_z";
+    let run = format!("run landing.toml --columns time,{contact},rope.tension,crate.z --out -");
+    let (headings, rows) = table(&good(&at, &run));
+    assert_eq!(
+        headings[1..5].join(","),
+        "crate.contact [N],crate.contact_x [N],crate.contact_y [N],crate.contact_z [N]"
+    );
+    let weight = 2000.0 * 9.81;
+    let value = |row: usize, column: usize| rows[row][column].expect("a number");
+    for row in 0..rows.len() {
+        let [x, y, z] = [2, 3, 4].map(|column| value(row, column));
+        let norm = (x * x + y * y + z * z).sqrt();
+        assert!((norm - value(row, 1)).abs() <= 1e-12 * norm, "{norm}");
+    }
+    let [first, last] = [0, rows.len() - 1];
+    assert_eq!((value(first, 1), value(last, 5)), (0.0, 0.0));
+    assert!(
+        (value(last, 4) / weight - 1.0).abs() < 1e-3,
+        "{}",
+        value(last, 4)
+    );
+    let shared = |row: &usize| value(*row, 4) > 0.2 * weight && value(*row, 5) > 0.2 * weight;
+    let shared: Vec<usize> = (0..rows.len()).filter(shared).collect();
+    assert!(
+        shared.len() > 30,
+        "the ground takes over in {} steps",
+        shared.len()
+    );
+    // At rest on the ground both carry the crate together.
+    let middle = shared[shared.len() / 2];
+    let both = value(middle, 4) + value(middle, 5);
+    assert!((both / weight - 1.0).abs() < 0.02, "{both}");
+}
+
 /// What a wrong name is answered with, `run --help` names as well.
 #[test]
 fn the_help_names_every_quantity() {

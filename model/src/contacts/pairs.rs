@@ -67,4 +67,33 @@ impl Pairs {
         let same_cable = self.cable[i].is_some() && self.cable[i] == self.cable[j];
         !same_cable && !self.joined.contains(&[i.min(j), i.max(j)])
     }
+
+    /// The first collider of each dynamic body none of whose colliders can meet any. A cable is as one body: a segment beside
+    /// the only thing that its cable meets is not in doubt.
+    pub(super) fn alone(&self, scene: &Scene) -> Vec<usize> {
+        let owner = |i: usize| {
+            let body = scene.colliders[i].body?;
+            Some(self.cable[body].map_or(body, |cable| self.bodies() + cable))
+        };
+        let mut known = vec![false; self.bodies() + scene.cables.len()];
+        let count = scene.colliders.len();
+        for i in 0..count {
+            let Some(own) = owner(i).filter(|own| !known[*own]) else {
+                continue;
+            };
+            if let Some(j) = (0..count).find(|j| self.meet(scene, [i, *j])) {
+                known[own] = true;
+                owner(j).into_iter().for_each(|other| known[other] = true);
+            }
+        }
+        let dynamic = |i: usize| {
+            scene.colliders[i]
+                .body
+                .filter(|b| scene.bodies.is_dynamic(*b))
+        };
+        let mut first = |own: usize| !std::mem::replace(&mut known[own], true);
+        let all =
+            (0..count).filter(|i| dynamic(*i).and_then(|_| owner(*i)).is_some_and(&mut first));
+        all.collect()
+    }
 }

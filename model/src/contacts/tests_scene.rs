@@ -164,6 +164,32 @@ fn a_cable_meets_the_ground_and_not_itself() {
 }
 
 #[test]
+fn the_groups_of_a_cable_are_those_of_its_capsules() {
+    let mut scene = heap(1);
+    let ends = [v(0.0, 0.0, 0.01), v(1.0, 0.0, 0.01)].map(CableEnd::Free);
+    let cable = Cable {
+        segments: Segments::Equal(2),
+        collide: Some(Surface::default()),
+        groups: 0b10,
+        meets: 0b100,
+        ..Cable::round("rope", &Material::STEEL, 0.01, ends)
+    };
+    let own = scene.add_cable(&cable).expect("lies").bodies;
+    let capsules = scene
+        .colliders
+        .iter()
+        .filter(|c| c.body.is_some_and(|i| own.contains(&i)));
+    let masks: Vec<_> = capsules.map(|c| (c.groups, c.meets)).collect();
+    assert_eq!(masks, [(0b10, 0b100); 2]);
+    // The ball and the ground, which the rope leaves out until they are of its group.
+    assert_eq!(pairs(&scene), [[0, 1]]);
+    scene.colliders[1].groups = 0b100;
+    let mut met = pairs(&scene);
+    met.dedup();
+    assert_eq!(met, [[0, 1], [1, 2], [1, 3]]);
+}
+
+#[test]
 fn contacts_depend_on_the_poses_alone() {
     let mut scene = heap(5);
     let mut old = Collisions::new(&scene);

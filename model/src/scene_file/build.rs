@@ -3,7 +3,6 @@
 use std::collections::{HashMap, HashSet};
 
 use super::cable::CableEntry;
-use super::collide::CollideEntry;
 use super::entries::SceneText;
 use super::groups::Groups;
 use super::motion::MotionEntry;
@@ -276,16 +275,10 @@ impl SceneText {
         let mut all = Vec::new();
         for (i, entry) in self.cable.iter().enumerate() {
             let path = format!("cable.{i}");
-            let cable = entry.build(&Names::of(&scene.body_names));
+            let cable = entry.build(&Names::of(&scene.body_names), groups);
             let cable = cable.map_err(|fault| fault.within(&path))?;
-            let first = scene.colliders.len();
             let laid = scene.add_cable(&cable);
             laid.map_err(|error| CableEntry::fault(error).within(&path))?;
-            if let Some(surface) = entry.collide.as_ref().and_then(CollideEntry::surface) {
-                for collider in &mut scene.colliders[first..] {
-                    (collider.groups, collider.meets) = groups.masks(&surface);
-                }
-            }
             let names = std::mem::take(&mut scene.constraint_names);
             for (name, constraint) in names.into_iter().zip(scene.constraints.drain(..)) {
                 all.push(Built {

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::build::{Entry, Names};
 use super::collide::CollideEntry;
+use super::groups::Groups;
 use super::motion::MotionEntry;
 use super::places::Fault;
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
@@ -97,7 +98,7 @@ pub enum Hold {
 
 impl CableEntry {
     /// The cable between bodies that have their places.
-    pub(super) fn build(&self, names: &Names<'_>) -> Result<Cable, Fault> {
+    pub(super) fn build(&self, names: &Names<'_>, groups: &Groups) -> Result<Cable, Fault> {
         let of = Entry::new("cable", &self.name);
         let (radius, stiffness, solid) = self.section(&of)?;
         let from = self.from.build(&of, "from", names)?;
@@ -118,9 +119,12 @@ impl CableEntry {
             (time, None) => Damping::Time(time.unwrap_or(0.0)),
         };
         let surface = self.collide.as_ref().and_then(CollideEntry::surface);
-        let surface = surface.map(|surface| surface.build(&of, "collide."));
+        let collide = surface.as_ref().map(|s| s.build(&of, "collide."));
+        let (groups, meets) = groups.masks(&surface.unwrap_or_default());
         Ok(Cable {
-            collide: surface.transpose()?,
+            collide: collide.transpose()?,
+            groups,
+            meets,
             points: self.points.iter().copied().map(Vector3::from).collect(),
             segments,
             density: self.mass_per_length.unwrap_or(solid),

@@ -55,6 +55,16 @@ fn first_paragraph(source: &str) -> String {
     clean(&paragraph.join(" "))
 }
 
+/// Whether the named scene has a use for a key. Scenes that share their parameters say so in a key's meaning, by the words
+/// "Only in" or "Not in" with their names.
+pub(super) fn has_use(scene: &str, key: &Key) -> bool {
+    let named = |words: &str| {
+        let (_, scenes) = key.meaning.split_once(words)?;
+        Some(scenes.contains(&format!("`{scene}`")))
+    };
+    named("Only in ").unwrap_or(true) && !named("Not in ").unwrap_or(false)
+}
+
 /// The keys of a list of an explicit scene, or of its top (`scene`).
 pub(super) fn of_list(list: &str) -> Vec<Key> {
     match list {

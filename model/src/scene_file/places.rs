@@ -152,6 +152,8 @@ pub(super) fn located(error: &toml::de::Error, text: &str) -> SceneError {
         message = format!("the key `{}` is there twice: remove one", key.unwrap_or(""));
     } else if message.starts_with("unknown field `through`") {
         message.push_str(" (a cable through points without mass is a [[massless_cable]])");
+    } else if let Some(list) = single(text, start) {
+        message = format!("`{list}` is a list of tables: write [[{list}]]");
     } else if let Some(start) = start
         && let Ok(root) = DeTable::parse(text)
         && let Some(key) = key_around(root.get_ref(), start)
@@ -159,6 +161,18 @@ pub(super) fn located(error: &toml::de::Error, text: &str) -> SceneError {
         message = crate::error::naming(message, &key);
     }
     fault_at(start, text, &message)
+}
+
+/// The list of an explicit scene that the text has as one table, which starts at the byte `at`.
+fn single(text: &str, at: Option<usize>) -> Option<String> {
+    let root = DeTable::parse(text).ok()?;
+    let mut tables = root
+        .get_ref()
+        .iter()
+        .filter(|(_, v)| v.get_ref().is_table());
+    let (list, _) = tables.find(|(_, table)| at == Some(table.span().start))?;
+    let list: &str = list.get_ref().as_ref();
+    write::LISTS.contains(&list).then(|| list.to_owned())
 }
 
 /// The key whose value holds the byte `at`.

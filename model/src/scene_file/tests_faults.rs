@@ -100,6 +100,24 @@ const FAULTS: &[FaultCase] = &[
         "line 44",
         &["`bod`", "expected one of `body`"],
     ),
+    (
+        "[[joint]]",
+        "[joint]",
+        "line 30, column 1: `joint` is a list",
+        &["write [[joint]]"],
+    ),
+    (
+        "[[joint]]",
+        "[ground]\nname = \"floor\"\n[[joint]]",
+        "line 30, column 1: `ground` is a list",
+        &["write [[ground]]"],
+    ),
+    (
+        "order =",
+        "collider = { name = \"wall\" }\norder =",
+        "line 4, column 12: `collider` is a list",
+        &["write [[collider]]"],
+    ),
     // Bodies.
     (
         "mass = 50",

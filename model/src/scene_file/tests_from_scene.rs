@@ -474,3 +474,35 @@ fn comments_stand_before_their_keys() {
     assert_eq!(text.matches("\n[[body]]\n").count(), 25);
     assert!(!text.contains("order"), "{text}");
 }
+
+#[test]
+fn keys_that_a_scene_has_no_use_for_are_left_out_and_change_nothing() {
+    let mut left_out = 0;
+    for name in crate::named::NAMES {
+        let source = SceneSource::load(name, &[]).expect("loads");
+        let scene = source.build().expect("builds");
+        let text = source.to_commented_toml().expect("writes");
+        for key in keys::of_source(&source) {
+            let line = format!("\n{} =", key.name);
+            if text.contains(&line) || text.contains(&line.replace('\n', "\n# ")) {
+                continue;
+            }
+            left_out += 1;
+            let mut others = 0;
+            for value in ["2", "9", "2.5", "corners", "spherical"] {
+                let Ok(other) = SceneSource::load(name, &[(&key.name, value)]) else {
+                    continue;
+                };
+                // Where it has another value it is written, to be read back.
+                let written = other.to_commented_toml().expect("writes");
+                others += usize::from(written.contains(&line));
+                assert_eq!(SceneSource::parse(&written, &[]), Ok(other.clone()));
+                if let Ok(built) = other.build() {
+                    assert_eq!(built, scene, "{name}: {} = {value}", key.name);
+                }
+            }
+            assert!(others > 0, "{name}: {}", key.name);
+        }
+    }
+    assert!(left_out > 20, "{left_out}");
+}

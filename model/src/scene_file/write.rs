@@ -24,21 +24,26 @@ pub(super) const LISTS: [&str; 9] = [
     "event",
 ];
 
-/// A scene's own parameters, in the table `name`, with every key: those that are not given are comments.
-pub(super) fn commented(
+/// A scene's own parameters, in the table `name`, with every key: those that are not given are comments. Keys that the
+/// scene has no use for are left out, unless they have another value than by default, for the text to read back.
+pub(super) fn commented<P: Serialize + Default>(
     source: &SceneSource,
     name: &str,
-    parameters: &impl Serialize,
+    parameters: &P,
 ) -> Result<String, SceneError> {
-    let table = table(parameters)?;
+    let (default, table) = (table(&P::default())?, table(parameters)?);
     let mut out = String::new();
     comment(&mut out, &keys::about(source));
     let _ = writeln!(out, "[{name}]");
-    for Key { name, meaning } in keys::of_source(source) {
-        comment(&mut out, &meaning);
-        match table.get(&name) {
-            Some(value) => line(&mut out, &name, value),
-            None => _ = writeln!(out, "# {name} =    (not given)"),
+    for key in keys::of_source(source) {
+        let value = table.get(&key.name);
+        if value == default.get(&key.name) && !keys::has_use(name, &key) {
+            continue;
+        }
+        comment(&mut out, &key.meaning);
+        match value {
+            Some(value) => line(&mut out, &key.name, value),
+            None => _ = writeln!(out, "# {} =    (not given)", key.name),
         }
     }
     Ok(out)

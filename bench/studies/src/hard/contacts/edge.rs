@@ -30,7 +30,8 @@ use taut_ground::trajectory::ENERGY_TOLERANCE;
 use taut_integrator::{ContactForce, StepOptions, Stepper};
 use taut_model::collide::{Collider, Shape};
 use taut_model::{
-    Body, Cable, CableEnd, Damping, Frame, JointKind, Rest, Scene, SceneError, Segments, Stiffness,
+    Body, Cable, CableEnd, DEFAULT_GROUP, Damping, Frame, JointKind, Rest, Scene, SceneError,
+    Segments, Stiffness,
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -140,6 +141,8 @@ impl Over {
             rest: Rest::Straight,
             group: 0,
             collide: Some(surface),
+            groups: DEFAULT_GROUP,
+            meets: u32::MAX,
         })?;
         Ok(scene)
     }

@@ -9,7 +9,8 @@ use crate::hard::at;
 use indicatif::ProgressBar;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::{
-    Cable, CableEnd, Damping, JointKind, Rest, Scene, SceneError, Segments, Stiffness,
+    Cable, CableEnd, DEFAULT_GROUP, Damping, JointKind, Rest, Scene, SceneError, Segments,
+    Stiffness,
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -45,6 +46,8 @@ fn flat(ratio: f64) -> Result<Scene, SceneError> {
         rest: Rest::Straight,
         group: 0,
         collide: Some(rough(0.3)),
+        groups: DEFAULT_GROUP,
+        meets: u32::MAX,
     })?;
     for i in parts.bodies.into_iter().step_by(4) {
         scene.bodies.mass[i] *= ratio;

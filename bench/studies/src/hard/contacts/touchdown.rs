@@ -14,8 +14,8 @@ use crate::hard::{at, either, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_model::{
-    Body, Cable, CableEnd, Damping, Frame, JointKind, Mobility, Rest, Scene, SceneError, Segments,
-    Stiffness,
+    Body, Cable, CableEnd, DEFAULT_GROUP, Damping, Frame, JointKind, Mobility, Rest, Scene,
+    SceneError, Segments, Stiffness,
 };
 use taut_output::check::{Check, ExperimentError, Outcome};
 
@@ -82,6 +82,8 @@ fn dragged(segments: usize) -> Result<Scene, SceneError> {
         rest: Rest::Straight,
         group: 0,
         collide: Some(rough(MU)),
+        groups: DEFAULT_GROUP,
+        meets: u32::MAX,
     })?;
     for i in parts.bodies {
         scene.bodies.velocity[i].x = SPEED;
