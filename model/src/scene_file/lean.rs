@@ -10,6 +10,7 @@ use super::entries::SceneText;
 use super::joint::{JointEntry, Kind};
 use super::points::{MasslessCableEntry, PointEntry};
 use crate::error::SceneError;
+use crate::grounded::Grounded;
 use crate::scene::Scene;
 use nalgebra::Vector3;
 
@@ -121,6 +122,20 @@ impl SceneSource {
                 params.mass_ratio /= part;
                 params.segments = scaled(params.segments);
                 Self::Gantry(params)
+            }
+            Self::Grounded(params) if params.grounded == Grounded::Floor => {
+                let mut params = params.clone();
+                let part = part(params.segments);
+                params.segment_mass *= part;
+                params.mass_ratio /= part;
+                params.segments = scaled(params.segments);
+                Self::Grounded(params)
+            }
+            Self::Specimen(params) => {
+                let mut params = params.clone();
+                params.grip_mass = Some(params.resolve()?.grip_mass);
+                params.segments = scaled(params.segments);
+                Self::Specimen(params)
             }
             Self::Explicit(text) if !text.cable.is_empty() => {
                 let mut text = text.clone();

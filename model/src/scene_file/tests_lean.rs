@@ -95,6 +95,8 @@ fn other_numbers_of_segments_keep_masses_and_lengths() {
         SceneSource::load("hoist", &[]).expect("known"),
         SceneSource::load("hoist", &[("radius", "0.01")]).expect("known"),
         SceneSource::load("gantry", &[]).expect("known"),
+        SceneSource::load("floor", &[]).expect("known"),
+        SceneSource::load("bend", &[]).expect("known"),
         crane.expect("a crane"),
     ] {
         let full = source.build().expect("built");

@@ -1,7 +1,8 @@
 //! What a step does to a scene's own slow oscillations: predicted by the scheme's law, and measured.
 //!
 //! The scene rests in its equilibrium and is moved by a small part of a mode φ. Its coordinate x = φᵀM (q − q₀) then obeys the
-//! recurrence of [`law`](crate::law), undamped, with Ω_e² of the elastic rows and Ω_g² of the tension. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
+//! recurrence of [`law`](crate::law), undamped, with Ω_e² of the elastic rows and Ω_g² of the tension. The largest root |z| e^(iψ)
+//! of that, and of the recurrence that fits the motion, gives
 //!
 //! ```text
 //! phase error = ψ/(ωΔt) − 1,      damping = 1 − |z| a step
