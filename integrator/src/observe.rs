@@ -6,8 +6,9 @@ use crate::plan::Plan;
 use crate::slip::Slip;
 use crate::stepper::{Stage, Stepper};
 use crate::{Elimination, EliminationOrder, Form, StepError, StepOptions, elimination, gyroscopic};
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use std::ops::Deref;
+use taut_model::body_vectors::unpacked;
 use taut_model::{Linearized, Loads, MAX_ROWS, Scene, Wrench};
 use taut_solver::{SolveError, SymBlockMatrix};
 
@@ -171,6 +172,16 @@ impl Stepper {
     #[must_use]
     pub fn elimination(&self) -> &EliminationOrder {
         &self.elimination
+    }
+
+    /// The geometric stiffness K that the last solve gave a body as inertia, of which α Δt² joins its own, world \[N m]:
+    /// [`GeometricStiffness`](crate::GeometricStiffness). Zero where that is off, and for a body that is not there.
+    #[must_use]
+    pub fn geometric_stiffness(&self, body: usize) -> Matrix3<f64> {
+        if body >= self.scene.bodies.len() {
+            return Matrix3::zeros();
+        }
+        unpacked(self.pieces.geometric.stiffness().get(body))
     }
 
     /// The linear system of the last solve: matrix n × n, right-hand side of length n, solution as the backend and the

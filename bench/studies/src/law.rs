@@ -36,14 +36,14 @@ pub(crate) fn tension_weights(scheme: Scheme, alpha: f64) -> [f64; 3] {
 /// Coefficients c of x_{n+k} = Σ c_j x_{n+j} for a mode, from \[Ω_e², Ω_g²] and θ = τ/Δt: two, or three with a third
 /// difference.
 pub(crate) fn recurrence(scheme: Scheme, [elastic, geometric]: [f64; 2], theta: f64) -> Vec<f64> {
-    mixed([
+    mixed(&[
         (elastic, weights(scheme), theta),
         (geometric, [0.0; 3], 0.0),
     ])
 }
 
-/// The same of a mode whose Ω² has two parts, each with its weights and its θ.
-pub(crate) fn mixed(parts: [(f64, [f64; 3], f64); 2]) -> Vec<f64> {
+/// The same of a mode whose Ω² has parts, each with its weights and its θ.
+pub(crate) fn mixed(parts: &[(f64, [f64; 3], f64)]) -> Vec<f64> {
     let sum = |of: &dyn Fn([f64; 3], f64) -> f64| -> f64 {
         parts
             .iter()

@@ -33,8 +33,8 @@ pub const FINEST: usize = 8;
 /// Least part of the time of a step that has to be saved for a thing to go.
 const LEAST_SAVING: f64 = 0.03;
 
-/// Time after which a run is not repeated for its timing \[s], and repetitions.
-const REPEATED: (f64, usize) = (0.3, 3);
+/// Time after which a run is not repeated for its timing \[s], and most repetitions.
+const REPEATED: (f64, usize) = (0.15, 20);
 
 /// A scene, and how it is stepped.
 #[derive(Debug, Clone)]
@@ -67,7 +67,7 @@ pub struct Line {
     pub how: String,
     /// Rows of the linear system.
     pub rows: usize,
-    /// Median time of a step, the least of the repetitions \[ns].
+    /// Median time of a step, the least of some repetitions \[ns].
     pub step_ns: f64,
     /// Part of the whole scene's time that it saves.
     pub saves: f64,

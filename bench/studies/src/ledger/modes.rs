@@ -1,8 +1,8 @@
 //! What a step does to a scene's own slow oscillations: predicted by the scheme's law, and measured.
 //!
 //! The scene rests in its equilibrium and is moved by a small part of a mode φ. Its coordinate x = φᵀM (q − q₀) then obeys the
-//! recurrence of [`law`](crate::law), undamped, with Ω_e² of the elastic rows and Ω_g² of the tension. The largest root |z| e^(iψ)
-//! of that, and of the recurrence that fits the motion, gives
+//! recurrence of [`law`](crate::law), undamped, with Ω_e² of the elastic rows and Ω_g² of the tension, of which φᵀKφ has the weights
+//! of the geometric stiffness K. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
 //!
 //! ```text
 //! phase error = ψ/(ωΔt) − 1,      damping = 1 − |z| a step
@@ -52,7 +52,8 @@ pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
         ));
     }
     scene.start_in_equilibrium = true;
-    let resting = Stepper::new(scene, setup.options.clone()).map_err(|e| e.to_string())?;
+    let mut resting = Stepper::new(scene, setup.options.clone()).map_err(|e| e.to_string())?;
+    resting.solve().map_err(|e| e.to_string())?;
     let mut scene = resting.scene().clone();
     scene.start_in_equilibrium = false;
     let still = Vector3::zeros();
@@ -67,12 +68,18 @@ pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
         if rows.len() == TOLD || !(omega > 1e-2 && omega > (1.0 + 1e-3) * last) {
             continue;
         }
-        rows.push(row(setup, &scene, &all, k)?);
+        rows.push(row(setup, &resting, &scene, &all, k)?);
     }
     Ok(rows)
 }
 
-fn row(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Row, String> {
+fn row(
+    setup: &Setup,
+    resting: &Stepper,
+    scene: &Scene,
+    all: &Natural,
+    k: usize,
+) -> Result<Row, String> {
     let (omega, dt) = (
         all.frequency(k),
         setup.options.dt / setup.options.substeps as f64,
@@ -81,10 +88,8 @@ fn row(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Row, Str
         let [modulus, phase] = law::roots(c).first().copied().unwrap_or([f64::NAN; 2]);
         [phase / (omega * dt) - 1.0, 1.0 - modulus]
     };
-    let predicted = of(&predicted(
-        setup,
-        [all.elastic[k], all.squares[k]].map(|w| w * dt * dt),
-    ));
+    let parts = [all.elastic[k], turning(resting, all, k), all.squares[k]];
+    let predicted = of(&predicted(setup, parts.map(|w| w * dt * dt)));
     let samples = motion(setup, scene, all, k)?;
     let measured = of(&law::fitted(&samples, 2));
     Ok(Row {
@@ -94,8 +99,9 @@ fn row(setup: &Setup, scene: &Scene, all: &Natural, k: usize) -> Result<Row, Str
     })
 }
 
-/// The recurrence of a mode with Ω_e² and Ω²; of no coefficients where the options have a law of their own.
-fn predicted(setup: &Setup, [elastic, all]: [f64; 2]) -> Vec<f64> {
+/// The recurrence of a mode with Ω_e², the part of the stiffened rotations and Ω²; of no coefficients where the options have a law
+/// of their own.
+fn predicted(setup: &Setup, [elastic, turning, all]: [f64; 3]) -> Vec<f64> {
     let options = &setup.options;
     let tension = match options.stiffness {
         GeometricStiffness::Off => [0.0; 3],
@@ -105,8 +111,21 @@ fn predicted(setup: &Setup, [elastic, all]: [f64; 2]) -> Vec<f64> {
     if options.angular_scheme.is_some() {
         return Vec::new();
     }
-    let rows = law::weights(options.scheme);
-    law::mixed([(elastic, rows, 0.0), (all - elastic, tension, 0.0)])
+    law::mixed(&[
+        (elastic, law::weights(options.scheme), 0.0),
+        (turning, tension, 0.0),
+        (all - elastic - turning, [0.0; 3], 0.0),
+    ])
+}
+
+/// φᵀKφ of the geometric stiffness K that the step adds to inertia \[1/s²].
+fn turning(resting: &Stepper, all: &Natural, k: usize) -> f64 {
+    let shape = all.shapes.column(k);
+    let of = |i: usize| {
+        let turn = Vector3::new(shape[6 * i + 3], shape[6 * i + 4], shape[6 * i + 5]);
+        turn.dot(&(resting.geometric_stiffness(i) * turn))
+    };
+    (0..resting.scene().bodies.len()).map(of).sum()
 }
 
 /// The mode's coordinate after each sub-step of a motion that begins displaced by it.
