@@ -10,6 +10,9 @@ use taut_output::table;
 use taut_studies::ledger::{Ledger, Line, Question, Setup, change::flags, ledger, modes};
 use taut_studies::options::{number, overrides, require_positive, steps};
 
+/// Most steps of a run.
+const MOST_STEPS: usize = 100_000;
+
 #[derive(Debug, Args)]
 pub(crate) struct LedgerArgs {
     /// Name of a scene, or a TOML file
@@ -39,10 +42,12 @@ pub(crate) struct LedgerArgs {
 pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
     require_positive("`--tolerance`", &[args.tolerance])?;
     let options = step_options(&args.step)?;
-    if steps(args.time, options.dt)? == 0 {
-        let (time, dt) = (args.time, options.dt);
-        let message = format!("`--time` is {time} s: it must be at least one step of {dt} s");
-        return Err(Failure::Input(message));
+    let count = steps(args.time, options.dt)?;
+    if !(1..=MOST_STEPS).contains(&count) {
+        return Err(Failure::Input(format!(
+            "`--time` is {} s, {count} steps: the ledger keeps each of them, so it must be from 1 to {MOST_STEPS}",
+            args.time
+        )));
     }
     let mut read: Vec<&Path> = args.controls.as_deref().into_iter().collect();
     read.extend(source::is_file(&args.scene).then(|| Path::new(&args.scene)));
@@ -69,9 +74,8 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
     bar.finish_and_clear();
     let found = found.map_err(|e| Failure::Unstable(e.to_string()))?;
     if let Some(apply) = &apply {
-        let command = command("FILE.toml", &found.setup);
         let text = found.setup.source.to_commented_toml()?;
-        apply.text(&format!("# {command}\n{text}"))?;
+        apply.text(&format!("# {}\n{text}", command(args, &found.setup)))?;
     }
     let is_stdout = |output: &files::Output| output.is_stdout();
     if ![&apply, &json].into_iter().flatten().any(is_stdout) {
@@ -83,11 +87,19 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
     Ok(())
 }
 
-/// How a setup is run.
-fn command(file: &str, setup: &Setup) -> String {
-    format!("taut run {file} {}", flags(&setup.options))
-        .trim_end()
-        .to_owned()
+/// How the lean scene is run.
+fn command(args: &LedgerArgs, setup: &Setup) -> String {
+    let file = args.apply.as_deref().unwrap_or(Path::new("LEAN.toml"));
+    let mut command = format!("taut run {} --time {}", file.display(), args.time);
+    if let Some(controls) = &args.controls {
+        command.push_str(&format!(" --controls {}", controls.display()));
+    }
+    let flags = flags(&setup.options);
+    if !flags.is_empty() {
+        command.push(' ');
+        command.push_str(&flags);
+    }
+    command
 }
 
 /// The ledger for people.
@@ -121,7 +133,7 @@ fn lines(found: &Ledger) -> String {
             ("moves mm", &|line| number(line.apart_mm)),
             ("tension", &|line| number(line.tension)),
             ("energy", &|line| number(line.energy)),
-            ("may go", &|line| {
+            ("within", &|line| {
                 if line.may_go { "yes" } else { "no" }.into()
             }),
             ("by", &|line| line.how.clone()),
@@ -168,10 +180,6 @@ fn conclusion(found: &Ledger, args: &LedgerArgs) -> String {
     if found.left_out.is_empty() {
         return format!("Nothing can go within {tolerance} mm that saves time.\n");
     }
-    let file = args
-        .apply
-        .as_ref()
-        .map_or("LEAN.toml".into(), |path| path.display().to_string());
     let written = if args.apply.is_some() {
         ""
     } else {
@@ -182,6 +190,6 @@ fn conclusion(found: &Ledger, args: &LedgerArgs) -> String {
         found.left_out.join(", "),
         found.lean.error_mm.unwrap_or(f64::NAN),
         100.0 * (1.0 - found.lean.saves),
-        command(&file, &found.setup)
+        command(args, &found.setup)
     )
 }

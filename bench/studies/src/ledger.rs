@@ -124,7 +124,7 @@ struct Run {
 }
 
 impl Run {
-    fn lost(why: impl ToString) -> Self {
+    fn lost(why: &impl ToString) -> Self {
         Self {
             step_ns: f64::NAN,
             failure: Some(why.to_string()),
@@ -173,7 +173,7 @@ impl Question {
     }
 
     fn once(&self, setup: &Setup) -> Run {
-        self.attempt(setup).unwrap_or_else(Run::lost)
+        self.attempt(setup).unwrap_or_else(|why| Run::lost(&why))
     }
 
     fn attempt(&self, setup: &Setup) -> Result<Run, String> {
@@ -270,7 +270,7 @@ pub fn ledger(question: &Question, progress: &ProgressBar) -> Result<Ledger, Exp
             Ok(Some(setup)) => lines.push((line(&what, &how, &run(&setup)), change)),
             Err(e) => {
                 progress.inc(1);
-                lines.push((line(&what, &how, &Run::lost(e)), change));
+                lines.push((line(&what, &how, &Run::lost(&e)), change));
             }
         }
     }

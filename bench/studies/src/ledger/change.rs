@@ -22,7 +22,7 @@ pub enum Change {
     /// Another scheme.
     Scheme(Scheme),
     /// So many times as many sub-steps.
-    Substeps(usize),
+    Substeps(f64),
     /// Another solver.
     Solver(Choice),
 }
@@ -33,7 +33,7 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
     all.extend([0.5, 2.0].map(Change::Segments));
     all.extend([Change::NoStiffness, Change::NoGuard, Change::NoRefinement]);
     all.extend(Scheme::KINDS.map(Change::Scheme));
-    all.push(Change::Substeps(2));
+    all.extend([0.5, 2.0].map(Change::Substeps));
     let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
     // The reference is no solver to run with.
     let fast = compiled.filter(|c| c.backend.name() != "dense");
@@ -69,14 +69,21 @@ impl Change {
     /// The option of `taut run` or the key of a scene that makes the change.
     #[must_use]
     pub fn how(&self, source: &SceneSource) -> String {
-        let explicit = matches!(source, SceneSource::Explicit(_));
-        let hoist = matches!(source, SceneSource::Hoist(_));
+        let of_scene = |key: &str, value: &str| match (self, source) {
+            (_, SceneSource::Explicit(_)) => format!("{key} = {value}"),
+            (Self::Without(Part::Friction), SceneSource::Gantry(_)) => {
+                format!("--set sheave_{key}={value}")
+            }
+            (Self::Without(Part::Friction), _) | (_, SceneSource::Hoist(_)) => {
+                format!("--set {key}={value}")
+            }
+            _ => "--apply".into(),
+        };
         match self {
-            Self::Without(Part::Torsion) if explicit || hoist => "twist = false".into(),
-            Self::Without(Part::Bending) if explicit || hoist => "bend = false".into(),
-            Self::Without(Part::Friction) => "friction = 0".into(),
-            Self::Without(_) => "--apply".into(),
-            Self::Segments(_) => "segments".into(),
+            Self::Without(Part::Torsion) => of_scene("twist", "false"),
+            Self::Without(Part::Bending) => of_scene("bend", "false"),
+            Self::Without(Part::Friction) => of_scene("friction", "0"),
+            Self::Without(_) | Self::Segments(_) => "--apply".into(),
             Self::NoStiffness => "--stiffness off".into(),
             Self::NoGuard => "--guard off".into(),
             Self::NoRefinement => "--refine 0".into(),
@@ -118,7 +125,11 @@ impl Change {
                 }
                 options.scheme = *scheme;
             }
-            Self::Substeps(factor) => options.substeps *= factor,
+            Self::Substeps(factor) => {
+                // Half of one is one.
+                let count = options.substeps as f64 * factor;
+                options.substeps = (count.round() as usize).max(1);
+            }
             Self::Solver(choice) => {
                 let own = choice.options(options.dt);
                 options.form = choice.form;
