@@ -175,13 +175,11 @@ impl Stepper {
     }
 
     /// The geometric stiffness K that the last solve gave a body as inertia, of which α Δt² joins its own, world \[N m]:
-    /// [`GeometricStiffness`](crate::GeometricStiffness). Zero where that is off, and for a body that is not there.
+    /// [`GeometricStiffness`](crate::GeometricStiffness). Zero where that is off; `None` for a body that is not there.
     #[must_use]
-    pub fn geometric_stiffness(&self, body: usize) -> Matrix3<f64> {
-        if body >= self.scene.bodies.len() {
-            return Matrix3::zeros();
-        }
-        unpacked(self.pieces.geometric.stiffness().get(body))
+    pub fn geometric_stiffness(&self, body: usize) -> Option<Matrix3<f64>> {
+        let stiffness = self.pieces.geometric.stiffness();
+        (body < self.scene.bodies.len()).then(|| unpacked(stiffness.get(body)))
     }
 
     /// The linear system of the last solve: matrix n × n, right-hand side of length n, solution as the backend and the

@@ -86,7 +86,7 @@ pub fn modes(scene: &Scene) -> Vec<Mode> {
 
 /// Natural oscillations of a scene in equilibrium in which of each body's six coordinates (displacements along x, y, z,
 /// rotations about them) only `coordinates` move: by its symmetry the others do not, and static bodies never do. `None` where rows or masses are
-/// degenerate.
+/// degenerate, or nothing moves.
 #[must_use]
 pub fn natural(scene: &Scene, coordinates: &[usize]) -> Option<Natural> {
     let bodies = scene.bodies.len();
@@ -97,6 +97,9 @@ pub fn natural(scene: &Scene, coordinates: &[usize]) -> Option<Natural> {
         .flat_map(|i| coordinates.iter().map(move |c| 6 * i + c))
         .filter(turns)
         .collect();
+    if columns.is_empty() {
+        return None;
+    }
     let system = System::new(scene, &columns);
     let free = null_space(&system.rigid)?;
     let reduced = |k: &DMatrix<f64>| free.transpose() * k * &free;

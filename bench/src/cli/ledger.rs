@@ -3,6 +3,7 @@
 use super::console::Console;
 use super::{Failure, StepArgs, step_options};
 use clap::Args;
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use taut_ground::files::{self, read_text};
 use taut_ground::source;
@@ -26,7 +27,7 @@ pub(crate) struct LedgerArgs {
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = number, allow_negative_numbers = true)]
     tolerance: f64,
     /// Simulated time (s)
-    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = number, allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = number, allow_negative_numbers = true)]
     time: f64,
     /// What the operator does, as in `taut run`
     #[arg(long, value_name = "FILE.csv")]
@@ -43,9 +44,9 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
     require_positive("`--tolerance`", &[args.tolerance])?;
     let options = step_options(&args.step)?;
     let count = steps(args.time, options.dt)?;
-    if !(1..=MOST_STEPS).contains(&count) {
+    if !(2..=MOST_STEPS).contains(&count) {
         return Err(Failure::Input(format!(
-            "`--time` is {} s, {count} steps: the ledger keeps each of them, so it must be from 1 to {MOST_STEPS}",
+            "`--time` is {} s, {count} steps: the ledger keeps each of them, so it must be from 2 to {MOST_STEPS}",
             args.time
         )));
     }
@@ -73,18 +74,43 @@ pub(crate) fn run(args: &LedgerArgs, console: Console) -> Result<(), Failure> {
     let found = ledger(&question, &bar);
     bar.finish_and_clear();
     let found = found.map_err(|e| Failure::Unstable(e.to_string()))?;
-    if let Some(apply) = &apply {
-        let text = found.setup.source.to_commented_toml()?;
-        apply.text(&format!("# {}\n{text}", command(args, &found.setup)))?;
-    }
+    let command = command(args, &found.setup);
     let is_stdout = |output: &files::Output| output.is_stdout();
     if ![&apply, &json].into_iter().flatten().any(is_stdout) {
-        files::print(&text(&found, args))?;
+        files::print(&text(&found, args, &command))?;
     }
     if let Some(json) = json {
-        json.json(&found)?;
+        json.json(&Written {
+            tolerance_mm: args.tolerance,
+            time_s: args.time,
+            command: &command,
+            ledger: &found,
+        })?;
     }
-    Ok(())
+    if let (Some(apply), true) = (&apply, found.whole.keeps) {
+        let text = found.setup.source.to_commented_toml()?;
+        apply.text(&format!("# {command}\n{text}"))?;
+    }
+    if found.whole.keeps {
+        return Ok(());
+    }
+    Err(Failure::Check(format!(
+        "the whole scene is {:.2e} mm off the finest, beyond the tolerance of {:e} mm: take more sub-steps or segments, or a \
+         larger `--tolerance`",
+        found.whole.error_mm.unwrap_or(f64::NAN),
+        args.tolerance
+    )))
+}
+
+/// What `--json` writes.
+#[derive(Debug, Serialize)]
+struct Written<'a> {
+    tolerance_mm: f64,
+    time_s: f64,
+    /// How the lean scene is run.
+    command: &'a str,
+    #[serde(flatten)]
+    ledger: &'a Ledger,
 }
 
 /// How the lean scene is run.
@@ -103,39 +129,63 @@ fn command(args: &LedgerArgs, setup: &Setup) -> String {
 }
 
 /// The ledger for people.
-fn text(found: &Ledger, args: &LedgerArgs) -> String {
+fn text(found: &Ledger, args: &LedgerArgs, command: &str) -> String {
     let mut out = lines(found);
-    out.push('\n');
+    out.push_str(LEGEND);
     out.push_str(&modes_of(found));
     out.push('\n');
-    out.push_str(&conclusion(found, args));
+    out.push_str(&conclusion(found, args, command));
     out
 }
 
+/// What the columns mean.
+const LEGEND: &str = "
+saves: of the time of a step, ± the spread of the ratios. error: of any point of the load, from the finest; moves: from the
+whole. tension: rms error over the largest. energy: change beyond the work of drives, over the motion's own.
+keeps: yes, within the tolerance; idle, so too, but the motion did not need it.
+
+";
+
 fn lines(found: &Ledger) -> String {
-    let share = |x: f64| format!("{:+.0} %", 100.0 * x);
-    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.2e}"));
+    let number = |x: Option<f64>| x.map_or("-".into(), |x| format!("{x:.1e}"));
+    let of_run = |line: &Line, text: String| {
+        if line.failure.is_some() {
+            "-".into()
+        } else {
+            text
+        }
+    };
     let error = |line: &Line| match (&line.failure, line.undecided) {
         (Some(_), _) => "lost".to_owned(),
         (None, 0) => number(line.error_mm),
-        (None, _) => format!("{} undecided", number(line.error_mm)),
+        (None, steps) => format!("{}, {steps} undecided", number(line.error_mm)),
     };
-    let ends = [&found.finest, &found.whole];
-    let all = ends.into_iter().chain(&found.lines).chain([&found.lean]);
+    let keeps = |line: &Line| match (line.keeps, line.used) {
+        (false, _) => "no",
+        (true, false) => "idle",
+        (true, true) => "yes",
+    };
+    let ends = found.finest.iter().chain([&found.whole]);
+    let all = ends.chain(&found.lines).chain([&found.lean]);
     let mut out = table::of_records(
         all,
         &[
             ("", &|line: &Line| line.what.clone()),
-            ("rows", &|line| line.rows.to_string()),
-            ("step", &|line| table::nanoseconds(line.step_ns)),
-            ("saves", &|line| share(line.saves)),
+            ("rows", &|line| of_run(line, line.rows.to_string())),
+            ("step", &|line| {
+                of_run(line, table::nanoseconds(line.step_ns))
+            }),
+            ("saves %", &|line| {
+                of_run(
+                    line,
+                    format!("{:.0} ± {:.0}", 100.0 * line.saves, 100.0 * line.spread),
+                )
+            }),
             ("error mm", &error),
             ("moves mm", &|line| number(line.apart_mm)),
             ("tension", &|line| number(line.tension)),
             ("energy", &|line| number(line.energy)),
-            ("within", &|line| {
-                if line.may_go { "yes" } else { "no" }.into()
-            }),
+            ("keeps", &|line| keeps(line).into()),
             ("by", &|line| line.how.clone()),
         ],
     );
@@ -154,42 +204,37 @@ fn modes_of(found: &Ledger) -> String {
         Err(why) => return format!("No modes: {why}\n"),
     };
     let pair = |[phase, damping]: [f64; 2]| format!("{phase:+.2e} {damping:.2e}");
+    let law = |row: &modes::Row| row.predicted.map_or("no law".into(), pair);
     table::of_records(
         rows,
         &[
             ("oscillation", &|row: &modes::Row| {
                 format!("{:.4} Hz", row.omega / std::f64::consts::TAU)
             }),
-            ("phase error, damping a step: predicted", &|row| {
-                pair(row.predicted)
-            }),
+            ("phase error, damping a sub-step: predicted", &law),
             ("measured", &|row| pair(row.measured)),
         ],
     )
 }
 
-fn conclusion(found: &Ledger, args: &LedgerArgs) -> String {
-    let tolerance = args.tolerance;
-    let own = found.whole.error_mm.unwrap_or(f64::NAN);
-    if !found.whole.may_go {
-        return format!(
-            "The whole scene is {own:.2e} mm off the finest, beyond the tolerance of {tolerance} mm: take more sub-steps or \
-             segments, or a larger --tolerance.\n"
-        );
+fn conclusion(found: &Ledger, args: &LedgerArgs, command: &str) -> String {
+    if !found.whole.keeps {
+        return String::new();
     }
+    let tolerance = args.tolerance;
     if found.left_out.is_empty() {
-        return format!("Nothing can go within {tolerance} mm that saves time.\n");
+        return format!("Nothing that saves time may go within {tolerance:e} mm.\n");
     }
     let written = if args.apply.is_some() {
         ""
     } else {
-        " (--apply LEAN.toml writes it)"
+        " (`--apply LEAN.toml` writes it)"
     };
     format!(
-        "Within {tolerance} mm go: {}. Together {:.2e} mm and {:.0} % of the time{written}:\n  {}\n",
+        "These may go: {}. The lean scene is {:.1e} mm off over {} s, and a step takes {:.0} % of the whole's time{written}:\n  {command}\n",
         found.left_out.join(", "),
         found.lean.error_mm.unwrap_or(f64::NAN),
+        args.time,
         100.0 * (1.0 - found.lean.saves),
-        command(args, &found.setup)
     )
 }

@@ -63,6 +63,9 @@ pub(crate) fn fitted(x: &[f64], k: usize) -> Vec<f64> {
     let rows = x.len().saturating_sub(k);
     // Decaying samples weigh alike.
     let scale = |i: usize| x[i..=i + k].iter().map(|x| x.abs()).fold(0.0, f64::max);
+    if !(0..rows).all(|i| scale(i) > 0.0 && scale(i).is_finite()) {
+        return vec![f64::NAN; k];
+    }
     let a = DMatrix::from_fn(rows, k, |i, j| x[i + j] / scale(i));
     let b = DVector::from_fn(rows, |i, _| x[i + k] / scale(i));
     let found = a.svd(true, true).solve(&b, 0.0);
@@ -72,7 +75,7 @@ pub(crate) fn fitted(x: &[f64], k: usize) -> Vec<f64> {
 /// Roots of z^k = Σ c_j z^j as \[modulus, |phase|], the largest first; none where a coefficient is not finite.
 pub(crate) fn roots(c: &[f64]) -> Vec<[f64; 2]> {
     let k = c.len();
-    if !c.iter().all(|c| c.is_finite()) {
+    if c.is_empty() || !c.iter().all(|c| c.is_finite()) {
         return Vec::new();
     }
     let companion = DMatrix::from_fn(k, k, |i, j| {

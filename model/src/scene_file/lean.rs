@@ -85,7 +85,8 @@ impl SceneSource {
             _ => {
                 let mut text = SceneText::from_scene(&scene)?;
                 match part {
-                    Part::Segments => text.leave_out_segments(&scene),
+                    Part::Segments if !text.leave_out_segments(&scene) => return Ok(None),
+                    Part::Segments => {}
                     part => text.leave_out(part),
                 }
                 Self::Explicit(Box::new(text))
@@ -96,7 +97,7 @@ impl SceneSource {
     }
 
     /// The scene with `factor` times as many segments of the same cables, at least one each; `None` where it has none whose
-    /// number is a key.
+    /// number is a key, or where something else names a segment.
     ///
     /// # Errors
     /// [`SceneError`] of a scene that can have no such number.
@@ -137,7 +138,7 @@ impl SceneSource {
                 params.segments = scaled(params.segments);
                 Self::Specimen(params)
             }
-            Self::Explicit(text) if !text.cable.is_empty() => {
+            Self::Explicit(text) if !text.cable.is_empty() && !text.names_segments()? => {
                 let mut text = text.clone();
                 for cable in &mut text.cable {
                     match &mut cable.lengths {
@@ -171,6 +172,21 @@ fn resampled(lengths: &[f64], count: usize) -> Vec<f64> {
 }
 
 impl SceneText {
+    /// Whether anything but the cables themselves names a segment or an inner joint of one.
+    fn names_segments(&self) -> Result<bool, SceneError> {
+        let mut others = self.clone();
+        others.cable.clear();
+        let text = SceneSource::Explicit(Box::new(others)).to_toml()?;
+        Ok(self.cable.iter().any(|cable| {
+            let begin = format!("\"{}-", cable.name);
+            let mut named = text.match_indices(&begin);
+            named.any(|(at, _)| {
+                let rest = &text[at + begin.len()..];
+                !rest.starts_with("start\"") && !rest.starts_with("end\"")
+            })
+        }))
+    }
+
     fn leave_out(&mut self, part: Part) {
         match part {
             Part::Torsion => {
@@ -244,8 +260,10 @@ impl SceneText {
     }
 
     /// Puts a massless cable of the same length and compliance in the place of each cable of segments that two bodies, or a body
-    /// and the world, hold; `scene` is what the text builds. The constraints then have the order of their lists.
-    fn leave_out_segments(&mut self, scene: &Scene) {
+    /// and the world, hold; `scene` is what the text builds. The constraints then have the order of
+    /// their lists. Whether there was such a cable.
+    fn leave_out_segments(&mut self, scene: &Scene) -> bool {
+        let before = self.massless_cable.len();
         for cable in &scene.cables {
             let is_own = |name: &str| cable.bodies.iter().any(|i| scene.body_names[*i] == name);
             let mut joints = Vec::new();
@@ -266,7 +284,11 @@ impl SceneText {
             self.body.retain(|body| !is_own(&body.name));
             self.massless_cable.push(entry);
         }
-        self.order.clear();
+        let any = self.massless_cable.len() > before;
+        if any {
+            self.order.clear();
+        }
+        any
     }
 
     /// Whether others than a cable's `joints` hold its segments.

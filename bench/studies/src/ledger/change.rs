@@ -70,7 +70,9 @@ impl Change {
     #[must_use]
     pub fn how(&self, source: &SceneSource) -> String {
         let of_scene = |key: &str, value: &str| match (self, source) {
-            (_, SceneSource::Explicit(_)) => format!("{key} = {value}"),
+            (_, SceneSource::Explicit(text)) if !text.cable.is_empty() || key == "friction" => {
+                format!("{key} = {value}")
+            }
             (Self::Without(Part::Friction), SceneSource::Gantry(_)) => {
                 format!("--set sheave_{key}={value}")
             }
@@ -89,7 +91,30 @@ impl Change {
             Self::NoRefinement => "--refine 0".into(),
             Self::Scheme(scheme) => format!("--scheme {scheme}"),
             Self::Substeps(_) => "--substeps".into(),
-            Self::Solver(choice) => format!("--backend {choice}"),
+            Self::Solver(_) => "--backend".into(),
+        }
+    }
+
+    /// Whether a motion used what is left out, in which shapes touched, cables gripped sheaves, the guard took a step back.
+    pub(super) fn used(&self, [touched, gripped, guarded]: [bool; 3]) -> bool {
+        match self {
+            Self::Without(Part::Contacts) => touched,
+            Self::Without(Part::Friction) => touched || gripped,
+            Self::NoGuard => guarded,
+            _ => true,
+        }
+    }
+
+    pub(super) fn is_iterative(&self) -> bool {
+        matches!(self, Self::Solver(choice) if choice.backend.is_iterative())
+    }
+
+    /// Whether it would undo another one.
+    pub(super) fn replaces(&self, other: &Self) -> bool {
+        match self {
+            Self::Solver(_) => matches!(other, Self::Solver(_)),
+            Self::Scheme(_) => matches!(other, Self::Scheme(_)),
+            _ => false,
         }
     }
 
@@ -134,7 +159,9 @@ impl Change {
                 let own = choice.options(options.dt);
                 options.form = choice.form;
                 options.backend = own.backend;
-                options.refinements = own.refinements;
+                if of.refinements > 0 || of.backend.is_iterative() {
+                    options.refinements = own.refinements;
+                }
             }
             Self::Without(_) | Self::Segments(_) => {}
         }

@@ -5,7 +5,7 @@
 //! of the geometric stiffness K. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
 //!
 //! ```text
-//! phase error = ψ/(ωΔt) − 1,      damping = 1 − |z| a step
+//! phase error = ψ/(ωΔt) − 1,      damping = 1 − |z| a sub-step
 //! ```
 
 use super::Setup;
@@ -15,7 +15,7 @@ use serde::Serialize;
 use taut_ground::modes::{Natural, natural};
 use taut_ground::pace;
 use taut_integrator::{GeometricStiffness, Stepper};
-use taut_model::Scene;
+use taut_model::{Motion, Scene, Side};
 
 /// Most bodies of a scene whose modes are found: the matrices are dense.
 const MOST: usize = 80;
@@ -34,8 +34,9 @@ const STEPS: [usize; 2] = [30, 3000];
 pub struct Row {
     /// ω \[rad/s].
     pub omega: f64,
-    /// Phase error and damping by the law.
-    pub predicted: [f64; 2],
+    /// Phase error and damping of a sub-step by the law; `None` where the options or the scene have more than it knows: damping,
+    /// limits of force, friction, links with transverse rows, torques.
+    pub predicted: Option<[f64; 2]>,
     /// The same as measured.
     pub measured: [f64; 2],
 }
@@ -51,6 +52,10 @@ pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
             "more than {MOST} bodies: make it coarser by `--set segments`"
         ));
     }
+    let frames = scene.constraints.iter_mut().flat_map(|c| c.frames_mut());
+    for frame in frames.filter(|frame| matches!(frame.side, Side::World(_))) {
+        frame.side = Side::World(Motion::default());
+    }
     scene.start_in_equilibrium = true;
     let mut resting = Stepper::new(scene, setup.options.clone()).map_err(|e| e.to_string())?;
     resting.solve().map_err(|e| e.to_string())?;
@@ -64,8 +69,9 @@ pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
     for k in 0..all.squares.len() {
         let omega = all.frequency(k);
         let last = rows.last().map_or(0.0, |row| row.omega);
-        // Motions without restoring force, and the second of two alike.
-        if rows.len() == TOLD || !(omega > 1e-2 && omega > (1.0 + 1e-3) * last) {
+        // Motions without restoring force, the second of two alike, and what no frame resolves.
+        let apart = omega > 1e-2 && omega > (1.0 + 1e-3) * last;
+        if rows.len() == TOLD || !apart || omega * setup.options.dt > 1.0 {
             continue;
         }
         rows.push(row(setup, &resting, &scene, &all, k)?);
@@ -89,7 +95,7 @@ fn row(
         [phase / (omega * dt) - 1.0, 1.0 - modulus]
     };
     let parts = [all.elastic[k], turning(resting, all, k), all.squares[k]];
-    let predicted = of(&predicted(setup, parts.map(|w| w * dt * dt)));
+    let predicted = predicted(setup, resting, parts.map(|w| w * dt * dt)).map(|c| of(&c));
     let samples = motion(setup, scene, all, k)?;
     let measured = of(&law::fitted(&samples, 2));
     Ok(Row {
@@ -99,23 +105,32 @@ fn row(
     })
 }
 
-/// The recurrence of a mode with Ω_e², the part of the stiffened rotations and Ω²; of no coefficients where the options have a law
-/// of their own.
-fn predicted(setup: &Setup, [elastic, turning, all]: [f64; 3]) -> Vec<f64> {
-    let options = &setup.options;
+/// The recurrence of a mode with Ω_e², the part of the stiffened rotations and Ω²; `None` where there is more to it.
+fn predicted(
+    setup: &Setup,
+    resting: &Stepper,
+    [elastic, turning, all]: [f64; 3],
+) -> Option<Vec<f64>> {
+    let (options, scene, rows) = (&setup.options, resting.scene(), resting.linearized());
     let tension = match options.stiffness {
         GeometricStiffness::Off => [0.0; 3],
         GeometricStiffness::Inertia { alpha } => law::tension_weights(options.scheme, alpha),
-        _ => return Vec::new(),
+        _ => return None,
     };
-    if options.angular_scheme.is_some() {
-        return Vec::new();
+    let more = options.angular_scheme.is_some()
+        || rows.damping.iter().any(|damping| *damping != 0.0)
+        || !rows.transverse.is_empty()
+        || !rows.bounds.iter().all(|b| b.lower == 0.0 || b.upper == 0.0)
+        || !scene.capstans.is_empty()
+        || scene.bodies.torque.iter().any(|torque| torque.norm() > 0.0);
+    if more {
+        return None;
     }
-    law::mixed(&[
+    Some(law::mixed(&[
         (elastic, law::weights(options.scheme), 0.0),
         (turning, tension, 0.0),
         (all - elastic - turning, [0.0; 3], 0.0),
-    ])
+    ]))
 }
 
 /// φᵀKφ of the geometric stiffness K that the step adds to inertia \[1/s²].
@@ -123,7 +138,8 @@ fn turning(resting: &Stepper, all: &Natural, k: usize) -> f64 {
     let shape = all.shapes.column(k);
     let of = |i: usize| {
         let turn = Vector3::new(shape[6 * i + 3], shape[6 * i + 4], shape[6 * i + 5]);
-        turn.dot(&(resting.geometric_stiffness(i) * turn))
+        let k = resting.geometric_stiffness(i);
+        k.map_or(0.0, |k| turn.dot(&(k * turn)))
     };
     (0..resting.scene().bodies.len()).map(of).sum()
 }
