@@ -15,7 +15,7 @@ use serde::Serialize;
 use taut_ground::modes::{Natural, natural};
 use taut_ground::pace;
 use taut_integrator::{GeometricStiffness, Stepper};
-use taut_model::{Motion, Scene, Side};
+use taut_model::{Constraint, Motion, Scene, Side};
 
 /// Most bodies of a scene whose modes are found: the matrices are dense.
 const MOST: usize = 80;
@@ -52,7 +52,10 @@ pub(super) fn rows(setup: &Setup) -> Result<Vec<Row>, String> {
             "more than {MOST} bodies: make it coarser by `--set segments`"
         ));
     }
-    let frames = scene.constraints.iter_mut().flat_map(|c| c.frames_mut());
+    let frames = scene
+        .constraints
+        .iter_mut()
+        .flat_map(Constraint::frames_mut);
     for frame in frames.filter(|frame| matches!(frame.side, Side::World(_))) {
         frame.side = Side::World(Motion::default());
     }
