@@ -15,6 +15,7 @@ mod columns;
 /// The gantry, driven by tables of inputs.
 mod driven;
 /// `taut dump`, `taut solve`, `taut matrices`, `taut study matrix`: linear systems as files.
+mod ledger;
 mod matrix;
 /// Where results go: tried first, written whole, each to a place of its own; signals, streams that are closed or full.
 mod outputs;
