@@ -14,8 +14,9 @@ mod checks;
 mod columns;
 /// The gantry, driven by tables of inputs.
 mod driven;
-/// `taut dump`, `taut solve`, `taut matrices`, `taut study matrix`: linear systems as files.
+/// `taut ledger`.
 mod ledger;
+/// `taut dump`, `taut solve`, `taut matrices`, `taut study matrix`: linear systems as files.
 mod matrix;
 /// Where results go: tried first, written whole, each to a place of its own; signals, streams that are closed or full.
 mod outputs;

@@ -62,7 +62,7 @@ impl Change {
             Self::NoRefinement => "no refinement".into(),
             Self::Scheme(scheme) => scheme.to_string(),
             Self::Substeps(factor) => format!("sub-steps × {factor}"),
-            Self::Solver(choice) => choice.to_string(),
+            Self::Solver(choice) => choice.family(),
         }
     }
 
