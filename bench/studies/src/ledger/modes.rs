@@ -1,7 +1,7 @@
 //! What a step does to a scene's own slow oscillations: predicted by the scheme's law, and measured.
 //!
 //! The scene rests in its equilibrium and is moved by a small part of a mode φ. Its coordinate x = φᵀM (q − q₀) then obeys the
-//! recurrence of [`law`](crate::law), undamped, with Ω_e² of the elastic rows and Ω_g² of the tension, of which φᵀKφ has the weights
+//! recurrence of the module `law`, undamped, with Ω_e² of the elastic rows and Ω_g² of the tension, of which φᵀKφ has the weights
 //! of the geometric stiffness K. The largest root |z| e^(iψ) of that, and of the recurrence that fits the motion, gives
 //!
 //! ```text
