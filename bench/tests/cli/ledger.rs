@@ -40,7 +40,7 @@ fn the_lean_scene_runs_by_its_command_within_the_tolerance() {
 fn what_has_no_ledger_is_told() {
     let at = folder("no_ledger");
     refused(&at, "ledger hoist --tolerance 0", &["--tolerance", "0"]);
-    refused(&at, "ledger hoist --time 0", &["--time", "2 to"]);
+    refused(&at, "ledger hoist --time 0.01", &["--time", "from 2 to"]);
     refused(&at, "ledger hoist --time 1e9", &["--time", "100000"]);
     // Of a blow in the first step nothing is known to a nanometre.
     let output = taut(
