@@ -10,7 +10,8 @@
 //! of the load's centre x and its rotation θ from that of the finest. What keeps e within the tolerance **may go**, unless the
 //! motion did without it: contacts that never touch, a guard that never takes a step back. The lean scene takes what may go and
 //! saves time, the largest saving first, as long as all of it together keeps the tolerance: errors add up, and savings do
-//! not. It takes no iterative solver, whose iterations are those of this motion.
+//! not. It takes no iterative solver, whose iterations are those of this motion, and no longer step, which is that of the
+//! frames.
 //!
 //! **Time.** The processor's clock wanders by more than most things save. Each run is timed in turns with what it is compared
 //! with; a saving is the median of the ratios, and counts where it is larger than the half of them that lies closest differs.
@@ -128,6 +129,10 @@ type Pose = (Vector3<f64>, UnitQuaternion<f64>);
 struct Run {
     rows: usize,
     step_ns: f64,
+    /// Time over the simulated one.
+    pace: f64,
+    /// Steps of the whole scene that one of this run covers.
+    stride: usize,
     poses: Vec<Pose>,
     lever: f64,
     weight: f64,
@@ -144,6 +149,8 @@ impl Run {
     fn lost(why: &impl ToString) -> Self {
         Self {
             step_ns: f64::NAN,
+            pace: f64::NAN,
+            stride: 1,
             failure: Some(why.to_string()),
             ..Self::default()
         }
@@ -154,18 +161,23 @@ impl Run {
         let lost = self.failure.is_some() || other.failure.is_some();
         let distance =
             |((x, q), (y, r)): (&Pose, &Pose)| (x - y).norm() + self.lever * q.angle_to(r);
-        let pairs = self.poses.iter().zip(&other.poses);
+        let pairs = self.poses.iter().zip(self.beside(&other.poses));
         (!lost).then(|| pairs.map(distance).fold(0.0, worse))
+    }
+
+    /// Of what another run has at each step of the whole scene, that at the steps of this one.
+    fn beside<'a, T>(&self, other: &'a [T]) -> impl Iterator<Item = &'a T> {
+        other.iter().skip(self.stride - 1).step_by(self.stride)
     }
 
     /// The difference of tensions from those of another run, root mean square, over the largest of those.
     fn tension_error(&self, other: &Self) -> Option<f64> {
-        let count = self.tension.len().min(other.tension.len());
+        let count = self.tension.len();
         let largest = other
             .tension
             .iter()
             .fold(other.weight, |m, t| m.max(t.abs()));
-        let squares = self.tension.iter().zip(&other.tension);
+        let squares = self.tension.iter().zip(self.beside(&other.tension));
         let sum: f64 = squares.map(|(a, b)| (a - b).powi(2)).sum();
         let known = count > 0 && largest > 0.0 && self.failure.is_none();
         known.then(|| (sum / count as f64).sqrt() / largest)
@@ -187,14 +199,14 @@ impl Question {
         let [factor, least] = [PATIENCE.0, PATIENCE.1];
         let patience = least + factor * first.seconds;
         let mut run = self.once(other, patience);
-        let mut ratios = vec![run.step_ns / first.step_ns];
+        let mut ratios = vec![run.pace / first.pace];
         while run.failure.is_none()
             && ratios.len() < REPEATED.1
             && begun.elapsed().as_secs_f64() < REPEATED.0
         {
-            let times = [base, other].map(|setup| self.once(setup, patience).step_ns);
-            run.step_ns = run.step_ns.min(times[1]);
-            ratios.push(times[1] / times[0]);
+            let [first, again] = [base, other].map(|setup| self.once(setup, patience));
+            run.step_ns = run.step_ns.min(again.step_ns);
+            ratios.push(again.pace / first.pace);
         }
         ratios.sort_by(f64::total_cmp);
         let at = |part: f64| ratios[(part * (ratios.len() - 1) as f64).round() as usize];
@@ -221,6 +233,7 @@ impl Question {
         let load =
             load.ok_or("it has no load that forces move: name one, as by `load = \"NAME\"`")?;
         let mut run = Run {
+            stride: (setup.options.dt / self.whole.options.dt).round() as usize,
             rows: stepper.linearized().rows(),
             lever: lever(scene, load),
             weight: scene.bodies.mass[load] * scene.gravity.norm(),
@@ -257,6 +270,7 @@ impl Question {
             .map(|f| format!("lost at {:.3} s: {}", f.time, f.reason));
         run.seconds = begun.elapsed().as_secs_f64();
         run.step_ns = Timing::of(times.into_iter().skip(1)).median;
+        run.pace = 1e-9 * run.step_ns / setup.options.dt;
         Ok(run)
     }
 }
@@ -373,6 +387,16 @@ fn finest(whole: &Setup, substeps: usize) -> Setup {
     }
 }
 
+/// The whole scene with all these changes; `None` where the last changes nothing. Segments come first: a scene that is written
+/// body by body for another change has none to halve.
+fn together(whole: &Setup, taken: &[&Change], last: &Change) -> Option<Setup> {
+    let is_first = |change: &&Change| matches!(change, Change::Segments(_));
+    let mut all: Vec<&Change> = taken.iter().copied().chain([last]).collect();
+    all.sort_by_key(|change| !is_first(change));
+    let apply = |setup: Setup, change: &Change| change.apply(&setup).ok().flatten();
+    all.into_iter().try_fold(whole.clone(), apply)
+}
+
 /// What goes together.
 struct Lean<'a> {
     setup: Setup,
@@ -402,10 +426,11 @@ impl<'a> Lean<'a> {
         let mut candidates: Vec<_> = lines.iter().filter(|(line, _)| goes(line)).collect();
         candidates.sort_by(|a, b| b.0.saves.total_cmp(&a.0.saves));
         for (_, change) in candidates {
-            if change.is_iterative() || self.taken.iter().any(|taken| change.replaces(taken)) {
+            if change.is_told_only() || self.taken.iter().any(|taken| change.replaces(taken)) {
                 continue;
             }
-            let Ok(Some(setup)) = change.apply(&self.setup) else {
+            let whole = &measures.question.whole;
+            let Some(setup) = together(whole, &self.taken, change) else {
                 continue;
             };
             progress.inc_length(2);

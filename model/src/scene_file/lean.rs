@@ -11,6 +11,7 @@ use super::joint::{JointEntry, Kind};
 use super::points::{MasslessCableEntry, PointEntry};
 use crate::error::SceneError;
 use crate::grounded::Grounded;
+use crate::network::Network;
 use crate::scene::Scene;
 use nalgebra::Vector3;
 
@@ -131,6 +132,14 @@ impl SceneSource {
                 params.mass_ratio /= part;
                 params.segments = scaled(params.segments);
                 Self::Grounded(params)
+            }
+            Self::Network(params) if !matches!(params.network, Network::Ladder | Network::Net) => {
+                let mut params = params.clone();
+                let part = part(params.segments);
+                params.segment_mass *= part;
+                params.mass_ratio /= part;
+                params.segments = scaled(params.segments);
+                Self::Network(params)
             }
             Self::Specimen(params) => {
                 let mut params = params.clone();

@@ -23,6 +23,8 @@ pub enum Change {
     Scheme(Scheme),
     /// So many times as many sub-steps.
     Substeps(f64),
+    /// So many times as long a step.
+    Step(usize),
     /// Another solver.
     Solver(Choice),
 }
@@ -34,6 +36,7 @@ pub(super) fn all(whole: &Setup) -> Vec<Change> {
     all.extend([Change::NoStiffness, Change::NoGuard, Change::NoRefinement]);
     all.extend(Scheme::KINDS.map(Change::Scheme));
     all.extend([0.5, 2.0].map(Change::Substeps));
+    all.push(Change::Step(2));
     let compiled = Choice::all().into_iter().filter(|c| c.check().is_ok());
     // The reference is no solver to run with.
     let fast = compiled.filter(|c| c.backend.name() != "dense");
@@ -62,6 +65,7 @@ impl Change {
             Self::NoRefinement => "no refinement".into(),
             Self::Scheme(scheme) => scheme.to_string(),
             Self::Substeps(factor) => format!("sub-steps × {factor}"),
+            Self::Step(factor) => format!("Δt × {factor}"),
             Self::Solver(choice) => choice.family(),
         }
     }
@@ -91,6 +95,7 @@ impl Change {
             Self::NoRefinement => "--refine 0".into(),
             Self::Scheme(scheme) => format!("--scheme {scheme}"),
             Self::Substeps(_) => "--substeps".into(),
+            Self::Step(_) => "--dt".into(),
             Self::Solver(_) => "--backend".into(),
         }
     }
@@ -105,8 +110,13 @@ impl Change {
         }
     }
 
-    pub(super) fn is_iterative(&self) -> bool {
-        matches!(self, Self::Solver(choice) if choice.backend.is_iterative())
+    /// Whether it is told, but not taken.
+    pub(super) fn is_told_only(&self) -> bool {
+        match self {
+            Self::Solver(choice) => choice.backend.is_iterative(),
+            Self::Step(_) => true,
+            _ => false,
+        }
     }
 
     /// Whether it would undo another one.
@@ -155,6 +165,7 @@ impl Change {
                 let count = options.substeps as f64 * factor;
                 options.substeps = (count.round() as usize).max(1);
             }
+            Self::Step(factor) => options.dt *= *factor as f64,
             Self::Solver(choice) => {
                 let own = choice.options(options.dt);
                 options.form = choice.form;

@@ -137,7 +137,11 @@ fn what_the_motion_did_without_is_not_left_out() {
         source: SceneSource::parse(landing, &[]).expect("a scene"),
         options: StepOptions::default(),
     };
-    let found = ledger(&question(whole, 1.0), &ProgressBar::hidden()).expect("runs");
+    let question = Question {
+        tolerance: 1e-2,
+        ..question(whole, 1.0)
+    };
+    let found = ledger(&question, &ProgressBar::hidden()).expect("runs");
     for what in ["no contacts", "no guard"] {
         let line = found.lines.iter().find(|line| line.what == what);
         let line = line.expect("a line");
