@@ -6,13 +6,17 @@ pub use text::text;
 
 use crate::columns::{Columns, Series};
 use indicatif::ProgressBar;
+use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::io;
 use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
-use taut_integrator::{ContactReport, Energy, EnergyBalance, Phase, SavedRun, StepError, Stepper};
+use taut_integrator::{
+    ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, SavedRun, StepError, StepOptions,
+    Stepper,
+};
 use taut_model::{Note, Scene, SceneSource};
 
 /// What a run is judged by, which only the parameters of its scene know.
@@ -153,6 +157,12 @@ pub struct Summary {
     pub balance: Option<EnergyBalance>,
     /// Largest energy from nowhere over the run, over the motion's own ([`EnergyBalance::excess`](EnergyBalance)).
     pub max_energy_excess: Option<f64>,
+    /// The error of the load's position, where the options ask for it \[m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<ErrorEstimate>,
+    /// The diagonal of the box that the load moved in \[m].
+    #[serde(skip)]
+    pub extent: f64,
     /// Tension above the load at the end \[N]: the largest of what holds on to it.
     pub load_tension: Option<f64>,
     /// The largest over the run \[N].
@@ -209,6 +219,8 @@ struct Tally {
     excess: Option<f64>,
     tension: Option<f64>,
     elongation_error: f64,
+    /// Corners of the box that the load moved in \[m].
+    corners: Option<[Vector3<f64>; 2]>,
     events: Vec<(f64, String)>,
     path: LoadPath,
     columns: Option<Series>,
@@ -269,6 +281,8 @@ impl Tally {
         let excess = s.balance.map(|b| b.excess);
         self.excess = self.excess.into_iter().chain(excess).reduce(worse);
         self.tension = self.tension.into_iter().chain(s.load_tension).reduce(worse);
+        let [low, high] = self.corners.unwrap_or([s.load; 2]);
+        self.corners = Some([low.inf(&s.load), high.sup(&s.load)]);
         if let Some((length, exact)) = yardstick.cable {
             let error = ((s.gap_sum - exact) / length).abs();
             self.elongation_error = self.elongation_error.max(error);
@@ -281,6 +295,63 @@ impl Tally {
             self.times.iter_mut().zip(all).for_each(|(t, d)| t.add(d));
         }
         self.last = Some(*s);
+    }
+}
+
+/// Most sub-steps that [`substeps_within`] tries.
+const MOST_SUBSTEPS: usize = 256;
+
+/// The options with as many sub-steps, doubled from those given, as keep the estimate of the load's error within `tolerance`
+/// (m) over so many steps: each number is tried from the start on.
+///
+/// # Errors
+/// What is in the way: the scene, a run that is lost, an estimate that sub-steps do not lessen.
+pub fn substeps_within(
+    tolerance: f64,
+    (scene, options): (&Scene, &StepOptions),
+    inputs: &Inputs,
+    steps: usize,
+    progress: &ProgressBar,
+) -> Result<StepOptions, String> {
+    let mut options = options.clone();
+    loop {
+        let mut stepper =
+            Stepper::new(scene.clone(), options.clone()).map_err(|e| e.to_string())?;
+        let mut beyond = None;
+        progress.set_position(0);
+        for _ in 0..steps {
+            let applied = inputs.apply(&mut stepper);
+            let report = applied.and_then(|()| stepper.step());
+            let Some(error) = report.map_err(|e| e.to_string())?.error else {
+                return Ok(options);
+            };
+            if error.total() > tolerance || error.lost {
+                beyond = Some(error);
+                break;
+            }
+            progress.inc(1);
+        }
+        let Some(error) = beyond else {
+            return Ok(options);
+        };
+        let fixed = error.algebra + error.segments;
+        if fixed > tolerance {
+            return Err(format!(
+                "sub-steps do not help: of the load's error {:.1e} mm are of the polygon that the segments make and {:.1e} mm \
+                 of the linear algebra: use more segments, or a direct solver",
+                1e3 * error.segments,
+                1e3 * error.algebra
+            ));
+        }
+        if 2 * options.substeps > MOST_SUBSTEPS {
+            return Err(format!(
+                "{} sub-steps leave an error of {:.1e} mm after {:.2} s: allow more, or simulate less",
+                options.substeps,
+                1e3 * error.total(),
+                stepper.time()
+            ));
+        }
+        options.substeps *= 2;
     }
 }
 
@@ -424,6 +495,8 @@ fn summary(
         },
         balance: tally.last.and_then(|s| s.balance),
         max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
+        error: tally.last.and_then(|s| s.error),
+        extent: tally.corners.map_or(0.0, |[a, b]| (b - a).norm()),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
         notes: begun

@@ -96,6 +96,7 @@ impl Stepper {
         own.angular_velocity
             .copy_from_slice(&bodies.angular_velocity);
         self.time = time;
+        self.outdate_companion();
         self.account.close();
         self.stage = Stage::Unsolved;
         self.started = true;
@@ -185,6 +186,7 @@ impl Stepper {
         }
         bodies.force[body] = force;
         bodies.torque[body] = torque;
+        self.outdate_companion();
         self.stage.unsolve();
         Ok(())
     }
@@ -234,6 +236,7 @@ impl Stepper {
                 *phi_t -= taut_model::linearized::dot(j, &change);
             }
         }
+        self.outdate_companion();
         self.stage.unsolve();
         Ok(())
     }
@@ -340,6 +343,7 @@ impl Stepper {
 
     /// Laws and bounds are those of the present state again; its solve no longer is.
     fn changed(&mut self) {
+        self.outdate_companion();
         self.stage.unsolve();
         self.pieces.rows.update(&self.scene, self.time);
     }

@@ -341,7 +341,9 @@ impl Stepper {
             changed.begin_past(&moved);
             changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
+            changed.companion = self.companion.take();
             *self = changed;
+            self.outdate_companion();
         }
         Ok(value)
     }

@@ -77,6 +77,7 @@
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `stepper/guarded` | the guard, and its implicit sub-steps |
+//! | `estimate` | the error of the load's position, by a companion run of longer steps |
 //! | `stepper/potential` | the incremental potential that these minimise, and the search along their Newton steps |
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | residual forces and law violations of a state at rest |
@@ -107,6 +108,7 @@ mod contact;
 mod elimination;
 mod equilibrium;
 mod error;
+mod estimate;
 mod events;
 mod geometric;
 mod gyroscopic;
@@ -133,6 +135,7 @@ pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
+pub use estimate::ErrorEstimate;
 pub use identity::{BodyId, ConstraintId, ControlId};
 pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};

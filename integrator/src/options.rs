@@ -421,6 +421,11 @@ pub struct StepOptions {
     /// passes over rows and bodies a step; `None` does without.
     #[cfg_attr(feature = "serde", serde(default))]
     pub energy_tolerance: Option<f64>,
+    /// Steps that one of the companion run covers, ≥ 2, which estimates the error of the load
+    /// ([`StepReport::error`](crate::StepReport::error)): with k the steps take about 1/k of their time besides. `None` does
+    /// without.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub estimate: Option<usize>,
 }
 
 impl Default for StepOptions {
@@ -443,6 +448,7 @@ impl Default for StepOptions {
             warm_start: true,
             contacts: ContactMethod::default(),
             energy_tolerance: None,
+            estimate: None,
         }
     }
 }
@@ -499,6 +505,9 @@ impl StepOptions {
         let tolerance = self.energy_tolerance.unwrap_or(1.0);
         let sound = tolerance > 0.0 && tolerance.is_finite();
         check("energy_tolerance", tolerance, sound, "a finite number > 0")?;
+        let every = self.estimate.unwrap_or(2);
+        let some = (2..=1000).contains(&every);
+        check("estimate", every as f64, some, "between 2 and 1000 steps")?;
         if self.form == Form::Kkt && !self.backend.accepts_indefinite() {
             return Err(StepError::FormNotAccepted {
                 backend: self.backend.to_string(),

@@ -1,6 +1,6 @@
 //! What a step did, and how long its phases took.
 
-use crate::EnergyBalance;
+use crate::{EnergyBalance, ErrorEstimate};
 use std::time::{Duration, Instant};
 use taut_solver::coulomb::ConeReport;
 use taut_solver::{SolveReport, Status};
@@ -165,6 +165,9 @@ pub struct StepReport {
     /// The balance of energy, where [`StepOptions::energy_tolerance`](crate::StepOptions::energy_tolerance) asks for it.
     #[cfg_attr(feature = "serde", serde(default))]
     pub balance: Option<EnergyBalance>,
+    /// The error of the load's position, where [`StepOptions::estimate`](crate::StepOptions::estimate) asks for it.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub error: Option<ErrorEstimate>,
     /// Events at the end of the step, of which [`Stepper::fired`](crate::Stepper::fired) has the names.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: usize,
@@ -266,6 +269,7 @@ impl Tally {
             redone: self.redone,
             disagreement: self.disagreement,
             balance: self.balance,
+            error: None,
             events: 0,
             phases: self.phases,
         }

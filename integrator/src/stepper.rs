@@ -14,6 +14,7 @@ use crate::bounded::Bounded;
 use crate::closing::Closing;
 use crate::contact::Contacts;
 use crate::elimination::{self, EliminationOrder};
+use crate::estimate::Companion;
 use crate::history::{History, State};
 use crate::identity::Identities;
 use crate::options::Excess;
@@ -87,6 +88,8 @@ pub struct Stepper {
     pub(crate) search: Search,
     /// Since the last call that reports.
     pub(crate) tally: Tally,
+    /// What estimates the error.
+    pub(crate) companion: Option<Box<Companion>>,
 }
 
 /// What the multipliers and the pieces belong to.
@@ -240,6 +243,7 @@ impl Stepper {
             substep_start: state,
             search: Search::new(rows, scene.bodies.len()),
             tally: Tally::start(),
+            companion: None,
             bounded: {
                 let mut bounded = Bounded::new(&pieces);
                 bounded.join(slip.chains());
@@ -271,6 +275,7 @@ impl Stepper {
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.accompany();
         let mut report = self.tallied(|stepper| {
             // Before velocities go half a step back.
             let mut given = stepper.motion_at_start();
@@ -287,6 +292,7 @@ impl Stepper {
             stepper.weigh(opening)
         })?;
         report.slipping = self.slip.count();
+        report.error = self.estimate(&report);
         self.lift_and_land()?;
         report.events = self.fire()?;
         Ok(report)

@@ -6,7 +6,9 @@ use crate::pace;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
-use taut_integrator::{ContactReport, Energy, EnergyBalance, PhaseTimes, StepError, Stepper};
+use taut_integrator::{
+    ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, StepError, Stepper,
+};
 use taut_model::Scene;
 
 /// The state after a step, in the numbers that are compared.
@@ -38,6 +40,8 @@ pub struct Sample {
     pub events: usize,
     /// What the step did with contacts.
     pub contacts: ContactReport,
+    /// The error of the load's position so far, where the options ask for it.
+    pub error: Option<ErrorEstimate>,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
 }
@@ -294,6 +298,7 @@ impl Simulation {
             implicit_substeps: report.implicit_substeps,
             events: report.events,
             contacts: report.contacts,
+            error: report.error,
             phases: report.phases,
         };
         if report.events > 0 {

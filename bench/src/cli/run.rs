@@ -16,7 +16,7 @@ use taut_ground::inputs::Inputs;
 use taut_ground::source;
 use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{StepOptions, Stepper};
-use taut_studies::options::{number, overrides, steps};
+use taut_studies::options::{number, overrides, require_positive, steps};
 
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
@@ -35,13 +35,25 @@ pub(crate) struct RunArgs {
     /// between, the first and the last row hold outside
     #[arg(long, value_name = "FILE.csv")]
     controls: Option<PathBuf>,
+    /// Estimates the error of the load's position, by a companion run of steps so many times as long: off, or 2 and more; 2 adds
+    /// about half of the time
+    #[arg(
+        long,
+        value_name = "K",
+        default_value = "2",
+        allow_hyphen_values = true
+    )]
+    estimate: String,
+    /// Largest estimate of that error (mm): the run starts anew with twice the sub-steps until it keeps it
+    #[arg(long, value_name = "MM", value_parser = number, allow_negative_numbers = true, conflicts_with = "resume")]
+    error: Option<f64>,
     /// Writes one line a step to a CSV file
     #[arg(long, value_name = "FILE.csv")]
     out: Option<PathBuf>,
     /// Columns of `--out`, and `columns` of `--json`: NAME.QUANTITY of a body (x y z vx vy vz speed wx wy wz, and
     /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive gap length, and slip of a part over the sheave that it begins at);
     /// CABLE.tension, CABLE.SEGMENT.tension of a cable of segments, from 0; the name of a control; of the run: time
-    /// load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension events contacts sliding groups
+    /// load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension events contacts sliding groups error
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     columns: Vec<String>,
     /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)
@@ -54,7 +66,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "S", requires = "save", value_parser = number, allow_negative_numbers = true)]
     save_at: Option<f64>,
     /// Goes on with a saved run: its scene, solver and time step
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs"])]
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs", "estimate"])]
     resume: Option<PathBuf>,
     /// Goes on with a run that was driven without its table: the controls keep their last values
     #[arg(long, requires = "resume", conflicts_with_all = ["scene", "controls"])]
@@ -70,7 +82,24 @@ struct Prepared {
     driven: Vec<String>,
 }
 
-fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
+/// What `--estimate` asks for.
+fn estimate(args: &RunArgs) -> Result<Option<usize>, Failure> {
+    let every = match args.estimate.as_str() {
+        "off" => None,
+        text => Some(text.parse().map_err(|_| {
+            Failure::Input(format!("`--estimate` is `{text}`: give off, 2 or more"))
+        })?),
+    };
+    match (every, args.error) {
+        (None, Some(_)) => Err(Failure::Input(
+            "`--error` needs the estimate that `--estimate off` turns off: leave one of them out"
+                .to_owned(),
+        )),
+        (every, _) => Ok(every),
+    }
+}
+
+fn prepared(args: &RunArgs, console: Console) -> Result<Prepared, Failure> {
     let inputs = |scene| source::inputs(args.controls.as_deref(), scene);
     if let Some(path) = &args.resume {
         let (stepper, yardstick, mut driven) = RunFile::resume(path)?;
@@ -99,9 +128,21 @@ fn prepared(args: &RunArgs) -> Result<Prepared, Failure> {
     let driven = inputs.names().to_vec();
     let options = StepOptions {
         energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
+        estimate: estimate(args)?,
         ..step_options(&args.step)?
     };
-    steps(args.time, options.dt)?;
+    let count = at_least_one_step(args.time, options.dt)?;
+    let options = match args.error {
+        None => options,
+        Some(error) => {
+            require_positive("`--error`", &[error])?;
+            let bar = console.progress(count as u64).with_message("sub-steps");
+            let run = (&prepared.scene, &options);
+            let found = run::substeps_within(1e-3 * error, run, &inputs, count, &bar);
+            bar.finish_and_clear();
+            found.map_err(Failure::Unstable)?
+        }
+    };
     Ok(Prepared {
         stepper: Stepper::new(prepared.scene, options)?,
         yardstick: prepared.yardstick,
@@ -211,7 +252,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
         yardstick,
         inputs,
         driven,
-    } = prepared(args)?;
+    } = prepared(args, console)?;
     let dt = stepper.options().dt;
     let count = at_least_one_step(args.time, dt)?;
     let save_at = save_at(args, stepper.time())?;

@@ -3,6 +3,9 @@
 use super::Summary;
 use std::fmt::Write;
 
+/// Part of the extent of a motion beyond which its error is told to be no small one.
+const BEYOND: f64 = 0.1;
+
 /// How the run ended, in a line.
 fn verdict(s: &Summary) -> String {
     match &s.failure {
@@ -51,6 +54,29 @@ fn contacts(s: &Summary) -> Option<(&'static str, String)> {
         c.residual_force_n
     );
     Some(("contacts", text))
+}
+
+/// The error of the load, for people.
+fn error(s: &Summary) -> Option<(&'static str, String)> {
+    let error = s.error?;
+    let mm = |x: f64| format!("{:.1e} mm", 1e3 * x);
+    let text = if error.lost {
+        "unknown: the companion run of longer steps was lost".to_owned()
+    } else if error.total() > BEYOND * s.extent {
+        format!(
+            "about {}, more than a tenth of the box that it moves in: smaller steps change the motion",
+            mm(error.total())
+        )
+    } else {
+        format!(
+            "about {}: of the time step {}, the linear algebra {}, the segments' shape {}",
+            mm(error.total()),
+            mm(error.time),
+            mm(error.algebra),
+            mm(error.segments)
+        )
+    };
+    Some(("load error", text))
 }
 
 /// What came from nowhere, and from where the rest came.
@@ -112,8 +138,15 @@ pub fn text(s: &Summary) -> String {
         (
             "steps",
             format!(
-                "{} of {:.6} s, {}, geometric stiffness {}",
-                s.steps, s.dt, s.scheme, s.stiffness
+                "{} of {:.6} s{}, {}, geometric stiffness {}",
+                s.steps,
+                s.dt,
+                match s.substeps {
+                    1 => String::new(),
+                    count => format!(" in {count} sub-steps"),
+                },
+                s.scheme,
+                s.stiffness
             ),
         ),
         (
@@ -158,6 +191,7 @@ pub fn text(s: &Summary) -> String {
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
     for (name, value) in rows
         .into_iter()
+        .chain(error(s))
         .chain(contacts(s))
         .chain(events)
         .chain(notes)

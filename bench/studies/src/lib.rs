@@ -25,6 +25,7 @@
 //! | `statics` | the hanging cable: elongation, iterations needed |
 //! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
+//! | `estimate` | the estimate of the load's error against the error |
 //! | `engines` | whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is |
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `sequence` | every solver on the systems of consecutive steps from a folder |
@@ -42,6 +43,7 @@ pub mod cases;
 pub mod checks;
 pub mod energy;
 pub mod engines;
+pub mod estimate;
 pub mod hard;
 pub mod iterative;
 pub mod kernels;

@@ -81,6 +81,39 @@ impl Stepper {
         let sign = self.multiplier_sign();
         self.plan
             .scatter_multipliers(&self.pieces.rows, &self.x, sign, &mut self.mu);
+        if let Some(mut companion) = self.companion.take_if(|c| c.samples) {
+            companion.sample(self);
+            self.companion = Some(companion);
+        }
+        Ok(())
+    }
+
+    /// What is missing from the solution `x` by the residual and the factor: d of A d = r, whose multipliers go into `d`, one
+    /// a row. The pieces hold another Δv then.
+    pub(crate) fn correction(&mut self, d: &mut [f64]) -> Result<(), SolveError> {
+        let Self {
+            solver,
+            matrix,
+            rhs,
+            x,
+            pieces,
+            plan,
+            in_rows: [mu, residual],
+            columns: [r, solution],
+            ..
+        } = self;
+        r.resize(x.len(), 0.0);
+        solution.clear();
+        solution.resize(x.len(), 0.0);
+        match self.options.form {
+            Form::Schur => schur_residual(plan, pieces, x, [mu, residual], r),
+            Form::Kkt => matrix.subtract_product(rhs, x, r),
+        }
+        solver.solve_unjudged(matrix, r, solution)?;
+        let sign = self.multiplier_sign();
+        let [_, solution] = &self.columns;
+        self.plan
+            .scatter_multipliers(&self.pieces.rows, solution, sign, d);
         Ok(())
     }
 

@@ -1,0 +1,276 @@
+//! An estimate of the error of the load's position while the scene moves, [`StepOptions::estimate`].
+//!
+//! **Time step.** A companion run starts in the same state and takes one step of kΔt for each k steps of Δt. Both errors are of
+//! order p in the time step, so that from the distance d of the two loads
+//!
+//! ```text
+//! e(kΔt) = kᵖ e(Δt)        e(Δt) ≈ d/(kᵖ − 1)
+//! ```
+//!
+//! p is 2, and 1 with the linearly implicit scheme. It is 1, too, for what d grows by once shapes touch, cables slip or the guard
+//! redoes a step: what happens within a step is then known to the step. An oscillation that turns by more than half a radian in
+//! kΔt is soon out of phase in both runs, d as large as the error or damped away: half the second difference of the distance,
+//! which such oscillations dominate, and no more than half of d. The companion gets the mean of each control over its step. Other changes start it anew in the
+//! state of the run, and what was estimated until then is added.
+//!
+//! **Linear algebra.** Of every [`SAMPLED`]th step the residual of the solution is solved for by the same factor: S d = r. The
+//! impulses d move the load in that step by Δt |M̃⁻¹ Jᵀ d|.
+//!
+//! **Segments.** A cable of curvature κ is as long as its polygon of segments l and kinks θ = κ l, whose ends are farther apart:
+//! an arc is longer than its chord by the part θ²/24. The distance is Σ l θ²/24, of the cable where it is largest. It is the
+//! shape's alone: what segments do to the frequencies of a cable is not in it.
+
+use crate::geometric::wrench;
+use crate::stepper::{Stage, Stepper};
+use crate::{Scheme, StepError, StepOptions, StepReport};
+use nalgebra::Vector3;
+use taut_model::{BodyVectors, CableParts, Scene};
+
+/// Steps from one sample of the error of the linear algebra to the next.
+pub(crate) const SAMPLED: usize = 16;
+
+/// Parts of the error of the load's position, each the largest so far \[m].
+#[non_exhaustive]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct ErrorEstimate {
+    /// Of the time step.
+    pub time: f64,
+    /// Of the linear algebra.
+    pub algebra: f64,
+    /// Of the segments.
+    pub segments: f64,
+    /// Whether the companion run was lost: `time` has grown since.
+    pub lost: bool,
+}
+
+impl ErrorEstimate {
+    /// Their sum \[m].
+    #[must_use]
+    pub fn total(&self) -> f64 {
+        self.time + self.algebra + self.segments
+    }
+}
+
+/// The companion run, and what it has shown.
+#[derive(Default)]
+pub(crate) struct Companion {
+    /// `None` before it starts, and where it was lost.
+    run: Option<Box<Stepper>>,
+    /// Whether it has to start anew.
+    pub(crate) stale: bool,
+    /// Whether the next linear system is a sample.
+    pub(crate) samples: bool,
+    /// Steps so far, and those since both runs were at the same time.
+    steps: usize,
+    since: usize,
+    /// Sums of the controls' values over these.
+    controls: Vec<f64>,
+    /// The order p, and the distance and the estimate from which on it holds \[m].
+    order: i32,
+    from: [f64; 2],
+    /// The last distances, the latest first, and the norm of that \[m].
+    apart: [Vector3<f64>; 2],
+    distance: f64,
+    /// Δv of a sample's step, and the correction of its multipliers, one a row.
+    dv: BodyVectors,
+    correction: Vec<f64>,
+    estimate: ErrorEstimate,
+}
+
+impl Companion {
+    /// A companion of the run in its present state; of one that goes on, if there was one before.
+    fn of(run: &Stepper, every: usize, before: Option<&Self>) -> Self {
+        let companion = companion(run, every).ok().map(Box::new);
+        let estimate = before.map_or(ErrorEstimate::default(), |c| c.estimate);
+        Self {
+            order: order(&run.options),
+            from: [0.0, estimate.time],
+            controls: vec![0.0; run.scene.controls.len()],
+            steps: before.map_or(0, |c| c.steps),
+            dv: BodyVectors::new(run.scene.bodies.len()),
+            correction: vec![0.0; run.mu.len()],
+            estimate: ErrorEstimate {
+                lost: companion.is_none(),
+                ..estimate
+            },
+            run: companion,
+            ..Self::default()
+        }
+    }
+
+    /// A step of the run is done.
+    fn follow(&mut self, of: &Stepper, report: &StepReport, every: usize) {
+        self.samples = self.steps % SAMPLED == 0;
+        self.steps += 1;
+        for (i, sum) in self.controls.iter_mut().enumerate() {
+            *sum += of.scene.control_value(i).unwrap_or(0.0);
+        }
+        self.sink(report);
+        self.since += 1;
+        if self.since < every {
+            return;
+        }
+        self.since = 0;
+        self.estimate.segments = worst_polygon(&of.scene).max(self.estimate.segments);
+        let Some(mut run) = self.run.take() else {
+            return;
+        };
+        let stepped = step_driven(&mut run, &mut self.controls, every);
+        let apart = load(&run.scene) - load(&of.scene);
+        let distance = apart.norm();
+        let Some(report) = stepped.ok().filter(|_| distance.is_finite()) else {
+            self.estimate.lost = true;
+            return;
+        };
+        self.sink(&report);
+        let [from, before] = self.from;
+        let time = before + (distance - from).max(0.0) / ((every as f64).powi(self.order) - 1.0);
+        let [last, before_last] = self.apart;
+        let second = (apart - last * 2.0 + before_last).norm();
+        let fast = before + 0.5 * second.min(distance);
+        self.estimate.time = self.estimate.time.max(time).max(fast);
+        (self.apart, self.distance) = ([apart, last], distance);
+        self.run = Some(run);
+    }
+
+    /// The error of a linear solve that was just made.
+    pub(crate) fn sample(&mut self, of: &mut Stepper) {
+        self.samples = false;
+        let Some(load) = load_of(&of.scene).filter(|load| of.scene.bodies.is_dynamic(*load)) else {
+            return;
+        };
+        self.dv.copy_from(&of.pieces.dv);
+        let solved = of.correction(&mut self.correction);
+        of.pieces.dv.copy_from(&self.dv);
+        if solved.is_err() {
+            return;
+        }
+        let rows = &of.pieces.rows;
+        let held = rows
+            .slots
+            .iter()
+            .enumerate()
+            .filter(|(_, slot)| slot.body == load);
+        let impulse: Vector3<f64> = held.map(|(s, _)| wrench(rows, s, &self.correction).0).sum();
+        let moved = impulse.norm() / of.scene.bodies.mass[load] * of.mu_dt;
+        self.estimate.algebra = self.estimate.algebra.max(moved);
+    }
+
+    /// The order sinks to 1 where the report tells of what happens within a step.
+    fn sink(&mut self, report: &StepReport) {
+        let within = report.redone || report.slipping > 0 || report.contacts.touching > 0;
+        if within && self.order > 1 {
+            self.order = 1;
+            self.from = [self.distance, self.estimate.time];
+        }
+    }
+}
+
+fn order(options: &StepOptions) -> i32 {
+    let of = |scheme: Scheme| if scheme.is_staggered() { 2 } else { 1 };
+    of(options.scheme).min(options.angular_scheme.map_or(2, of))
+}
+
+/// The companion of a run: a run of steps so many times as long from its present state.
+fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
+    let options = StepOptions {
+        dt: of.options.dt * every as f64,
+        estimate: None,
+        energy_tolerance: None,
+        ..of.options.clone()
+    };
+    let (mut scene, time) = (of.scene.clone(), of.time);
+    // The run's own happen to both.
+    scene.events.clear();
+    if of.started
+        && of.options.scheme.is_staggered()
+        && !matches!(of.stage, Stage::Advanced { implicit: true, .. })
+    {
+        // Its velocities are half a step old.
+        let fresh = |i: &usize| !of.fresh.contains(i);
+        for i in (0..scene.bodies.len()).filter(fresh) {
+            let [x, y, z, p, q, r] = of.pieces.dv.get(i);
+            scene.bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
+            scene.bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
+        }
+    }
+    scene.lay_cables(time);
+    let mut run = Stepper::build(scene, options, &mut None)?;
+    run.time = time;
+    let (rows, scene) = (&mut run.pieces.rows, &run.scene);
+    rows.drive(scene, time - run.options.dt, time);
+    run.history.forget(&rows.phi_t);
+    rows.update(scene, time);
+    Ok(run)
+}
+
+/// A step of the companion with the means of the controls over `count` steps, whose sums are taken.
+fn step_driven(run: &mut Stepper, sums: &mut [f64], count: usize) -> Result<StepReport, StepError> {
+    for (i, sum) in sums.iter_mut().enumerate() {
+        let mean = std::mem::take(sum) / count as f64;
+        if run
+            .scene
+            .control_value(i)
+            .is_some_and(|value| value != mean)
+        {
+            run.set_control(i, mean)?;
+        }
+    }
+    run.step()
+}
+
+fn load_of(scene: &Scene) -> Option<usize> {
+    scene.load.or_else(|| scene.bodies.len().checked_sub(1))
+}
+
+fn load(scene: &Scene) -> Vector3<f64> {
+    load_of(scene).map_or_else(Vector3::zeros, |i| scene.bodies.position[i])
+}
+
+/// The largest Σ l θ²/24 of a cable \[m]: l from centre to centre of neighbours, θ from one such line to the next.
+fn worst_polygon(scene: &Scene) -> f64 {
+    let of = |cable: &CableParts| {
+        let centre = |i: usize| scene.bodies.position[cable.bodies[i]];
+        let corners = 1..cable.bodies.len().saturating_sub(1);
+        let shortening = corners.map(|i| {
+            let (a, b) = (centre(i) - centre(i - 1), centre(i + 1) - centre(i));
+            b.norm() * a.angle(&b).powi(2) / 24.0
+        });
+        shortening.sum::<f64>()
+    };
+    scene.cables.iter().map(of).fold(0.0, f64::max)
+}
+
+impl Stepper {
+    /// The companion starts, where one is asked for and none is there or it is stale.
+    pub(crate) fn accompany(&mut self) {
+        let Some(every) = self.options.estimate else {
+            return;
+        };
+        if self.companion.as_ref().is_none_or(|c| c.stale) {
+            let companion = Companion::of(self, every, self.companion.as_deref());
+            self.companion = Some(Box::new(companion));
+        }
+    }
+
+    /// The estimate after a step.
+    pub(crate) fn estimate(&mut self, report: &StepReport) -> Option<ErrorEstimate> {
+        let every = self.options.estimate?;
+        let mut companion = self.companion.take()?;
+        companion.follow(self, report, every);
+        let estimate = companion.estimate;
+        self.companion = Some(companion);
+        Some(estimate)
+    }
+
+    /// The companion has to start anew: something was set that it does not see.
+    pub(crate) fn outdate_companion(&mut self) {
+        if let Some(companion) = &mut self.companion {
+            companion.stale = true;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,128 @@
+use crate::{StepError, StepOptions, Stepper};
+use nalgebra::Vector3;
+use taut_model::{GantryParams, HoistParams, Scene};
+use taut_solver::{Backend, CgOptions};
+
+/// A hoist whose anchor moves by a metre in a second.
+fn jerked(segments: usize) -> Scene {
+    let hoist = HoistParams {
+        segments,
+        mass_ratio: 1e3,
+        equilibrium: true,
+        move_x: 1.0,
+        ..HoistParams::default()
+    };
+    hoist.build().expect("built")
+}
+
+fn with(estimate: Option<usize>) -> StepOptions {
+    StepOptions {
+        estimate,
+        ..StepOptions::default()
+    }
+}
+
+/// Positions of the load, and the last step's estimate \[m].
+fn run(scene: Scene, options: StepOptions, steps: usize) -> (Vec<Vector3<f64>>, Option<f64>) {
+    let mut stepper = Stepper::new(scene, options).expect("built");
+    let load = stepper.scene().load.expect("a load");
+    let mut error = None;
+    let path = (0..steps).map(|_| {
+        let report = stepper.step().expect("steps");
+        error = report.error.map(|e| e.time);
+        stepper.scene().bodies.position[load]
+    });
+    (path.collect(), error)
+}
+
+#[test]
+fn the_estimate_is_near_the_error_and_leaves_the_motion() {
+    let substeps = StepOptions {
+        substeps: 8,
+        ..with(None)
+    };
+    let (fine, none) = run(jerked(6), substeps, 300);
+    let (bare, _) = run(jerked(6), with(None), 300);
+    let error = bare.iter().zip(&fine).map(|(x, y)| (x - y).norm());
+    let error = error.fold(0.0, f64::max);
+    assert!(none.is_none() && error > 1e-5);
+    for every in [2, 4] {
+        let (path, estimate) = run(jerked(6), with(Some(every)), 300);
+        assert!(path == bare, "the motion has the same bits");
+        let part = estimate.expect("estimated") / error;
+        assert!((0.7..1.5).contains(&part), "{every}: {part}");
+    }
+}
+
+/// A scheme of first order has d = (k − 1) e.
+#[test]
+fn the_order_is_that_of_the_scheme() {
+    let paper = |substeps, estimate| StepOptions {
+        substeps,
+        estimate,
+        ..StepOptions::paper()
+    };
+    let swing = HoistParams {
+        segments: 2,
+        mass_ratio: 1.0,
+        initial_angle: 0.2,
+        ..HoistParams::default()
+    };
+    let scene = || swing.build().expect("built");
+    let (fine, _) = run(scene(), paper(32, None), 120);
+    let (coarse, estimate) = run(scene(), paper(1, Some(2)), 120);
+    let error = coarse.iter().zip(&fine).map(|(x, y)| (x - y).norm());
+    let part = estimate.expect("estimated") / error.fold(0.0, f64::max);
+    assert!((0.6..1.6).contains(&part), "{part}");
+}
+
+/// Controls drive the companion, too; what it does not see starts it anew, and keeps what was estimated.
+#[test]
+fn the_companion_follows_controls_and_changes() {
+    let scene = GantryParams::default().build().expect("built");
+    let mut stepper = Stepper::new(scene, with(Some(2))).expect("built");
+    let trolley = stepper.scene().control("trolley_speed").expect("there");
+    let mut last = 0.0;
+    for k in 0..240 {
+        // A ramp that no step of the companion sees whole.
+        let speed = 0.5 * f64::from(k.min(61)) / 61.0;
+        stepper.set_control(trolley, speed).expect("set");
+        if k == 120 {
+            let load = stepper.scene().load.expect("a load");
+            let push = Vector3::x() * 10.0;
+            stepper.set_load(load, push, Vector3::zeros()).expect("set");
+        }
+        let error = stepper.step().expect("steps").error.expect("estimated");
+        assert!(!error.lost && error.time >= last, "{k}: {error:?}");
+        last = error.time;
+    }
+    assert!((1e-7..1e-3).contains(&last), "{last}");
+}
+
+#[test]
+fn few_iterations_show() {
+    let error = |backend: Backend| {
+        let options = StepOptions {
+            refinements: usize::from(!backend.is_iterative()),
+            backend,
+            ..with(Some(2))
+        };
+        let mut stepper = Stepper::new(jerked(12), options).expect("built");
+        let steps = (0..60).map(|_| stepper.step().expect("steps").error);
+        steps.last().flatten().expect("estimated").algebra
+    };
+    let few = CgOptions {
+        iterations: 4,
+        ..CgOptions::default()
+    };
+    let [direct, few] = [Backend::Banded, Backend::ConjugateGradient(few)].map(error);
+    assert!(direct < 1e-12 && few > 1e3 * direct, "{direct} {few}");
+}
+
+#[test]
+fn an_estimate_needs_two_steps() {
+    for every in [0, 1, 1001] {
+        let error = Stepper::new(jerked(2), with(Some(every))).err();
+        assert!(matches!(error, Some(StepError::InvalidOption { .. })), "{error:?}");
+    }
+}
