@@ -17,6 +17,7 @@ impl Stepper {
         self.mu.copy_from_slice(mu);
         self.mu_dt = self.substep();
         self.stage.unsolve();
+        self.wake();
         Ok(())
     }
 
@@ -30,6 +31,7 @@ impl Stepper {
         self.tension.copy_from_slice(lambda);
         self.tension_known = true;
         self.stage.unsolve();
+        self.wake();
         Ok(())
     }
 
@@ -113,6 +115,7 @@ impl Stepper {
         if rows.follow_windings(&mut self.scene, time) {
             rows.update(&self.scene, time);
         }
+        self.wake();
         Ok(())
     }
 
@@ -143,6 +146,7 @@ impl Stepper {
             }
         }
         self.stage.unsolve();
+        self.wake();
         Ok(())
     }
 
@@ -183,9 +187,13 @@ impl Stepper {
                 "is a point mass, which no torque turns: give it a shape or an inertia",
             ));
         }
+        let changes = (bodies.force[body], bodies.torque[body]) != (force, torque);
         bodies.force[body] = force;
         bodies.torque[body] = torque;
         self.stage.unsolve();
+        if changes {
+            self.wake();
+        }
         Ok(())
     }
 
@@ -263,8 +271,9 @@ impl Stepper {
             // Another position is energy of its own.
             self.account.close();
         }
+        let changes = *own != motor;
         *own = motor;
-        self.changed();
+        self.changed(changes);
         Ok(())
     }
 
@@ -287,11 +296,13 @@ impl Stepper {
         let Some(own) = &mut cable.winch else {
             return Err(refused(what(), "is a cable without a winch"));
         };
-        *own = Winch {
+        let winch = Winch {
             since: own.since,
             ..winch
         };
-        self.changed();
+        let changes = *own != winch;
+        *own = winch;
+        self.changed(changes);
         Ok(())
     }
 
@@ -338,9 +349,12 @@ impl Stepper {
         self.scene.constraint_names.get(held.constraint).cloned()
     }
 
-    /// Laws and bounds are those of the present state again; its solve no longer is.
-    fn changed(&mut self) {
+    /// Laws and bounds are those of the present state again; its solve no longer is. What `changes` them wakes the scene.
+    fn changed(&mut self, changes: bool) {
         self.stage.unsolve();
+        if changes {
+            self.wake();
+        }
         self.pieces.rows.update(&self.scene, self.time);
     }
 }

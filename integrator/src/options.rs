@@ -1,6 +1,6 @@
 //! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
 
-use crate::{ContactMethod, Elimination, StepError};
+use crate::{ContactMethod, Elimination, Sleep, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
@@ -421,6 +421,9 @@ pub struct StepOptions {
     /// passes over rows and bodies a step; `None` does without.
     #[cfg_attr(feature = "serde", serde(default))]
     pub energy_tolerance: Option<f64>,
+    /// When the scene sleeps, if ever: its steps then cost no solve.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub sleep: Option<Sleep>,
 }
 
 impl Default for StepOptions {
@@ -443,6 +446,7 @@ impl Default for StepOptions {
             warm_start: true,
             contacts: ContactMethod::default(),
             energy_tolerance: None,
+            sleep: None,
         }
     }
 }
@@ -496,6 +500,7 @@ impl StepOptions {
         self.stiffness.validate()?;
         self.guard.map_or(Ok(()), Guard::validate)?;
         self.contacts.validate()?;
+        self.sleep.map_or(Ok(()), Sleep::validate)?;
         let tolerance = self.energy_tolerance.unwrap_or(1.0);
         let sound = tolerance > 0.0 && tolerance.is_finite();
         check("energy_tolerance", tolerance, sound, "a finite number > 0")?;

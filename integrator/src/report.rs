@@ -168,6 +168,10 @@ pub struct StepReport {
     /// Events at the end of the step, of which [`Stepper::fired`](crate::Stepper::fired) has the names.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: usize,
+    /// Whether the scene slept through the step ([`Sleep`](crate::Sleep)): contacts and balance are then those of the last
+    /// step awake, and nothing was solved.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub asleep: bool,
     /// Time of each phase.
     pub phases: PhaseTimes,
 }
@@ -267,6 +271,7 @@ impl Tally {
             disagreement: self.disagreement,
             balance: self.balance,
             events: 0,
+            asleep: false,
             phases: self.phases,
         }
     }

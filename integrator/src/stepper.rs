@@ -20,6 +20,7 @@ use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::report::Tally;
+use crate::sleep::Rest;
 use crate::slip::Slip;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
@@ -85,6 +86,8 @@ pub struct Stepper {
     pub(crate) substep_start: State,
     /// The guard's search along its Newton steps.
     pub(crate) search: Search,
+    /// Of a scene that may sleep.
+    pub(crate) rest: Option<Rest>,
     /// Since the last call that reports.
     pub(crate) tally: Tally,
 }
@@ -239,6 +242,7 @@ impl Stepper {
             step_start: state.clone(),
             substep_start: state,
             search: Search::new(rows, scene.bodies.len()),
+            rest: Rest::new(&scene, &options),
             tally: Tally::start(),
             bounded: {
                 let mut bounded = Bounded::new(&pieces);
@@ -271,6 +275,9 @@ impl Stepper {
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        if let Some(report) = self.sleep_through()? {
+            return Ok(report);
+        }
         let mut report = self.tallied(|stepper| {
             // Before velocities go half a step back.
             let mut given = stepper.motion_at_start();
@@ -289,6 +296,7 @@ impl Stepper {
         report.slipping = self.slip.count();
         self.lift_and_land()?;
         report.events = self.fire()?;
+        self.watch(&report);
         Ok(report)
     }
 
@@ -375,6 +383,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Solve`].
     pub fn solve(&mut self) -> Result<StepReport, StepError> {
+        self.wake();
         self.tallied(|stepper| {
             stepper.find_tension()?;
             stepper.solve_scheme(stepper.options.stiffness)
