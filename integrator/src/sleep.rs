@@ -28,8 +28,8 @@
 //! ends sleep in the step in which it begins to move, a setting that changes something in the next step.
 
 use crate::options::check;
-use crate::stepper::Stepper;
 use crate::report::Tally;
+use crate::stepper::Stepper;
 use crate::{ContactReport, Phase, PhaseTimes, StepError, StepOptions, StepReport};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::{Bodies, Constraint, Mobility, Scene, Side, Target};
