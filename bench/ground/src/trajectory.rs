@@ -36,6 +36,8 @@ pub struct Sample {
     pub implicit_substeps: usize,
     /// Events at the end of the step.
     pub events: usize,
+    /// Whether the scene slept through the step.
+    pub asleep: bool,
     /// What the step did with contacts.
     pub contacts: ContactReport,
     /// Wall-clock time of the step's phases.
@@ -293,6 +295,7 @@ impl Simulation {
             redone: report.redone,
             implicit_substeps: report.implicit_substeps,
             events: report.events,
+            asleep: report.asleep,
             contacts: report.contacts,
             phases: report.phases,
         };

@@ -53,6 +53,12 @@ fn contacts(s: &Summary) -> Option<(&'static str, String)> {
     Some(("contacts", text))
 }
 
+/// How much of it the scene slept through, for people.
+fn asleep(s: &Summary) -> Option<(&'static str, String)> {
+    let asleep = s.steps_asleep?;
+    Some(("asleep", format!("{asleep} of {} steps", s.steps)))
+}
+
 /// What came from nowhere, and from where the rest came.
 fn energy_excess(s: &Summary) -> String {
     let (Some(balance), Some(excess)) = (&s.balance, s.max_energy_excess) else {
@@ -158,6 +164,7 @@ pub fn text(s: &Summary) -> String {
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
     for (name, value) in rows
         .into_iter()
+        .chain(asleep(s))
         .chain(contacts(s))
         .chain(events)
         .chain(notes)

@@ -124,7 +124,12 @@ fn asleep_and_awake_are_no_farther_apart_than_the_distance() {
         ..HoistParams::default()
     };
     let decaying = held(9.81, 2.0, RowLaw::new(0.1, 0.1), Vector3::zeros());
+    // Its load swings by a tenth of a millimetre.
+    let mut kicked = gantry();
+    let load = kicked.load.unwrap();
+    kicked.bodies.velocity[load].x = 1e-4;
     for (scene, steps) in [
+        (kicked, 3000),
         (spring(40.0, 2e-4), 4800),
         (spring(0.3, 2e-4), 4800),
         (decaying, 3000),
@@ -132,7 +137,6 @@ fn asleep_and_awake_are_no_farther_apart_than_the_distance() {
     ] {
         let (most, asleep) = apart(&scene, steps);
         assert!(asleep > steps / 4, "{}: {asleep}", scene.name);
-        println!("{} {asleep} {most}", scene.name);
         assert!(most > 0.0 && most <= SLEEP.distance, "{most}");
     }
 }
@@ -292,6 +296,48 @@ fn a_stack_sleeps_until_it_is_hit() {
     }
     let moved = |i: usize| (sleeper.scene().bodies.position[i] - before[i]).norm();
     assert!((0..3).any(|i| moved(i) > 0.1));
+}
+
+/// The least of both in turns: load elsewhere slows both.
+#[test]
+fn a_step_asleep_costs_a_tenth_of_one_awake_at_most() {
+    let backend = Backend::preferred().unwrap_or(Backend::Dense(DenseOptions::default()));
+    let scene = GantryParams::default().build().unwrap();
+    let mut asleep = Stepper::new(
+        scene.clone(),
+        StepOptions {
+            backend: backend.clone(),
+            ..options(Some(SLEEP))
+        },
+    )
+    .unwrap();
+    falls_asleep(&mut asleep, 2000).expect("it sleeps");
+    let mut moving = Stepper::new(
+        scene,
+        StepOptions {
+            backend,
+            energy_tolerance: None,
+            ..options(None)
+        },
+    )
+    .unwrap();
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..500 {
+        for (stepper, least) in [&mut asleep, &mut moving].into_iter().zip(&mut least) {
+            let speed = if stepper.options().sleep.is_some() {
+                0.0
+            } else {
+                0.1
+            };
+            stepper.set_control(0, speed).unwrap();
+            let start = std::time::Instant::now();
+            assert_eq!(stepper.step().unwrap().asleep, speed == 0.0);
+            *least = least.min(start.elapsed().as_secs_f64());
+        }
+    }
+    let [asleep, moving] = least;
+    println!("{asleep:e} s / {moving:e} s = {}", asleep / moving);
+    assert!(asleep <= 0.1 * moving, "{asleep:e} s, {moving:e} s");
 }
 
 #[test]
