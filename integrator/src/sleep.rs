@@ -33,6 +33,7 @@ use crate::stepper::Stepper;
 use crate::{ContactReport, Phase, PhaseTimes, StepError, StepOptions, StepReport};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::{Bodies, Constraint, Mobility, Scene, Side, Target};
+use taut_solver::SolveReport;
 
 /// When a scene sleeps: once no material point of it goes farther than `distance`/2 in the time `period`/2. Each mode of
 /// oscillation with a period of up to `period` then moves it by less than `distance` from where it sleeps; so does what creeps, in
@@ -364,6 +365,7 @@ fn asleep(last: &StepReport) -> StepReport {
         ..last.contacts
     };
     StepReport {
+        solve: SolveReport::DIRECT,
         iterations: 0,
         solves: 0,
         undecided: 0,
