@@ -32,6 +32,7 @@ use crate::report::Tally;
 use crate::stepper::Stepper;
 use crate::{ContactReport, Phase, PhaseTimes, StepError, StepOptions, StepReport};
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_model::collide::Shape;
 use taut_model::{Bodies, Constraint, Mobility, Scene, Side, Target};
 use taut_solver::SolveReport;
 
@@ -283,12 +284,24 @@ fn reaches(scene: &Scene) -> Vec<Vector3<f64>> {
         }
     }
     for collider in &scene.colliders {
-        let far = collider.position.abs().add_scalar(collider.shape.reach());
+        let turn = collider.orientation.to_rotation_matrix().into_inner();
+        let far = collider.position.abs() + turn.abs() * half(&collider.shape);
         if let Some(i) = collider.body.filter(|_| far.iter().all(|x| x.is_finite())) {
             reach[i] = reach[i].sup(&far);
         }
     }
     reach
+}
+
+/// Half of the extents of a shape along the axes of its frame, at most \[m].
+fn half(shape: &Shape) -> Vector3<f64> {
+    match *shape {
+        Shape::Cuboid { size } => size * 0.5,
+        Shape::Capsule { radius, .. } | Shape::Cylinder { radius, .. } => {
+            Vector3::new(radius, radius, shape.reach())
+        }
+        _ => Vector3::repeat(shape.reach()),
+    }
 }
 
 /// How far a displacement moves the points within `reach` of a body's centre, at most \[m].

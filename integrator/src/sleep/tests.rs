@@ -1,8 +1,8 @@
 use super::*;
-use taut_model::collide::{Collider, Shape};
+use taut_model::collide::Collider;
 use taut_model::{
     Action, Body, Distance, Event, Frame, GantryParams, Grounded, GroundedParams, HoistParams,
-    Motion, RowLaw, When, nalgebra::Vector3,
+    Motion, RowLaw, When,
 };
 use taut_solver::{Backend, DenseOptions};
 
