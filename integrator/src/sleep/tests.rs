@@ -87,6 +87,35 @@ fn a_swing_does_not_sleep_where_it_turns() {
     }
 }
 
+/// Modes of more than δ/4, of all periods from 2 w to P and in all phases, and of a tenth of that at P.
+#[test]
+fn the_means_foresee_no_rest_of_a_mode_that_goes_on() {
+    let scene = spring(1.0, 0.0);
+    let foreseen = |rest: &mut Rest, mode: &dyn Fn(f64) -> f64| {
+        for k in 0..3 {
+            let steps = (0..rest.third).map(|n| (k * rest.third + n + 1) as f64 / 60.0);
+            let sum = steps.map(mode).sum::<f64>();
+            rest.watch.sums[k][0] = [Vector3::x() * sum, Vector3::zeros()];
+        }
+        rest.is_foreseen(&scene)
+    };
+    for period in [2.0, 5.0, 20.0, 60.0, 3600.0] {
+        let sleep = Sleep { period, ..SLEEP };
+        let mut rest = Rest::new(&scene, &options(Some(sleep))).unwrap();
+        for n in 0..=40 {
+            let of_mode = 2.0 * (period / 2.0).powf(f64::from(n) / 40.0);
+            let omega = std::f64::consts::TAU / of_mode;
+            for phase in (0..120).map(|k| f64::from(k) * std::f64::consts::TAU / 120.0) {
+                let mode = |t: f64| 0.255e-3 * (omega * t + phase).cos();
+                assert!(!foreseen(&mut rest, &mode), "{of_mode} s of {period} s");
+                let small = |t: f64| 0.1 * mode(t);
+                assert!(n < 40 || foreseen(&mut rest, &small), "{period} s");
+            }
+        }
+        assert!(!foreseen(&mut rest, &|t| 1.01e-3 / period * t));
+    }
+}
+
 /// Slow relaxation without inertia to speak of, and a winch.
 #[test]
 fn what_creeps_does_not_sleep() {
@@ -336,7 +365,6 @@ fn a_step_asleep_costs_a_tenth_of_one_awake_at_most() {
         }
     }
     let [asleep, moving] = least;
-    println!("{asleep:e} s / {moving:e} s = {}", asleep / moving);
     assert!(asleep <= 0.1 * moving, "{asleep:e} s, {moving:e} s");
 }
 
