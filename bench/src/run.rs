@@ -128,6 +128,9 @@ pub struct Summary {
     pub dt: f64,
     /// Steps made.
     pub steps: usize,
+    /// Those of them that the scene slept through, where it did.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub steps_asleep: Option<usize>,
     /// Whether the run reached its end.
     pub stable: bool,
     /// What stopped it before its end, such as a signal.
@@ -208,6 +211,7 @@ pub struct Wishes<'a> {
 #[derive(Debug, Default)]
 struct Tally {
     steps: usize,
+    asleep: usize,
     contacts: Option<ContactSummary>,
     redone: usize,
     implicit_substeps: usize,
@@ -272,6 +276,7 @@ impl Tally {
 
     fn add(&mut self, s: &Sample, yardstick: &Yardstick) {
         self.steps += 1;
+        self.asleep += usize::from(s.asleep);
         self.redone += usize::from(s.redone);
         self.implicit_substeps += s.implicit_substeps;
         self.most_solves = self.most_solves.max(s.solves);
@@ -479,6 +484,7 @@ fn summary(
         refinements: options.refinements,
         dt: options.dt,
         steps: tally.steps,
+        steps_asleep: Some(tally.asleep).filter(|steps| *steps > 0),
         stable: simulation.failure.is_none() && stopped.is_none(),
         stopped,
         planar: yardstick.planar,

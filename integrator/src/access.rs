@@ -17,6 +17,7 @@ impl Stepper {
         self.mu.copy_from_slice(mu);
         self.mu_dt = self.substep();
         self.stage.unsolve();
+        self.wake();
         Ok(())
     }
 
@@ -30,6 +31,7 @@ impl Stepper {
         self.tension.copy_from_slice(lambda);
         self.tension_known = true;
         self.stage.unsolve();
+        self.wake();
         Ok(())
     }
 
@@ -114,6 +116,7 @@ impl Stepper {
         if rows.follow_windings(&mut self.scene, time) {
             rows.update(&self.scene, time);
         }
+        self.wake();
         Ok(())
     }
 
@@ -144,6 +147,7 @@ impl Stepper {
             }
         }
         self.stage.unsolve();
+        self.wake();
         Ok(())
     }
 
@@ -184,10 +188,14 @@ impl Stepper {
                 "is a point mass, which no torque turns: give it a shape or an inertia",
             ));
         }
+        let changes = (bodies.force[body], bodies.torque[body]) != (force, torque);
         bodies.force[body] = force;
         bodies.torque[body] = torque;
-        self.outdate_companion();
         self.stage.unsolve();
+        if changes {
+            self.outdate_companion();
+            self.wake();
+        }
         Ok(())
     }
 
@@ -266,8 +274,9 @@ impl Stepper {
             // Another position is energy of its own.
             self.account.close();
         }
+        let changes = *own != motor;
         *own = motor;
-        self.changed();
+        self.changed(changes);
         Ok(())
     }
 
@@ -290,11 +299,13 @@ impl Stepper {
         let Some(own) = &mut cable.winch else {
             return Err(refused(what(), "is a cable without a winch"));
         };
-        *own = Winch {
+        let winch = Winch {
             since: own.since,
             ..winch
         };
-        self.changed();
+        let changes = *own != winch;
+        *own = winch;
+        self.changed(changes);
         Ok(())
     }
 
@@ -341,10 +352,13 @@ impl Stepper {
         self.scene.constraint_names.get(held.constraint).cloned()
     }
 
-    /// Laws and bounds are those of the present state again; its solve no longer is.
-    fn changed(&mut self) {
-        self.outdate_companion();
+    /// Laws and bounds are those of the present state again; its solve no longer is. What `changes` them wakes the scene.
+    fn changed(&mut self, changes: bool) {
         self.stage.unsolve();
+        if changes {
+            self.outdate_companion();
+            self.wake();
+        }
         self.pieces.rows.update(&self.scene, self.time);
     }
 }

@@ -248,6 +248,7 @@ impl Stepper {
         let known = impulses.known.clone();
         self.contacts.put(known, impulses.dt);
         self.stage.unsolve();
+        self.wake();
     }
 
     /// The contacts of the last sub-step: those that carry a force, and those near enough to.

@@ -178,6 +178,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
         dt: of.options.dt * every as f64,
         estimate: None,
         energy_tolerance: None,
+        sleep: None,
         ..of.options.clone()
     };
     let (mut scene, time) = (of.scene.clone(), of.time);

@@ -75,6 +75,7 @@
 //! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
+//! | `sleep` | scenes at rest, whose steps cost no solve |
 //! | `elimination` | the order in which the constraints are eliminated |
 //! | `stepper/guarded` | the guard, and its implicit sub-steps |
 //! | `estimate` | the error of the load's position, by a companion run of longer steps |
@@ -126,6 +127,7 @@ mod report;
 mod saved;
 #[cfg(feature = "serde")]
 mod serde_forms;
+mod sleep;
 mod slip;
 mod stepper;
 
@@ -141,6 +143,7 @@ pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
+pub use sleep::Sleep;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
 pub use stepper::contact_problem::{ContactProblem, ContactSolution, Entry};

@@ -1,6 +1,6 @@
 //! How a scene is stepped: scheme, geometric stiffness, guard, time step, form and order of the linear system, backend.
 
-use crate::{ContactMethod, Elimination, StepError};
+use crate::{ContactMethod, Elimination, Sleep, StepError};
 use std::fmt;
 use std::str::FromStr;
 use taut_solver::Backend;
@@ -426,6 +426,9 @@ pub struct StepOptions {
     /// without.
     #[cfg_attr(feature = "serde", serde(default))]
     pub estimate: Option<usize>,
+    /// When the scene sleeps, if ever: its steps then cost no solve.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub sleep: Option<Sleep>,
 }
 
 impl Default for StepOptions {
@@ -449,6 +452,7 @@ impl Default for StepOptions {
             contacts: ContactMethod::default(),
             energy_tolerance: None,
             estimate: None,
+            sleep: None,
         }
     }
 }
@@ -502,6 +506,7 @@ impl StepOptions {
         self.stiffness.validate()?;
         self.guard.map_or(Ok(()), Guard::validate)?;
         self.contacts.validate()?;
+        self.sleep.map_or(Ok(()), Sleep::validate)?;
         let tolerance = self.energy_tolerance.unwrap_or(1.0);
         let sound = tolerance > 0.0 && tolerance.is_finite();
         check("energy_tolerance", tolerance, sound, "a finite number > 0")?;

@@ -171,6 +171,10 @@ pub struct StepReport {
     /// Events at the end of the step, of which [`Stepper::fired`](crate::Stepper::fired) has the names.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: usize,
+    /// Whether the scene slept through the step ([`Sleep`](crate::Sleep)): contacts and balance are then those of the last
+    /// step awake, and nothing was solved.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub asleep: bool,
     /// Time of each phase.
     pub phases: PhaseTimes,
 }
@@ -271,6 +275,7 @@ impl Tally {
             balance: self.balance,
             error: None,
             events: 0,
+            asleep: false,
             phases: self.phases,
         }
     }

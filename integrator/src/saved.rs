@@ -11,6 +11,7 @@ use crate::change::Moved;
 use crate::closing::UNKNOWN;
 use crate::contact::Known;
 use crate::history::History;
+use crate::sleep::Watch;
 use crate::stepper::balance::Account;
 use crate::stepper::{Stage, Stepper};
 use crate::{StepError, StepOptions};
@@ -62,6 +63,12 @@ pub struct SavedRun {
     drive: Vec<f64>,
     #[cfg_attr(feature = "serde", serde(default))]
     account: Account,
+    /// Of a scene that may sleep, what has been seen of its rest.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    watch: Option<Watch>,
     past: Past,
 }
 
@@ -125,6 +132,7 @@ impl SavedRun {
             velocity_change: to.bodies(&self.velocity_change),
             drive: to.rows(&self.drive),
             account: Account::default(),
+            watch: None,
             past: Past {
                 known,
                 rate: to.rows(&rate),
@@ -190,6 +198,13 @@ impl SavedRun {
         for numbers in by_row.into_iter().filter(|numbers| !numbers.is_empty()) {
             count("account", numbers.len(), rows)?;
             finite("account", numbers.iter())?;
+        }
+        if let Some(watch) = &self.watch {
+            let (numbers, counts) = watch.numbers();
+            finite("watch", numbers)?;
+            for found in counts {
+                count("watch", found, bodies)?;
+            }
         }
         if let Some(body) = self.fresh.iter().find(|body| **body >= bodies) {
             return Err(fault("fresh", format!("names body {body} of {bodies}")));
@@ -292,6 +307,7 @@ impl Stepper {
             velocity_change: numbers_of(&self.pieces.dv, bodies),
             drive: self.pieces.rows.phi_t.clone(),
             account: self.account.clone(),
+            watch: self.rest.as_ref().map(|rest| rest.watch.clone()),
             past: Past {
                 known: *known,
                 rate: rate.clone(),
@@ -353,6 +369,9 @@ impl Stepper {
         put_into(&mut stepper.pieces.v, &saved.velocity);
         put_into(&mut stepper.pieces.dv, &saved.velocity_change);
         stepper.account = saved.account;
+        if let (Some(rest), Some(watch)) = (&mut stepper.rest, saved.watch) {
+            rest.watch = watch;
+        }
         stepper.history.known = saved.past.known;
         stepper.history.rate = saved.past.rate;
         stepper.history.phi_t = saved.past.drive;

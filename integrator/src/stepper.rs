@@ -21,6 +21,7 @@ use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::report::Tally;
+use crate::sleep::Rest;
 use crate::slip::Slip;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
@@ -86,6 +87,8 @@ pub struct Stepper {
     pub(crate) substep_start: State,
     /// The guard's search along its Newton steps.
     pub(crate) search: Search,
+    /// Of a scene that may sleep.
+    pub(crate) rest: Option<Rest>,
     /// Since the last call that reports.
     pub(crate) tally: Tally,
     /// What estimates the error.
@@ -242,6 +245,7 @@ impl Stepper {
             step_start: state.clone(),
             substep_start: state,
             search: Search::new(rows, scene.bodies.len()),
+            rest: Rest::new(&scene, &options),
             tally: Tally::start(),
             companion: None,
             bounded: {
@@ -275,6 +279,9 @@ impl Stepper {
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        if let Some(report) = self.sleep_through()? {
+            return Ok(report);
+        }
         self.accompany();
         let mut report = self.tallied(|stepper| {
             // Before velocities go half a step back.
@@ -295,6 +302,7 @@ impl Stepper {
         report.error = self.estimate(&report);
         self.lift_and_land()?;
         report.events = self.fire()?;
+        self.watch(&report);
         Ok(report)
     }
 
@@ -381,6 +389,7 @@ impl Stepper {
     /// # Errors
     /// [`StepError::Solve`].
     pub fn solve(&mut self) -> Result<StepReport, StepError> {
+        self.wake();
         self.tallied(|stepper| {
             stepper.find_tension()?;
             stepper.solve_scheme(stepper.options.stiffness)

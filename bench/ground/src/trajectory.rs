@@ -38,6 +38,8 @@ pub struct Sample {
     pub implicit_substeps: usize,
     /// Events at the end of the step.
     pub events: usize,
+    /// Whether the scene slept through the step.
+    pub asleep: bool,
     /// What the step did with contacts.
     pub contacts: ContactReport,
     /// The error of the load's position so far, where the options ask for it.
@@ -297,6 +299,7 @@ impl Simulation {
             redone: report.redone,
             implicit_substeps: report.implicit_substeps,
             events: report.events,
+            asleep: report.asleep,
             contacts: report.contacts,
             error: report.error,
             phases: report.phases,

@@ -15,7 +15,7 @@ use taut_ground::files::{self, FileError, Output, Writing};
 use taut_ground::inputs::Inputs;
 use taut_ground::source;
 use taut_ground::trajectory::{self, Sample};
-use taut_integrator::{StepOptions, Stepper};
+use taut_integrator::{Sleep, StepOptions, Stepper};
 use taut_studies::options::{number, overrides, require_positive, steps};
 
 #[derive(Debug, Args)]
@@ -28,6 +28,10 @@ pub(crate) struct RunArgs {
     overrides: Vec<String>,
     #[command(flatten)]
     step: StepArgs,
+    /// Lets the scene sleep while it rests: no step then costs a solve, and nothing is farther than this from where it would
+    /// be awake, in oscillations of up to a minute (mm; without a number 1)
+    #[arg(long, value_name = "MM", num_args = 0..=1, require_equals = true, default_missing_value = "1", value_parser = number, allow_negative_numbers = true)]
+    sleep: Option<f64>,
     /// Simulated time (s); of a resumed run that from its state on
     #[arg(long, value_name = "S", default_value_t = 10.0, value_parser = number, allow_negative_numbers = true)]
     time: f64,
@@ -54,6 +58,7 @@ pub(crate) struct RunArgs {
     /// of the force of its contacts the norm, contact, and contact_x contact_y contact_z), of a joint (tension fx fy fz force bending twist drive gap), of a massless cable or of its part `NAME-2`, `NAME-3` … beyond a sheave with friction (tension drive gap length, and slip of a part over the sheave that it begins at);
     /// CABLE.tension, CABLE.SEGMENT.tension of a cable of segments, from 0; the name of a control; of the run: time
     /// load_x load_y load_z kinetic gravity elastic max_gap iterations step load_tension events contacts sliding groups error
+    /// asleep
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     columns: Vec<String>,
     /// Writes the summary and the path of the load to a file (`-` for standard output, which then holds nothing else)
@@ -66,7 +71,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "S", requires = "save", value_parser = number, allow_negative_numbers = true)]
     save_at: Option<f64>,
     /// Goes on with a saved run: its scene, solver and time step
-    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs", "estimate"])]
+    #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs", "estimate", "sleep"])]
     resume: Option<PathBuf>,
     /// Goes on with a run that was driven without its table: the controls keep their last values
     #[arg(long, requires = "resume", conflicts_with_all = ["scene", "controls"])]
@@ -129,6 +134,10 @@ fn prepared(args: &RunArgs, console: Console) -> Result<Prepared, Failure> {
     let options = StepOptions {
         energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
         estimate: estimate(args)?,
+        sleep: args.sleep.map(|distance| Sleep {
+            distance: 1e-3 * distance,
+            ..Sleep::default()
+        }),
         ..step_options(&args.step)?
     };
     let count = at_least_one_step(args.time, options.dt)?;

@@ -79,6 +79,12 @@ fn error(s: &Summary) -> Option<(&'static str, String)> {
     Some(("load error", text))
 }
 
+/// How much of it the scene slept through, for people.
+fn asleep(s: &Summary) -> Option<(&'static str, String)> {
+    let asleep = s.steps_asleep?;
+    Some(("asleep", format!("{asleep} of {} steps", s.steps)))
+}
+
 /// What came from nowhere, and from where the rest came.
 fn energy_excess(s: &Summary) -> String {
     let (Some(balance), Some(excess)) = (&s.balance, s.max_energy_excess) else {
@@ -192,6 +198,7 @@ pub fn text(s: &Summary) -> String {
     for (name, value) in rows
         .into_iter()
         .chain(error(s))
+        .chain(asleep(s))
         .chain(contacts(s))
         .chain(events)
         .chain(notes)

@@ -550,3 +550,42 @@ fn a_scene_that_is_lost_is_told_with_its_reason() {
         );
     }
 }
+
+/// A gantry at rest sleeps until its trolley is driven, and a run that was saved asleep goes on with the same bits.
+#[test]
+fn a_run_sleeps_on_request() {
+    let at = folder("sleeps");
+    fs::write(at.join("drive.csv"), "time,trolley_speed\n6,0\n6.5,0.3\n").expect("writable");
+    let run = "run gantry --set segments=3 --controls drive.csv";
+    let awake = json(&at, &format!("{run} --time 8 --json -"));
+    let slept = json(
+        &at,
+        &format!("{run} --time 8 --sleep --columns asleep --save half.json --save-at 5 --json -"),
+    );
+    assert!(awake.get("steps_asleep").is_none());
+    let asleep = slept["columns"]["asleep"].as_array().expect("a list");
+    let steps = asleep.iter().filter(|asleep| **asleep == 1.0).count();
+    assert_eq!(slept["steps_asleep"].as_u64(), Some(steps as u64));
+    assert!(asleep[299] == 1.0 && asleep[359] == 1.0 && asleep[361] == 0.0 && steps > 100);
+    let path = |run: &Value| -> Vec<[f64; 3]> {
+        serde_json::from_value(run["load"]["position"].clone()).expect("points")
+    };
+    let (path, other) = (path(&slept), path(&awake));
+    let pairs = path.iter().flatten().zip(other.iter().flatten());
+    let apart = pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(apart > 0.0 && apart < 1e-3, "{apart}");
+    let resumed = json(
+        &at,
+        "run --resume half.json --time 3 --controls drive.csv --json -",
+    );
+    assert_eq!(resumed["final_state"], slept["final_state"]);
+    assert_eq!(resumed["steps_asleep"].as_u64(), Some(60));
+    let told = good(&at, "run gantry --sleep=5 --time 5");
+    assert!(told.contains("asleep") && !good(&at, "run gantry --time 5").contains("asleep"));
+    refused(&at, "run gantry --sleep=-1", &["sleep.distance", "> 0"]);
+    refused(
+        &at,
+        "run --resume half.json --sleep",
+        &["--sleep", "--resume"],
+    );
+}
