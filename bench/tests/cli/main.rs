@@ -14,6 +14,8 @@ mod checks;
 mod columns;
 /// The gantry, driven by tables of inputs.
 mod driven;
+/// `taut run --error`, `--estimate`.
+mod error;
 /// `taut ledger`.
 mod ledger;
 /// `taut dump`, `taut solve`, `taut matrices`, `taut study matrix`: linear systems as files.

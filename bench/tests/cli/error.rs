@@ -1,0 +1,56 @@
+use crate::{folder, good, json, refused, taut, text};
+use serde_json::Value;
+
+const SWING: &str = "run hoist --set segments=6 --set equilibrium=true --set move_x=0.5 --time 2";
+
+fn error_mm(run: &Value) -> f64 {
+    let part = |name: &str| run["error"][name].as_f64().expect("a number");
+    1e3 * (part("time") + part("algebra") + part("segments"))
+}
+
+/// The sub-steps that are taken keep the error that is asked for, and half of them do not.
+#[test]
+fn sub_steps_keep_an_error() {
+    let at = folder("error");
+    let bare = json(&at, &format!("{SWING} --json -"));
+    assert!(error_mm(&bare) > 0.02, "{}", bare["error"]);
+    assert!(good(&at, SWING).contains("load error"));
+    let kept = json(&at, &format!("{SWING} --error 0.02 --json -"));
+    let substeps = kept["substeps"].as_u64().expect("a number");
+    assert!(substeps > 1 && error_mm(&kept) <= 0.02, "{substeps}");
+    let half = json(
+        &at,
+        &format!("{SWING} --substeps {} --json -", substeps / 2),
+    );
+    assert!(error_mm(&half) > 0.02);
+    let off = json(&at, &format!("{SWING} --estimate off --json -"));
+    assert!(off.get("error").is_none());
+    assert_eq!(off["final_state"], bare["final_state"]);
+}
+
+#[test]
+fn errors_that_cannot_be_kept_are_told() {
+    let at = folder("no_error");
+    refused(&at, &format!("{SWING} --estimate 1"), &["estimate", "2"]);
+    refused(
+        &at,
+        &format!("{SWING} --estimate x"),
+        &["--estimate", "off"],
+    );
+    refused(&at, &format!("{SWING} --error 0"), &["--error"]);
+    let both = format!("{SWING} --estimate off --error 1");
+    refused(&at, &both, &["--error", "--estimate off"]);
+    refused(
+        &at,
+        "run --resume x.json --error 1",
+        &["--error", "--resume"],
+    );
+    // The shape of two segments is wrong by more.
+    let output = taut(
+        &at,
+        "run hoist --set segments=3 --set initial_angle=1 --set mass_ratio=1 --time 1 --error 1e-3",
+    );
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let said = text(&output.stderr);
+    assert!(said.contains("sub-steps"), "{said}");
+}
