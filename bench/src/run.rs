@@ -18,6 +18,7 @@ use taut_integrator::{
     Stepper,
 };
 use taut_model::{Note, Scene, SceneSource};
+use taut_solver::Chosen;
 
 /// What a run is judged by, which only the parameters of its scene know.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -100,6 +101,9 @@ pub struct Summary {
     pub scene: String,
     /// Backend with its options.
     pub backend: String,
+    /// The solver that was chosen, where that is `auto`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub chosen: Option<ChosenSolver>,
     /// Form of the linear system.
     pub form: String,
     /// Order of the constraints that was taken.
@@ -189,6 +193,33 @@ pub struct Summary {
     pub iterations_mean: f64,
     /// State at the end.
     pub final_state: FinalState,
+}
+
+/// The solver that `auto` stands for.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ChosenSolver {
+    /// Backend with its options.
+    pub backend: String,
+    /// Predicted time of its factorisation and two solves \[ns of the machine that the prediction is from].
+    pub predicted_ns: Option<f64>,
+    /// The next best solver, and the same of it.
+    pub next: Option<(String, f64)>,
+    /// Why it was chosen.
+    pub reason: String,
+    /// Time that counting and choosing took \[ns].
+    pub analysis_ns: f64,
+}
+
+impl ChosenSolver {
+    fn of(chosen: &Chosen) -> Self {
+        Self {
+            backend: chosen.backend.to_string(),
+            predicted_ns: chosen.cost,
+            next: (chosen.next.as_ref()).map(|(next, time)| (next.to_string(), *time)),
+            reason: chosen.to_string(),
+            analysis_ns: chosen.analysis.as_nanos() as f64,
+        }
+    }
 }
 
 /// What is wanted of a run while it is made.
@@ -470,6 +501,7 @@ fn summary(
     Summary {
         scene: stepper.scene().name.clone(),
         backend: options.backend.to_string(),
+        chosen: stepper.chosen().map(ChosenSolver::of),
         form: options.form.to_string(),
         elimination: stepper.elimination().taken.to_string(),
         factor_entries: stepper.elimination().cost.map(|c| c.entries),

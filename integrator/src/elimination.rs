@@ -5,7 +5,7 @@
 //! degree. Which is the cheapest is counted on S = J M⁻¹ Jᵀ + Σ before anything is factorised, not guessed from the
 //! topology: constraints that share two bodies close loops and yet may cost nothing.
 
-use crate::{Form, StepOptions, UnknownName};
+use crate::{Form, UnknownName};
 use std::fmt;
 use std::str::FromStr;
 use taut_model::{Linearized, Scene, SceneError, Slot, Topology};
@@ -98,22 +98,23 @@ pub(crate) fn check_size(scene: &Scene, rows: &Linearized) -> Result<(), SceneEr
 }
 
 /// Nothing is counted beyond this.
-const MOST: EliminationCost = EliminationCost {
+pub(crate) const MOST: EliminationCost = EliminationCost {
     flops: 1_000_000_000_000_000,
     ..EliminationCost::MAX
 };
 
 /// Refuses what no machine factorises in the order of `pattern`.
 pub(crate) fn check_fill(
-    options: &StepOptions,
+    form: Form,
+    backend: &Backend,
     order: &EliminationOrder,
     pattern: &BlockPattern,
 ) -> Result<(), SolveError> {
-    let (backend, most) = (&options.backend, EliminationCost::LARGEST);
+    let most = EliminationCost::LARGEST;
     if !backend.keeps_order() {
         return Ok(());
     }
-    let cost = if options.form == Form::Kkt && !backend.is_iterative() {
+    let cost = if form == Form::Kkt && !backend.is_iterative() {
         let natural: Vec<usize> = (0..pattern.blocks()).collect();
         elimination_cost(pattern, &natural, MOST)?
     } else {
@@ -134,13 +135,24 @@ pub(crate) fn order_of(
     backend: &Backend,
 ) -> Result<EliminationOrder, SolveError> {
     let pattern = factorized(scene, rows, backend)?;
+    let mut orders = orders(wanted, scene, &pattern)?;
+    let taken = taken_by(backend, &orders, &pattern)?;
+    Ok(orders.swap_remove(taken))
+}
+
+/// The orders that a backend takes one of, the cheapest first.
+pub(crate) fn orders(
+    wanted: Elimination,
+    scene: &Scene,
+    pattern: &BlockPattern,
+) -> Result<Vec<EliminationOrder>, SolveError> {
     let counted = |taken, most| {
         let constraints = match taken {
             Elimination::Border => Topology::of(scene).order,
-            Elimination::MinimumDegree => minimum_degree(&pattern),
+            Elimination::MinimumDegree => minimum_degree(pattern),
             Elimination::Auto | Elimination::Scene => (0..pattern.blocks()).collect(),
         };
-        let cost = elimination_cost(&pattern, &constraints, most)?;
+        let cost = elimination_cost(pattern, &constraints, most)?;
         Ok(EliminationOrder {
             taken,
             constraints,
@@ -148,11 +160,11 @@ pub(crate) fn order_of(
         })
     };
     if wanted != Elimination::Auto {
-        return counted(wanted, MOST);
+        return Ok(vec![counted(wanted, MOST)?]);
     }
-    let unfilled = counted(Elimination::Scene, EliminationCost::without_fill(&pattern))?;
+    let unfilled = counted(Elimination::Scene, EliminationCost::without_fill(pattern))?;
     if unfilled.cost.is_some() {
-        return Ok(unfilled);
+        return Ok(vec![unfilled]);
     }
     // Minimum degree is counted first: it is seldom far from the cheapest, and so bounds what counting the others takes.
     let mut found = vec![counted(Elimination::MinimumDegree, MOST)?];
@@ -170,19 +182,28 @@ pub(crate) fn order_of(
     found.sort_by_key(flops);
     let most = twice(&found[0]);
     found.retain(|order| flops(order) <= most.flops);
+    Ok(found)
+}
+
+/// Which of the [`orders`] of a pattern a backend takes.
+pub(crate) fn taken_by(
+    backend: &Backend,
+    orders: &[EliminationOrder],
+    pattern: &BlockPattern,
+) -> Result<usize, SolveError> {
     let (mut taken, mut fewest) = (0, usize::MAX);
-    for (at, order) in found.iter().enumerate() {
-        let rows = backend.border_rows(&pattern, &order.constraints)?;
+    for (at, order) in orders.iter().enumerate().filter(|_| orders.len() > 1) {
+        let rows = backend.border_rows(pattern, &order.constraints)?;
         if let Some(rows) = rows.filter(|&rows| rows < fewest) {
             (taken, fewest) = (at, rows);
         }
     }
-    Ok(found.swap_remove(taken))
+    Ok(taken)
 }
 
 /// The pattern of what the backend factorises, constraint by constraint in the scene's order: S, its groups' diagonal
 /// parts, or its diagonal blocks.
-fn factorized(
+pub(crate) fn factorized(
     scene: &Scene,
     rows: &Linearized,
     backend: &Backend,
@@ -243,15 +264,12 @@ mod tests {
         let pattern = factorized(&scene, &rows, &Backend::Banded).unwrap();
         let own = order_of(Elimination::Scene, &scene, &rows, &Backend::Banded).unwrap();
         let refused = |backend: &str, cost| {
-            let options = StepOptions {
-                backend: backend.parse().unwrap(),
-                ..StepOptions::default()
-            };
             let order = EliminationOrder {
                 cost,
                 ..own.clone()
             };
-            check_fill(&options, &order, &pattern).is_err()
+            let backend = backend.parse().unwrap();
+            check_fill(Form::Schur, &backend, &order, &pattern).is_err()
         };
         let most = EliminationCost::LARGEST;
         let (entries, flops) = (most.entries + 1, most.flops + 1);

@@ -76,7 +76,7 @@
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
 //! | `sleep` | scenes at rest, whose steps cost no solve |
-//! | `elimination` | the order in which the constraints are eliminated |
+//! | `elimination`, `choice` | the order in which the constraints are eliminated; which solver `auto` stands for |
 //! | `stepper/guarded` | the guard, and its implicit sub-steps |
 //! | `estimate` | the error of the load's position, by a companion run of longer steps |
 //! | `stepper/potential` | the incremental potential that these minimise, and the search along their Newton steps |
@@ -104,6 +104,7 @@ mod access;
 mod assembly;
 mod bounded;
 mod change;
+mod choice;
 mod closing;
 mod contact;
 mod elimination;

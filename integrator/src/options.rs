@@ -514,12 +514,17 @@ impl StepOptions {
         let some = (2..=1000).contains(&every);
         check("estimate", every as f64, some, "between 2 and 1000 steps")?;
         if self.form == Form::Kkt && !self.backend.accepts_indefinite() {
-            return Err(StepError::FormNotAccepted {
-                backend: self.backend.to_string(),
-                form: self.form,
-            });
+            return Err(self.not_accepted());
         }
         Ok(())
+    }
+
+    /// The error of a backend that does not take the form.
+    pub(crate) fn not_accepted(&self) -> StepError {
+        StepError::FormNotAccepted {
+            backend: self.backend.to_string(),
+            form: self.form,
+        }
     }
 }
 

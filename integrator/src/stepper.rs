@@ -11,6 +11,7 @@ mod system;
 mod touching;
 
 use crate::bounded::Bounded;
+use crate::choice;
 use crate::closing::Closing;
 use crate::contact::Contacts;
 use crate::elimination::{self, EliminationOrder};
@@ -27,7 +28,7 @@ use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equil
 use nalgebra::Vector3;
 use taut_model::{Constraint, Scene};
 use taut_solver::{
-    Backend, Capabilities, DenseOptions, Foreign, LinearSolver, RefineScratch, SolveError,
+    Backend, Capabilities, Chosen, DenseOptions, Foreign, LinearSolver, RefineScratch, SolveError,
     SymBlockMatrix,
 };
 
@@ -44,6 +45,8 @@ pub struct Stepper {
     pub(crate) time: f64,
     pub(crate) solver: Box<dyn LinearSolver>,
     pub(crate) elimination: EliminationOrder,
+    /// The solver that [`Backend::Auto`] stands for.
+    pub(crate) chosen: Option<Chosen>,
     pub(crate) plan: Plan,
     pub(crate) matrix: SymBlockMatrix,
     /// Right-hand side and solution of the linear system, length `matrix.dim()`.
@@ -137,7 +140,7 @@ const TOO_FAST: &str = "runs over a sheave that turns by more than half a turn a
                         larger sheave";
 
 /// A solver's error before the first step.
-fn at_start(source: SolveError) -> StepError {
+pub(crate) fn at_start(source: SolveError) -> StepError {
     StepError::Solve {
         source,
         culprit: None,
@@ -201,15 +204,15 @@ impl Stepper {
         scene.lay_cables(0.0);
         let mut pieces = Pieces::new(&scene);
         elimination::check_size(&scene, &pieces.rows)?;
-        let elimination =
-            elimination::order_of(options.elimination, &scene, &pieces.rows, &options.backend)
-                .map_err(at_start)?;
+        let (elimination, chosen) = choice::order_and_solver(&options, &scene, &pieces.rows)?;
         let order = &elimination.constraints;
-        let plan = Plan::new(options.form, &scene, &pieces.rows, order).map_err(at_start)?;
-        elimination::check_fill(&options, &elimination, &plan.pattern).map_err(at_start)?;
+        let form = options.form;
+        let plan = Plan::new(form, &scene, &pieces.rows, order).map_err(at_start)?;
+        let backend = chosen.as_ref().map_or(&options.backend, |c| &c.backend);
+        elimination::check_fill(form, backend, &elimination, &plan.pattern).map_err(at_start)?;
         let mut solver = match given.take() {
             Some(solver) => solver,
-            None => options.backend.create().map_err(at_start)?,
+            None => backend.create().map_err(at_start)?,
         };
         if let Err(e) = solver.analyze(&plan.pattern) {
             *given = Some(solver);
@@ -259,6 +262,7 @@ impl Stepper {
             closing: Closing::new(pieces.rows.bounds.len()),
             pieces,
             elimination,
+            chosen,
             plan,
             ids: Identities::new(&scene),
             fired: Vec::new(),

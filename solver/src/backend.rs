@@ -35,6 +35,9 @@ pub enum Backend {
     NalgebraSparse,
     /// Dense LU with partial pivoting, for small systems.
     Dense(DenseOptions),
+    /// The direct solver that takes the least time by what is counted of a system: [`Chosen`](crate::Chosen). Whoever
+    /// makes the system lets it be chosen before the order; [`create`](Self::create) leaves it to the analysis of a pattern.
+    Auto,
     /// A solver from another crate.
     Foreign {
         /// The solver.
@@ -46,7 +49,7 @@ pub enum Backend {
 
 impl Backend {
     /// All backends with their default options: those of this crate in order of preference, then those
-    /// [registered](crate::register).
+    /// [registered](crate::register). [`Backend::Auto`] stands for one of them.
     #[must_use]
     pub fn all() -> Vec<Self> {
         let foreign = registered().iter().map(|&solver| Self::Foreign {
@@ -68,6 +71,11 @@ impl Backend {
             Self::Minres(MinresOptions::default()),
             Self::Dense(DenseOptions::default()),
         ]
+    }
+
+    /// What the names of this crate stand for.
+    pub(crate) fn own() -> impl Iterator<Item = Self> {
+        Self::built_in().into_iter().chain([Self::Auto])
     }
 
     /// The first backend of [`all`](Self::all) that is compiled in, so that a dependent crate picks its solver by
@@ -95,6 +103,7 @@ impl Backend {
             Self::Faer(_) => entry::FAER,
             Self::NalgebraSparse => entry::NALGEBRA_SPARSE,
             Self::Dense(_) => entry::DENSE,
+            Self::Auto => entry::AUTO,
             Self::Foreign { solver, .. } => solver.entry,
         }
     }
@@ -121,7 +130,7 @@ impl Backend {
     #[must_use]
     pub fn accepts_indefinite(&self) -> bool {
         match self {
-            Self::Banded | Self::Minres(_) | Self::Umfpack(_) | Self::Dense(_) => true,
+            Self::Banded | Self::Minres(_) | Self::Umfpack(_) | Self::Dense(_) | Self::Auto => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Llt,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::NalgebraSparse => false,
             Self::Foreign { solver, .. } => solver.capabilities.indefinite,
@@ -134,7 +143,7 @@ impl Backend {
         match self {
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::Minres(_) => true,
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => false,
-            Self::NalgebraSparse | Self::Dense(_) => false,
+            Self::NalgebraSparse | Self::Dense(_) | Self::Auto => false,
             Self::Foreign { solver, .. } => solver.capabilities.iterative,
         }
     }
@@ -150,7 +159,7 @@ impl Backend {
             }
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::Minres(_) => i == j,
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => true,
-            Self::NalgebraSparse | Self::Dense(_) => true,
+            Self::NalgebraSparse | Self::Dense(_) | Self::Auto => true,
             Self::Foreign { .. } => !self.is_iterative() || i == j,
         }
     }
@@ -160,7 +169,7 @@ impl Backend {
     #[must_use]
     pub fn keeps_order(&self) -> bool {
         match self {
-            Self::Banded | Self::NalgebraSparse => true,
+            Self::Banded | Self::NalgebraSparse | Self::Auto => true,
             Self::Faer(o) => o.factorization != FaerFactorization::Lu,
             Self::Minres(_) | Self::Umfpack(_) | Self::Dense(_) => false,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) => self.factorizes_groups(),
@@ -187,7 +196,7 @@ impl Backend {
     ) -> Result<Option<usize>, SolveError> {
         match self {
             #[cfg(feature = "banded")]
-            Self::Banded => crate::backends::banded::border_rows(pattern, order),
+            Self::Banded | Self::Auto => crate::backends::banded::border_rows(pattern, order),
             _ => crate::ordering::positions(order, pattern.blocks()).map(|_| None),
         }
     }
@@ -207,7 +216,7 @@ impl Backend {
             Self::Minres(o) => Some(o.iterations),
             Self::Foreign { options, .. } if self.is_iterative() => option(options, "iterations"),
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => None,
-            Self::NalgebraSparse | Self::Dense(_) | Self::Foreign { .. } => None,
+            Self::NalgebraSparse | Self::Dense(_) | Self::Auto | Self::Foreign { .. } => None,
         }
     }
 
@@ -220,7 +229,7 @@ impl Backend {
             Self::Minres(o) => Some(o.tolerance),
             Self::Foreign { solver, options } => solver.tolerance(options),
             Self::Banded | Self::Umfpack(_) | Self::Faer(_) => None,
-            Self::NalgebraSparse | Self::Dense(_) => None,
+            Self::NalgebraSparse | Self::Dense(_) | Self::Auto => None,
         }
     }
 
@@ -282,6 +291,7 @@ impl Backend {
                 backends::nalgebra_sparse::NalgebraSparse::default(),
             )),
             Self::Dense(o) => Ok(backends::dense::create(*o)),
+            Self::Auto => Ok(Box::new(crate::auto::Auto::default())),
             Self::Foreign { solver, options } => Ok(Box::new(solver.make(options)?)),
             #[allow(unreachable_patterns)] // those compiled in
             Self::Banded
@@ -316,6 +326,7 @@ impl Backend {
             | Self::Umfpack(_)
             | Self::Faer(_)
             | Self::NalgebraSparse
+            | Self::Auto
             | Self::Foreign { .. } => {
                 return Err(SolveError::NotSymmetric {
                     backend: self.name(),
@@ -329,7 +340,7 @@ impl fmt::Display for Backend {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.name())?;
         match self {
-            Self::Banded | Self::NalgebraSparse => Ok(()),
+            Self::Banded | Self::NalgebraSparse | Self::Auto => Ok(()),
             Self::GaussSeidel(o) => {
                 let partition = match o.partition {
                     Partition::Joints => "joints",
@@ -377,9 +388,7 @@ impl fmt::Display for Backend {
             }),
             // Handed over as a value: no text means this one.
             Self::Foreign { solver, .. }
-                if Self::built_in()
-                    .iter()
-                    .any(|b| b.name() == solver.entry.name) =>
+                if Self::own().any(|own| own.name() == solver.entry.name) =>
             {
                 f.write_str(":handed-over")
             }
@@ -424,7 +433,10 @@ impl fmt::Display for ParseBackendError {
             Self::UnknownName { name } => {
                 let names: Vec<&str> = Backend::all().iter().map(Backend::name).collect();
                 let names = names.join(", ");
-                write!(f, "unknown backend `{name}`: choose one of {names}")
+                write!(
+                    f,
+                    "unknown backend `{name}`: choose one of {names}, or auto"
+                )
             }
             Self::Refused {
                 backend,
@@ -458,6 +470,7 @@ impl FromStr for Backend {
         };
         let mut backend = Self::all()
             .into_iter()
+            .chain([Self::Auto])
             .find(|b| b.name() == name)
             .ok_or_else(unknown)?;
         if let Self::Foreign { solver, options } = &mut backend {
@@ -530,7 +543,9 @@ impl Backend {
                 "extended" => o.precision = Precision::Extended,
                 _ => return false,
             },
-            Self::Banded | Self::NalgebraSparse | Self::Foreign { .. } => return false,
+            Self::Banded | Self::NalgebraSparse | Self::Auto | Self::Foreign { .. } => {
+                return false;
+            }
         }
         value.is_empty()
     }

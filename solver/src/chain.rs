@@ -90,6 +90,11 @@ impl Chain {
         Self::of(&all, pattern, level)
     }
 
+    /// Whether some block rows and columns of matrices of `pattern`, ascending, are one.
+    pub(crate) fn is(blocks: &[usize], pattern: &BlockPattern) -> bool {
+        places::size_of_chain(pattern, blocks).is_some()
+    }
+
     /// The same for some block rows and columns of these matrices, ascending.
     pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
         let places = Places::new(pattern, blocks)?;

@@ -114,3 +114,11 @@ pub(crate) const DENSE: Entry = Entry {
     colour: [128, 128, 128],
     ..Entry::own("dense")
 };
+
+pub(crate) const AUTO: Entry = Entry {
+    feature: None,
+    licence: "that of the solver chosen",
+    colour: [90, 90, 90],
+    rows: &["auto"],
+    ..Entry::own("auto")
+};

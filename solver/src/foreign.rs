@@ -134,7 +134,7 @@ pub(crate) fn registered() -> &'static [Foreign] {
 /// # Errors
 /// A name that cannot be told from options or is taken, a row that is none of this solver, a second call.
 pub fn register(solvers: &[Foreign]) -> Result<(), RegisterError> {
-    let mut names: Vec<&str> = Backend::built_in().iter().map(Backend::name).collect();
+    let mut names: Vec<&str> = Backend::own().map(|own| own.name()).collect();
     for solver in solvers {
         solver.check(&names)?;
         names.push(solver.entry.name);

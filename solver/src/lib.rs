@@ -54,6 +54,7 @@
 //! | `pattern`, `matrix` | what a system is |
 //! | `general`, `convert` | square matrices that are not symmetric, and who solves them; matrices of other libraries |
 //! | `backend`, `options`, `backends/` | the choice of a backend; its options; one file for each |
+//! | `auto`, `cost` | the solver that takes the least time; what each takes, from counts |
 //! | `entry`, `foreign`, `checked` | how a solver is listed; solvers of other crates; a guard around them |
 //! | `phases`, `error` | the checks that all of them make of their input; what can go wrong |
 //! | [`agreement`] | what every backend has to get right, for backends from elsewhere too |
@@ -87,6 +88,7 @@
 mod accuracy;
 pub mod agreement;
 mod aligned;
+mod auto;
 mod backend;
 mod backends;
 mod batch;
@@ -95,6 +97,7 @@ mod chain;
 mod checked;
 mod claim;
 mod convert;
+mod cost;
 pub mod coulomb;
 mod double_double;
 mod entry;
@@ -121,12 +124,14 @@ mod slices;
 pub use accuracy::{
     BackwardError, backward_error, backward_error_general, forward_error, norm_inf, residual,
 };
+pub use auto::Chosen;
 pub use backend::{Backend, ParseBackendError};
 pub use batch::{
     BatchBanded, BatchError, BatchMatrix, batch_get_four, batch_index, batch_len, batch_set_four,
 };
 pub use checked::{Checked, Fault};
 pub use convert::ConvertError;
+pub use cost::{Counts, TERMS};
 pub use double_double::DoubleDouble;
 pub use entry::Entry;
 pub use error::SolveError;

@@ -1,6 +1,6 @@
 //! The summary of a run, for people.
 
-use super::Summary;
+use super::{ChosenSolver, Summary};
 use std::fmt::Write;
 
 /// Part of the extent of a motion beyond which its error is told to be no small one.
@@ -104,6 +104,14 @@ fn energy_excess(s: &Summary) -> String {
     )
 }
 
+/// The solver, and which it was where it was chosen.
+fn solver(s: &Summary) -> String {
+    match &s.chosen {
+        Some(chosen) => format!("{}: {}", s.backend, chosen.backend),
+        None => s.backend.clone(),
+    }
+}
+
 /// The summary for people.
 #[must_use]
 pub fn text(s: &Summary) -> String {
@@ -134,7 +142,7 @@ pub fn text(s: &Summary) -> String {
             "solver",
             format!(
                 "{} ({} form, {} order, {} refinement{})",
-                s.backend,
+                solver(s),
                 s.form,
                 s.elimination,
                 s.refinements,
@@ -193,10 +201,13 @@ pub fn text(s: &Summary) -> String {
         ("phases", phases.join(", ")),
     ];
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
+    let why = |c: &ChosenSolver| format!("in {}: {}", ns(c.analysis_ns), c.reason);
+    let chosen = s.chosen.iter().map(|c| ("chosen", why(c)));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
     for (name, value) in rows
         .into_iter()
+        .chain(chosen)
         .chain(error(s))
         .chain(asleep(s))
         .chain(contacts(s))

@@ -5,7 +5,7 @@
 use crate::options::Refused;
 use crate::study::Study;
 use crate::{
-    accuracy, energy, engines, estimate, hard, iterative, kernels, ladder, linear, matrix, paper,
+    accuracy, auto, energy, engines, estimate, hard, iterative, kernels, ladder, linear, matrix, paper,
     scenes, sequence, shocks, stability, statics,
 };
 use clap::ArgMatches;
@@ -28,6 +28,7 @@ pub const STUDIES: [&Study; 12] = [
     SCENES,
     &matrix::STUDY,
     &sequence::STUDY,
+    &auto::STUDY,
     &shocks::STUDY,
     &stability::STUDY,
     &energy::STUDY,

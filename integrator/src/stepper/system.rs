@@ -179,7 +179,7 @@ impl Stepper {
             }
         }
         if self.options.warm_start {
-            if self.options.form == Form::Kkt && self.options.backend.is_iterative() {
+            if self.options.form == Form::Kkt && self.backend().is_iterative() {
                 // Direct solvers ignore the guess.
                 self.pieces.update_velocity_change(&self.mu);
             }

@@ -12,10 +12,10 @@
 use super::direct::{Common, Direct};
 use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
-use crate::chain::bordered::Bordered;
-use crate::chain::leaves::Leaves;
+use crate::chain::bordered::{self, Bordered};
+use crate::chain::leaves::{self, Leaves};
 use crate::error::columns;
-use crate::ordering::expect_affordable;
+use crate::ordering::{expect_affordable, positions};
 use crate::singularity::{SingularityTest, WEAK};
 use crate::{AnalyzeReport, BlockPattern, FactorReport, SolveError, SymBlockMatrix};
 use std::sync::Arc;
@@ -76,6 +76,7 @@ impl Fast {
         chain(&all).map(whole).or_else(on_leaves).or_else(last)
     }
 
+    #[cfg(test)]
     /// Scalar rows of the border.
     fn border_rows(&self) -> usize {
         match &self.rest {
@@ -113,14 +114,27 @@ impl Fast {
 }
 
 /// Scalar rows of the border where blocks of positive definite matrices of `pattern`, taken in `order` (position → block),
-/// are a chain with leaves and a border, 0 where they are less; `None` where they are more.
+/// are a chain with leaves and a border, 0 where they are less; `None` where they are more: those of [`Fast::new`].
 pub(crate) fn border_rows(
     pattern: &BlockPattern,
     order: &[usize],
 ) -> Result<Option<usize>, SolveError> {
-    let permuted = Arc::new(pattern.permuted(order)?);
-    let fast = Fast::new(&permuted, Level::best());
-    Ok(fast.map(|fast| fast.border_rows()))
+    positions(order, pattern.blocks())?;
+    let all: Vec<usize> = (0..pattern.blocks()).collect();
+    let permuted;
+    let pattern = if *order == all {
+        pattern
+    } else {
+        permuted = pattern.permuted(order)?;
+        &permuted
+    };
+    let chain = |of: &[usize]| Chain::is(of, pattern).then_some(0);
+    let on_leaves = || {
+        let others = leaves::others(pattern)?;
+        chain(&others).or_else(|| bordered::border_rows(&others, pattern))
+    };
+    let last = || bordered::border_rows(&all, pattern);
+    Ok(chain(&all).or_else(on_leaves).or_else(last))
 }
 
 impl Direct for Banded {
@@ -303,7 +317,10 @@ mod tests {
                     let fast = Fast::new(a.pattern(), level).expect("a fast way");
                     assert!(fast.leaves.is_some());
                     // One block closes a ring.
-                    assert_eq!(fast.border_rows(), if ring { size } else { 0 }, "{hooks:?}");
+                    let rows = if ring { size } else { 0 };
+                    assert_eq!(fast.border_rows(), rows, "{hooks:?}");
+                    let order: Vec<usize> = (0..a.pattern().blocks()).collect();
+                    assert_eq!(border_rows(a.pattern(), &order), Ok(Some(rows)));
                     solver.fast = Some(fast);
                     let mut x = vec![f64::NAN; b.len()];
                     // Twice: nothing is left of the first.

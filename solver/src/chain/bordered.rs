@@ -10,6 +10,7 @@
 //! s = S⁻¹ (b − Vᵀ D⁻¹ y), and the backward pass of D⁻¹ (y − V s): block LDLᵀ in an order of the blocks, as stable as any.
 
 use super::Chain;
+use super::places::size_of_chain;
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{OneByOne, Scalar, unit_lower_solve, unit_upper_solve};
 use crate::singularity::WEAK;
@@ -53,9 +54,7 @@ impl Bordered {
     /// For some block rows and columns (ascending) of matrices of `pattern`, if they are a chain but for a border of few
     /// rows. Allocates all that is needed.
     pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let border = border(blocks, pattern)?;
-        let inside = |j: &usize| border.binary_search(j).is_err();
-        let inside: Vec<usize> = blocks.iter().copied().filter(inside).collect();
+        let (border, inside) = split(blocks, pattern)?;
         let chain = Chain::of(&inside, pattern, level)?;
         let (mut rows, mut all) = (Vec::new(), Vec::new());
         for block in border {
@@ -84,6 +83,7 @@ impl Bordered {
         })
     }
 
+    #[cfg(test)]
     /// Scalar rows of the border.
     pub(crate) fn border_rows(&self) -> usize {
         self.rows.len()
@@ -159,6 +159,21 @@ impl Bordered {
         }
         self.chain.half = half;
     }
+}
+
+/// The border and the other blocks, ascending; `None` where the border has too many rows.
+fn split(blocks: &[usize], pattern: &BlockPattern) -> Option<(Vec<usize>, Vec<usize>)> {
+    let border = border(blocks, pattern)?;
+    let inside = |j: &usize| border.binary_search(j).is_err();
+    let inside = blocks.iter().copied().filter(inside).collect();
+    Some((border, inside))
+}
+
+/// Scalar rows of the border of [`Bordered::of`], where there is one.
+pub(crate) fn border_rows(blocks: &[usize], pattern: &BlockPattern) -> Option<usize> {
+    let (border, inside) = split(blocks, pattern)?;
+    size_of_chain(pattern, &inside)?;
+    Some(border.iter().map(|&j| pattern.size(j)).sum())
 }
 
 /// The fewest blocks, found greedily, without which the others are a chain; `None` where they have too many rows.

@@ -140,6 +140,12 @@ const MOST_NEIGHBOURS: usize = 4;
 /// Most rows of a leaf.
 const MOST_ROWS: usize = 6;
 
+/// The blocks that are no leaves, ascending; `None` where all are none.
+pub(crate) fn others(pattern: &BlockPattern) -> Option<Vec<usize>> {
+    let (leaves, others) = split(pattern);
+    (!leaves.is_empty()).then_some(others)
+}
+
 impl Leaves {
     /// The leaves of matrices of `pattern` and the other blocks, ascending; `None` where there are none. Allocates all
     /// that is needed.

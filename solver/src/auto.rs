@@ -1,0 +1,159 @@
+//! The solver that `auto` stands for: of those compiled in the one that takes the least time by what is counted of the
+//! system ([`Backend::predicted`]).
+
+use crate::{
+    AnalyzeReport, Backend, BlockPattern, Counts, FactorReport, LinearSolver, SolveError,
+    SolveReport, SymBlockMatrix,
+};
+use std::fmt;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// The solver that was chosen; its text is the reason.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chosen {
+    /// The solver.
+    pub backend: Backend,
+    /// Predicted time of its factorisation and two solves \[ns of the machine that the coefficients are from]; none of one
+    /// that iterates.
+    pub cost: Option<f64>,
+    /// The next best solver with its predicted time; none where there was no other.
+    pub next: Option<(Backend, f64)>,
+    /// What was counted of the system.
+    pub counts: Counts,
+    /// Time that counting and choosing took.
+    pub analysis: Duration,
+}
+
+impl Chosen {
+    /// The one that takes the least predicted time, the first of equal ones, each with the counts of the order that it
+    /// would have. `None` among none.
+    #[must_use]
+    pub fn among(candidates: &[(Backend, Counts)]) -> Option<Self> {
+        let timed = |(backend, counts): &(Backend, Counts)| (backend.predicted(counts));
+        let mut timed: Vec<_> = candidates.iter().map(|c| (timed(c), c)).collect();
+        // Without a prediction last.
+        let time = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
+        timed.sort_by(|a, b| time(a.0).total_cmp(&time(b.0)));
+        let (cost, (backend, counts)) = *timed.first()?;
+        let next = timed
+            .get(1)
+            .and_then(|(t, (b, _))| Some((b.clone(), (*t)?)));
+        Some(Self {
+            backend: backend.clone(),
+            cost,
+            next,
+            counts: *counts,
+            analysis: Duration::ZERO,
+        })
+    }
+
+    /// For matrices of `pattern`, of which nothing else is known: they may be indefinite.
+    fn of(pattern: &BlockPattern) -> Result<Self, SolveError> {
+        let begun = Instant::now();
+        let counts = Counts::in_order(pattern)?;
+        let order: Vec<usize> = (0..pattern.blocks()).collect();
+        let mut candidates = Vec::new();
+        for backend in Backend::candidates(true) {
+            let border = backend.border_rows(pattern, &order)?;
+            candidates.push((backend, Counts { border, ..counts }));
+        }
+        // The dense solver is always there.
+        let none = SolveError::NotCompiled {
+            backend: "auto",
+            feature: "banded",
+        };
+        let chosen = Self::among(&candidates).ok_or(none)?;
+        Ok(Self {
+            analysis: begun.elapsed(),
+            ..chosen
+        })
+    }
+}
+
+impl fmt::Display for Chosen {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Counts {
+            rows,
+            factor,
+            border,
+            ..
+        } = self.counts;
+        match border {
+            Some(0) => write!(f, "{rows} rows that are a chain")?,
+            Some(border) => write!(f, "{rows} rows that are a chain with a border of {border}")?,
+            None => write!(
+                f,
+                "{rows} rows, {} entries of the factor, {:.1e} operations",
+                factor.entries, factor.flops as f64
+            )?,
+        }
+        match (&self.next, self.cost) {
+            (Some((next, time)), Some(cost)) => write!(
+                f,
+                ": predicted to take {:.2} of the time of {next}, the next",
+                cost / time
+            ),
+            _ => f.write_str(": no other solver compiled in takes them"),
+        }
+    }
+}
+
+/// The solver of [`Backend::Auto`], chosen for each pattern.
+#[derive(Default)]
+pub(crate) struct Auto {
+    /// `None` before `analyze`.
+    solver: Option<Box<dyn LinearSolver>>,
+}
+
+impl Auto {
+    fn analyzed(&mut self, called: &'static str) -> Result<&mut Box<dyn LinearSolver>, SolveError> {
+        let needs = "analyze";
+        let too_early = SolveError::OutOfOrder { called, needs };
+        self.solver.as_mut().ok_or(too_early)
+    }
+}
+
+impl LinearSolver for Auto {
+    fn name(&self) -> &'static str {
+        Backend::Auto.name()
+    }
+
+    fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
+        let mut solver = Chosen::of(pattern)?.backend.create()?;
+        let report = solver.analyze(pattern)?;
+        self.solver = Some(solver);
+        Ok(report)
+    }
+
+    fn factorize(&mut self, a: &SymBlockMatrix) -> Result<FactorReport, SolveError> {
+        self.analyzed("factorize")?.factorize(a)
+    }
+
+    fn solve(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.analyzed("solve")?.solve(a, b, x)
+    }
+
+    fn solve_unjudged(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.analyzed("solve")?.solve_unjudged(a, b, x)
+    }
+
+    fn solve_many(
+        &mut self,
+        a: &SymBlockMatrix,
+        b: &[f64],
+        x: &mut [f64],
+    ) -> Result<SolveReport, SolveError> {
+        self.analyzed("solve")?.solve_many(a, b, x)
+    }
+}

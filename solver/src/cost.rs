@@ -1,0 +1,173 @@
+//! What a direct solver takes for one system, predicted from counts: how the cheapest is chosen before anything is
+//! factorised ([`Backend::Auto`]).
+//!
+//! The time of a factorisation with two solves, as a step makes them, is taken to be a sum of counts,
+//!
+//! ```text
+//! t = c₀ + c₁ n + c₂ e + c₃ f + c₄ b + c₅ u + c₆ r e
+//! ```
+//!
+//! with n scalar rows, e entries and f operations of the factor, b its blocks and u the products of two of them, r rows of a
+//! border. The c are a way's own: a *way* is a piece of code, of which a backend has one or two. Entries and operations are
+//! counted block by block ([`elimination_cost`]), b and u follow from them and the mean block of the matrix. Nothing is
+//! measured when a solver is chosen, so that the choice is the same on every machine and in every run.
+
+use crate::{
+    Backend, BlockPattern, EliminationCost, FaerFactorization, SolveError, elimination_cost,
+};
+
+/// What is counted of a system whose blocks are eliminated in some order.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Counts {
+    /// Scalar rows.
+    pub rows: usize,
+    /// Block rows.
+    pub blocks: usize,
+    /// Mean entries of a stored block.
+    pub block: f64,
+    /// Of the block LDLᵀ in that order.
+    pub factor: EliminationCost,
+    /// Rows of the border where `banded` takes the system as a chain ([`Backend::border_rows`]).
+    pub border: Option<usize>,
+}
+
+/// Number of counts that a time is a sum of.
+pub const TERMS: usize = 7;
+
+/// A piece of code that factorises, with the time of each of the counts \[ns].
+struct Way {
+    name: &'static str,
+    times: [f64; TERMS],
+}
+
+/// Least squares of `taut study auto --fit`: relative errors of the linear solve with one refinement, on scenes that the
+/// study's own are not among, on an EPYC with AVX-512.
+#[rustfmt::skip]
+const WAYS: [Way; 7] = [
+    //                               call    row  entry   flop  block update border
+    Way { name: "chain",   times: [ 500.0,  4.00, 0.600, 0.100,   0.0,   0.0, 0.800] },
+    Way { name: "blocks",  times: [ 500.0, 10.00, 2.000, 0.250,  10.0,   5.0, 0.000] },
+    Way { name: "entries", times: [1000.0, 10.00, 6.000, 1.000,   0.0,   0.0, 0.000] },
+    Way { name: "panels",  times: [2000.0, 60.00, 6.000, 0.200,   0.0,   0.0, 0.000] },
+    Way { name: "columns", times: [1000.0, 20.00, 8.000, 1.500,   0.0,   0.0, 0.000] },
+    Way { name: "fronts",  times: [9000.0, 90.00, 9.000, 0.400,   0.0,   0.0, 0.000] },
+    Way { name: "dense",   times: [ 500.0, 10.00, 3.000, 0.500,   0.0,   0.0, 0.000] },
+];
+
+/// Operations for each entry of the factor from which on faer works on panels: 9 of its own, which are half as many and
+/// 1.5 for each entry besides.
+const PANELS: f64 = 15.0;
+
+impl Counts {
+    /// Of a system of `pattern` in an order of this cost.
+    #[must_use]
+    pub fn new(pattern: &BlockPattern, factor: EliminationCost, border: Option<usize>) -> Self {
+        Self {
+            rows: pattern.dim(),
+            blocks: pattern.blocks(),
+            block: pattern.stored_values() as f64 / pattern.stored_blocks().max(1) as f64,
+            factor,
+            border,
+        }
+    }
+
+    /// Of a system in the order of its pattern, for solvers that are given no border to make.
+    ///
+    /// # Errors
+    /// Those of [`elimination_cost`].
+    pub fn in_order(pattern: &BlockPattern) -> Result<Self, SolveError> {
+        let order: Vec<usize> = (0..pattern.blocks()).collect();
+        // What is dearer is refused by all that keep the order.
+        let most = EliminationCost::LARGEST;
+        let cost = elimination_cost(pattern, &order, most)?.unwrap_or(most);
+        Ok(Self::new(pattern, cost, None))
+    }
+
+    /// 1, n, e, f, b, u, r e.
+    fn terms(&self) -> [f64; TERMS] {
+        let (entries, flops) = (self.factor.entries as f64, self.factor.flops as f64);
+        let block = self.block.max(1.0);
+        [
+            1.0,
+            self.rows as f64,
+            entries,
+            flops,
+            entries / block,
+            0.5 * flops / block.powf(1.5),
+            self.border.unwrap_or(0) as f64 * entries,
+        ]
+    }
+
+    /// Of the same system as a dense one without symmetry.
+    fn dense(self) -> Self {
+        let rows = self.rows as u64;
+        let entries = rows.saturating_mul(rows);
+        let flops = entries.saturating_mul(rows) / 3 * 2;
+        Self {
+            factor: EliminationCost { entries, flops },
+            ..self
+        }
+    }
+
+    /// Whether faer works on panels, not entry by entry.
+    fn makes_panels(&self) -> bool {
+        let mean_rows = self.rows as f64 / self.blocks.max(1) as f64;
+        let upper = self.rows as f64 * (mean_rows - 1.0) * 0.5;
+        let (entries, flops) = (self.factor.entries as f64, self.factor.flops as f64);
+        flops > PANELS * (entries - upper)
+    }
+}
+
+impl Backend {
+    /// The way that it goes for a system of these counts, its name and the counts that its time is a sum of; `None` where
+    /// it iterates or is of another crate.
+    #[must_use]
+    pub fn way(&self, counts: &Counts) -> Option<(&'static str, [f64; TERMS])> {
+        let way = |at: usize, counts: &Counts| Some((WAYS[at].name, counts.terms()));
+        match self {
+            Self::Banded if counts.border.is_some() => way(0, counts),
+            Self::Banded => way(1, counts),
+            Self::Faer(o) if o.factorization == FaerFactorization::Lu => way(5, counts),
+            Self::Faer(_) if counts.makes_panels() => way(3, counts),
+            Self::Faer(_) => way(2, counts),
+            Self::NalgebraSparse => way(4, counts),
+            Self::Umfpack(_) => way(5, counts),
+            Self::Dense(_) => way(6, &counts.dense()),
+            _ => None,
+        }
+    }
+
+    /// Predicted time of a factorisation and two solves \[ns of the machine that the coefficients are from].
+    #[must_use]
+    pub fn predicted(&self, counts: &Counts) -> Option<f64> {
+        let (name, terms) = self.way(counts)?;
+        let way = WAYS.iter().find(|way| way.name == name)?;
+        Some(terms.iter().zip(way.times).map(|(x, time)| x * time).sum())
+    }
+
+    /// The solvers that [`Backend::Auto`] chooses from, in order of preference: those compiled in that factorise and take
+    /// the systems asked for, `indefinite` ones such as the KKT matrix or not. Where the dense one is the only one, the first
+    /// that iterates takes its place.
+    #[must_use]
+    pub fn candidates(indefinite: bool) -> Vec<Self> {
+        let compiled = Self::built_in().into_iter().filter(Self::is_compiled);
+        Self::fitting(compiled, indefinite)
+    }
+
+    /// Those of them that are candidates.
+    pub(crate) fn fitting(all: impl Iterator<Item = Self>, indefinite: bool) -> Vec<Self> {
+        let fits = |b: &Self| !indefinite || b.accepts_indefinite();
+        let (iterative, mut direct): (Vec<Self>, Vec<Self>) =
+            all.filter(fits).partition(Self::is_iterative);
+        for backend in &mut direct {
+            if let Self::Umfpack(options) = backend {
+                // Whoever chooses refines.
+                options.refinement_steps = 0;
+            }
+        }
+        match (&direct[..], iterative.into_iter().next()) {
+            ([] | [Self::Dense(_)], Some(first)) => vec![first],
+            _ => direct,
+        }
+    }
+}
