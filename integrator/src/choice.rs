@@ -23,15 +23,25 @@ pub(crate) fn order_and_solver(
     }
     let begun = Instant::now();
     let candidates = Backend::candidates(options.form == Form::Kkt);
-    let chosen = match options.form {
-        Form::Kkt => of_kkt(options, scene, rows, candidates),
-        Form::Schur => of_schur(options, scene, rows, candidates),
-    };
-    let (order, chosen) = chosen
-        .map_err(at_start)?
-        .ok_or_else(|| options.not_accepted())?;
+    let (order, chosen) = among(options, scene, rows, candidates)?;
     let analysis = begun.elapsed();
     Ok((order, Some(Chosen { analysis, ..chosen })))
+}
+
+/// The best of the candidates, with its order.
+fn among(
+    options: &StepOptions,
+    scene: &Scene,
+    rows: &Linearized,
+    candidates: Vec<Backend>,
+) -> Result<(EliminationOrder, Chosen), StepError> {
+    let found = match options.form {
+        Form::Schur => of_schur(options, scene, rows, candidates),
+        Form::Kkt => of_kkt(options, scene, rows, candidates),
+    };
+    found
+        .map_err(at_start)?
+        .ok_or_else(|| options.not_accepted())
 }
 
 type Found = Result<Option<(EliminationOrder, Chosen)>, SolveError>;
@@ -98,5 +108,101 @@ impl Stepper {
     pub fn backend(&self) -> &Backend {
         let chosen = self.chosen.as_ref();
         chosen.map_or(&self.options.backend, |chosen| &chosen.backend)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taut_model::named;
+    use taut_solver::{CgOptions, DenseOptions};
+
+    fn auto(form: Form) -> StepOptions {
+        StepOptions {
+            form,
+            backend: Backend::Auto,
+            refinements: 1,
+            ..StepOptions::default()
+        }
+    }
+
+    fn stepped(scene: &Scene, options: StepOptions) -> Stepper {
+        let mut stepper = Stepper::new(scene.clone(), options).unwrap();
+        for _ in 0..10 {
+            stepper.step().unwrap();
+        }
+        stepper
+    }
+
+    /// In the same order with the same bits, and so after it was saved and restored, or changed.
+    #[test]
+    fn it_steps_as_the_solver_that_was_chosen() {
+        for form in [Form::Schur, Form::Kkt] {
+            for name in ["hoist", "ring", "gantry", "net"] {
+                let scene = named(name).unwrap();
+                let mut own = stepped(&scene, auto(form));
+                assert_eq!(own.options().backend, Backend::Auto);
+                let chosen = own.chosen().unwrap().backend.clone();
+                assert_eq!(*own.backend(), chosen);
+                let options = StepOptions {
+                    backend: chosen.clone(),
+                    ..auto(form)
+                };
+                let other = stepped(&scene, options);
+                assert!(other.chosen().is_none());
+                assert_eq!(own.elimination(), other.elimination(), "{name}");
+                assert_eq!(own.multipliers(), other.multipliers(), "{name}");
+                let mut restored = Stepper::restore(own.save().unwrap()).unwrap();
+                assert_eq!(*restored.backend(), chosen);
+                restored.step().unwrap();
+                own.step().unwrap();
+                assert_eq!(own.multipliers(), restored.multipliers(), "{name}");
+                assert_eq!(own.scene(), restored.scene(), "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_changed_scene_has_a_solver_of_its_own() {
+        let mut stepper = stepped(&named("hoist").unwrap(), auto(Form::Schur));
+        let before = stepper.chosen().unwrap().counts;
+        let joint = stepper.constraint("joint 12").unwrap();
+        let changed = stepper.change(|edit| edit.remove_constraint(joint));
+        changed.unwrap();
+        assert!(stepper.chosen().unwrap().counts.rows < before.rows);
+        stepper.step().unwrap();
+    }
+
+    #[test]
+    fn cables_are_for_the_solver_of_chains() {
+        if !Backend::Banded.is_compiled() {
+            return;
+        }
+        for name in ["hoist", "gantry", "ring", "particles-f", "tackle", "pile"] {
+            let stepper = Stepper::new(named(name).unwrap(), auto(Form::Schur)).unwrap();
+            let chosen = stepper.chosen().unwrap();
+            assert_eq!(chosen.backend, Backend::Banded, "{name}: {chosen}");
+        }
+    }
+
+    #[test]
+    fn one_alone_is_taken_and_none_is_an_error() {
+        let scene = named("hoist").unwrap();
+        let rows = Linearized::new(&scene);
+        let cg = Backend::ConjugateGradient(CgOptions::default());
+        let dense = Backend::Dense(DenseOptions::default());
+        for (form, alone) in [
+            (Form::Schur, &cg),
+            (Form::Schur, &dense),
+            (Form::Kkt, &dense),
+        ] {
+            let options = auto(form);
+            let (_, chosen) = among(&options, &scene, &rows, vec![alone.clone()]).unwrap();
+            assert_eq!((&chosen.backend, chosen.next), (alone, None));
+        }
+        for form in [Form::Schur, Form::Kkt] {
+            let none = among(&auto(form), &scene, &rows, Vec::new());
+            assert!(matches!(none, Err(StepError::FormNotAccepted { .. })));
+        }
     }
 }

@@ -30,7 +30,7 @@ impl Chosen {
     /// would have. `None` among none.
     #[must_use]
     pub fn among(candidates: &[(Backend, Counts)]) -> Option<Self> {
-        let timed = |(backend, counts): &(Backend, Counts)| (backend.predicted(counts));
+        let timed = |(backend, counts): &(Backend, Counts)| backend.predicted(counts);
         let mut timed: Vec<_> = candidates.iter().map(|c| (timed(c), c)).collect();
         // Without a prediction last.
         let time = |time: Option<f64>| time.unwrap_or(f64::INFINITY);
@@ -155,5 +155,92 @@ impl LinearSolver for Auto {
         x: &mut [f64],
     ) -> Result<SolveReport, SolveError> {
         self.analyzed("solve")?.solve_many(a, b, x)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::agreement::{Claims, check};
+    use crate::{CgOptions, DenseOptions};
+
+    fn chain(blocks: usize, size: usize) -> BlockPattern {
+        let couplings: Vec<_> = (1..blocks).map(|i| (i - 1, i)).collect();
+        BlockPattern::new(&vec![size; blocks], &couplings).expect("a pattern")
+    }
+
+    /// Every block coupled to every other one.
+    fn full(blocks: usize) -> BlockPattern {
+        let couplings: Vec<_> = (0..blocks)
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .collect();
+        BlockPattern::new(&vec![1; blocks], &couplings).expect("a pattern")
+    }
+
+    #[test]
+    fn it_solves_as_a_direct_solver() {
+        let claims = Claims::of(&Backend::Auto);
+        let agreement = check(&mut *Backend::Auto.create().expect("made"), &claims);
+        assert!(agreement.unwrap_or_else(|e| panic!("{e}")).systems >= 24);
+    }
+
+    #[test]
+    fn chains_are_for_the_solver_of_chains() {
+        for (blocks, size) in [(1, 3), (5, 6), (25, 6), (101, 5), (3001, 6)] {
+            let pattern = chain(blocks, size);
+            let [first, second] = [(); 2].map(|()| Chosen::of(&pattern).expect("chosen"));
+            let same = Chosen {
+                analysis: first.analysis,
+                ..second
+            };
+            assert_eq!(first, same);
+            if Backend::Banded.is_compiled() {
+                assert_eq!(first.backend, Backend::Banded, "{blocks}: {first}");
+                assert!(first.to_string().contains("that are a chain: "), "{first}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_least_time_by_the_counts_is_taken() {
+        for pattern in [full(30), full(600), chain(40, 8)] {
+            let chosen = Chosen::of(&pattern).expect("chosen");
+            let counts = Counts::in_order(&pattern).expect("counted");
+            let all = Backend::candidates(true).into_iter();
+            let all = all.filter(|b| *b != Backend::Banded);
+            let times = all.filter_map(|b| Some((b.predicted(&counts)?, b)));
+            let (cost, next) = (chosen.cost.expect("a time"), chosen.next.expect("another"));
+            assert!(cost <= next.1);
+            for (time, backend) in times {
+                assert!(time >= next.1 || backend == chosen.backend, "{backend}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_compiled_in_alone_is_taken_where_it_can_be() {
+        let dense = Backend::Dense(DenseOptions::default());
+        let cg = Backend::ConjugateGradient(CgOptions::default());
+        let of = |all: &[&Backend], indefinite| {
+            Backend::fitting(all.iter().copied().cloned(), indefinite)
+        };
+        assert_eq!(of(&[&Backend::Banded], false), [Backend::Banded]);
+        assert_eq!(of(&[&cg, &dense], false), [cg.clone()]);
+        assert_eq!(of(&[&cg, &dense], true), [dense.clone()]);
+        assert_eq!(of(&[&Backend::NalgebraSparse, &cg], true), []);
+        let both = of(&[&Backend::Banded, &cg, &dense], true);
+        assert_eq!(both, [Backend::Banded, dense]);
+        let counts = Counts::in_order(&chain(3, 3)).expect("counted");
+        let alone = Chosen::among(&[(cg.clone(), counts)]).expect("one");
+        assert_eq!((&alone.backend, alone.cost), (&cg, None));
+        assert!(alone.to_string().contains("no other"), "{alone}");
+        assert!(Chosen::among(&[]).is_none());
+    }
+
+    #[test]
+    fn nothing_works_before_the_analysis() {
+        let a = SymBlockMatrix::zeros(Arc::new(chain(2, 3)));
+        let too_early = Backend::Auto.create().expect("made").factorize(&a);
+        assert!(matches!(too_early, Err(SolveError::OutOfOrder { .. })));
     }
 }

@@ -230,6 +230,7 @@ mod tests {
             assert!(refused(name, &[]).contains("no name"), "{name}");
         }
         assert!(refused("banded", &[]).contains("already"));
+        assert!(Backend::own().any(|own| own.name() == "auto"));
         for row in [&["other"], &["mine/kkt"], &["mine:slow"], &["mine:broken"]] {
             let e = refused("mine", row);
             assert!(e.contains(row[0]) && e.contains("mine"), "{e}");

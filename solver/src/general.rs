@@ -179,6 +179,7 @@ impl Backend {
             Self::Faer(o) => o.factorization == FaerFactorization::Lu,
             Self::Banded | Self::NalgebraSparse | Self::Foreign { .. } => false,
             Self::GaussSeidel(_) | Self::ConjugateGradient(_) | Self::Minres(_) => false,
+            Self::Auto => false,
         }
     }
 }

@@ -15,6 +15,7 @@ fn text_form_round_trips() {
         "nalgebra-sparse",
         "dense:extended",
         "dense:double",
+        "auto",
     ];
     for text in texts {
         let backend: Backend = text.parse().unwrap();
@@ -35,6 +36,7 @@ fn unknown_names_and_options_list_what_is_known() {
         "cg:group=1",
         "cg:matrix-free",
         "faer:qr",
+        "auto:fast",
         "",
     ] {
         assert!(text.parse::<Backend>().is_err(), "{text}");
