@@ -166,7 +166,7 @@ mod tests {
     fn a_changed_scene_has_a_solver_of_its_own() {
         let mut stepper = stepped(&named("hoist").unwrap(), auto(Form::Schur));
         let before = stepper.chosen().unwrap().counts;
-        let joint = stepper.constraint("joint 12").unwrap();
+        let joint = stepper.constraint("joint-12").unwrap();
         let changed = stepper.change(|edit| edit.remove_constraint(joint));
         changed.unwrap();
         assert!(stepper.chosen().unwrap().counts.rows < before.rows);

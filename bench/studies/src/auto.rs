@@ -9,7 +9,7 @@ mod fit;
 mod measure;
 mod study;
 
-pub use fit::{Fitted, fit};
+pub use fit::{Fit, Fitted, Measured, fit};
 pub(crate) use study::STUDY;
 
 use crate::cases::Cases;
@@ -170,6 +170,8 @@ pub struct Record {
     pub analysis_steps: f64,
     /// Whether both bars are kept.
     pub within_bar: bool,
+    /// Every other solver that is not much slower, with the time of its step \[ns].
+    pub others: Vec<(String, f64)>,
 }
 
 /// The scene of such a name.

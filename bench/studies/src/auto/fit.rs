@@ -22,10 +22,17 @@ const BETTER: f64 = 1.1;
 
 /// A measured solve.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-struct Measured {
-    way: String,
-    terms: [f64; TERMS],
-    solve_ns: f64,
+pub struct Measured {
+    /// The scene.
+    pub scene: String,
+    /// The solver.
+    pub solver: String,
+    /// The way that it goes there.
+    pub way: String,
+    /// The counts.
+    pub terms: [f64; TERMS],
+    /// Least time of a linear solve with one refinement \[ns].
+    pub solve_ns: f64,
 }
 
 /// The times of a way.
@@ -41,25 +48,35 @@ pub struct Fitted {
     pub errors: [f64; 2],
 }
 
+/// The times of all ways, and what they come from.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Fit {
+    /// The ways.
+    pub ways: Vec<Fitted>,
+    /// Every candidate on every scene.
+    pub measured: Vec<Measured>,
+}
+
 /// Measures the scenes and fits every way.
 ///
 /// # Errors
 /// A scene that cannot be built.
-pub fn fit(scenes: &[&str], dt: f64, cases: &Cases) -> Result<Vec<Fitted>, ExperimentError> {
+pub fn fit(scenes: &[String], dt: f64, cases: &Cases) -> Result<Fit, ExperimentError> {
     let measured = cases.in_turn("fit", scenes, |_| 1.0, |scene| measured(scene, dt))?;
     let all = measured.all()?.concat();
     let mut ways: Vec<&str> = all.iter().map(|m| m.way.as_str()).collect();
     ways.sort_unstable();
     ways.dedup();
-    Ok(ways
-        .into_iter()
-        .filter_map(|way| fitted(way, &all))
-        .collect())
+    let ways = ways.into_iter().filter_map(|way| fitted(way, &all));
+    Ok(Fit {
+        ways: ways.collect(),
+        measured: all,
+    })
 }
 
 /// Every candidate on a scene.
-fn measured(scene: &str, dt: f64) -> Result<Vec<Measured>, ExperimentError> {
-    let scene = start(scene, dt)?;
+fn measured(name: &str, dt: f64) -> Result<Vec<Measured>, ExperimentError> {
+    let scene = start(name, dt)?;
     let mut found = Vec::new();
     for backend in Backend::candidates(false) {
         let options = Choice::schur(backend.clone()).plain_options(dt);
@@ -77,6 +94,8 @@ fn measured(scene: &str, dt: f64) -> Result<Vec<Measured>, ExperimentError> {
         steps(&mut stepper, 2)?;
         let reports = steps(&mut stepper, STEPS)?;
         found.push(Measured {
+            scene: name.to_owned(),
+            solver: backend.to_string(),
             way: way.to_owned(),
             terms,
             solve_ns: Timing::of(reports.iter().map(|r| r.phases.linear())).min,
@@ -148,6 +167,8 @@ mod tests {
             let terms = [1.0, n, n * x, n * x * x, n, n * x, 0.0];
             let solve_ns = terms.iter().zip(times).map(|(t, c)| t * c).sum();
             Measured {
+                scene: k.to_string(),
+                solver: String::new(),
                 way: "made up".to_owned(),
                 terms,
                 solve_ns,

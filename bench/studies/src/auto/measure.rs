@@ -126,6 +126,9 @@ pub(super) fn record(config: &Config, name: &str) -> Result<Record, ExperimentEr
         analysis_ns: analysis.as_nanos() as f64,
         analysis_steps,
         within_bar: worse(ratio / RATIO, analysis_steps / STEPS) <= 1.0,
+        others: (others.iter())
+            .map(|c| (c.choice.to_string(), c.median()))
+            .collect(),
     })
 }
 

@@ -30,7 +30,7 @@ struct Options {
     #[arg(long = "scene", value_name = "SCENE")]
     scenes: Vec<String>,
     /// Fits the times that the choice is predicted from, on scenes of their own, in place of judging it
-    #[arg(long, conflicts_with_all = ["quick", "scenes"])]
+    #[arg(long, conflicts_with = "quick")]
     fit: bool,
     #[command(flatten)]
     quick: Quick,
@@ -39,15 +39,18 @@ struct Options {
 fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let mut config = options.quick.of(Config::quick);
     if options.fit {
-        let fitted = fit(&FITTED, config.dt, cases)?;
-        return Ok(Found {
-            text: fitted.iter().map(line).collect(),
-            rows: data(&fitted)?,
-            ..Found::default()
-        });
+        config.scenes = FITTED.map(str::to_owned).to_vec();
     }
     if !options.scenes.is_empty() {
         config.scenes.clone_from(&options.scenes);
+    }
+    if options.fit {
+        let fit = fit(&config.scenes, config.dt, cases)?;
+        return Ok(Found {
+            text: fit.ways.iter().map(line).collect(),
+            rows: data(&fit)?,
+            ..Found::default()
+        });
     }
     let records = super::run(&config, cases)?;
     let rows = data(&records)?;
