@@ -21,11 +21,9 @@ pub(crate) fn order_and_solver(
         let order = elimination::order_of(options.elimination, scene, rows, &options.backend);
         return Ok((order.map_err(at_start)?, None));
     }
-    let begun = Instant::now();
     let candidates = Backend::candidates(options.form == Form::Kkt);
     let (order, chosen) = among(options, scene, rows, candidates)?;
-    let analysis = begun.elapsed();
-    Ok((order, Some(Chosen { analysis, ..chosen })))
+    Ok((order, Some(chosen)))
 }
 
 /// The best of the candidates, with its order.
@@ -58,10 +56,11 @@ fn of_schur(
     };
     let pattern = elimination::factorized(scene, rows, first)?;
     let mut orders = elimination::orders(options.elimination, scene, &pattern)?;
+    // So far it is what one that is named does.
+    let begun = Instant::now();
     let (mut taken, mut counted) = (Vec::new(), Vec::new());
     for backend in candidates {
-        let at = elimination::taken_by(&backend, &orders, &pattern)?;
-        let border = backend.border_rows(&pattern, &orders[at].constraints)?;
+        let (at, border) = elimination::taken_by(&backend, &orders, &pattern)?;
         let factor = orders[at].cost.unwrap_or(MOST);
         taken.push(at);
         counted.push((backend, Counts::new(&pattern, factor, border)));
@@ -70,7 +69,8 @@ fn of_schur(
     Ok(chosen.and_then(|chosen| {
         let mut all = counted.iter().zip(taken);
         let (_, at) = all.find(|((backend, _), _)| *backend == chosen.backend)?;
-        Some((orders.swap_remove(at), chosen))
+        let analysis = begun.elapsed();
+        Some((orders.swap_remove(at), Chosen { analysis, ..chosen }))
     }))
 }
 
@@ -88,12 +88,17 @@ fn of_kkt(
         |backend: &Backend| elimination::order_of(options.elimination, scene, rows, backend);
     let of_first = order(first)?;
     let plan = Plan::new(options.form, scene, rows, &of_first.constraints)?;
+    let begun = Instant::now();
     let counts = Counts::in_order(&plan.pattern)?;
     let counted: Vec<_> = candidates.into_iter().map(|b| (b, counts)).collect();
     let Some(chosen) = Chosen::among(&counted) else {
         return Ok(None);
     };
-    Ok(Some((order(&chosen.backend)?, chosen)))
+    let analysis = begun.elapsed();
+    Ok(Some((
+        order(&chosen.backend)?,
+        Chosen { analysis, ..chosen },
+    )))
 }
 
 impl Stepper {

@@ -136,7 +136,10 @@ pub(crate) fn order_of(
 ) -> Result<EliminationOrder, SolveError> {
     let pattern = factorized(scene, rows, backend)?;
     let mut orders = orders(wanted, scene, &pattern)?;
-    let taken = taken_by(backend, &orders, &pattern)?;
+    let taken = match orders.len() {
+        1 => 0,
+        _ => taken_by(backend, &orders, &pattern)?.0,
+    };
     Ok(orders.swap_remove(taken))
 }
 
@@ -185,17 +188,17 @@ pub(crate) fn orders(
     Ok(found)
 }
 
-/// Which of the [`orders`] of a pattern a backend takes.
+/// Which of the [`orders`] of a pattern a backend takes, and the rows of its border there.
 pub(crate) fn taken_by(
     backend: &Backend,
     orders: &[EliminationOrder],
     pattern: &BlockPattern,
-) -> Result<usize, SolveError> {
-    let (mut taken, mut fewest) = (0, usize::MAX);
-    for (at, order) in orders.iter().enumerate().filter(|_| orders.len() > 1) {
+) -> Result<(usize, Option<usize>), SolveError> {
+    let mut taken = (0, None);
+    for (at, order) in orders.iter().enumerate() {
         let rows = backend.border_rows(pattern, &order.constraints)?;
-        if let Some(rows) = rows.filter(|&rows| rows < fewest) {
-            (taken, fewest) = (at, rows);
+        if rows.is_some_and(|rows| taken.1.is_none_or(|fewest| rows < fewest)) {
+            taken = (at, rows);
         }
     }
     Ok(taken)

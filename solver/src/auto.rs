@@ -21,7 +21,7 @@ pub struct Chosen {
     pub next: Option<(Backend, f64)>,
     /// What was counted of the system.
     pub counts: Counts,
-    /// Time that counting and choosing took.
+    /// Time that choosing took, besides the counting of orders that a solver by name is made with, too.
     pub analysis: Duration,
 }
 

@@ -90,6 +90,7 @@ impl Chain {
         Self::of(&all, pattern, level)
     }
 
+    #[allow(dead_code)] // where the backend is not compiled in
     /// Whether some block rows and columns of matrices of `pattern`, ascending, are one.
     pub(crate) fn is(blocks: &[usize], pattern: &BlockPattern) -> bool {
         places::size_of_chain(pattern, blocks).is_some()

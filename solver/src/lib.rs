@@ -46,7 +46,8 @@
 //!    where the compiler asks for the rest, and to `Backend::built_in`. Every table, default and page reads these; the tests
 //!    of this crate hold it to [`agreement::check`].
 //! 3. Add its measured errors to `tests/agreement/systems.rs`, its refusals to `tests/bad_input/backends.rs`, a tracked case
-//!    to `bench/src/track/cases.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README.
+//!    to `bench/src/track/cases.rs`, NAME to the feature combinations in `.ci/run`, and its row to the README. A direct one
+//!    that [`Backend::Auto`] may choose has its times in `src/cost.rs` (`taut study auto --fit`).
 //!
 //! # Map
 //! | module | holds |

@@ -302,6 +302,33 @@ fn the_list_of_backends_names_all_with_licence_and_whether_they_are_there() {
 }
 
 #[test]
+fn the_solver_that_was_chosen_is_told_with_the_reason() {
+    let at = folder("chosen");
+    let line = "run hoist --set segments=4 --time 0.5 --backend auto";
+    let told = json(&at, &format!("{line} --json - --save auto.json"));
+    assert_eq!(told["backend"], "auto");
+    let chosen = &told["chosen"];
+    let backend = chosen["backend"].as_str().expect("a name");
+    assert!(backend.parse::<Backend>().expect("known").is_compiled());
+    let reason = chosen["reason"].as_str().expect("a sentence");
+    let stdout = good(&at, line);
+    assert!(stdout.contains(&format!("auto: {backend} (")), "{stdout}");
+    assert!(stdout.contains(reason), "{stdout}");
+    // What was saved knows the choice, and makes it again.
+    let resumed = json(&at, "run --resume auto.json --time 0.1 --json -");
+    assert_eq!(resumed["backend"], "auto");
+    assert_eq!(resumed["chosen"]["reason"], chosen["reason"]);
+    let named = json(
+        &at,
+        &line
+            .replace("auto", backend)
+            .replace("--backend", "--json - --backend"),
+    );
+    assert!(named.get("chosen").is_none());
+    assert_eq!(named["load"], told["load"]);
+}
+
+#[test]
 fn runs_take_schemes_stiffness_guard_and_substeps() {
     let at = folder("options");
     let run = |options: &str| {
