@@ -371,7 +371,7 @@ impl Stepper {
             self.mu.fill(0.0);
             self.account.close();
         }
-        done.map(|()| self.tally.report(self.time, self.options.refinements))
+        done.map(|()| self.tally.report(self.time, self.refinements()))
     }
 
     /// What the first [`step`](Self::step) begins with, of a run and after bodies were added: a staggered scheme's velocities

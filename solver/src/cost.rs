@@ -13,7 +13,8 @@
 //! measured when a solver is chosen, so that the choice is the same on every machine and in every run.
 
 use crate::{
-    Backend, BlockPattern, EliminationCost, FaerFactorization, SolveError, elimination_cost,
+    Backend, BlockPattern, EliminationCost, FaerFactorization, Preconditioner, SolveError,
+    elimination_cost,
 };
 
 /// What is counted of a system whose blocks are eliminated in some order.
@@ -29,6 +30,8 @@ pub struct Counts {
     pub factor: EliminationCost,
     /// Rows of the border where `banded` takes the system as a chain ([`Backend::border_rows`]).
     pub border: Option<usize>,
+    /// Iterations to be expected of a solver that iterates; 0 where nothing is known of them.
+    pub iterations: f64,
 }
 
 /// Number of counts that a time is a sum of.
@@ -41,17 +44,19 @@ struct Way {
 }
 
 /// Least squares of `taut study auto --fit`: relative errors of the linear solve with one refinement, on scenes that the
-/// study's own are not among, on an EPYC with AVX-512.
+/// choice is not judged on, with AVX-512. Groups, which iterate, from `taut study scenes`: nets of 4² to 18² nodes, load/node
+/// ratios from 1 to 10⁴.
 #[rustfmt::skip]
-const WAYS: [Way; 7] = [
-    //                               call    row  entry   flop  block update border
-    Way { name: "chain",   times: [ 500.0,  4.00, 0.600, 0.100,   0.0,   0.0, 0.800] },
-    Way { name: "blocks",  times: [ 500.0, 10.00, 2.000, 0.250,  10.0,   5.0, 0.000] },
-    Way { name: "entries", times: [1000.0, 10.00, 6.000, 1.000,   0.0,   0.0, 0.000] },
-    Way { name: "panels",  times: [2000.0, 60.00, 6.000, 0.200,   0.0,   0.0, 0.000] },
-    Way { name: "columns", times: [1000.0, 20.00, 8.000, 1.500,   0.0,   0.0, 0.000] },
-    Way { name: "fronts",  times: [9000.0, 90.00, 9.000, 0.400,   0.0,   0.0, 0.000] },
-    Way { name: "dense",   times: [ 500.0, 10.00, 3.000, 0.500,   0.0,   0.0, 0.000] },
+const WAYS: [Way; 8] = [
+    //                              call      row    entry  flop  block   update border
+    Way { name: "chain",   times: [410.0,   0.000,  0.934, 0.000,  0.0,  15.7, 0.139] },
+    Way { name: "blocks",  times: [  0.0, 109.000,  0.000, 0.212,  0.0,   0.0, 0.000] },
+    Way { name: "entries", times: [345.0,  49.500,  2.360, 0.551,  0.0,   0.0, 0.000] },
+    Way { name: "panels",  times: [  0.0,  93.100,  6.560, 0.000, 73.9,   0.0, 0.000] },
+    Way { name: "columns", times: [253.0,  65.500,  0.000, 0.964,  0.0,   0.0, 0.000] },
+    Way { name: "fronts",  times: [1010.0,  0.000, 47.400, 0.000, 204.0,  0.0, 0.000] },
+    Way { name: "dense",   times: [320.0,   0.000,  6.520, 0.000,  0.0,   0.0, 0.000] },
+    Way { name: "groups",  times: [  0.0,   0.000,  2.900, 0.000,  0.0,   0.0, 0.000] },
 ];
 
 /// Operations for each entry of the factor from which on faer works on panels: 9 of its own, which are half as many and
@@ -68,6 +73,7 @@ impl Counts {
             block: pattern.stored_values() as f64 / pattern.stored_blocks().max(1) as f64,
             factor,
             border,
+            iterations: 0.0,
         }
     }
 
@@ -109,6 +115,16 @@ impl Counts {
         }
     }
 
+    /// Of an iteration that solves with this factor each time.
+    fn iterated(self) -> Self {
+        let entries = self.factor.entries as f64 * self.iterations;
+        let factor = EliminationCost {
+            entries: entries as u64,
+            flops: 0,
+        };
+        Self { factor, ..self }
+    }
+
     /// Whether faer works on panels, not entry by entry.
     fn makes_panels(&self) -> bool {
         let mean_rows = self.rows as f64 / self.blocks.max(1) as f64;
@@ -120,7 +136,7 @@ impl Counts {
 
 impl Backend {
     /// The way that it goes for a system of these counts, its name and the counts that its time is a sum of; `None` where
-    /// it iterates or is of another crate.
+    /// it is of another crate or its iterations are not known.
     #[must_use]
     pub fn way(&self, counts: &Counts) -> Option<(&'static str, [f64; TERMS])> {
         let way = |at: usize, counts: &Counts| Some((WAYS[at].name, counts.terms()));
@@ -133,6 +149,11 @@ impl Backend {
             Self::NalgebraSparse => way(4, counts),
             Self::Umfpack(_) => way(5, counts),
             Self::Dense(_) => way(6, &counts.dense()),
+            Self::ConjugateGradient(o)
+                if o.preconditioner == Preconditioner::Group && counts.iterations > 0.0 =>
+            {
+                way(7, &counts.iterated())
+            }
             _ => None,
         }
     }

@@ -13,6 +13,7 @@ mod measure;
 mod study;
 mod table;
 
+pub(crate) use measure::swing;
 pub use measure::swinging;
 pub(crate) use study::STUDY;
 pub use study::{Options, run as run_study};

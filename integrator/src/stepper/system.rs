@@ -118,15 +118,15 @@ impl Stepper {
     }
 
     fn solve_factorized(&mut self) -> Result<SolveReport, SolveError> {
+        let sweeps = self.refinements();
         let Self {
             solver,
             matrix,
             rhs,
             x,
-            options,
             ..
         } = self;
-        if options.refinements > 0 {
+        if sweeps > 0 {
             // The refinement judges by the residuals that it takes anyway.
             solver.solve_unjudged(matrix, rhs, x)
         } else {
@@ -193,6 +193,7 @@ impl Stepper {
 
     /// The report of the last refinement, if there was one, with the iterations of all.
     fn refine(&mut self) -> Result<Option<SolveReport>, SolveError> {
+        let sweeps = self.refinements();
         let Self {
             solver,
             matrix,
@@ -204,7 +205,6 @@ impl Stepper {
             in_rows: [mu, residual],
             ..
         } = self;
-        let sweeps = self.options.refinements;
         match self.options.form {
             Form::Schur => {
                 taut_solver::refine(&mut **solver, matrix, x, scratch, sweeps, |x, r| {

@@ -1,12 +1,13 @@
 //! Solvers that step the same scene in turns.
 
 use super::{Config, RATIO, Record, STEPS, source};
+use crate::scenes::swing;
 use std::time::Duration;
 use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_ground::trajectory::Timing;
 use taut_integrator::{StepError, StepReport, Stepper};
-use taut_model::Scene;
+use taut_model::{Scene, SceneSource};
 use taut_output::check::ExperimentError;
 use taut_solver::Backend;
 
@@ -71,19 +72,25 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
-/// The scene where it rests, if it has an equilibrium that is asked for.
-pub(super) fn start(scene: &str, dt: f64) -> Result<Scene, ExperimentError> {
-    let built = source(scene)?.build()?;
+/// The scene where it rests, if it has an equilibrium that is asked for; cables and nets swing from there on, for at rest an
+/// iteration begins with its solution.
+pub(super) fn start(name: &str, dt: f64) -> Result<Scene, ExperimentError> {
+    let source = source(name)?;
+    let built = source.build()?;
     let auto = Choice::schur(Backend::Auto).plain_options(dt);
     let unstrained = Scene {
         start_in_equilibrium: false,
         ..built.clone()
     };
-    match Stepper::new(built, auto) {
-        Ok(stepper) => Ok(stepper.into_scene()),
-        Err(StepError::NoEquilibrium { .. }) => Ok(unstrained),
-        Err(e) => Err(e.into()),
+    let mut scene = match Stepper::new(built, auto) {
+        Ok(stepper) => stepper.into_scene(),
+        Err(StepError::NoEquilibrium { .. }) => unstrained,
+        Err(e) => return Err(e.into()),
+    };
+    if matches!(source, SceneSource::Hoist(_) | SceneSource::Network(_)) {
+        swing(&mut scene);
     }
+    Ok(scene)
 }
 
 /// `auto` on a scene beside the others.

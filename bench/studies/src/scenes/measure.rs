@@ -58,6 +58,12 @@ pub fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
         },
         Err(e) => return Err(e),
     };
+    swing(&mut scene);
+    Ok(scene)
+}
+
+/// Sets all bodies swinging about the x axis as a rigid whole.
+pub(crate) fn swing(scene: &mut Scene) {
     let spin = Vector3::x() * SWING;
     let bodies = &mut scene.bodies;
     for i in 0..bodies.len() {
@@ -66,7 +72,6 @@ pub fn swinging(params: &NetworkParams, dt: f64) -> Result<Scene, StepError> {
             bodies.angular_velocity[i] += spin;
         }
     }
-    Ok(scene)
 }
 
 impl Case {
