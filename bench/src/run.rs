@@ -206,7 +206,7 @@ pub struct ChosenSolver {
     pub next: Option<(String, f64)>,
     /// Why it was chosen.
     pub reason: String,
-    /// Time that counting and choosing took \[ns].
+    /// Time that choosing took \[ns].
     pub analysis_ns: f64,
 }
 

@@ -35,8 +35,8 @@ pub enum Backend {
     NalgebraSparse,
     /// Dense LU with partial pivoting, for small systems.
     Dense(DenseOptions),
-    /// The direct solver that takes the least time by what is counted of a system: [`Chosen`](crate::Chosen). Whoever
-    /// makes the system lets it be chosen before the order; [`create`](Self::create) leaves it to the analysis of a pattern.
+    /// The solver that takes the least time by what is counted of a system: [`Chosen`](crate::Chosen). Whoever makes the
+    /// system lets it be chosen with the order; [`create`](Self::create) leaves it to the analysis of a pattern.
     Auto,
     /// A solver from another crate.
     Foreign {

@@ -1,9 +1,10 @@
 //! Whether `auto` chooses the fastest solver: its choice against every other one on scenes of all kinds, in turns.
 //!
 //! On each scene all direct solvers, in both forms, and conjugate gradient with groups make the same steps, a round after
-//! the other. The *ratio* is the median over the rounds of the step's time with `auto` over that of the solver that is the
-//! fastest of the others; the *analysis* is the least time of counting and choosing, over the time of a step. Both have
-//! bars. The times from which the choice is predicted come from [`fit`], on other scenes.
+//! another. The *ratio* is the median over the rounds of the step's time with `auto` over that with the fastest of the
+//! others. The *analysis* is the least time of choosing over the time of a step: what `auto` adds to the making of a
+//! stepper, which counts orders for every solver. Both have bars. The times from which the choice is predicted come from
+//! [`fit`], on other scenes.
 
 mod fit;
 mod measure;
@@ -164,7 +165,7 @@ pub struct Record {
     pub best_ns: f64,
     /// Median of the ratios of both in the same round.
     pub ratio: f64,
-    /// Least time of counting and choosing \[ns].
+    /// Least time of choosing \[ns].
     pub analysis_ns: f64,
     /// The same over the time of a step.
     pub analysis_steps: f64,

@@ -86,7 +86,7 @@ fn missed(records: &[Record]) -> Option<String> {
     let scenes: Vec<&str> = missed.map(|r| r.scene.as_str()).collect();
     (!scenes.is_empty()).then(|| {
         format!(
-            "`auto` takes more than {RATIO} times as long as the fastest solver, or more than {STEPS} steps to choose, in {}",
+            "`auto` takes more than {RATIO} times as long as the fastest solver, or {STEPS} steps to choose, in {}",
             scenes.join("; ")
         )
     })
@@ -125,4 +125,4 @@ fn mark(row: &Row) -> String {
 
 const LEGEND: &str = "\
 step: median time of a whole step with `auto`, and with the fastest other solver; ratio: median of the ratios of both in
-the same round; analysis: least time of counting and choosing, in steps; bar: where either is missed";
+the same round; analysis: least time of choosing, in steps; bar: where either is missed";
