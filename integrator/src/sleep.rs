@@ -347,7 +347,7 @@ impl Stepper {
         self.time = end;
         let events = self.fire()?;
         self.tally.end(Phase::Update);
-        let step = self.tally.report(self.time, self.options.refinements);
+        let step = self.tally.report(self.time, self.refinements());
         Ok(Some(StepReport {
             time: step.time,
             phases: step.phases,
