@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use taut_ground::choice::Choice;
 use taut_ground::trajectory::Timing;
 use taut_integrator::Stepper;
+use taut_model::Constraint;
 use taut_output::check::ExperimentError;
 use taut_solver::{Backend, Counts, EliminationCost, TERMS};
 
@@ -77,7 +78,7 @@ pub fn fit(scenes: &[String], dt: f64, cases: &Cases) -> Result<Fit, ExperimentE
 /// Every candidate on a scene.
 fn measured(name: &str, dt: f64) -> Result<Vec<Measured>, ExperimentError> {
     let scene = start(name, dt)?;
-    let rows: usize = scene.constraints.iter().map(|c| c.rows()).sum();
+    let rows: usize = scene.constraints.iter().map(Constraint::rows).sum();
     let takes_part = |b: &Backend| rows <= DENSE_ROWS || !matches!(b, Backend::Dense(_));
     let mut found = Vec::new();
     for backend in Backend::candidates(false).into_iter().filter(takes_part) {
