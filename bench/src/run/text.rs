@@ -1,6 +1,6 @@
 //! The summary of a run, for people.
 
-use super::{ChosenSolver, Summary};
+use super::Summary;
 use std::fmt::Write;
 
 /// Part of the extent of a motion beyond which its error is told to be no small one.
@@ -112,6 +112,13 @@ fn solver(s: &Summary) -> String {
     }
 }
 
+/// Why it was chosen, and in which time.
+fn chosen(s: &Summary) -> Option<(&'static str, String)> {
+    let chosen = s.chosen.as_ref()?;
+    let time = taut_output::table::nanoseconds(chosen.analysis_ns);
+    Some(("chosen", format!("in {time}: {}", chosen.reason)))
+}
+
 /// The summary for people.
 #[must_use]
 pub fn text(s: &Summary) -> String {
@@ -201,13 +208,11 @@ pub fn text(s: &Summary) -> String {
         ("phases", phases.join(", ")),
     ];
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
-    let why = |c: &ChosenSolver| format!("in {}: {}", ns(c.analysis_ns), c.reason);
-    let chosen = s.chosen.iter().map(|c| ("chosen", why(c)));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
     for (name, value) in rows
         .into_iter()
-        .chain(chosen)
+        .chain(chosen(s))
         .chain(error(s))
         .chain(asleep(s))
         .chain(contacts(s))
