@@ -65,7 +65,10 @@ fn of_schur(
         taken.push(at);
         counted.push((backend, Counts::new(&pattern, factor, border)));
     }
+    // Chains with a border have few operations: nothing that iterates is as fast.
+    let is_chain = counted.iter().any(|(_, c)| c.border.is_some());
     if orders.len() > 1
+        && !is_chain
         && let Some((order, backend, counts)) = of_groups(options, scene, rows)?
     {
         orders.push(order);

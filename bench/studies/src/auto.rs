@@ -135,8 +135,8 @@ impl Config {
     #[must_use]
     pub fn quick() -> Self {
         let whole = Self::default();
-        let large = ["1000", "3000", "=14", "=16", "=20"];
-        let small = |scene: &String| !large.iter().any(|size| scene.ends_with(size));
+        let large = ["s=1000", "s=3000", "s=14", "s=16", "s=20"];
+        let small = |scene: &String| !large.iter().any(|size| scene.contains(size));
         Self {
             scenes: whole.scenes.into_iter().filter(small).collect(),
             rounds: 7,
