@@ -101,7 +101,7 @@ impl Companion {
 
     /// A step of the run is done.
     fn follow(&mut self, of: &Stepper, report: &StepReport, every: usize) {
-        self.samples = self.steps % SAMPLED == 0;
+        self.samples = self.steps.is_multiple_of(SAMPLED);
         self.steps += 1;
         for (i, sum) in self.controls.iter_mut().enumerate() {
             *sum += of.scene.control_value(i).unwrap_or(0.0);

@@ -45,7 +45,8 @@ struct Way {
 
 /// Least squares of `taut study auto --fit`: relative errors of the linear solve with one refinement, on scenes that the
 /// choice is not judged on, with AVX-512. Groups, which iterate, from `taut study scenes`: nets of 4² to 18² nodes, load/node
-/// ratios from 1 to 10⁴, 2.9 ns where a swing begins; a swing that goes on takes some 0.6 of the iterations.
+/// ratios from 1 to 10⁴, 2.9 ns where a swing begins. 1.8 ns is set by hand: at 2.9 nets of 5² and 8² that swing on took a
+/// solver 1.4 to 1.7 times as slow.
 #[rustfmt::skip]
 const WAYS: [Way; 8] = [
     //                              call      row    entry  flop  block   update border
