@@ -78,7 +78,7 @@ const OF_CONSTRAINT: [Quantity<OfConstraint>; 11] = [
     ("gap", "m", |s, c| {
         force(s, c).and_then(|_| trajectory::gap(s, c))
     }),
-    ("length", "m", |s, c| Some(cable(s, c)?.length_at(s.time()))),
+    ("length", "m", length),
     ("slip", "m/s", slip),
 ];
 
@@ -95,6 +95,16 @@ fn loads(stepper: &Stepper, c: usize) -> Loads {
 fn cable(stepper: &Stepper, c: usize) -> Option<&MasslessCable> {
     match stepper.scene().constraints.get(c)? {
         Constraint::MasslessCable(cable) => Some(cable),
+        _ => None,
+    }
+}
+
+/// Length of a cable, with what lies on its sheaves, or that of segments is off its drum.
+fn length(stepper: &Stepper, c: usize) -> Option<f64> {
+    let time = stepper.time();
+    match stepper.scene().constraints.get(c)? {
+        Constraint::MasslessCable(cable) => Some(cable.length_at(time)),
+        Constraint::Fairlead(lead) => Some(lead.length_at(time)),
         _ => None,
     }
 }

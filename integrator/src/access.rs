@@ -291,6 +291,16 @@ impl Stepper {
             return Err(missing("constraint", constraint, constraints.len()));
         }
         let what = || format!("constraint `{}`", self.scene.constraint_names[constraint]);
+        if let Constraint::Fairlead(_) = constraints[constraint] {
+            winch.validate(what)?;
+            self.scene.cut_at_winch(constraint, self.time, 0.0);
+            if let Constraint::Fairlead(lead) = &mut self.scene.constraints[constraint] {
+                let since = lead.winch.since;
+                lead.winch = Winch { since, ..winch };
+            }
+            self.changed();
+            return Ok(());
+        }
         let Constraint::MasslessCable(cable) = &mut constraints[constraint] else {
             return Err(refused(what(), "is no cable with a winch"));
         };

@@ -5,6 +5,8 @@
 //! is given: a staggered scheme, whose velocities are half a step old, takes half a step of their acceleration back, as at
 //! the start of a run. The linear system is planned anew, as for a new scene. The energy balance restarts.
 
+mod winding;
+
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};
 use crate::{SavedRun, StepError};
@@ -14,6 +16,7 @@ use taut_model::{
     MasslessCable, Scene,
 };
 use taut_solver::{Backend, DenseOptions, SolveError};
+use winding::PaidOut;
 
 /// A scene that is being changed: [`Stepper::change`].
 #[derive(Debug)]
@@ -26,6 +29,10 @@ pub struct Edit {
     touched: bool,
     /// New parts of cables, each with the cable that it is cut from, whose multiplier it takes over.
     going_on: Vec<(ConstraintId, ConstraintId)>,
+    /// Segments that cables have paid out.
+    paid_out: Vec<PaidOut>,
+    /// Joints that cables have hauled in, each with those before and after it.
+    hauled_in: Vec<[ConstraintId; 3]>,
 }
 
 impl Edit {
@@ -331,6 +338,8 @@ impl Stepper {
             time: self.time,
             touched: false,
             going_on: Vec::new(),
+            paid_out: Vec::new(),
+            hauled_in: Vec::new(),
         };
         let value = work(&mut edit);
         self.ids.skip(&edit.ids);
@@ -341,6 +350,7 @@ impl Stepper {
             changed.begin_past(&moved);
             changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
+            changed.wound(self, &edit.paid_out, &edit.hauled_in)?;
             changed.companion = self.companion.take();
             *self = changed;
             self.outdate_companion();
@@ -406,7 +416,12 @@ pub(crate) struct Moved {
 
 impl Moved {
     fn new(old: &Stepper, edit: &Edit) -> Self {
-        let [bodies, constraints] = edit.ids.numbers_in(&old.ids);
+        let [mut bodies, constraints] = edit.ids.numbers_in(&old.ids);
+        for PaidOut { bodies: pair, .. } in &edit.paid_out {
+            if let [Ok(segment), Ok(first)] = pair.map(|body| edit.ids.body(body)) {
+                bodies[segment] = bodies[first];
+            }
+        }
         let (mut rows, mut bounded) = (Vec::<Option<usize>>::new(), Vec::new());
         let mut other_paths = Vec::new();
         let old_bounds = &old.pieces.rows.bounds;

@@ -4,6 +4,7 @@
 //! the body is removed, and by any other stepper. A restored run issues new handles.
 
 use crate::StepError;
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use taut_model::{Scene, SceneError};
 
@@ -30,7 +31,8 @@ pub struct ControlId {
     id: u64,
 }
 
-/// Identities of a scene's bodies, constraints and controls, ascending: what is added later has a higher one.
+/// Identities of a scene's bodies, constraints and controls: what is added later has a higher one. They ascend, but for
+/// segments that a winch has paid out.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identities {
     stepper: u64,
@@ -99,7 +101,16 @@ impl Identities {
 
     fn find(&self, ids: &[u64], stepper: u64, id: u64) -> Option<usize> {
         let found = ids.binary_search(&id).ok();
+        // Those of segments that a winch has paid out stand among older ones.
+        let found = found.or_else(|| ids.iter().position(|known| *known == id));
         found.filter(|_| stepper == self.stepper)
+    }
+
+    /// Identities of a body and of a constraint that have been inserted at these numbers.
+    pub(crate) fn insert(&mut self, body: usize, constraint: usize) {
+        self.bodies.insert(body, self.next);
+        self.constraints.insert(constraint, self.next + 1);
+        self.next += 2;
     }
 
     /// Takes over what `other` has given out, so that nothing is given out twice.
@@ -159,7 +170,11 @@ impl Identities {
     /// Numbers that the present bodies and constraints have in `old`; `None` for new ones.
     pub(crate) fn numbers_in(&self, old: &Self) -> [Vec<Option<usize>>; 2] {
         let of = |ids: &[u64], old: &[u64]| -> Vec<Option<usize>> {
-            ids.iter().map(|id| old.binary_search(id).ok()).collect()
+            if old.is_sorted() {
+                return ids.iter().map(|id| old.binary_search(id).ok()).collect();
+            }
+            let numbers: HashMap<u64, usize> = old.iter().copied().zip(0..).collect();
+            ids.iter().map(|id| numbers.get(id).copied()).collect()
         };
         [
             of(&self.bodies, &old.bodies),

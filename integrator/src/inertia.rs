@@ -55,6 +55,24 @@ pub(crate) struct RodShape {
 }
 
 impl RodShape {
+    /// The shape of body `i`, if it has an axis of symmetry.
+    fn take(&mut self, lane: usize, bodies: &Bodies, i: usize) {
+        let Some((axis, ratio)) = gyroscopic::symmetry(&bodies.inertia[i]) else {
+            return;
+        };
+        let inertia = if bodies.is_point(i) {
+            Matrix3::identity()
+        } else {
+            bodies.inertia[i]
+        };
+        let along = inertia[(axis, axis)];
+        let other = (axis + 1) % 3;
+        self.axis[axis][lane] = 1.0;
+        self.across[lane] = inertia[(other, other)];
+        self.excess[lane] = along - self.across[lane];
+        self.ratio[lane] = ratio - 1.0;
+    }
+
     /// The axes of symmetry.
     #[inline(always)]
     pub(crate) fn about<V: Lanes>(&self) -> About<V> {
@@ -78,19 +96,7 @@ impl Rods {
         let shapes = packs.iter().map(|pack| {
             let mut shapes = RodShape::default();
             for (lane, &i) in pack.iter().enumerate() {
-                if let Some((axis, ratio)) = shape(i) {
-                    let inertia = if bodies.is_point(i) {
-                        Matrix3::identity()
-                    } else {
-                        bodies.inertia[i]
-                    };
-                    let along = inertia[(axis, axis)];
-                    let other = (axis + 1) % 3;
-                    shapes.axis[axis][lane] = 1.0;
-                    shapes.across[lane] = inertia[(other, other)];
-                    shapes.excess[lane] = along - shapes.across[lane];
-                    shapes.ratio[lane] = ratio - 1.0;
-                }
+                shapes.take(lane, bodies, i);
             }
             shapes
         });
@@ -128,6 +134,22 @@ impl Inertia {
             angular,
             inverse_angular: BodyVectors::new(n),
             impulse: BodyVectors::new(n),
+        }
+    }
+
+    /// Takes the mass and the inertia of body `i`, dynamic and with the axis of symmetry that it had.
+    pub(crate) fn renew(&mut self, bodies: &Bodies, i: usize) {
+        self.mass[i] = bodies.mass[i];
+        self.inverse_mass[i] = 1.0 / bodies.mass[i];
+        for (pack, shapes) in self.rods.bodies.iter().zip(&mut self.rods.shapes) {
+            for (lane, _) in pack
+                .indices()
+                .iter()
+                .enumerate()
+                .filter(|(_, body)| **body == i)
+            {
+                shapes.take(lane, bodies, i);
+            }
         }
     }
 

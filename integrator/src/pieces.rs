@@ -369,6 +369,7 @@ fn turning_length(constraint: &Constraint) -> f64 {
             let off = cable.length - cable.wound();
             lever.max(off / (cable.frames.len() - 1).max(1) as f64)
         }
+        Constraint::Fairlead(_) => lever,
         _ if constraint.has_stretch_rows() => lever,
         _ => 0.0,
     }

@@ -15,8 +15,7 @@ use crate::sleep::Watch;
 use crate::stepper::balance::Account;
 use crate::stepper::{Stage, Stepper};
 use crate::{StepError, StepOptions};
-use taut_model::BodyVectors;
-use taut_model::Scene;
+use taut_model::{BodyVectors, Constraint, Scene};
 use taut_solver::{LinearSolver, SolveError};
 
 /// A run between two steps, as [`Stepper::save`] leaves it and [`Stepper::restore`] takes it.
@@ -334,8 +333,14 @@ impl Stepper {
         scene.start_in_equilibrium = false;
         // Before cables that are new are taken to lie as they are laid.
         scene.validate()?;
-        scene.lay_cables(saved.time);
-        let mut stepper = Self::build(scene, saved.options.clone(), given)?;
+        saved.options.validate()?;
+        let massless = |c: &Constraint| matches!(c, Constraint::MasslessCable(_));
+        if scene.constraints.iter().any(massless) {
+            scene.lay_cables(saved.time);
+            scene.validate()?;
+            scene.lay_cables(0.0);
+        }
+        let mut stepper = Self::build_valid(scene, saved.options.clone(), given)?;
         let bounded = stepper.bounded.places().count();
         let (bodies, capstans) = (stepper.scene.bodies.len(), stepper.scene.capstans.len());
         let counts = [stepper.mu.len(), bodies, bounded, capstans];

@@ -9,6 +9,7 @@ mod slipping;
 mod staggered;
 mod system;
 mod touching;
+mod winding;
 
 use crate::bounded::Bounded;
 use crate::choice;
@@ -63,6 +64,8 @@ pub struct Stepper {
     pub(crate) closing: Closing,
     /// Which cables slip over their sheaves.
     pub(crate) slip: Slip,
+    /// Where cables of segments leave their winches.
+    fairleads: Vec<usize>,
     /// What touches.
     pub(crate) contacts: Contacts,
     /// Right-hand sides and solutions for responses to sheaves and contacts.
@@ -202,6 +205,15 @@ impl Stepper {
             scene = equilibrium::static_equilibrium(scene, &options.backend)?;
         }
         scene.lay_cables(0.0);
+        Self::build_valid(scene, options, given)
+    }
+
+    /// The same of a scene and options that are known to be valid, the scene laid and in its equilibrium.
+    pub(crate) fn build_valid(
+        scene: Scene,
+        options: StepOptions,
+        given: &mut Option<Box<dyn LinearSolver>>,
+    ) -> Result<Self, StepError> {
         let mut pieces = Pieces::new(&scene);
         elimination::check_size(&scene, &pieces.rows)?;
         let (elimination, chosen) = choice::order_and_solver(&options, &scene, &pieces.rows)?;
@@ -257,6 +269,7 @@ impl Stepper {
                 bounded
             },
             slip,
+            fairleads: scene.fairleads().collect(),
             contacts,
             columns: Default::default(),
             closing: Closing::new(pieces.rows.bounds.len()),
@@ -283,6 +296,7 @@ impl Stepper {
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and
     /// [`StepError::EnergyGain`].
     pub fn step(&mut self) -> Result<StepReport, StepError> {
+        self.check_winches()?;
         if let Some(report) = self.sleep_through()? {
             return Ok(report);
         }
@@ -305,6 +319,7 @@ impl Stepper {
         report.slipping = self.slip.count();
         report.error = self.estimate(&report);
         self.lift_and_land()?;
+        self.wind()?;
         report.events = self.fire()?;
         self.watch(&report);
         Ok(report)
@@ -583,6 +598,7 @@ impl Stepper {
         if slipped {
             self.pieces.rows.update_state(&self.scene, self.time);
         }
+        self.cut_at_winches();
     }
 
     /// [`advance`](Self::advance) that leaves the windings of twist rows, so that it can be taken back.

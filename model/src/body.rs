@@ -194,6 +194,19 @@ impl Bodies {
         self.len() - 1
     }
 
+    /// Body `i` becomes another.
+    pub(crate) fn put(&mut self, i: usize, body: Body) {
+        self.mobility[i] = body.mobility;
+        self.position[i] = body.position;
+        self.orientation[i] = body.orientation;
+        self.velocity[i] = body.velocity;
+        self.angular_velocity[i] = body.angular_velocity;
+        self.mass[i] = body.mass;
+        self.inertia[i] = body.inertia;
+        self.force[i] = body.force;
+        self.torque[i] = body.torque;
+    }
+
     /// A copy of body `i`.
     ///
     /// # Panics

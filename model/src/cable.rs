@@ -13,6 +13,12 @@
 //! direction to the other. So a cable that is straight at rest is laid bent but without torsion. Where the rest shape is
 //! [`Rest::AsRouted`] the frames of each joint are turned to agree as laid, and nothing is strained.
 //!
+//! # Winch
+//! A cable with a [`Winch`] at its start is hauled in and paid out there. Its first segment has the length that is off the
+//! drum beyond whole segments, from half of one to one and a half; with it go its mass, its inertia and the compliances of
+//! the joints at its ends ([`Fairlead`]). Where it grows beyond that it splits, where it falls short it merges with the next:
+//! see [`winding`](crate::scene::winding). Limits are those of the whole length; the winch holds at half a segment.
+//!
 //! # Damping
 //! A damping time τ gives a mode of frequency ω the damping ratio ζ = τω/2. [`Damping::Ratio`] is that of the lowest
 //! longitudinal, bending and torsional mode of the cable alone, held at one end and without load, with μ the mass per
@@ -24,7 +30,7 @@
 //!
 //! A load lowers the frequency, and with it the ratio.
 
-mod route;
+pub(crate) mod route;
 pub(crate) mod strand;
 
 use std::f64::consts::FRAC_PI_2;
@@ -33,7 +39,7 @@ use nalgebra::Vector3;
 
 use crate::body::Body;
 use crate::collide::{Collider, DEFAULT_GROUP, Shape, Surface};
-use crate::constraint::{Constraint, Cosserat, JointLaw, Paper, Spherical};
+use crate::constraint::{Constraint, Cosserat, Fairlead, JointLaw, Paper, Spherical, Winch};
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
@@ -152,6 +158,8 @@ pub struct Cable {
     pub points: Vec<Vector3<f64>>,
     /// Its segmentation.
     pub segments: Segments,
+    /// What hauls it in and pays it out at its start, where it is held: see the [module](self).
+    pub winch: Option<Winch>,
     /// Mass per length \[kg/m].
     pub density: f64,
     /// Radius \[m], for the inertia of its segments.
@@ -196,6 +204,7 @@ impl Cable {
             ends,
             points: Vec::new(),
             segments: Segments::Equal(24),
+            winch: None,
             density: material.density * section.area(),
             radius,
             stiffness: Stiffness::new(material, &section),
@@ -236,6 +245,10 @@ impl Cable {
             check(self.what(what), value, value > 0.0, needs)?;
         }
         check(self.what("damping"), damping, damping >= 0.0, unit)?;
+        if let Some(reason) = self.winch.and_then(|_| self.against_winch()) {
+            let what = self.what("winch");
+            return Err(SceneError::Conflict { what, reason });
+        }
         let clamped = |end: &CableEnd| matches!(end, CableEnd::Clamped(_));
         if self.joint == JointKind::Spherical && self.ends.iter().any(clamped) {
             return Err(SceneError::Conflict {
@@ -244,6 +257,56 @@ impl Cable {
             });
         }
         Ok(())
+    }
+
+    /// Why it can have no winch.
+    fn against_winch(&self) -> Option<&'static str> {
+        match self {
+            Self {
+                ends: [CableEnd::Free(_), _],
+                ..
+            } => Some("needs a cable that is held at its start: pin or clamp it there"),
+            Self {
+                joint: JointKind::Paper,
+                ..
+            } => {
+                Some("makes joints of the kinds `cosserat` and `spherical` alone: take one of them")
+            }
+            Self {
+                rest: Rest::AsRouted,
+                ..
+            } => Some("pays out cable that is straight at rest: leave out `as-routed`"),
+            Self {
+                collide: Some(_), ..
+            } => Some("is for cables that touch nothing: leave out `collide`"),
+            _ => None,
+        }
+    }
+
+    /// The joint at its winch, between the frames, of a cable `length` (m) long.
+    fn fairlead(
+        &self,
+        (frames, winch): ([Frame; 2], Winch),
+        (kind, strand): (JointKind, &Strand),
+        laid: &[Laid],
+    ) -> Fairlead {
+        let mut per_metre = strand.law(1.0);
+        if self.joint == JointKind::Spherical {
+            (per_metre.bend, per_metre.twist) = (None, None);
+        }
+        Fairlead {
+            frames,
+            winch,
+            length: laid.iter().map(|segment| segment.arc).sum(),
+            first: laid[0].arc,
+            segment: laid.get(1).unwrap_or(&laid[0]).arc,
+            density: self.density,
+            radius: self.radius,
+            per_metre,
+            clamped: kind != JointKind::Spherical,
+            named: laid.len(),
+            twist_reference: 0.0,
+        }
     }
 
     /// Damping times of the stretch, bend and twist rows of a cable `length` (m) long \[s].
@@ -293,10 +356,17 @@ impl Scene {
         cable.check_ranges()?;
         let route = Route::of(cable, self, time)?;
         let laid = route.lay(cable)?;
+        if let Some(winch) = cable.winch {
+            winch.validate(|| format!("cable `{}`", cable.name))?;
+            let length = route.length();
+            let within = (winch.shortest..=winch.longest).contains(&length);
+            let needs = "between shortest and longest of its winch";
+            check(cable.what("length"), length, within, needs)?;
+        }
         self.check_new_names(cable, laid.len())?;
         let (bodies, constraints) = (self.bodies.len(), self.constraints.len());
         let colliders = self.colliders.len();
-        self.lay(cable, &route, &laid);
+        self.lay(cable, &route, &laid, time);
         let new_bodies: Vec<usize> = (bodies..self.bodies.len()).collect();
         let new: Vec<usize> = (constraints..self.constraints.len()).collect();
         let mut bodies = new_bodies.iter();
@@ -310,7 +380,7 @@ impl Scene {
         sound.map(|()| self.cables.last().cloned().unwrap_or_default())
     }
 
-    fn lay(&mut self, cable: &Cable, route: &Route, laid: &[Laid]) {
+    fn lay(&mut self, cable: &Cable, route: &Route, laid: &[Laid], time: f64) {
         let strand = cable.strand(route.length());
         let number = Strand::begin(self, &*cable.name);
         let first = self.bodies.len();
@@ -326,7 +396,14 @@ impl Scene {
         let name = |of: &str| format!("{}-{of}", cable.name);
         if let Some((kind, frame)) = self.held(cable, route, &laid[0], 0) {
             let joint = (kind, [frame, ends(0)[0]]);
-            strand.join(self, number, name("start"), joint, 0.5 * laid[0].arc);
+            if let Some(mut winch) = cable.winch {
+                winch.since = winch.since.max(time);
+                let lead = cable.fairlead((joint.1, winch), (kind, &strand), laid);
+                let lead = self.add_constraint(name("start"), lead, 0);
+                self.cables[number].joints.push(lead);
+            } else {
+                strand.join(self, number, name("start"), joint, 0.5 * laid[0].arc);
+            }
         }
         for (i, pair) in laid.windows(2).enumerate() {
             let [mut a, mut b] = [ends(i)[1], ends(i + 1)[0]];

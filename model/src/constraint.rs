@@ -9,6 +9,7 @@
 
 mod cosserat;
 mod distance;
+mod fairlead;
 pub(crate) mod gap;
 mod hinge;
 mod link_bend;
@@ -27,6 +28,8 @@ mod testing;
 pub use cosserat::Cosserat;
 pub(crate) use cosserat::{BendTwist, bends_little};
 pub use distance::Distance;
+pub(crate) use fairlead::of_length;
+pub use fairlead::{Fairlead, LEAST};
 pub use hinge::Hinge;
 pub use link_bend::{BendDefinition, LinkBend};
 pub use loads::{Loads, Wrench};
@@ -103,7 +106,7 @@ pub enum RowKind {
     Rotation,
     /// A distance between attachment points, less the length of the link \[m].
     Length,
-    /// A component of a gap across the axis of a slider \[m].
+    /// A component of a gap \[m]: across the axis of a slider, or against and across a cable where it leaves its winch.
     Across,
     /// The coordinate of a slider, less the target of its motor \[m].
     Position,
@@ -151,6 +154,8 @@ pub enum Constraint {
     MasslessCable(MasslessCable),
     /// Angle between two links that share a point, 1 or 2 rows.
     LinkBend(LinkBend),
+    /// Where a cable of segments leaves its winch, 3 rows, or up to 6 clamped.
+    Fairlead(Fairlead),
 }
 
 /// Each kind is a constraint.
@@ -173,7 +178,8 @@ kinds!(
     Hinge,
     Slider,
     MasslessCable,
-    LinkBend
+    LinkBend,
+    Fairlead
 );
 
 impl Constraint {
@@ -227,6 +233,14 @@ impl Constraint {
                 driven(c.motor, false),
             ],
             Self::MasslessCable(c) => [(Length, 1, Some(c.law)), (Bend, 0, None), (Twist, 0, None)],
+            Self::Fairlead(c) => {
+                let law = c.law();
+                [
+                    (Across, 3, law.stretch),
+                    (Bend, 2, law.bend),
+                    (Twist, 1, law.twist),
+                ]
+            }
             Self::LinkBend(c) => [
                 (Bend, c.definition.rows(), Some(c.law)),
                 (Stretch, 0, None),
@@ -250,6 +264,7 @@ impl Constraint {
             Self::Slider(c) => &c.frames,
             Self::MasslessCable(c) => &c.frames,
             Self::LinkBend(c) => &c.frames,
+            Self::Fairlead(c) => &c.frames,
         }
     }
 
@@ -265,6 +280,7 @@ impl Constraint {
             Self::Slider(c) => &mut c.frames,
             Self::MasslessCable(c) => &mut c.frames,
             Self::LinkBend(c) => &mut c.frames,
+            Self::Fairlead(c) => &mut c.frames,
         }
     }
 
@@ -300,13 +316,17 @@ impl Constraint {
     pub(crate) fn acts_at_points(&self) -> bool {
         let of_points = matches!(
             self,
-            Self::Distance(_) | Self::Slider(_) | Self::MasslessCable(_) | Self::LinkBend(_)
+            Self::Distance(_)
+                | Self::Slider(_)
+                | Self::MasslessCable(_)
+                | Self::LinkBend(_)
+                | Self::Fairlead(_)
         );
         of_points || self.has_stretch_rows()
     }
 
     /// The kind's name: `spherical`, `paper`, `cosserat`, `lock`, `distance`, `hinge`, `slider`,
-    /// `massless-cable`, `link-bend`.
+    /// `massless-cable`, `link-bend`, `fairlead`.
     #[must_use]
     pub fn kind_name(&self) -> &'static str {
         match self {
@@ -319,6 +339,7 @@ impl Constraint {
             Self::Slider(_) => "slider",
             Self::MasslessCable(_) => "massless-cable",
             Self::LinkBend(_) => "link-bend",
+            Self::Fairlead(_) => "fairlead",
         }
     }
 
@@ -363,6 +384,7 @@ impl Constraint {
             }
             Self::MasslessCable(c) => c.evaluate(bodies, t, rows),
             Self::LinkBend(c) => c.evaluate(bodies, t, rows),
+            Self::Fairlead(c) => c.evaluate(bodies, t, rows),
         }
     }
 
@@ -393,6 +415,10 @@ impl Constraint {
             Self::MasslessCable(c) => {
                 let (lower, upper) = c.bounds_at(t);
                 (c.tension_only || c.winch.is_some()).then_some((0, lower, upper))
+            }
+            Self::Fairlead(c) => {
+                let (lower, upper) = c.bounds_at(t);
+                Some((0, lower, upper))
             }
             other => {
                 let limit = other.motor()?.force_limit;
@@ -454,6 +480,12 @@ impl Constraint {
                     self.difference(bodies, [t, t_next], phi_t);
                 }
             }
+            Self::Fairlead(c) => {
+                let points = c.frames.iter().any(|f| change(f) != Vector3::zeros());
+                if points || c.length_at(t) != c.length_at(t_next) {
+                    self.difference(bodies, [t, t_next], phi_t);
+                }
+            }
             Self::Distance(c) => {
                 let [a, b] = &c.frames;
                 let change = change(a) - change(b);
@@ -491,6 +523,7 @@ impl Constraint {
         match self {
             Self::Paper(c) => c.twist_reference = twist,
             Self::Cosserat(c) => c.twist_reference = twist,
+            Self::Fairlead(c) => c.twist_reference = twist,
             _ => {}
         }
     }
@@ -513,6 +546,10 @@ impl Constraint {
             Self::Paper(c) => {
                 let [a, b] = sides(&c.frames);
                 c.twist_reference = c.twist(&a, &b).0;
+            }
+            Self::Fairlead(c) => {
+                let [a, b] = sides(&c.frames);
+                c.twist_reference = c.twist(&a, &b);
             }
             Self::Cosserat(c) => {
                 let [a, b] = sides(&c.frames);

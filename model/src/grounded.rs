@@ -286,6 +286,7 @@ impl GroundedParams {
             ends,
             points: Vec::new(),
             segments: Segments::Equal(self.segments),
+            winch: None,
             density: heavy * self.segment_mass * self.segments as f64 / self.length,
             radius: self.radius,
             stiffness: Stiffness {

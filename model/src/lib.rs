@@ -54,7 +54,7 @@
 //! | YA, YI, GJ | [`Stiffness`] `ea`, `ei`, `gj` | axial, bending, torsional stiffness | N, N m², N m² |
 //! | l, L | `segment_length`, `length` | length of a segment, of the cable | m |
 //! | r, θ, μ | [`Sheave`], [`Scene::wrap`], [`Capstan::friction`] | radius, wrap and friction of a sheave; μ is also [`Surface::friction`] | m, rad, – |
-//! | L(t) | [`MasslessCable::length_at`] | length at rest of a cable with a winch | m |
+//! | L(t) | [`MasslessCable::length_at`], [`Fairlead::length_at`] | length at rest of a cable with a winch | m |
 //! | lo, hi | [`RowBounds`] | bounds of λ: a cable cannot push, a motor has a limited force | N or N m |
 //! | g | | gap of two shapes along the normal of a contact, < 0 in overlap | m |
 //! | M/m | [`HoistParams::mass_ratio`] | mass of the load over that of a segment | – |
@@ -79,6 +79,7 @@
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
 //! | [`scene::reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
+//! | [`scene::winding`] | cables of segments at their winches: cut, split and merged; `constraint/fairlead.rs`: φ and J there |
 //! | [`grounded`] | a stack of boxes, a load dragged over a floor, cables in a pile |
 //! | [`reeved`] | a capstan, a block and tackle, a traction elevator |
 //! | [`specimen`] | straight cables pulled, twisted, bent \[SL §VII-A] |
@@ -133,9 +134,9 @@ pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
 pub use collide::{Collider, DEFAULT_GROUP, Shape, Surface};
 pub use constraint::{
-    BendDefinition, Constraint, Cosserat, Distance, Hinge, JointLaw, Lay, LinkBend, Loads, Lock,
-    MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Sheave, Slider, Spherical, Target,
-    TwistDefinition, Winch, Wrench,
+    BendDefinition, Constraint, Cosserat, Distance, Fairlead, Hinge, JointLaw, Lay, LinkBend,
+    Loads, Lock, MAX_ROWS, MasslessCable, Motor, Paper, RowKind, RowLaw, Sheave, Slider, Spherical,
+    Target, TwistDefinition, Winch, Wrench,
 };
 pub use error::SceneError;
 pub use frame::{Frame, Resolved, Side, axes_along, hanging_axes};

@@ -5,6 +5,7 @@ mod event;
 pub mod reeving;
 mod remove;
 pub(crate) mod validate;
+pub mod winding;
 
 pub use event::{Action, Event, When};
 pub use reeving::Capstan;
@@ -243,9 +244,13 @@ impl Scene {
     /// # Panics
     /// When `control` is not below the number of controls, or it drives a constraint that is not there.
     pub fn set_control(&mut self, control: usize, value: f64, t: f64) {
-        for drive in &self.controls[control].drives {
+        for k in 0..self.controls[control].drives.len() {
+            let drive = self.controls[control].drives[k];
+            self.cut_at_winch(drive.constraint, t, 0.0);
             let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
-            if let Constraint::MasslessCable(cable) = constraint {
+            if let Constraint::Fairlead(lead) = constraint {
+                lead.winch.speed = speed;
+            } else if let Constraint::MasslessCable(cable) = constraint {
                 cable.rebase(t);
                 if let Some(winch) = &mut cable.winch {
                     winch.speed = speed;

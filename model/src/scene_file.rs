@@ -87,6 +87,7 @@
 //! | `joint`, `bend`, `twist` | `cosserat` (default), `paper` or `spherical`; `false` leaves such rows out |
 //! | `rest` | rest shape: `straight` (default) or `as-routed` |
 //! | `breaks_at`, `group` | as in a joint |
+//! | `winch` | hauls it in and pays it out at `from`, where it is pinned or clamped; see below |
 //! | `collide` | whether its segments touch others, as capsules `NAME-1` … of its radius; see below; default `false` |
 //!
 //! Bodies and joints written one by one name the cable that they belong to by the key `cable`.

@@ -52,7 +52,7 @@ pub(super) fn halfway(a: &Laid, b: &Laid) -> UnitQuaternion<f64> {
 
 /// The smallest rotation that takes the unit vector `a` to the unit vector `b`: exactly none where they are equal, and
 /// without a direction where they are opposite.
-fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuaternion<f64> {
+pub(crate) fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuaternion<f64> {
     let axis = a.cross(b);
     UnitQuaternion::from_quaternion(Quaternion::from_parts(1.0 + a.dot(b), axis))
 }

@@ -101,7 +101,8 @@ impl Constraint {
                 RowKind::Across | RowKind::Transverse => {}
             }
         }
-        if matches!(self, Self::MasslessCable(cable) if cable.winch.is_some()) {
+        let winch = matches!(self, Self::MasslessCable(cable) if cable.winch.is_some());
+        if winch || matches!(self, Self::Fairlead(_)) {
             loads.drive = loads.tension;
         }
         loads
@@ -112,7 +113,7 @@ impl Constraint {
     ///
     /// | kind | tension |
     /// |---|---|
-    /// | link, massless cable | −λ of the length row; that of all spans of a cable |
+    /// | link, massless cable, fairlead | −λ of the length row; that of all spans of a cable; of its row along the cable |
     /// | cable joint with bend rows | λ of the stretch rows along the mean of the axes u of both sides |
     /// | ball joint, cable joint without bend rows | their size ‖λ‖: a free axis is no direction |
     /// | lock, hinge, slider, bending of links, cable joint without stretch rows | none |
@@ -134,7 +135,7 @@ impl Constraint {
         };
         match self {
             // Not −0 where it is slack.
-            Self::Distance(_) | Self::MasslessCable(_) => Some(0.0 - lambda[0]),
+            Self::Distance(_) | Self::MasslessCable(_) | Self::Fairlead(_) => Some(0.0 - lambda[0]),
             Self::Spherical(_) => Some(Vector3::from_column_slice(&lambda[..3]).norm()),
             Self::Paper(c) => along(&c.law),
             Self::Cosserat(c) => along(&c.law),

@@ -28,7 +28,7 @@ use crate::body::Bodies;
 use crate::error::{SceneError, check, limited};
 use crate::frame::{Frame, Resolved};
 
-/// Pays a massless cable out and hauls it in.
+/// Pays a cable out and hauls it in.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Winch {
@@ -88,6 +88,23 @@ impl Winch {
         limited(of("longest"), self.longest, self.longest >= shortest, needs)
     }
 
+    /// Length at time `t` (s) of a cable that is `length` long at the time [`Winch::since`] \[m].
+    #[must_use]
+    pub(crate) fn length_at(&self, length: f64, t: f64) -> f64 {
+        if self.brake || self.speed == 0.0 {
+            return length;
+        }
+        // A cable that is out of the range already stays as it is.
+        let (shortest, longest) = (self.shortest.min(length), self.longest.max(length));
+        let after = |time: f64| (length + self.speed * time).clamp(shortest, longest);
+        match t - self.since {
+            time if time >= 0.0 => after(time),
+            _ if self.since > 0.0 => length,
+            // As it goes on: a drum at its stop stood there before.
+            time => (2.0 * length - after(-time)).max(shortest),
+        }
+    }
+
     /// Tension that makes the drum slip \[N].
     #[must_use]
     pub fn holding_force(&self) -> f64 {
@@ -145,20 +162,8 @@ impl MasslessCable {
     /// Length at rest at time `t` (s) \[m]; what it was before [`Winch::since`] is said there.
     #[must_use]
     pub fn length_at(&self, t: f64) -> f64 {
-        match &self.winch {
-            Some(w) if !w.brake && w.speed != 0.0 => {
-                // A cable that is out of the range already stays as it is.
-                let (shortest, longest) = (w.shortest.min(self.length), w.longest.max(self.length));
-                let after = |time: f64| (self.length + w.speed * time).clamp(shortest, longest);
-                match t - w.since {
-                    time if time >= 0.0 => after(time),
-                    _ if w.since > 0.0 => self.length,
-                    // As it goes on: a drum at its stop stood there before.
-                    time => (2.0 * self.length - after(-time)).max(shortest),
-                }
-            }
-            _ => self.length,
-        }
+        self.winch
+            .map_or(self.length, |w| w.length_at(self.length, t))
     }
 
     /// Compliance at time `t` (s) of what is off the drums \[m/N].

@@ -105,6 +105,9 @@ impl Constraint {
         if let Self::MasslessCable(cable) = self {
             return cable.winch.map(|winch| winch.speed);
         }
+        if let Self::Fairlead(lead) = self {
+            return Some(lead.winch.speed);
+        }
         match self.motor()?.target {
             Target::Speed(speed) => Some(speed),
             Target::Position(_) => None,

@@ -94,6 +94,15 @@ impl<'a> Rows<'a> {
         }
     }
 
+    /// The lever arm of side b, likewise.
+    pub(super) fn set_lever_of_b(&mut self, lever: Vector3<f64>) {
+        if self.starts[1].is_some()
+            && let Some(to) = self.levers.get_mut(usize::from(self.starts[0].is_some()))
+        {
+            *to = lever;
+        }
+    }
+
     /// The three rows of the gap.
     pub(super) fn stretch(&mut self, a: &Resolved, b: &Resolved) {
         self.joint.arms = [a.lever.into(), b.lever.into()];

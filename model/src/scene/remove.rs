@@ -21,6 +21,17 @@ impl Kept {
         Self(kept)
     }
 
+    /// The last of `count` at number `at`.
+    fn inserted(count: usize, at: usize) -> Self {
+        let last = count.saturating_sub(1);
+        let moved = |i: usize| match i {
+            i if i == last => at,
+            i if i >= at => i + 1,
+            i => i,
+        };
+        Self((0..count).map(|i| Some(moved(i))).collect())
+    }
+
     fn filter<T>(&self, items: &mut Vec<T>) {
         let mut kept = self.0.iter();
         items.retain(|_| kept.next().is_none_or(Option::is_some));
@@ -66,10 +77,16 @@ impl Scene {
         kept.filter(&mut self.constraints);
         kept.filter(&mut self.constraint_names);
         kept.filter(&mut self.groups);
+        Ok(self.renumber(&kept_bodies, &kept))
+    }
+
+    /// Gives bodies and constraints their new numbers wherever they are named; returns the numbers that controls without
+    /// drives had, which go.
+    fn renumber(&mut self, bodies: &Kept, constraints: &Kept) -> Vec<usize> {
         for constraint in &mut self.constraints {
             for frame in constraint.frames_mut() {
                 if let Side::Body(i) = &mut frame.side {
-                    kept_bodies.follow(i);
+                    bodies.follow(i);
                 }
             }
         }
@@ -78,31 +95,43 @@ impl Scene {
             let before = control.drives.len();
             control
                 .drives
-                .retain_mut(|d| kept.follow(&mut d.constraint));
+                .retain_mut(|d| constraints.follow(&mut d.constraint));
             let left = control.drives.iter().any(|drive| drive.gain != 0.0);
             idle.extend((control.drives.len() < before && !left).then_some(i));
         }
         let kept_controls = Kept::without(self.controls.len(), &idle);
         kept_controls.filter(&mut self.controls);
         self.events
-            .retain_mut(|event| follow(event, &kept_bodies, &kept, &kept_controls));
+            .retain_mut(|event| follow(event, bodies, constraints, &kept_controls));
         self.cables.retain_mut(|cable| {
             let before = cable.bodies.len() + cable.joints.len();
-            cable.bodies.retain_mut(|i| kept_bodies.follow(i));
-            cable.joints.retain_mut(|i| kept.follow(i));
+            cable.bodies.retain_mut(|i| bodies.follow(i));
+            cable.joints.retain_mut(|i| constraints.follow(i));
             let left = cable.bodies.len() + cable.joints.len();
             left > 0 || before == 0
         });
         self.capstans.retain_mut(|capstan| {
             let [before, after] = &mut capstan.parts;
-            kept.follow(before) && kept.follow(after)
+            constraints.follow(before) && constraints.follow(after)
         });
         self.colliders
-            .retain_mut(|c| c.body.as_mut().is_none_or(|i| kept_bodies.follow(i)));
+            .retain_mut(|c| c.body.as_mut().is_none_or(|i| bodies.follow(i)));
         if let Some(load) = &mut self.load {
-            kept_bodies.follow(load);
+            bodies.follow(load);
         }
-        Ok(idle)
+        idle
+    }
+
+    /// Moves the last body and the last constraint to the numbers `body` and `constraint`; the others keep their order.
+    pub(super) fn insert_last(&mut self, body: usize, constraint: usize) {
+        let kept_bodies = Kept::inserted(self.bodies.len(), body);
+        let kept = Kept::inserted(self.constraints.len(), constraint);
+        insert(&mut self.bodies, body);
+        last_to(&mut self.body_names, body);
+        last_to(&mut self.constraints, constraint);
+        last_to(&mut self.constraint_names, constraint);
+        last_to(&mut self.groups, constraint);
+        self.renumber(&kept_bodies, &kept);
     }
 
     fn check_removal(&self, bodies: &Kept, constraints: &Kept) -> Result<(), SceneError> {
@@ -157,6 +186,36 @@ fn follow(event: &mut Event, bodies: &Kept, constraints: &Kept, controls: &Kept)
         Action::Set { control, .. } => controls.follow(control),
     });
     watched && !event.then.is_empty()
+}
+
+/// Moves the last body to number `at`.
+fn insert(bodies: &mut Bodies, at: usize) {
+    let Bodies {
+        mobility,
+        position,
+        orientation,
+        velocity,
+        angular_velocity,
+        mass,
+        inertia,
+        force,
+        torque,
+    } = bodies;
+    last_to(mobility, at);
+    last_to(position, at);
+    last_to(orientation, at);
+    last_to(velocity, at);
+    last_to(angular_velocity, at);
+    last_to(mass, at);
+    last_to(inertia, at);
+    last_to(force, at);
+    last_to(torque, at);
+}
+
+fn last_to<T>(items: &mut Vec<T>, at: usize) {
+    if let Some(last) = items.pop() {
+        items.insert(at, last);
+    }
 }
 
 fn retain(bodies: &mut Bodies, kept: &Kept) {

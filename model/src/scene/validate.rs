@@ -139,6 +139,13 @@ impl Scene {
     fn validate_cables(&self) -> Result<(), SceneError> {
         let names: Vec<String> = self.cables.iter().map(|c| c.name.clone()).collect();
         unique("cable", &names)?;
+        let alone = |i: &usize| !self.cables.iter().any(|cable| cable.joints.contains(i));
+        if let Some(i) = self.fairleads().find(alone) {
+            return Err(SceneError::Conflict {
+                what: format!("joint `{}`", self.constraint_names[i]),
+                reason: "is a winch without a cable: lay a cable with a winch by `Scene::add_cable`",
+            });
+        }
         for cable in &self.cables {
             let what = format!("cable `{}`", cable.name);
             let (bodies, joints) = (self.bodies.len(), self.constraints.len());
@@ -256,6 +263,7 @@ impl Scene {
                 let is_part = matches!(c, Constraint::MasslessCable(part) if part.is_part());
                 check_winch(joint, winch, *length, is_part)?;
             }
+            Constraint::Fairlead(lead) => lead.validate(|| format!("joint `{joint}`"))?,
             other => other
                 .motor()
                 .map_or(Ok(()), |m| m.validate(|| format!("joint `{joint}`")))?,

@@ -7,6 +7,7 @@ use super::build::{Entry, Names};
 use super::collide::CollideEntry;
 use super::groups::Groups;
 use super::motion::MotionEntry;
+use super::motor::WinchEntry;
 use super::places::Fault;
 use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
 use crate::error::SceneError;
@@ -59,6 +60,8 @@ pub struct CableEntry {
     pub rest: Rest,
     /// Tension at which each of its joints breaks \[N]: events called `NAME-joint-1 breaks` …; default never.
     pub breaks_at: Option<f64>,
+    /// Winch at its start, which hauls it in and pays it out: as of a cable without mass; default none.
+    pub winch: Option<WinchEntry>,
     /// Group of its joints for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
     /// Whether its segments touch others, as capsules of its radius: `true`, or `{ friction, restitution, compliance,
@@ -118,6 +121,7 @@ impl CableEntry {
             (None, Some(ratio)) => Damping::Ratio(ratio),
             (time, None) => Damping::Time(time.unwrap_or(0.0)),
         };
+        let winch = self.winch.as_ref().map(|winch| winch.build(&of, false));
         let surface = self.collide.as_ref().and_then(CollideEntry::surface);
         let collide = surface.as_ref().map(|s| s.build(&of, "collide."));
         let (groups, meets) = groups.masks(&surface.unwrap_or_default());
@@ -127,6 +131,7 @@ impl CableEntry {
             meets,
             points: self.points.iter().copied().map(Vector3::from).collect(),
             segments,
+            winch: winch.transpose()?,
             density: self.mass_per_length.unwrap_or(solid),
             stiffness,
             damping,
@@ -174,6 +179,8 @@ impl CableEntry {
             ("sum of", &["lengths"]),
             ("point", &["points", "to"]),
             ("leg", &["points", "to"]),
+            ("winch", &["winch"]),
+            ("length is", &["winch"]),
             ("segment", &["segments", "lengths", "points"]),
             ("joint", &["joint"]),
             ("smallest dimension", &["collide", "radius"]),

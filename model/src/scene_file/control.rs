@@ -71,7 +71,11 @@ impl DriveEntry {
     /// Drive number `i` of the control `of`.
     fn build(&self, of: &Entry<'_>, i: usize, scene: &Scene) -> Result<Drive, Fault> {
         let names = &scene.constraint_names;
-        let Some(constraint) = names.iter().position(|name| *name == self.joint) else {
+        // That of a cable of segments stands for its winch.
+        let of_cable = scene.cables.iter().find(|cable| cable.name == self.joint);
+        let at_winch = || of_cable.and_then(|cable| cable.joints.first().copied());
+        let named = names.iter().position(|name| *name == self.joint);
+        let Some(constraint) = named.or_else(at_winch) else {
             let followers = (0..names.len()).filter(|&i| scene.constraints[i].follows_speed());
             let followers: Vec<_> = followers.map(|i| names[i].clone()).collect();
             let error = SceneError::UnknownJoint {

@@ -48,6 +48,15 @@ impl SceneText {
             colliders,
             events,
         } = scene;
+        if let Some(i) = scene.fairleads().next() {
+            return Err(SceneError::NotInText {
+                what: format!(
+                    "the winch of a cable of segments, `{}`",
+                    constraint_names[i]
+                ),
+                cure: "leave it out, or write the cable as `[[cable]]`",
+            });
+        }
         let [segments, joined] = memberships(scene);
         if body_names.iter().any(|name| name == WORLD) {
             return Err(SceneError::NotInText {
@@ -184,6 +193,7 @@ impl SceneText {
                 let entry = MasslessCableEntry::of(scene, name, cable, group);
                 self.massless_cable.push(entry);
             }
+            Constraint::Fairlead(_) => {}
             Constraint::LinkBend(LinkBend {
                 frames,
                 law,

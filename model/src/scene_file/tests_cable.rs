@@ -176,3 +176,76 @@ fn faults_of_cables_name_line_and_key() {
         assert!(!message.contains('\n'));
     }
 }
+
+const HOIST: &str = include_str!("../../../integrator/examples/segment_crane.toml");
+
+#[test]
+fn a_winch_hauls_in_a_cable_of_segments() {
+    let scene = SceneSource::parse(HOIST, &[]).unwrap().build().unwrap();
+    let lead = scene.constraint("rope-start").unwrap();
+    let crate::Constraint::Fairlead(of) = &scene.constraints[lead] else {
+        panic!("a fairlead");
+    };
+    assert_eq!((of.winch.force_limit, of.winch.shortest), (5e4, 4.0));
+    assert!(of.clamped && (of.length, of.first) == (20.0, 1.0));
+    assert_eq!(scene.controls[0].drives[0].constraint, lead);
+    let fault = SceneText::from_scene(&scene).unwrap_err().to_string();
+    assert!(
+        fault.contains("the winch of a cable of segments, `rope-start`"),
+        "{fault}"
+    );
+    let source = SceneSource::parse(HOIST, &[]).unwrap();
+    for toml in [source.to_toml(), source.to_commented_toml()] {
+        assert_eq!(SceneSource::parse(&toml.unwrap(), &[]).unwrap(), source);
+    }
+}
+
+#[test]
+fn faults_of_winches_name_line_and_key() {
+    let from = "from = { body = \"jib\", point = [8, 0, 0], held = \"clamped\" }";
+    let winch = "winch = { force_limit = 5e4, brake_limit = 8e4, shortest = 4, longest = 22 }\n";
+    for (old, new, words) in [
+        (
+            from,
+            "from = { body = \"world\", held = \"free\" }",
+            "line 18, column 1: cable `rope`: winch: needs a cable",
+        ),
+        (
+            winch,
+            "",
+            "drives.0.joint: has neither a motor with a speed nor a winch",
+        ),
+        ("shortest = 4", "shortest = 30", "≥ winch.shortest"),
+        (
+            "longest = 22",
+            "longest = 10",
+            "line 18, column 1: cable `rope`: length is 20",
+        ),
+        ("shortest = 4", "speed = nan", "winch.speed is NaN"),
+        (
+            "radius = 0.008",
+            "radius = 0.008\nrest = \"as-routed\"",
+            "straight at rest",
+        ),
+        (
+            "radius = 0.008",
+            "radius = 0.008\njoint = \"paper\"",
+            "`cosserat` and `spherical` alone",
+        ),
+        (
+            "radius = 0.008",
+            "radius = 0.008\ncollide = true",
+            "touch nothing",
+        ),
+        (
+            "[[control]]",
+            "[[joint]]\nname = \"x\"\nkind = \"lock\"\na = \"jib\"\nb = \"load\"\nwinch = {}\n\n[[control]]",
+            "winch",
+        ),
+    ] {
+        assert!(HOIST.contains(old), "{old}");
+        let source = SceneSource::parse(&HOIST.replacen(old, new, 1), &[]);
+        let message = source.and_then(|s| s.build()).unwrap_err().to_string();
+        assert!(message.contains(words), "{message}");
+    }
+}

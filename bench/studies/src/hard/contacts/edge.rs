@@ -127,6 +127,7 @@ impl Over {
             ends: [held[0], held[1]],
             points: points[1..segments].to_vec(),
             segments: Segments::Equal(segments),
+            winch: None,
             density: self.segment / self.length(),
             radius: RADIUS,
             stiffness: Stiffness {

@@ -32,6 +32,7 @@ fn flat(ratio: f64) -> Result<Scene, SceneError> {
         ends: [-0.5, 0.5].map(|part| CableEnd::Free(end(part))),
         points: Vec::new(),
         segments: Segments::Equal(SEGMENTS),
+        winch: None,
         density: 0.025,
         radius: RADIUS,
         stiffness: Stiffness {

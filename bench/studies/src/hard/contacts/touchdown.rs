@@ -68,6 +68,7 @@ fn dragged(segments: usize) -> Result<Scene, SceneError> {
         ],
         points: points[1..last].to_vec(),
         segments: Segments::Equal(segments),
+        winch: None,
         density: DENSITY,
         radius: RADIUS,
         stiffness: Stiffness {

@@ -1,0 +1,80 @@
+//! Cables of segments at their winches: what a step does with the first segment.
+//!
+//! A step sees the speed of a winch as ∂φ/∂t of the row along its cable ([`taut_model::Fairlead`]). When it stands, the first
+//! segment is cut to the length that is off the drum, and after it splits or merges where that is due
+//! ([`taut_model::scene::winding`]). A drum that slips pays out as that of a massless cable does. What a winch feeds takes its
+//! energy along, so that the energy balance begins anew with each cut.
+
+use super::Stepper;
+use crate::StepError;
+use crate::change::Edit;
+use taut_model::Constraint;
+
+/// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
+const FASTEST: f64 = 0.25;
+
+impl Stepper {
+    /// No winch feeds more in a step than its first segment can lose.
+    pub(super) fn check_winches(&self) -> Result<(), StepError> {
+        for &i in &self.fairleads {
+            let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
+                continue;
+            };
+            let fed = lead.winch.speed.abs() * self.options.dt;
+            if !lead.winch.brake && fed > FASTEST * lead.segment {
+                return Err(StepError::NotControllable {
+                    what: format!("the winch at `{}`", self.scene.constraint_names[i]),
+                    reason: "feeds more than a quarter of a segment in a step: make it slower, the time step smaller, or \
+                             the segments longer",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// First segments are as long as the present state has them.
+    pub(super) fn cut_at_winches(&mut self) {
+        let mut cut = false;
+        for n in 0..self.fairleads.len() {
+            let i = self.fairleads[n];
+            let paid = self.paid_out(i);
+            if self.scene.cut_at_winch(i, self.time, paid)
+                && let Some(body) = self.scene.constraints[i].frames()[1].body_index()
+            {
+                self.pieces.inertia.renew(&self.scene.bodies, body);
+                cut = true;
+            }
+        }
+        if cut {
+            self.pieces.rows.update(&self.scene, self.time);
+            self.account.close();
+        }
+    }
+
+    /// What the drum of fairlead `i` has let go in the last sub-step \[m].
+    fn paid_out(&mut self, i: usize) -> f64 {
+        let bounds = &self.pieces.rows.bounds;
+        let mut slipping = self.bounded.at_lower().map(|k| bounds[k]);
+        let Some(bound) = slipping.find(|bound| bound.constraint == i) else {
+            return 0.0;
+        };
+        let Constraint::Fairlead(lead) = &self.scene.constraints[i] else {
+            return 0.0;
+        };
+        let paid = lead.paid_out(self.pieces.rows.phi[bound.row], self.time);
+        self.history.phi_t[bound.row] -= paid / self.stage.advanced();
+        paid
+    }
+
+    /// First segments split and merge. Allocates where there are any.
+    pub(super) fn wind(&mut self) -> Result<(), StepError> {
+        let due = |i: &usize| self.scene.winding_due(*i).is_some();
+        if self.fairleads.iter().any(due) {
+            self.change(Edit::wind)?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,283 @@
+//! Fairlead: where a cable of rigid segments leaves its winch.
+//!
+//! Side a holds the winch, side b is the cable's first segment, with u of b from the winch into the cable. The segment is
+//! cut to the length ℓ₁ that was off the drum at the time [`Winch::since`]; since then the point of b that lies at the winch
+//! has moved along the segment, to r_b(t) − (L(t) − L) u_b. With d = p_a − p_b and k ∈ {−u_b, v_b, w_b}, the rows are
+//!
+//!   φ = k·d,   φ̇ = k·(v_a + ω_a×r_a − v_b − ω_b×r_b) + (ω_b×k)·d + ∂φ/∂t,   ∂φ/∂t = −L̇ for k = −u_b
+//!
+//! so that J_a = \[kᵀ, (r_a×k)ᵀ], J_b = \[−kᵀ, −((r_b + d)×k)ᵀ]: the force acts on both at a's point. Row 0 is positive
+//! and its λ negative where the cable is taut, as in a massless cable, and has the winch's bound λ ≥ −F. A clamped
+//! cable has the bend and twist rows of [`Cosserat`](super::Cosserat) besides.
+//!
+//! Compliances are those of ℓ₁/2 of cable, half the segment. The turns of a cable do not enter the winch: side b keeps its
+//! axes where the point moves, so that all torsion stays in what is off the drum.
+//!
+//! 3 rows; 5 or 6 clamped.
+
+use nalgebra::Vector3;
+
+use super::cosserat::BendTwist;
+use super::{Constraint, JointLaw, RowLaw, Rows, Winch, gap};
+use crate::body::Bodies;
+use crate::error::{SceneError, check};
+use crate::frame::{Frame, Resolved};
+
+/// Part of a whole segment that the first one is at least, before it merges with the next; it splits at one segment more.
+pub const LEAST: f64 = 0.5;
+
+/// Part of a whole segment at which a first one stops that has not been merged.
+const STOP: f64 = 0.125;
+
+/// The place at which a cable of segments leaves its winch: see the crate's `cable`.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Fairlead {
+    /// What holds the winch, and the first segment.
+    pub frames: [Frame; 2],
+    /// The winch. Its limits are those of the whole length; hauling in stops at half a segment at the latest.
+    pub winch: Winch,
+    /// Length of the cable off the drum at the time [`Winch::since`] \[m], > 0.
+    pub length: f64,
+    /// That of its first segment \[m], > 0.
+    pub first: f64,
+    /// Length of a whole segment \[m], > 0.
+    pub segment: f64,
+    /// Mass per length \[kg/m], > 0.
+    pub density: f64,
+    /// Radius \[m], > 0.
+    pub radius: f64,
+    /// Laws of a joint that stands for one metre of the cable. Stretch must be there.
+    pub per_metre: JointLaw,
+    /// Whether the cable is clamped at the winch.
+    pub clamped: bool,
+    /// Number in the name of the last segment.
+    pub named: usize,
+    /// Twist \[rad] of the last accepted step.
+    pub twist_reference: f64,
+}
+
+/// The laws of a joint that stands for `length` (m) of cable.
+#[must_use]
+pub(crate) fn of_length(per_metre: &JointLaw, length: f64) -> JointLaw {
+    let of = |law: Option<RowLaw>| law.map(|law| RowLaw::new(law.compliance * length, law.damping));
+    JointLaw {
+        stretch: of(per_metre.stretch),
+        bend: of(per_metre.bend),
+        twist: of(per_metre.twist),
+    }
+}
+
+impl Fairlead {
+    /// Laws of its rows.
+    #[must_use]
+    pub fn law(&self) -> JointLaw {
+        let law = of_length(&self.per_metre, 0.5 * self.first);
+        JointLaw {
+            stretch: law.stretch,
+            bend: law.bend.filter(|_| self.clamped),
+            twist: law.twist.filter(|_| self.clamped),
+        }
+    }
+
+    /// Length off the drum at time `t` (s) \[m].
+    #[must_use]
+    pub fn length_at(&self, t: f64) -> f64 {
+        let least = self.length - self.first + STOP * self.segment;
+        let shortest = self.winch.shortest.max(LEAST * self.segment).max(least);
+        let winch = Winch {
+            shortest,
+            ..self.winch
+        };
+        winch.length_at(self.length, t)
+    }
+
+    /// Bounds of λ of its first row at time `t` (s), lower and upper \[N].
+    #[must_use]
+    pub fn bounds_at(&self, t: f64) -> (f64, f64) {
+        let holds = self.length_at(t) >= self.winch.longest;
+        let lower = if holds {
+            f64::NEG_INFINITY
+        } else {
+            -self.winch.holding_force()
+        };
+        (lower, f64::INFINITY)
+    }
+
+    /// What a drum that slipped at time `t` (s) has let go, the first row's violation being `phi`: until the elastic law
+    /// gives the holding force, or the drum is empty \[m].
+    #[must_use]
+    pub fn paid_out(&self, phi: f64, t: f64) -> f64 {
+        let compliance = self.law().stretch.unwrap_or_default().compliance;
+        // φ − x = ε (1 + x/ℓ₁) F.
+        let stretch = compliance * self.winch.holding_force();
+        let paid = (phi - stretch) / (1.0 + stretch / self.first);
+        let left = self.winch.longest - self.length_at(t);
+        paid.min(left).max(0.0)
+    }
+
+    /// Direction from the winch into the cable, body frame of the first segment.
+    pub(crate) fn along(&self) -> Vector3<f64> {
+        self.frames[1].axes.column(0).into_owned()
+    }
+
+    pub(super) fn evaluate(&self, bodies: &Bodies, t: f64, rows: &mut Rows<'_>) {
+        let mut frames = self.frames;
+        frames[1].point -= self.along() * (self.length_at(t) - self.length);
+        let [a, b] = rows.resolve(&frames, bodies, t);
+        let d = gap(&a, &b);
+        let lever = b.lever + d;
+        rows.set_lever_of_b(lever);
+        for k in [-b.u(), b.v(), b.w()] {
+            rows.along(k.dot(&d), &k, [&a.lever, &lever]);
+        }
+        let law = self.law();
+        let has = [law.bend, law.bend, law.twist].map(|law| law.is_some());
+        if has.contains(&true) {
+            let angles = BendTwist::of_frames(&a, &b, self.twist_reference);
+            let gradients = angles.gradients(&super::cosserat::columns(&a.axes));
+            for k in (0..3).filter(|k| has[*k]) {
+                rows.angular(angles.angles[k], &gradients[k].into());
+            }
+        }
+    }
+
+    pub(super) fn twist(&self, a: &Resolved, b: &Resolved) -> f64 {
+        BendTwist::of_frames(a, b, self.twist_reference).angles[2]
+    }
+
+    /// Checks that all numbers are in their ranges; `what` is whose winch it is.
+    pub(crate) fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
+        self.winch.validate(&what)?;
+        for (quantity, value) in [
+            ("length", self.length),
+            ("first segment", self.first),
+            ("whole segment", self.segment),
+            ("mass per length", self.density),
+            ("radius", self.radius),
+        ] {
+            let of = || format!("{}: {quantity}", what());
+            check(of(), value, value > 0.0, "> 0")?;
+        }
+        if self.per_metre.stretch.is_none() {
+            return Err(SceneError::Conflict {
+                what: what(),
+                reason: "has a cable without stretch: give it a compliance, 0 where it is rigid",
+            });
+        }
+        let most = "at most 1000 whole ones";
+        let of = format!("{}: first segment", what());
+        check(of, self.first, self.first <= 1e3 * self.segment, most)?;
+        let first = format!("{}: first segment", what());
+        let needs = "no longer than the cable (m)";
+        check(
+            first,
+            self.first,
+            self.first <= self.length * (1.0 + 1e-9),
+            needs,
+        )
+        .map(|_| ())
+    }
+}
+
+impl Constraint {
+    /// Gives the rows of a cable joint other laws.
+    pub(crate) fn set_law(&mut self, law: &JointLaw) {
+        let own = match self {
+            Self::Spherical(c) => {
+                c.stretch = law.stretch.unwrap_or(c.stretch);
+                return;
+            }
+            Self::Cosserat(c) => &mut c.law,
+            Self::Paper(c) => &mut c.law,
+            _ => return,
+        };
+        own.stretch = own.stretch.and(law.stretch);
+        own.bend = own.bend.and(law.bend);
+        own.twist = own.twist.and(law.twist);
+    }
+
+    /// Twist of a cable joint as it was last unwrapped \[rad]; `None` where it measures none.
+    pub(crate) fn twist_reference(&self) -> Option<f64> {
+        let (law, twist) = match self {
+            Self::Paper(c) => (c.law, c.twist_reference),
+            Self::Cosserat(c) => (c.law, c.twist_reference),
+            Self::Fairlead(c) => (c.law(), c.twist_reference),
+            _ => return None,
+        };
+        law.twist.map(|_| twist)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::constraint::testing::{LAW, Poses, assert_rows, bent, phi};
+
+    fn lead(frames: [Frame; 2], speed: f64, clamped: bool) -> Constraint {
+        let law = Some(LAW);
+        Constraint::Fairlead(Fairlead {
+            frames,
+            winch: Winch {
+                speed,
+                ..Winch::new()
+            },
+            length: 10.0,
+            first: 1.0,
+            segment: 1.0,
+            density: 2.0,
+            radius: 0.01,
+            per_metre: JointLaw {
+                stretch: law,
+                bend: law,
+                twist: law,
+            },
+            clamped,
+            named: 10,
+            twist_reference: 0.0,
+        })
+    }
+
+    #[test]
+    fn jacobian_at_random_poses() {
+        for clamped in [false, true] {
+            let relative = |p: &mut Poses| bent(p.number(), &p.across(), 1.5 * p.number());
+            assert_rows("fairlead", relative, |frames| lead(frames, 0.0, clamped));
+        }
+    }
+
+    #[test]
+    fn what_is_paid_out_is_the_rate_of_the_first_row_alone() {
+        let mut poses = Poses::new(5);
+        let relative = bent(0.4, &poses.across(), 0.7);
+        let scene = poses.pair(&relative, |frames| lead(frames, -0.5, true));
+        let at = phi(&scene);
+        let mut rate = [0.0; 6];
+        scene.constraints[0].drive(&scene.bodies, 0.0, 0.1, &mut rate);
+        for (rate, exact) in rate.iter().zip([0.5, 0.0, 0.0, 0.0, 0.0, 0.0]) {
+            assert!((rate - exact).abs() < 1e-12, "{rate}");
+        }
+        assert_eq!(at.len(), 6);
+    }
+
+    #[test]
+    fn a_drum_that_slips_pays_out_what_the_law_asks_for() {
+        let mut poses = Poses::new(5);
+        let scene = poses.pair(&Poses::rotation(&mut Poses::new(2)), |f| {
+            lead(f, 0.0, false)
+        });
+        let Constraint::Fairlead(mut lead) = scene.constraints[0].clone() else {
+            panic!("a fairlead");
+        };
+        lead.winch.force_limit = 0.2;
+        let phi = 0.9;
+        let paid = lead.paid_out(phi, 0.0);
+        lead.first += paid;
+        let law = lead.law().stretch.expect("a law");
+        assert!((phi - paid - law.compliance * 0.2).abs() < 1e-15);
+        assert_eq!(lead.paid_out(0.0, 0.0), 0.0);
+        lead.winch.longest = lead.length + 0.1;
+        assert!((lead.paid_out(phi, 0.0) - 0.1).abs() < 1e-14);
+    }
+}
