@@ -1,4 +1,4 @@
-//! Hard cases in motion: H12, H20 to H39 and H59, and the gantry crane driven for a minute.
+//! Hard cases in motion: H12, H20 to H39, H48 and H59, and the gantry crane driven for a minute.
 
 mod beam;
 mod bounce;
@@ -24,6 +24,7 @@ mod torque;
 mod torsion;
 mod waves;
 mod whirl;
+mod winding;
 
 use super::{Case, worse};
 use taut_ground::pace;
@@ -169,6 +170,12 @@ pub const CASES: &[Case] = &[
         title: "a winch that hauls in a moving load from the start",
         run: bounce::winch,
         scenes: || Ok(vec![bounce::hauled()]),
+    },
+    Case {
+        name: "H48",
+        title: "segments that merge and split at a winch",
+        run: winding::outcome,
+        scenes: winding::scenes,
     },
     Case {
         name: "H59",

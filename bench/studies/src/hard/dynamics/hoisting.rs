@@ -1,4 +1,4 @@
-//! H28: a pendulum on a cable that is slowly hauled in.
+//! H28: a pendulum on a cable that is slowly hauled in, without mass or of segments.
 //!
 //! θ̈ + 2 (L̇/L) θ̇ + (g/L) θ = 0: for a slow hoist the action E/ω is kept, and the amplitude grows as L^(−3/4). What a
 //! hoist of finite speed does is the solution of that equation, integrated here by the classical Runge–Kutta method in
@@ -8,7 +8,10 @@ use crate::hard::{at, worse};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use taut_integrator::Stepper;
-use taut_model::{Body, Constraint, Frame, MasslessCable, RowLaw, Scene, Winch};
+use taut_model::{
+    Body, Cable, CableEnd, Constraint, Frame, MasslessCable, Material, RowLaw, Scene, Segments,
+    Stiffness, Winch,
+};
 use taut_output::check::{Check, ExperimentError, Outcome};
 
 const GRAVITY: f64 = 9.81;
@@ -19,18 +22,29 @@ const LENGTHS: [f64; 2] = [10.0, 5.0];
 const ANGLE: f64 = 1e-3;
 /// Largest relative error of the amplitude that passes.
 const BAR: f64 = 5e-3;
+/// The massless cable, and one of segments.
+const KINDS: [Option<usize>; 2] = [None, Some(20)];
+/// Mass per length of the segments \[kg/m]: a load of 10⁵ of them.
+const DENSITY: f64 = 0.02;
+/// All but inextensible.
+const STIFFNESS: Stiffness = Stiffness {
+    ea: 1e9,
+    ei: 10.0,
+    gj: 8.0,
+};
 
 pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
     let speeds: &[f64] = if quick { &[0.5] } else { &[0.5, 0.05, 0.01] };
     let adiabatic = (LENGTHS[0] / LENGTHS[1]).powf(0.75);
     let mut checks = Vec::new();
-    for &speed in speeds {
+    for (&speed, of) in speeds.iter().flat_map(|speed| KINDS.map(|of| (speed, of))) {
         let [exact, law_exact] = of_equation(speed);
-        let (exact, [ours, law]) = (exact / ANGLE, of_cable(speed)?);
+        let (exact, [ours, law]) = (exact / ANGLE, of_cable(speed, scene(of)?)?);
+        let of = of.map_or("", |_| ", segments");
         let ours = ours / ANGLE;
         checks.push(
             Check::relative(
-                format!("hoist at {speed} m/s: growth of the amplitude"),
+                format!("hoist at {speed} m/s{of}: growth of the amplitude"),
                 [exact, ours],
                 "",
                 BAR,
@@ -44,7 +58,7 @@ pub(super) fn outcome(quick: bool, _progress: &ProgressBar) -> Result<Outcome, E
         );
         checks.push(
             Check::within(
-                format!("hoist at {speed} m/s: amplitude × L^(3/4)"),
+                format!("hoist at {speed} m/s{of}: amplitude × L^(3/4)"),
                 "kept",
                 format!("× {law:.5}, the equation's × {law_exact:.5}"),
                 (law - 1.0).abs(),
@@ -101,39 +115,59 @@ fn of_equation(speed: f64) -> [f64; 2] {
     ]
 }
 
-/// A load on a massless cable with a winch.
-fn scene() -> Scene {
+/// A load on a cable with a winch, without mass or of so many segments at first.
+fn scene(segments: Option<usize>) -> Result<Scene, ExperimentError> {
     let mut scene = Scene::new("hoisted pendulum");
     scene.gravity = Vector3::new(0.0, 0.0, -GRAVITY);
     let place = Vector3::new(ANGLE.sin(), 0.0, -ANGLE.cos()) * LENGTHS[0];
     let load = scene.add_body("load", Body::particle(1000.0).at(place));
-    let frames = vec![
+    scene.load = Some(load);
+    let frames = [
         Frame::world(Vector3::zeros()),
         Frame::body(load, Vector3::zeros()),
     ];
-    let cable = MasslessCable {
-        winch: Some(Winch {
-            shortest: LENGTHS[1],
-            ..Winch::new()
-        }),
-        ..MasslessCable::new(frames, LENGTHS[0], RowLaw::RIGID)
-    };
-    scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
+    let winch = Some(Winch {
+        shortest: LENGTHS[1],
+        ..Winch::new()
+    });
+    if let Some(segments) = segments {
+        scene.add_cable(&Cable {
+            segments: Segments::Equal(segments),
+            density: DENSITY,
+            stiffness: STIFFNESS,
+            winch,
+            ..Cable::round(
+                "cable",
+                &Material::STEEL,
+                0.01,
+                frames.map(CableEnd::Pinned),
+            )
+        })?;
+    } else {
+        let cable = MasslessCable {
+            winch,
+            ..MasslessCable::new(frames.to_vec(), LENGTHS[0], RowLaw::RIGID)
+        };
+        scene.add_constraint("cable", Constraint::MasslessCable(cable), 0);
+    }
     scene.controls.push(super::hauling("hoist"));
-    scene
+    Ok(scene)
 }
 
-/// The hoist at its beginning, at the largest speed.
+/// The hoists at their beginning, at the largest speed.
 pub(super) fn scenes() -> Result<Vec<Scene>, ExperimentError> {
-    let mut scene = scene();
-    scene.set_control(0, 0.5, 0.0);
-    Ok(vec![scene])
+    let hauled = KINDS.map(|of| {
+        let mut scene = scene(of)?;
+        scene.set_control(0, 0.5, 0.0);
+        Ok(scene)
+    });
+    hauled.into_iter().collect()
 }
 
 /// The same of the load on its cable, the amplitude from two periods.
-fn of_cable(speed: f64) -> Result<[f64; 2], ExperimentError> {
+fn of_cable(speed: f64, scene: Scene) -> Result<[f64; 2], ExperimentError> {
     let options = at(DT);
-    let mut stepper = Stepper::new(scene(), options)?;
+    let mut stepper = Stepper::new(scene, options)?;
     stepper.set_control(0, speed)?;
     let hoisted = ((LENGTHS[0] - LENGTHS[1]) / speed / DT).ceil() as usize;
     let angle = |stepper: &Stepper| {
