@@ -294,11 +294,14 @@ impl Stepper {
         if let Constraint::Fairlead(_) = constraints[constraint] {
             winch.validate(what)?;
             self.scene.cut_at_winch(constraint, self.time, 0.0);
+            let mut changes = false;
             if let Constraint::Fairlead(lead) = &mut self.scene.constraints[constraint] {
                 let since = lead.winch.since;
-                lead.winch = Winch { since, ..winch };
+                let winch = Winch { since, ..winch };
+                changes = lead.winch != winch;
+                lead.winch = winch;
             }
-            self.changed();
+            self.changed(changes);
             return Ok(());
         }
         let Constraint::MasslessCable(cable) = &mut constraints[constraint] else {

@@ -244,7 +244,11 @@ impl Rest {
 
 /// Whether a motor, a winch or a moved point of the constraint may ever drive.
 fn may_drive(constraint: &Constraint) -> bool {
-    let winch = matches!(constraint, Constraint::MasslessCable(cable) if cable.winch.is_some());
+    let winch = match constraint {
+        Constraint::MasslessCable(cable) => cable.winch.is_some(),
+        Constraint::Fairlead(_) => true,
+        _ => false,
+    };
     let moved = |side: &Side| matches!(side, Side::World(motion) if !motion.is_fixed());
     let mut sides = constraint.frames().iter().map(|frame| &frame.side);
     winch || constraint.motor().is_some() || sides.any(moved)
@@ -259,6 +263,7 @@ fn drives(constraint: &Constraint, from: f64, to: f64) -> bool {
     let turns = |target: Target| matches!(target, Target::Speed(speed) if speed != 0.0);
     let winds = match constraint {
         Constraint::MasslessCable(cable) => cable.length_at(from) != cable.length_at(to),
+        Constraint::Fairlead(lead) => lead.length_at(from) != lead.length_at(to),
         _ => false,
     };
     let mut sides = constraint.frames().iter().map(|frame| &frame.side);
