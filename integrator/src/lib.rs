@@ -76,10 +76,10 @@
 //! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |
 //! | `saved` | runs saved and taken up again, to the same bits |
-//! | `sleep` | scenes at rest, whose steps cost no solve |
+//! | `stepper/sleep` | scenes at rest, whose steps cost no solve |
 //! | `elimination`, `choice` | the order in which the constraints are eliminated; which solver `auto` stands for |
 //! | `stepper/guarded` | the guard, and its implicit sub-steps |
-//! | `estimate` | the error of the load's position, by a companion run of longer steps |
+//! | `stepper/estimate` | the error of the load's position, by a companion run of longer steps |
 //! | `stepper/potential` | the incremental potential that these minimise, and the search along their Newton steps |
 //! | `equilibrium` | static equilibrium by solves |
 //! | `imbalance` | residual forces and law violations of a state at rest |
@@ -105,13 +105,11 @@ mod access;
 mod assembly;
 mod bounded;
 mod change;
-mod choice;
 mod closing;
 mod contact;
 mod elimination;
 mod equilibrium;
 mod error;
-mod estimate;
 mod events;
 mod geometric;
 mod gyroscopic;
@@ -129,7 +127,6 @@ mod report;
 mod saved;
 #[cfg(feature = "serde")]
 mod serde_forms;
-mod sleep;
 mod slip;
 mod stepper;
 
@@ -139,13 +136,13 @@ pub use contact::{ContactForce, ContactImpulses};
 pub use elimination::{Elimination, EliminationOrder};
 pub use equilibrium::static_equilibrium;
 pub use error::StepError;
-pub use estimate::ErrorEstimate;
 pub use identity::{BodyId, ConstraintId, ControlId};
 pub use observe::{Energy, RowForces};
 pub use options::{Form, GeometricStiffness, Guard, Scheme, StepOptions, UnknownName};
 pub use report::{ContactReport, Phase, PhaseTimes, StepReport};
 pub use saved::SavedRun;
-pub use sleep::Sleep;
 pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
 pub use stepper::contact_problem::{ContactProblem, ContactSolution, Entry};
+pub use stepper::estimate::ErrorEstimate;
+pub use stepper::sleep::Sleep;

@@ -2,9 +2,12 @@
 //! refine in `system`. The default step is the one of [`guarded`]: it redoes a step whose linearisation did not hold.
 
 pub(crate) mod balance;
+pub(crate) mod choice;
 pub(crate) mod contact_problem;
+pub(crate) mod estimate;
 pub(crate) mod guarded;
 mod potential;
+pub(crate) mod sleep;
 mod slipping;
 mod staggered;
 mod system;
@@ -12,18 +15,15 @@ mod touching;
 mod winding;
 
 use crate::bounded::Bounded;
-use crate::choice;
 use crate::closing::Closing;
 use crate::contact::Contacts;
 use crate::elimination::{self, EliminationOrder};
-use crate::estimate::Companion;
 use crate::history::{History, State};
 use crate::identity::Identities;
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
 use crate::report::Tally;
-use crate::sleep::Rest;
 use crate::slip::Slip;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
@@ -34,7 +34,9 @@ use taut_solver::{
 };
 
 use balance::Account;
+use estimate::Companion;
 use potential::Search;
+use sleep::Rest;
 
 /// A scene in motion: its state, its linear system and the solver.
 pub struct Stepper {
@@ -65,7 +67,7 @@ pub struct Stepper {
     /// Which cables slip over their sheaves.
     pub(crate) slip: Slip,
     /// Where cables of segments leave their winches.
-    fairleads: Vec<usize>,
+    pub(crate) fairleads: Vec<usize>,
     /// What touches.
     pub(crate) contacts: Contacts,
     /// Right-hand sides and solutions for responses to sheaves and contacts.

@@ -1,6 +1,6 @@
 //! Attachment frames: where and along which directions a joint holds a body or the world.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use crate::body::Bodies;
 use crate::motion::Motion;
@@ -169,6 +169,13 @@ impl Resolved {
     pub(crate) fn w(&self) -> Vector3<f64> {
         self.axes.column(2).into_owned()
     }
+}
+
+/// The smallest rotation that takes the unit vector `a` to the unit vector `b`: exactly none where they are equal, and
+/// without a direction where they are opposite.
+pub(crate) fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuaternion<f64> {
+    let axis = a.cross(b);
+    UnitQuaternion::from_quaternion(Quaternion::from_parts(1.0 + a.dot(b), axis))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Arbitrary bytes as numbers, options and scenes: what the fuzzer's bytes stand for.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use taut_integrator::{Elimination, Form, GeometricStiffness, Guard, Scheme, StepOptions};
+use taut_integrator::{Elimination, Form, GeometricStiffness, Guard, Scheme, Sleep, StepOptions};
 use taut_model::named::NAMES;
 use taut_model::{
     Body, Constraint, Control, Cosserat, Distance, Drive, Frame, Hinge, JointLaw, LinkBend, Lock,
@@ -148,6 +148,11 @@ impl<'a> Bytes<'a> {
             substeps: 1 + self.below(2),
             // No byte of its own: the seeds keep their meaning.
             energy_tolerance: guard.map(|g| g.tolerance),
+            estimate: guard.map(|g| 2 + g.hold),
+            sleep: guard.map(|g| Sleep {
+                distance: g.tolerance,
+                ..Sleep::default()
+            }),
             angular_scheme: (self.byte().is_multiple_of(5)).then_some(Scheme::LinearlyImplicit),
             scheme,
             stiffness,

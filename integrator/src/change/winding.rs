@@ -69,6 +69,15 @@ impl Edit {
 }
 
 impl Stepper {
+    /// First segments split and merge. Allocates where there are any.
+    pub(crate) fn wind(&mut self) -> Result<(), StepError> {
+        let due = |i: &usize| self.scene.winding_due(*i).is_some();
+        if self.fairleads.iter().any(due) {
+            self.change(Edit::wind)?;
+        }
+        Ok(())
+    }
+
     /// The forces and the past of joints beside segments that have been paid out and hauled in, in this stepper, which takes
     /// the place of `before`.
     pub(super) fn wound(

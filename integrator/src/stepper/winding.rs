@@ -7,7 +7,6 @@
 
 use super::Stepper;
 use crate::StepError;
-use crate::change::Edit;
 use taut_model::Constraint;
 
 /// Largest part of a whole segment that a winch feeds in a step: the first one is at least twice as long.
@@ -64,15 +63,6 @@ impl Stepper {
         let paid = lead.paid_out(self.pieces.rows.phi[bound.row], self.time);
         self.history.phi_t[bound.row] -= paid / self.stage.advanced();
         paid
-    }
-
-    /// First segments split and merge. Allocates where there are any.
-    pub(super) fn wind(&mut self) -> Result<(), StepError> {
-        let due = |i: &usize| self.scene.winding_due(*i).is_some();
-        if self.fairleads.iter().any(due) {
-            self.change(Edit::wind)?;
-        }
-        Ok(())
     }
 }
 

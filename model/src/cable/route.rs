@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 use super::{Cable, CableEnd, MAX_SEGMENTS, Segments};
 use crate::error::{SceneError, check};
-use crate::frame::hanging_axes;
+use crate::frame::{hanging_axes, smallest_rotation};
 use crate::scene::Scene;
 
 /// How far the lengths given may be from the length of the route, relative.
@@ -48,13 +48,6 @@ impl Laid {
 /// The rotation halfway between those of two neighbours.
 pub(super) fn halfway(a: &Laid, b: &Laid) -> UnitQuaternion<f64> {
     a.carried(&(a.direction + b.direction).normalize())
-}
-
-/// The smallest rotation that takes the unit vector `a` to the unit vector `b`: exactly none where they are equal, and
-/// without a direction where they are opposite.
-pub(crate) fn smallest_rotation(a: &Vector3<f64>, b: &Vector3<f64>) -> UnitQuaternion<f64> {
-    let axis = a.cross(b);
-    UnitQuaternion::from_quaternion(Quaternion::from_parts(1.0 + a.dot(b), axis))
 }
 
 /// Some rotation that takes −z to the unit vector `direction`: none where that is −z.

@@ -28,9 +28,8 @@ use nalgebra::{Matrix3, Unit, UnitQuaternion, Vector3};
 use super::Scene;
 use super::event::{Action, When};
 use crate::body::Body;
-use crate::cable::route::smallest_rotation;
 use crate::constraint::{Constraint, Cosserat, Fairlead, LEAST, Spherical, of_length};
-use crate::frame::{Frame, Side};
+use crate::frame::{Frame, Side, smallest_rotation};
 
 /// A segment that a first one has left behind.
 #[derive(Debug, Clone, Copy, PartialEq)]
