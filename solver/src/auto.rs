@@ -225,8 +225,8 @@ mod tests {
             Backend::fitting(all.iter().copied().cloned(), indefinite)
         };
         assert_eq!(of(&[&Backend::Banded], false), [Backend::Banded]);
-        assert_eq!(of(&[&cg, &dense], false), [cg.clone()]);
-        assert_eq!(of(&[&cg, &dense], true), [dense.clone()]);
+        assert_eq!(of(&[&cg, &dense], false), vec![cg.clone()]);
+        assert_eq!(of(&[&cg, &dense], true), vec![dense.clone()]);
         assert_eq!(of(&[&Backend::NalgebraSparse, &cg], true), []);
         let both = of(&[&Backend::Banded, &cg, &dense], true);
         assert_eq!(both, [Backend::Banded, dense]);
