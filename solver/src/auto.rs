@@ -186,7 +186,7 @@ mod tests {
 
     #[test]
     fn chains_are_for_the_solver_of_chains() {
-        for (blocks, size) in [(1, 3), (5, 6), (25, 6), (101, 5), (3001, 6)] {
+        for (blocks, size) in [(5, 6), (25, 6), (101, 5), (3001, 6)] {
             let pattern = chain(blocks, size);
             let [first, second] = [(); 2].map(|()| Chosen::of(&pattern).expect("chosen"));
             let same = Chosen {

@@ -64,12 +64,12 @@ fn error(s: &Summary) -> Option<(&'static str, String)> {
         "unknown: the companion run of longer steps was lost".to_owned()
     } else if error.total() > BEYOND * s.extent {
         format!(
-            "about {}, more than a tenth of the box that it moves in: smaller steps change the motion",
+            "about {}, over a tenth of its motion: smaller steps change that",
             mm(error.total())
         )
     } else {
         format!(
-            "about {}: of the time step {}, the linear algebra {}, the segments' shape {}",
+            "about {}: time step {}, linear algebra {}, segments' shape {}",
             mm(error.total()),
             mm(error.time),
             mm(error.algebra),

@@ -69,29 +69,6 @@ pub fn cases() -> impl Iterator<Item = Case> {
     .copied()
 }
 
-/// Cases of the catalogue whose scenes cannot be built yet, and what is missing.
-pub const NOT_YET: [(&str, &str, &str); 1] = [(
-    "H48",
-    "segments that are split and merged",
-    "a change of resolution between steps",
-)];
-
-/// A row for each of them.
-#[must_use]
-pub fn not_yet() -> Vec<Check> {
-    let row = |(name, title, missing): (&str, &str, &str)| {
-        let case = format!("{name}: {title}");
-        Check::claim(
-            case,
-            "",
-            "not measured".to_owned(),
-            Verdict::NotYet,
-            format!("missing: {missing}"),
-        )
-    };
-    NOT_YET.map(row).to_vec()
-}
-
 /// The scenes of a case that has none to be stepped.
 pub(crate) fn no_scenes() -> Result<Vec<Scene>, ExperimentError> {
     Ok(Vec::new())
@@ -106,13 +83,6 @@ pub struct UnknownCase {
 
 impl fmt::Display for UnknownCase {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let is_it = |(name, ..): &&(&str, _, _)| name.eq_ignore_ascii_case(&self.name);
-        if let Some((name, what, missing)) = NOT_YET.iter().find(is_it) {
-            return write!(
-                f,
-                "case `{name}`, {what}, cannot be measured yet: {missing} missing"
-            );
-        }
         let names: Vec<&str> = cases().map(|c| c.name).collect();
         let names = names.join(", ");
         write!(
@@ -251,15 +221,11 @@ mod tests {
         assert!(e.starts_with("no case is called `H99`: choose one of "));
         assert!(cases().all(|c| e.contains(c.name)), "{e}");
         assert_eq!(named("h42").unwrap().name, "H42");
-        let e = named("h48").unwrap_err().to_string();
-        let start = "case `H48`, segments that are split and merged, cannot be measured yet: ";
-        assert!(e.starts_with(start));
     }
 
     #[test]
     fn every_case_has_a_name_of_its_own() {
-        let later = NOT_YET.iter().map(|(name, ..)| *name);
-        let mut names: Vec<&str> = cases().map(|c| c.name).chain(later).collect();
+        let mut names: Vec<&str> = cases().map(|c| c.name).collect();
         let all = names.len();
         names.sort_unstable();
         names.dedup();

@@ -192,7 +192,9 @@ mod tests {
     fn it_steps_as_the_solver_that_was_chosen() {
         for form in [Form::Schur, Form::Kkt] {
             for name in ["hoist", "ring", "gantry", "net"] {
-                let scene = named(name).unwrap();
+                let mut scene = named(name).unwrap();
+                // The equilibrium would be found with the one and with the other.
+                scene.start_in_equilibrium = false;
                 let mut own = stepped(&scene, auto(form));
                 assert_eq!(own.options().backend, Backend::Auto);
                 let chosen = own.chosen().unwrap().backend.clone();
@@ -232,7 +234,7 @@ mod tests {
         if !Backend::Banded.is_compiled() {
             return;
         }
-        for name in ["hoist", "gantry", "ring", "particles-f", "tackle", "pile"] {
+        for name in ["hoist", "gantry", "ring", "tackle", "pile"] {
             let stepper = Stepper::new(named(name).unwrap(), auto(Form::Schur)).unwrap();
             let chosen = stepper.chosen().unwrap();
             assert_eq!(chosen.backend, Backend::Banded, "{name}: {chosen}");

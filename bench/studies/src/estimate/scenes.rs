@@ -79,8 +79,10 @@ pub(super) fn all(ratios: &[&str]) -> Vec<Case> {
             });
         }
     }
-    // Its equilibrium is not found.
-    all.retain(|case| !(case.scene == "ring" && case.parameters.contains("1e5")));
+    // The equilibrium of a ring is not found there, and a pile's fine steps take hours.
+    let known =
+        |case: &Case| !["ring", "pile"].contains(&case.scene) || !case.parameters.contains("1e5");
+    all.retain(known);
     all
 }
 

@@ -1,6 +1,6 @@
 //! The study of the hard cases: its options, and the cases that it runs.
 
-use super::{Case, cases, named, not_yet};
+use super::{Case, cases, named};
 use crate::checks::{self, Catalogue, Experiment};
 use crate::study::{self, Found, Reporter, Study};
 use clap::{Args, FromArgMatches};
@@ -34,18 +34,10 @@ const LEGEND: &str = "\
 pass, FAIL: our own bar on our error; limit: where something of ours ends, and says so. Numbers at the end of a row:
 the notes below the table that it needs";
 
-/// The cases that cannot be measured.
-const LATER: Experiment = Experiment {
-    name: "later",
-    title: "cases whose scenes cannot be built yet",
-    run: |_, _| Ok(not_yet().into()),
-};
-
 fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, ExperimentError> {
     let mut experiments: Vec<Experiment> = options.cases.iter().map(Case::experiment).collect();
     if experiments.is_empty() {
         experiments.extend(cases().map(|case| case.experiment()));
-        experiments.push(LATER);
     }
     let catalogue = Catalogue {
         legend: LEGEND,
