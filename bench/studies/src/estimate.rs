@@ -1,6 +1,6 @@
 //! The estimate of the load's error ([`StepOptions::estimate`]) against the error.
 //!
-//! The error is the largest distance of the load from a run of [`FINE`] sub-steps, over all steps; the estimate that of the
+//! The error is the largest distance of the load from a run of `FINE` sub-steps, over all steps; the estimate that of the
 //! last step, the largest so far. A run whose load is more than a tenth of its way from the finer one is *chaotic*, or coarser
 //! than its motion: no estimate is asked of it but to say so.
 
