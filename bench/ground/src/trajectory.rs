@@ -304,8 +304,10 @@ impl Simulation {
             error: report.error,
             phases: report.phases,
         };
-        if report.events > 0 {
-            // Constraints have come and gone, and others have their numbers.
+        let constraints = stepper.scene().constraints.len();
+        let others = !self.gaps.is_empty() && self.gaps.len() != constraints;
+        if report.events > 0 || others {
+            // Constraints have come and gone, by events or at a winch, and others have their numbers.
             self.gaps.clear();
             if let Limits::Scene(gaps) = &mut self.limits {
                 *gaps = stepper.scene().gap_limits();
