@@ -389,7 +389,7 @@ pub fn steps_in(time: f64, dt: f64) -> usize {
 fn instability(stepper: &Stepper, limits: &Limits) -> Option<String> {
     let scene = stepper.scene();
     let limit = |c: usize| match limits {
-        Limits::Scene(gaps) => gaps[c],
+        Limits::Scene(gaps) => gaps.get(c).copied().unwrap_or(f64::INFINITY),
         Limits::Sweep(gap) => *gap,
     };
     let open = numbered_gaps(stepper).find(|(c, gap)| !gap.is_finite() || *gap > limit(*c));
