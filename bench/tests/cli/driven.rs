@@ -132,3 +132,26 @@ fn the_driven_gantry_is_a_hard_case_by_name() {
     refused(&at, "hard H31415", &["H31415", "H30", "H50"]);
     refused(&at, "hard H30 H", &["`H`", "H30"]);
 }
+
+/// A winch that hauls in and pays out segments: their number changes between steps without an event.
+#[test]
+fn segments_leave_and_enter_at_a_winch() {
+    let at = folder("segments_wound");
+    let crane = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../integrator/examples/segment_crane.toml"
+    );
+    let run = json(
+        &at,
+        &format!("run {crane} --time 5 --columns rope-start.length --json -"),
+    );
+    assert_eq!(run["stable"], true, "{}", run["failure"]);
+    let lengths = run["columns"]["rope-start.length [m]"]
+        .as_array()
+        .expect("a list");
+    let [first, last] = [lengths.first(), lengths.last()].map(|x| x.and_then(Value::as_f64));
+    let hauled = first.expect("a length") - last.expect("a length");
+    assert!((hauled - 2.0).abs() < 0.02, "0.5 m/s for 4 s: {hauled}");
+    let bodies = run["final_state"]["name"].as_array().expect("names").len();
+    assert!(bodies < 22, "{bodies}");
+}
