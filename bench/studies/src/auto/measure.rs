@@ -6,7 +6,7 @@ use std::time::Duration;
 use taut_ground::choice::Choice;
 use taut_ground::errors::worse;
 use taut_ground::trajectory::Timing;
-use taut_integrator::{StepError, StepReport, Stepper};
+use taut_integrator::{SavedRun, StepError, StepReport, Stepper};
 use taut_model::{Scene, SceneSource};
 use taut_output::check::ExperimentError;
 use taut_solver::Backend;
@@ -23,19 +23,26 @@ const RIVALS: f64 = 3.0;
 /// Rows beyond which a dense solver does not take part.
 pub(super) const DENSE_ROWS: usize = 600;
 
+/// Most steps of a round: motions without guard do not last for ever.
+const MOST: usize = 300;
+
 /// A solver with the times of its steps in each round \[ns].
 struct Contestant {
     choice: Choice,
     stepper: Stepper,
+    /// Where each round begins.
+    start: SavedRun,
     warm: f64,
     rounds: Vec<f64>,
 }
 
 impl Contestant {
     fn new(scene: &Scene, choice: &Choice, dt: f64) -> Result<Self, StepError> {
+        let stepper = Stepper::new(scene.clone(), choice.plain_options(dt))?;
         let mut contestant = Self {
             choice: choice.clone(),
-            stepper: Stepper::new(scene.clone(), choice.plain_options(dt))?,
+            start: stepper.save()?,
+            stepper,
             warm: f64::NAN,
             rounds: Vec::new(),
         };
@@ -46,6 +53,9 @@ impl Contestant {
     }
 
     fn visit(&mut self, count: usize) -> Result<(), StepError> {
+        self.stepper = Stepper::restore(self.start.clone())?;
+        // The first step makes memory.
+        steps(&mut self.stepper, 1)?;
         let reports = steps(&mut self.stepper, count)?;
         self.rounds.push(total(&reports).median);
         Ok(())
@@ -107,9 +117,10 @@ pub(super) fn record(config: &Config, name: &str) -> Result<Record, ExperimentEr
     let fastest = others.iter().map(|c| c.warm).fold(own.warm, f64::min);
     others.retain(|c| c.warm <= RIVALS * fastest);
     let count = (config.round.as_nanos() as f64 / fastest).ceil() as usize;
+    let count = count.clamp(1, MOST);
     for _ in 0..config.rounds {
-        own.visit(count.max(1))?;
-        others.retain_mut(|c| c.visit(count.max(1)).is_ok());
+        own.visit(count)?;
+        others.retain_mut(|c| c.visit(count).is_ok());
     }
     let best = others
         .iter()
