@@ -8,10 +8,12 @@
 //! ```
 //!
 //! p is 2, and 1 with the linearly implicit scheme. It is 1, too, for what d grows by once shapes touch, cables slip or the guard
-//! redoes a step: what happens within a step is then known to the step. An oscillation that turns by more than half a radian in
-//! kΔt is soon out of phase in both runs, d as large as the error or damped away: half the second difference of the distance,
-//! which such oscillations dominate, and no more than half of d. The companion gets the mean of each control over its step. Other changes start it anew in the
-//! state of the run, and what was estimated until then is added.
+//! redoes a step: the time of what happens within a step is known to the step alone. An oscillation that turns by more than half
+//! a radian in kΔt is soon out of phase in the companion, and d is as large as the error. Such oscillations dominate the second
+//! difference of d: half of it is an estimate, too, and no more than d/2. The larger of both counts.
+//!
+//! The companion gets the mean of each control over its step. Whatever else is set starts it anew in the state of the run; what
+//! was estimated until then is added, and steps that were not compared are counted as [`ErrorEstimate::unseen`].
 //!
 //! **Linear algebra.** Of every [`SAMPLED`]th step the residual of the solution is solved for by the same factor: S d = r. The
 //! impulses d move the load in that step by Δt |M̃⁻¹ Jᵀ d|.
@@ -40,7 +42,9 @@ pub struct ErrorEstimate {
     pub algebra: f64,
     /// Of the segments.
     pub segments: f64,
-    /// Whether the companion run was lost: `time` has grown since.
+    /// Steps of which `time` knows nothing: the companion started anew right after them, for something was set.
+    pub unseen: usize,
+    /// Whether the companion run was lost, or there was none: `time` is the estimate of the steps before.
     pub lost: bool,
 }
 
@@ -82,7 +86,8 @@ impl Companion {
     /// A companion of the run in its present state; of one that goes on, if there was one before.
     fn of(run: &Stepper, every: usize, before: Option<&Self>) -> Self {
         let companion = companion(run, every).ok().map(Box::new);
-        let estimate = before.map_or(ErrorEstimate::default(), |c| c.estimate);
+        let mut estimate = before.map_or(ErrorEstimate::default(), |c| c.estimate);
+        estimate.unseen += before.map_or(0, |c| c.since);
         Self {
             order: order(&run.options),
             from: [0.0, estimate.time],

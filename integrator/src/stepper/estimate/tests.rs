@@ -94,9 +94,27 @@ fn the_companion_follows_controls_and_changes() {
         }
         let error = stepper.step().expect("steps").error.expect("estimated");
         assert!(!error.lost && error.time >= last, "{k}: {error:?}");
+        assert_eq!(
+            error.unseen, 0,
+            "{k}: it was set between two steps of the companion"
+        );
         last = error.time;
     }
     assert!((1e-7..1e-3).contains(&last), "{last}");
+}
+
+/// Loads that change in each step leave nothing to compare, and the estimate says so.
+#[test]
+fn steps_that_are_not_compared_are_counted() {
+    let mut stepper = Stepper::new(jerked(3), with(Some(2))).expect("built");
+    let load = stepper.scene().load.expect("a load");
+    for k in 0..40 {
+        let wind = Vector3::x() * f64::from(k);
+        stepper.set_load(load, wind, Vector3::zeros()).expect("set");
+        let error = stepper.step().expect("steps").error.expect("estimated");
+        // The last of these may still be compared.
+        assert_eq!((error.time, error.unseen), (0.0, k as usize), "{error:?}");
+    }
 }
 
 #[test]
