@@ -5,18 +5,18 @@
 //! is given: a staggered scheme, whose velocities are half a step old, takes half a step of their acceleration back, as at
 //! the start of a run. The linear system is planned anew, as for a new scene. The energy balance restarts.
 
-mod winding;
+mod segments;
 
 use crate::identity::{BodyId, ConstraintId, ControlId, Identities};
 use crate::stepper::{Stage, Stepper};
 use crate::{SavedRun, StepError};
 use nalgebra::Vector3;
+use segments::{Closed, Parted};
 use taut_model::{
     Body, BodyVectors, Cable, CableParts, Collider, Constraint, Control, Event, Frame,
     MasslessCable, Scene,
 };
 use taut_solver::{Backend, DenseOptions, SolveError};
-use winding::PaidOut;
 
 /// A scene that is being changed: [`Stepper::change`].
 #[derive(Debug)]
@@ -29,10 +29,9 @@ pub struct Edit {
     touched: bool,
     /// New parts of cables, each with the cable that it is cut from, whose multiplier it takes over.
     going_on: Vec<(ConstraintId, ConstraintId)>,
-    /// Segments that cables have paid out.
-    paid_out: Vec<PaidOut>,
-    /// Joints that cables have hauled in, each with those before and after it.
-    hauled_in: Vec<[ConstraintId; 3]>,
+    /// Segments that have split, and joints that have gone with segments that merged.
+    parted: Vec<Parted>,
+    closed: Vec<Closed>,
 }
 
 impl Edit {
@@ -338,8 +337,8 @@ impl Stepper {
             time: self.time,
             touched: false,
             going_on: Vec::new(),
-            paid_out: Vec::new(),
-            hauled_in: Vec::new(),
+            parted: Vec::new(),
+            closed: Vec::new(),
         };
         let value = work(&mut edit);
         self.ids.skip(&edit.ids);
@@ -350,7 +349,7 @@ impl Stepper {
             changed.begin_past(&moved);
             changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
-            changed.wound(self, &edit.paid_out, &edit.hauled_in)?;
+            changed.carry_over(self, &edit.parted, &edit.closed)?;
             changed.companion = self.companion.take();
             *self = changed;
             self.outdate_companion();
@@ -417,7 +416,7 @@ pub(crate) struct Moved {
 impl Moved {
     fn new(old: &Stepper, edit: &Edit) -> Self {
         let [mut bodies, constraints] = edit.ids.numbers_in(&old.ids);
-        for PaidOut { bodies: pair, .. } in &edit.paid_out {
+        for Parted { bodies: pair, .. } in &edit.parted {
             if let [Ok(segment), Ok(first)] = pair.map(|body| edit.ids.body(body)) {
                 bodies[segment] = bodies[first];
             }

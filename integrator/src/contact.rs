@@ -338,6 +338,11 @@ impl Contacts {
         !self.collisions.is_empty()
     }
 
+    /// Numbers of the shapes that can come to touch within the step.
+    pub(crate) fn colliders(&self) -> impl Iterator<Item = usize> + '_ {
+        self.touches.iter().flat_map(|touch| touch.found.colliders)
+    }
+
     /// Whether nothing is near anything.
     pub(crate) fn is_empty(&self) -> bool {
         self.touches.is_empty()

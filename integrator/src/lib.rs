@@ -145,4 +145,5 @@ pub use stepper::Stepper;
 pub use stepper::balance::EnergyBalance;
 pub use stepper::contact_problem::{ContactProblem, ContactSolution, Entry};
 pub use stepper::estimate::ErrorEstimate;
+pub use stepper::resolution::Resolved;
 pub use stepper::sleep::Sleep;

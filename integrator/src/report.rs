@@ -1,6 +1,6 @@
 //! What a step did, and how long its phases took.
 
-use crate::{EnergyBalance, ErrorEstimate};
+use crate::{EnergyBalance, ErrorEstimate, Resolved};
 use std::time::{Duration, Instant};
 use taut_solver::coulomb::ConeReport;
 use taut_solver::{SolveReport, Status};
@@ -171,6 +171,9 @@ pub struct StepReport {
     /// Events at the end of the step, of which [`Stepper::fired`](crate::Stepper::fired) has the names.
     #[cfg_attr(feature = "serde", serde(default))]
     pub events: usize,
+    /// What the rules of cables did at the end of the step.
+    #[cfg_attr(feature = "serde", serde(default))]
+    pub resolved: Resolved,
     /// Whether the scene slept through the step ([`Sleep`](crate::Sleep)): contacts and balance are then those of the last
     /// step awake, and nothing was solved.
     #[cfg_attr(feature = "serde", serde(default))]
@@ -275,6 +278,7 @@ impl Tally {
             balance: self.balance,
             error: None,
             events: 0,
+            resolved: Resolved::default(),
             asleep: false,
             phases: self.phases,
         }

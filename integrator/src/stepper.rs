@@ -7,6 +7,7 @@ pub(crate) mod contact_problem;
 pub(crate) mod estimate;
 pub(crate) mod guarded;
 mod potential;
+pub(crate) mod resolution;
 pub(crate) mod sleep;
 mod slipping;
 mod staggered;
@@ -36,6 +37,7 @@ use taut_solver::{
 use balance::Account;
 use estimate::Companion;
 use potential::Search;
+use resolution::Resolving;
 use sleep::Rest;
 
 /// A scene in motion: its state, its linear system and the solver.
@@ -68,6 +70,8 @@ pub struct Stepper {
     pub(crate) slip: Slip,
     /// Where cables of segments leave their winches.
     pub(crate) fairleads: Vec<usize>,
+    /// Cables that refine themselves.
+    pub(crate) resolving: Option<Box<Resolving>>,
     /// What touches.
     pub(crate) contacts: Contacts,
     /// Right-hand sides and solutions for responses to sheaves and contacts.
@@ -272,6 +276,7 @@ impl Stepper {
             },
             slip,
             fairleads: scene.fairleads().collect(),
+            resolving: Resolving::new(&scene).map(Box::new),
             contacts,
             columns: Default::default(),
             closing: Closing::new(pieces.rows.bounds.len()),
@@ -322,6 +327,7 @@ impl Stepper {
         report.error = self.estimate(&report);
         self.lift_and_land()?;
         self.wind()?;
+        report.resolved = self.resolve()?;
         report.events = self.fire()?;
         self.watch(&report);
         Ok(report)

@@ -43,7 +43,8 @@ use crate::constraint::{Constraint, Cosserat, Fairlead, JointLaw, Paper, Spheric
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
 use crate::material::{CrossSection, Material, Stiffness};
-use crate::scene::{CableParts, Scene};
+use crate::scene::resolution::Resolution;
+use crate::scene::{CableParts, Scene, Stock};
 use route::{Laid, Route};
 use strand::Strand;
 
@@ -160,6 +161,8 @@ pub struct Cable {
     pub segments: Segments,
     /// What hauls it in and pays it out at its start, where it is held: see the [module](self).
     pub winch: Option<Winch>,
+    /// Rule by which its segments merge and split while it moves.
+    pub resolution: Option<Resolution>,
     /// Mass per length \[kg/m].
     pub density: f64,
     /// Radius \[m], for the inertia of its segments.
@@ -205,6 +208,7 @@ impl Cable {
             points: Vec::new(),
             segments: Segments::Equal(24),
             winch: None,
+            resolution: None,
             density: material.density * section.area(),
             radius,
             stiffness: Stiffness::new(material, &section),
@@ -245,6 +249,15 @@ impl Cable {
             check(self.what(what), value, value > 0.0, needs)?;
         }
         check(self.what("damping"), damping, damping >= 0.0, unit)?;
+        for (what, there) in [
+            ("winch", self.winch.is_some()),
+            ("resolution", self.resolution.is_some()),
+        ] {
+            if let (true, Some(reason)) = (there, self.against_other_segments()) {
+                let what = self.what(what);
+                return Err(SceneError::Conflict { what, reason });
+            }
+        }
         if let Some(reason) = self.winch.and_then(|_| self.against_winch()) {
             let what = self.what("winch");
             return Err(SceneError::Conflict { what, reason });
@@ -259,40 +272,56 @@ impl Cable {
         Ok(())
     }
 
-    /// Why it can have no winch.
-    fn against_winch(&self) -> Option<&'static str> {
-        match self {
-            Self {
-                ends: [CableEnd::Free(_), _],
-                ..
-            } => Some("needs a cable that is held at its start: pin or clamp it there"),
-            Self {
-                joint: JointKind::Paper,
-                ..
-            } => {
-                Some("makes joints of the kinds `cosserat` and `spherical` alone: take one of them")
-            }
-            Self {
-                rest: Rest::AsRouted,
-                ..
-            } => Some("pays out cable that is straight at rest: leave out `as-routed`"),
-            Self {
-                collide: Some(_), ..
-            } => Some("is for cables that touch nothing: leave out `collide`"),
-            _ => None,
+    /// Why its segments cannot split and merge.
+    fn against_other_segments(&self) -> Option<&'static str> {
+        if self.joint == JointKind::Paper {
+            return Some(
+                "makes joints of the kinds `cosserat` and `spherical` alone: take one of them",
+            );
         }
+        let routed = self.rest == Rest::AsRouted;
+        routed.then_some("makes cable that is straight at rest: leave out `as-routed`")
     }
 
-    /// The joint at its winch, between the frames, of a cable `length` (m) long.
+    /// Why it can have no winch.
+    fn against_winch(&self) -> Option<&'static str> {
+        if matches!(self.ends[0], CableEnd::Free(_)) {
+            return Some("needs a cable that is held at its start: pin or clamp it there");
+        }
+        let touches = self.collide.is_some();
+        touches.then_some("is for cables that touch nothing: leave out `collide`")
+    }
+
+    /// What its segments are cut from, where they split and merge.
+    fn stock(&self, strand: &Strand, laid: &[Laid], time: f64) -> Option<Stock> {
+        if self.winch.is_none() && self.resolution.is_none() {
+            return None;
+        }
+        let mut per_metre = strand.law(1.0);
+        if self.joint == JointKind::Spherical {
+            (per_metre.bend, per_metre.twist) = (None, None);
+        }
+        Some(Stock {
+            density: self.density,
+            radius: self.radius,
+            per_metre,
+            named: laid.len(),
+            resolution: self.resolution.as_ref().map(|rule| {
+                let lengths = laid.iter().map(|segment| segment.arc);
+                rule.laid(lengths, time)
+            }),
+        })
+    }
+
+    /// The joint at its winch, between the frames.
     fn fairlead(
-        &self,
         (frames, winch): ([Frame; 2], Winch),
         (kind, strand): (JointKind, &Strand),
         laid: &[Laid],
     ) -> Fairlead {
-        let mut per_metre = strand.law(1.0);
-        if self.joint == JointKind::Spherical {
-            (per_metre.bend, per_metre.twist) = (None, None);
+        let mut law = strand.law(0.5 * laid[0].arc);
+        if kind == JointKind::Spherical {
+            (law.bend, law.twist) = (None, None);
         }
         Fairlead {
             frames,
@@ -300,11 +329,7 @@ impl Cable {
             length: laid.iter().map(|segment| segment.arc).sum(),
             first: laid[0].arc,
             segment: laid.get(1).unwrap_or(&laid[0]).arc,
-            density: self.density,
-            radius: self.radius,
-            per_metre,
-            clamped: kind != JointKind::Spherical,
-            named: laid.len(),
+            law,
             twist_reference: 0.0,
         }
     }
@@ -389,6 +414,7 @@ impl Scene {
             rod.at(segment.centre).turned(segment.turn)
         });
         Strand::add_segments(self, number, &cable.name, rods);
+        self.cables[number].stock = cable.stock(&strand, laid, time);
         if let Some(surface) = cable.collide {
             self.cover(cable, first, laid, surface);
         }
@@ -398,7 +424,7 @@ impl Scene {
             let joint = (kind, [frame, ends(0)[0]]);
             if let Some(mut winch) = cable.winch {
                 winch.since = winch.since.max(time);
-                let lead = cable.fairlead((joint.1, winch), (kind, &strand), laid);
+                let lead = Cable::fairlead((joint.1, winch), (kind, &strand), laid);
                 let lead = self.add_constraint(name("start"), lead, 0);
                 self.cables[number].joints.push(lead);
             } else {

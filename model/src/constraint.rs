@@ -233,14 +233,11 @@ impl Constraint {
                 driven(c.motor, false),
             ],
             Self::MasslessCable(c) => [(Length, 1, Some(c.law)), (Bend, 0, None), (Twist, 0, None)],
-            Self::Fairlead(c) => {
-                let law = c.law();
-                [
-                    (Across, 3, law.stretch),
-                    (Bend, 2, law.bend),
-                    (Twist, 1, law.twist),
-                ]
-            }
+            Self::Fairlead(c) => [
+                (Across, 3, c.law.stretch),
+                (Bend, 2, c.law.bend),
+                (Twist, 1, c.law.twist),
+            ],
             Self::LinkBend(c) => [
                 (Bend, c.definition.rows(), Some(c.law)),
                 (Stretch, 0, None),

@@ -287,6 +287,7 @@ impl GroundedParams {
             points: Vec::new(),
             segments: Segments::Equal(self.segments),
             winch: None,
+            resolution: None,
             density: heavy * self.segment_mass * self.segments as f64 / self.length,
             radius: self.radius,
             stiffness: Stiffness {

@@ -4,11 +4,14 @@ mod colliders;
 mod event;
 pub mod reeving;
 mod remove;
+pub mod resolution;
+pub mod segments;
 pub(crate) mod validate;
 pub mod winding;
 
 pub use event::{Action, Event, When};
 pub use reeving::Capstan;
+pub use segments::Stock;
 
 use nalgebra::Vector3;
 
@@ -52,7 +55,7 @@ pub struct Drive {
 }
 
 /// What belongs to a cable of a scene.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct CableParts {
@@ -62,6 +65,12 @@ pub struct CableParts {
     pub bodies: Vec<usize>,
     /// Numbers of its joints in the order of the scene, those at its ends included.
     pub joints: Vec<usize>,
+    /// What its segments are cut from, where they split and merge: at a winch, or by a rule.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    pub stock: Option<Stock>,
 }
 
 /// Everything that a simulation starts from. The vectors `body_names` and `constraint_names`, `groups` run parallel to

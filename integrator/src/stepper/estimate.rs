@@ -189,6 +189,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     let (mut scene, time) = (of.scene.clone(), of.time);
     // The run's own happen to both.
     scene.events.clear();
+    scene.keep_resolution();
     if of.started
         && of.options.scheme.is_staggered()
         && !matches!(of.stage, Stage::Advanced { implicit: true, .. })

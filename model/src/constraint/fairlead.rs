@@ -44,16 +44,8 @@ pub struct Fairlead {
     pub first: f64,
     /// Length of a whole segment \[m], > 0.
     pub segment: f64,
-    /// Mass per length \[kg/m], > 0.
-    pub density: f64,
-    /// Radius \[m], > 0.
-    pub radius: f64,
-    /// Laws of a joint that stands for one metre of the cable. Stretch must be there.
-    pub per_metre: JointLaw,
-    /// Whether the cable is clamped at the winch.
-    pub clamped: bool,
-    /// Number in the name of the last segment.
-    pub named: usize,
+    /// Laws of its rows, those of half of the first segment. Stretch must be there; bend and twist clamp the cable.
+    pub law: JointLaw,
     /// Twist \[rad] of the last accepted step.
     pub twist_reference: f64,
 }
@@ -70,17 +62,6 @@ pub(crate) fn of_length(per_metre: &JointLaw, length: f64) -> JointLaw {
 }
 
 impl Fairlead {
-    /// Laws of its rows.
-    #[must_use]
-    pub fn law(&self) -> JointLaw {
-        let law = of_length(&self.per_metre, 0.5 * self.first);
-        JointLaw {
-            stretch: law.stretch,
-            bend: law.bend.filter(|_| self.clamped),
-            twist: law.twist.filter(|_| self.clamped),
-        }
-    }
-
     /// Length off the drum at time `t` (s) \[m].
     #[must_use]
     pub fn length_at(&self, t: f64) -> f64 {
@@ -109,7 +90,7 @@ impl Fairlead {
     /// gives the holding force, or the drum is empty \[m].
     #[must_use]
     pub fn paid_out(&self, phi: f64, t: f64) -> f64 {
-        let compliance = self.law().stretch.unwrap_or_default().compliance;
+        let compliance = self.law.stretch.unwrap_or_default().compliance;
         // φ − x = ε (1 + x/ℓ₁) F.
         let stretch = compliance * self.winch.holding_force();
         let paid = (phi - stretch) / (1.0 + stretch / self.first);
@@ -132,7 +113,7 @@ impl Fairlead {
         for k in [-b.u(), b.v(), b.w()] {
             rows.along(k.dot(&d), &k, [&a.lever, &lever]);
         }
-        let law = self.law();
+        let law = self.law;
         let has = [law.bend, law.bend, law.twist].map(|law| law.is_some());
         if has.contains(&true) {
             let angles = BendTwist::of_frames(&a, &b, self.twist_reference);
@@ -154,13 +135,11 @@ impl Fairlead {
             ("length", self.length),
             ("first segment", self.first),
             ("whole segment", self.segment),
-            ("mass per length", self.density),
-            ("radius", self.radius),
         ] {
             let of = || format!("{}: {quantity}", what());
             check(of(), value, value > 0.0, "> 0")?;
         }
-        if self.per_metre.stretch.is_none() {
+        if self.law.stretch.is_none() {
             return Err(SceneError::Conflict {
                 what: what(),
                 reason: "has a cable without stretch: give it a compliance, 0 where it is rigid",
@@ -191,6 +170,7 @@ impl Constraint {
             }
             Self::Cosserat(c) => &mut c.law,
             Self::Paper(c) => &mut c.law,
+            Self::Fairlead(c) => &mut c.law,
             _ => return,
         };
         own.stretch = own.stretch.and(law.stretch);
@@ -203,7 +183,7 @@ impl Constraint {
         let (law, twist) = match self {
             Self::Paper(c) => (c.law, c.twist_reference),
             Self::Cosserat(c) => (c.law, c.twist_reference),
-            Self::Fairlead(c) => (c.law(), c.twist_reference),
+            Self::Fairlead(c) => (c.law, c.twist_reference),
             _ => return None,
         };
         law.twist.map(|_| twist)
@@ -226,15 +206,11 @@ mod tests {
             length: 10.0,
             first: 1.0,
             segment: 1.0,
-            density: 2.0,
-            radius: 0.01,
-            per_metre: JointLaw {
+            law: JointLaw {
                 stretch: law,
-                bend: law,
-                twist: law,
+                bend: law.filter(|_| clamped),
+                twist: law.filter(|_| clamped),
             },
-            clamped,
-            named: 10,
             twist_reference: 0.0,
         })
     }
@@ -273,9 +249,9 @@ mod tests {
         lead.winch.force_limit = 0.2;
         let phi = 0.9;
         let paid = lead.paid_out(phi, 0.0);
-        lead.first += paid;
-        let law = lead.law().stretch.expect("a law");
-        assert!((phi - paid - law.compliance * 0.2).abs() < 1e-15);
+        let grown = 1.0 + paid / lead.first;
+        let compliance = grown * lead.law.stretch.expect("a law").compliance;
+        assert!((phi - paid - compliance * 0.2).abs() < 1e-15);
         assert_eq!(lead.paid_out(0.0, 0.0), 0.0);
         lead.winch.longest = lead.length + 0.1;
         assert!((lead.paid_out(phi, 0.0) - 0.1).abs() < 1e-14);

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use nalgebra::Matrix3;
 
-use super::{Scene, first_names};
+use super::{CableParts, Scene, first_names};
 use crate::body::{Bodies, Mobility};
 use crate::constraint::{Constraint, Distance, MasslessCable, Sheave, Winch, called};
 use crate::error::{SceneError, check};
@@ -139,7 +139,10 @@ impl Scene {
     fn validate_cables(&self) -> Result<(), SceneError> {
         let names: Vec<String> = self.cables.iter().map(|c| c.name.clone()).collect();
         unique("cable", &names)?;
-        let alone = |i: &usize| !self.cables.iter().any(|cable| cable.joints.contains(i));
+        let leads = |cable: &CableParts, i: usize| {
+            cable.joints.first() == Some(&i) && cable.stock.is_some()
+        };
+        let alone = |i: &usize| !self.cables.iter().any(|cable| leads(cable, *i));
         if let Some(i) = self.fairleads().find(alone) {
             return Err(SceneError::Conflict {
                 what: format!("joint `{}`", self.constraint_names[i]),
@@ -154,6 +157,9 @@ impl Scene {
             }
             if let Some(i) = cable.joints.iter().find(|i| **i >= joints) {
                 return Err(self.unknown_constraint(&what, *i));
+            }
+            if let Some(stock) = &cable.stock {
+                stock.validate(|| what.clone())?;
             }
         }
         Ok(())

@@ -13,6 +13,7 @@ use crate::cable::{Cable, CableEnd, Damping, JointKind, Rest, Segments};
 use crate::error::SceneError;
 use crate::frame::{Frame, Side};
 use crate::material::{CrossSection, Material, Stiffness};
+use crate::scene::resolution::Resolution;
 
 /// A cable of rigid segments, `NAME-1` …, with the joints `NAME-start`, `NAME-joint-1` …, `NAME-end`. Its size is
 /// `radius` or `ea`.
@@ -62,11 +63,53 @@ pub struct CableEntry {
     pub breaks_at: Option<f64>,
     /// Winch at its start, which hauls it in and pays it out: as of a cable without mass; default none.
     pub winch: Option<WinchEntry>,
+    /// Rule by which its segments merge and split: `{ bend, phase, shortest, longest, hysteresis, pause, most }`, or `{}` for
+    /// the defaults; default none.
+    pub resolution: Option<ResolutionEntry>,
     /// Group of its joints for block Gauss–Seidel; default by topology.
     pub group: Option<u32>,
     /// Whether its segments touch others, as capsules of its radius: `true`, or `{ friction, restitution, compliance,
     /// damping, groups, meets }`; default `false`. A cable never touches itself.
     pub collide: Option<CollideEntry>,
+}
+
+/// A rule of resolution: see [`Resolution`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ResolutionEntry {
+    /// Largest angle between neighbours \[rad]; default 0.1.
+    pub bend: Option<f64>,
+    /// Phase by which a segment oscillates across in a step \[rad]; default 0.25; 0: frequencies do not count.
+    pub phase: Option<f64>,
+    /// Least length of a segment \[m]; default the shortest that the cable is laid in.
+    pub shortest: Option<f64>,
+    /// Largest length of a segment \[m]; default that of the cable.
+    pub longest: Option<f64>,
+    /// Part that two segments are shorter than wanted before they merge; default 2.
+    pub hysteresis: Option<f64>,
+    /// Time without change before segments merge \[s]; default 0.1.
+    pub pause: Option<f64>,
+    /// Most segments; default 10,000.
+    pub most: Option<usize>,
+}
+
+impl ResolutionEntry {
+    fn build(&self, of: &Entry<'_>) -> Result<Resolution, Fault> {
+        let default = Resolution::default();
+        if let Some(shortest) = self.shortest {
+            of.check("resolution", shortest, shortest > 0.0, "a shortest > 0 m")?;
+        }
+        Ok(Resolution {
+            bend: self.bend.unwrap_or(default.bend),
+            phase: self.phase.unwrap_or(default.phase),
+            shortest: self.shortest.unwrap_or(default.shortest),
+            longest: self.longest.unwrap_or(default.longest),
+            hysteresis: self.hysteresis.unwrap_or(default.hysteresis),
+            pause: self.pause.unwrap_or(default.pause),
+            most: self.most.unwrap_or(default.most),
+            since: default.since,
+        })
+    }
 }
 
 /// An end of a cable.
@@ -122,6 +165,7 @@ impl CableEntry {
             (time, None) => Damping::Time(time.unwrap_or(0.0)),
         };
         let winch = self.winch.as_ref().map(|winch| winch.build(&of, false));
+        let resolution = self.resolution.as_ref().map(|rule| rule.build(&of));
         let surface = self.collide.as_ref().and_then(CollideEntry::surface);
         let collide = surface.as_ref().map(|s| s.build(&of, "collide."));
         let (groups, meets) = groups.masks(&surface.unwrap_or_default());
@@ -132,6 +176,7 @@ impl CableEntry {
             points: self.points.iter().copied().map(Vector3::from).collect(),
             segments,
             winch: winch.transpose()?,
+            resolution: resolution.transpose()?,
             density: self.mass_per_length.unwrap_or(solid),
             stiffness,
             damping,
@@ -180,6 +225,7 @@ impl CableEntry {
             ("point", &["points", "to"]),
             ("leg", &["points", "to"]),
             ("winch", &["winch"]),
+            ("resolution", &["resolution"]),
             ("length is", &["winch"]),
             ("segment", &["segments", "lengths", "points"]),
             ("joint", &["joint"]),

@@ -23,7 +23,7 @@ use crate::constraint::{
 };
 use crate::error::SceneError;
 use crate::frame::{Frame, Side, hanging_axes};
-use crate::scene::{Capstan, Scene};
+use crate::scene::{CableParts, Capstan, Scene};
 
 impl SceneText {
     /// The text of `scene`, which builds to an equal scene, bit for bit.
@@ -54,6 +54,14 @@ impl SceneText {
                     "the winch of a cable of segments, `{}`",
                     constraint_names[i]
                 ),
+                cure: "leave it out, or write the cable as `[[cable]]`",
+            });
+        }
+        let ruled =
+            |cable: &&CableParts| cable.stock.as_ref().is_some_and(|s| s.resolution.is_some());
+        if let Some(cable) = scene.cables.iter().find(ruled) {
+            return Err(SceneError::NotInText {
+                what: format!("the rule of resolution of the cable `{}`", cable.name),
                 cure: "leave it out, or write the cable as `[[cable]]`",
             });
         }

@@ -1,4 +1,4 @@
-//! Segments that split from the first one at a winch and merge with it, as changes of a scene.
+//! Segments that split and merge, at winches and by the rules of their cables, as changes of a scene.
 //!
 //! The joint of a new segment takes a part of the multipliers of the joints beside it, as a tension that changes linearly
 //! between them. The past rate of a gap that is gone goes to the gaps beside it: the sum along the cable is what its load
@@ -9,22 +9,30 @@ use crate::StepError;
 use crate::identity::{BodyId, ConstraintId};
 use crate::stepper::Stepper;
 use nalgebra::Vector3;
-use taut_model::scene::winding::Split;
+use taut_model::scene::resolution::Due;
+use taut_model::scene::segments::{Jump, Merged, Split};
 use taut_model::{Constraint, MAX_ROWS};
 
 /// Most segments that a winch pays out in a step.
 const MOST: usize = 64;
 
-/// A segment that a first one has left behind at a winch.
+/// A segment that has split.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct PaidOut {
-    /// Bodies of the segment and of the first one.
+pub(super) struct Parted {
+    /// Bodies of its new part and of the one that it was.
     pub(super) bodies: [BodyId; 2],
-    /// Their joint, that at the winch, and that at the segment's other end.
+    /// The joint between them, and those around.
     joint: ConstraintId,
-    neighbours: [Option<ConstraintId>; 2],
-    /// Parts of the neighbours' forces that are the joint's.
+    around: [Option<ConstraintId>; 2],
+    /// Parts of the forces of the joints around that are the new joint's.
     shares: [f64; 2],
+}
+
+/// A joint that has gone with a segment that another one took in, and the joints around.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Closed {
+    joint: ConstraintId,
+    around: [Option<ConstraintId>; 2],
 }
 
 impl Edit {
@@ -40,13 +48,9 @@ impl Edit {
             for _ in 0..MOST {
                 let i = self.ids.constraint(lead)?;
                 if let Some(split) = self.scene.split_at_winch(i, self.time) {
-                    self.pay_out(i, &split);
+                    self.part(&split);
                 } else if let Some(merged) = self.scene.merge_at_winch(i, self.time) {
-                    if let Some(next) = merged.next {
-                        let of = |joint| self.ids.of_constraint(joint);
-                        self.hauled_in.push([of(merged.joint), lead, of(next)]);
-                    }
-                    self.remove(&[merged.body], &[merged.joint])?;
+                    self.close(&merged)?;
                 } else {
                     break;
                 }
@@ -56,15 +60,55 @@ impl Edit {
         Ok(())
     }
 
-    fn pay_out(&mut self, lead: usize, split: &Split) {
-        self.ids.insert(split.body, split.joint);
+    /// Splits and merges segments of cable number `cable` as its rule asks for; the sum of the jumps of energy.
+    pub(crate) fn resolve(&mut self, cable: usize, due: &[Due]) -> Result<Jump, StepError> {
+        let mut jump = Jump::default();
+        // From the end, so that the numbers of the others stay.
+        for due in due.iter().rev() {
+            let at = (cable, due.segment);
+            let done = if due.splits {
+                let half = 0.5 * self.scene.segment_length(cable, due.segment).unwrap_or(0.0);
+                let split = self.scene.split_segment(at, half, self.time);
+                split.map(|split| {
+                    self.part(&split);
+                    split.jump
+                })
+            } else if let Some(merged) = self.scene.merge_segments(at, self.time) {
+                self.close(&merged)?;
+                Some(merged.jump)
+            } else {
+                None
+            };
+            if let Some(done) = done {
+                jump.kinetic += done.kinetic;
+                jump.foreseen += done.foreseen;
+                jump.gravity += done.gravity;
+                self.touched = true;
+            }
+        }
+        self.scene.resolved(cable, self.time);
+        Ok(jump)
+    }
+
+    fn part(&mut self, split: &Split) {
+        self.ids.insert(split.bodies[1], split.joint);
         let of = |joint| self.ids.of_constraint(joint);
-        self.paid_out.push(PaidOut {
-            bodies: [split.body, split.body - 1].map(|body| self.ids.of_body(body)),
+        let [first, new] = split.bodies.map(|body| self.ids.of_body(body));
+        self.parted.push(Parted {
+            bodies: [new, first],
             joint: of(split.joint),
-            neighbours: [Some(of(lead)), split.next.map(of)],
+            around: split.around.map(|joint| joint.map(of)),
             shares: [1.0 - split.share, split.share],
         });
+    }
+
+    fn close(&mut self, merged: &Merged) -> Result<(), StepError> {
+        let of = |joint| self.ids.of_constraint(joint);
+        self.closed.push(Closed {
+            joint: of(merged.joint),
+            around: merged.around.map(|joint| joint.map(of)),
+        });
+        self.remove(&[merged.body], &[merged.joint])
     }
 }
 
@@ -78,36 +122,36 @@ impl Stepper {
         Ok(())
     }
 
-    /// The forces and the past of joints beside segments that have been paid out and hauled in, in this stepper, which takes
-    /// the place of `before`.
-    pub(super) fn wound(
+    /// The forces and the past of joints beside segments that have split and merged, in this stepper, which takes the place
+    /// of `before`.
+    pub(super) fn carry_over(
         &mut self,
         before: &Self,
-        paid_out: &[PaidOut],
-        hauled_in: &[[ConstraintId; 3]],
+        parted: &[Parted],
+        closed: &[Closed],
     ) -> Result<(), StepError> {
-        for segment in paid_out {
+        for segment in parted {
             self.hang_on(segment)?;
         }
-        for [joint, neighbours @ ..] in hauled_in {
-            // One that has been paid out in the same change has no past.
+        for Closed { joint, around } in closed {
+            // One that is new in the same change has no past.
             if let Ok(joint) = before.ids.constraint(*joint) {
                 let rates = &before.history.rate[before.pieces.rows.row_range(joint)];
-                self.remember(rates, *neighbours)?;
+                self.remember(rates, around.iter().flatten())?;
             }
         }
         Ok(())
     }
 
-    /// The joint of a segment that has been paid out bears what its neighbours do.
-    fn hang_on(&mut self, segment: &PaidOut) -> Result<(), StepError> {
+    /// The joint between the parts of a segment bears what its neighbours do.
+    fn hang_on(&mut self, segment: &Parted) -> Result<(), StepError> {
         let Self { scene, pieces, .. } = self;
         let rows = &pieces.rows;
         let to = rows.row_range(self.ids.constraint(segment.joint)?);
         let of = |neighbour: Option<ConstraintId>| neighbour.map(|c| self.ids.constraint(c));
         for multipliers in [&mut self.mu, &mut self.tension] {
             let mut sum = [0.0; MAX_ROWS];
-            for (neighbour, share) in segment.neighbours.into_iter().zip(segment.shares) {
+            for (neighbour, share) in segment.around.into_iter().zip(segment.shares) {
                 let Some(c) = of(neighbour).transpose()? else {
                     continue;
                 };
@@ -126,13 +170,18 @@ impl Stepper {
         Ok(())
     }
 
-    /// The joints beside one that is gone have the past of its gap, half of its `rates` each: the cable between them has
+    /// The joints beside one that is gone have the past of its gap, equal parts of its `rates`: the cable between them has
     /// grown as fast as before.
-    fn remember(&mut self, rates: &[f64], neighbours: [ConstraintId; 2]) -> Result<(), StepError> {
+    fn remember<'a>(
+        &mut self,
+        rates: &[f64],
+        neighbours: impl Iterator<Item = &'a ConstraintId> + Clone,
+    ) -> Result<(), StepError> {
         let (gap, angular) = rates.split_at(3);
         let gap = Vector3::from_column_slice(gap);
+        let part = 1.0 / neighbours.clone().count().max(1) as f64;
         for joint in neighbours {
-            let c = self.ids.constraint(joint)?;
+            let c = self.ids.constraint(*joint)?;
             let constraint = &self.scene.constraints[c];
             let mut own = gap;
             if let Constraint::Fairlead(lead) = constraint {
@@ -143,7 +192,7 @@ impl Stepper {
             let rows = self.pieces.rows.row_range(c);
             let all = own.iter().chain(angular);
             for (rate, more) in self.history.rate[rows].iter_mut().zip(all) {
-                *rate += 0.5 * more;
+                *rate += part * more;
             }
         }
         Ok(())

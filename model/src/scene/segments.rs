@@ -1,0 +1,618 @@
+//! Segments of cables that split and merge while a simulation runs.
+//!
+//! **Split** of a segment ℓ₁ between ℓ₀ and ℓ₂ into p and q, and **merge** of p and q into ℓ₁. Mass, length, momentum and
+//! angular momentum stay; a merge loses the energy of a plastic blow. The compliances of the joints around, in lengths of
+//! cable, are
+//!
+//! ```text
+//! ½(ℓ₀ + ℓ₁),  ½(ℓ₁ + ℓ₂)    ⇄    ½(ℓ₀ + p),  ½(p + q),  ½(q + ℓ₂)        of the same sum
+//! ```
+//!
+//! with ℓ₀ = 0 or ℓ₂ = 0 at the ends of the cable. Each joint that stays keeps its strain, g/e of its gap g over its length e,
+//! so that the segments between move; what is left of the sum of the gaps is that of the new joint. Its strain is then
+//! between those of its neighbours, as of a tension that changes linearly, so that a cable at rest under its own weight stays
+//! at rest. Twists are shared alike, the segments turning about their own axes, which keeps the sum of the twists to
+//! rounding. Bends are not shared: halves that are turned apart have a shorter chord, and the stiff stretch would answer.
+//! Two segments that merge bent by β become as long as both: the gaps take up what their chord is shorter by, ℓβ²/6 at most.
+//!
+//! **Energy of a merge.** With u the rate of the second segment against the first at their joint (velocity and angular
+//! velocity) and K = J M⁻¹ Jᵀ the inverse of their reduced inertia there, ½ uᵀ K⁻¹ u is lost: exactly for two in one line, to
+//! O(β²) for others. About the axis of a merged segment the spins are kept instead of the angular momentum about the bent
+//! pair's chord, which a thin rod would have to take up by spinning (ℓ/r)² times faster.
+
+use nalgebra::{Matrix3, Matrix6, Unit, UnitQuaternion, Vector3, Vector6};
+
+use super::Scene;
+use super::event::{Action, When};
+use super::resolution::Resolution;
+use crate::body::Body;
+use crate::collide::Shape;
+use crate::constraint::{Constraint, Cosserat, JointLaw, Spherical, of_length};
+use crate::error::{SceneError, check};
+use crate::frame::{Frame, Side, smallest_rotation};
+
+/// What the segments of a cable are cut from: what it takes to make more of them.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
+pub struct Stock {
+    /// Mass per length \[kg/m], > 0.
+    pub density: f64,
+    /// Radius \[m], > 0.
+    pub radius: f64,
+    /// Laws of a joint that stands for one metre of the cable. Stretch must be there; without bend and twist joints are
+    /// ball joints.
+    pub per_metre: JointLaw,
+    /// Number in the name of the last segment.
+    pub named: usize,
+    /// Rule by which segments merge and split.
+    #[cfg_attr(
+        feature = "serde",
+        serde(default, skip_serializing_if = "Option::is_none")
+    )]
+    pub resolution: Option<Resolution>,
+}
+
+impl Stock {
+    pub(super) fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
+        for (quantity, value) in [("mass per length", self.density), ("radius", self.radius)] {
+            let of = || format!("{}: {quantity}", what());
+            check(of(), value, value > 0.0, "> 0")?;
+        }
+        if self.per_metre.stretch.is_none() {
+            return Err(SceneError::Conflict {
+                what: what(),
+                reason: "has a stock without stretch: give it a compliance, 0 where it is rigid",
+            });
+        }
+        match &self.resolution {
+            Some(rule) => rule.validate(what),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Change of the energy of a cable by a split or a merge \[J].
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub struct Jump {
+    /// Kinetic energy.
+    pub kinetic: f64,
+    /// −½ uᵀ K⁻¹ u of the rates u between two segments that merge: what the kinetic energy is foreseen to change by.
+    pub foreseen: f64,
+    /// Potential energy of gravity.
+    pub gravity: f64,
+}
+
+/// A segment that has split.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Split {
+    /// Bodies of its part towards the start of the cable, which has its number, and of the other, which is new.
+    pub bodies: [usize; 2],
+    /// Number of their joint.
+    pub joint: usize,
+    /// Numbers of the joints at the outer ends; `None` where one is free.
+    pub around: [Option<usize>; 2],
+    /// Part of the difference between the outer joints that the new one is away from the first.
+    pub share: f64,
+    /// What it changed.
+    pub jump: Jump,
+}
+
+/// A segment that another one has taken in: what is to be removed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Merged {
+    /// Number of its body.
+    pub body: usize,
+    /// Number of the joint between them.
+    pub joint: usize,
+    /// Numbers of the joints at the outer ends, which stay; `None` where one is free.
+    pub around: [Option<usize>; 2],
+    /// What it changed.
+    pub jump: Jump,
+}
+
+/// A segment between its neighbours.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    cable: usize,
+    /// Number of the segment in the cable, and of its body.
+    segment: usize,
+    pub(super) body: usize,
+    /// Joints towards the start of the cable and towards its end.
+    pub(super) joints: [Option<usize>; 2],
+    /// Lengths of the segments beyond them, zero where there is none \[m].
+    pub(super) beyond: [f64; 2],
+    /// Length of cable in it, and of its rod \[m].
+    pub(super) length: f64,
+    pub(super) chord: f64,
+    /// Direction towards the end of the cable, and the axes of its frames, body frame.
+    along: Vector3<f64>,
+    axes: Matrix3<f64>,
+}
+
+impl Scene {
+    /// Segment number `segment` of cable number `cable`; `None` where there is none, or nothing holds it.
+    pub(super) fn place(&self, cable: usize, segment: usize) -> Option<Place> {
+        let body = *self.cables.get(cable)?.bodies.get(segment)?;
+        let joints = [0, 1].map(|end| self.joint_at(cable, segment, end));
+        // Side b of the joint towards the start is the segment, side a of the other.
+        let frames = [1, 0].map(|side| {
+            let joint = joints[1 - side]?;
+            self.constraints[joint].frames().get(side)
+        });
+        let frame = frames[0].or(frames[1])?;
+        let next = [segment.wrapping_sub(1), segment + 1];
+        let beyond = [0, 1].map(|end| self.length_beyond(cable, joints[end], next[end], end));
+        Some(Place {
+            cable,
+            segment,
+            body,
+            joints,
+            beyond,
+            length: self.segment_length(cable, segment)?,
+            chord: 2.0 * frame.point.norm(),
+            along: frame.axes.column(0).into_owned(),
+            axes: frame.axes,
+        })
+    }
+
+    /// The joint at an end, 0 or 1, of a segment of a cable.
+    pub(super) fn joint_at(&self, cable: usize, segment: usize, end: usize) -> Option<usize> {
+        let parts = &self.cables[cable];
+        let body = parts.bodies.get(segment).copied();
+        let holds = |joint: &&usize| {
+            let frame = self.constraints[**joint].frames().get(1 - end);
+            frame.is_some_and(|frame| body.is_some() && frame.body_index() == body)
+        };
+        // Joints are in their order, with or without one at the start.
+        let near = [segment + end, (segment + end).wrapping_sub(1)];
+        let near = near.iter().filter_map(|n| parts.joints.get(*n));
+        near.chain(&parts.joints).find(holds).copied()
+    }
+
+    /// Length of the `next` segment, where the joint holds it.
+    fn length_beyond(&self, cable: usize, joint: Option<usize>, next: usize, end: usize) -> f64 {
+        let held = joint.and_then(|joint| self.constraints[joint].frames().get(end)?.body_index());
+        let body = self.cables[cable].bodies.get(next).copied();
+        let length = held.filter(|held| body == Some(*held));
+        length
+            .and_then(|_| self.segment_length(cable, next))
+            .unwrap_or(0.0)
+    }
+
+    /// Length of cable in segment number `segment` of cable number `cable` \[m]; `None` where it has no stock or no such one.
+    #[must_use]
+    pub fn segment_length(&self, cable: usize, segment: usize) -> Option<f64> {
+        let parts = self.cables.get(cable)?;
+        let density = parts.stock.as_ref()?.density;
+        parts
+            .bodies
+            .get(segment)
+            .map(|body| self.bodies.mass[*body] / density)
+    }
+
+    /// The centre of a body is another point of it, `shift` (m) from the old one, body frame.
+    pub(super) fn move_centre(&mut self, body: usize, shift: &Vector3<f64>) {
+        let moved = self.bodies.orientation[body] * shift;
+        self.bodies.position[body] += moved;
+        let turning = self.bodies.angular_velocity[body].cross(&moved);
+        self.bodies.velocity[body] += turning;
+        self.move_points(body, body, &-shift);
+    }
+
+    /// The points of constraints on body `from` lie on body `to`, moved by `shift` (m).
+    fn move_points(&mut self, from: usize, to: usize, shift: &Vector3<f64>) {
+        for constraint in &mut self.constraints {
+            for frame in constraint.frames_mut() {
+                if frame.body_index() == Some(from) {
+                    frame.side = Side::Body(to);
+                    frame.point += shift;
+                }
+            }
+        }
+    }
+
+    /// Mass, inertia and capsule of a segment with another `length` (m) of cable in another rod, `chord` (m) long.
+    pub(super) fn reshape(&mut self, cable: usize, body: usize, length: f64, chord: f64) {
+        let Some(stock) = &self.cables[cable].stock else {
+            return;
+        };
+        let mass = stock.density * length;
+        self.bodies.mass[body] = mass;
+        self.bodies.inertia[body] = Body::rod(chord, stock.radius, mass).inertia;
+        let own = self.colliders.iter_mut().filter(|c| c.body == Some(body));
+        for collider in own {
+            if let Shape::Capsule { length, .. } = &mut collider.shape {
+                *length = chord;
+            }
+        }
+    }
+
+    /// Joints at the ends of a segment, or of several, stand for these lengths (m) from it and for half of what is beyond.
+    pub(super) fn stand_for(
+        &mut self,
+        cable: usize,
+        joints: [Option<usize>; 2],
+        lengths: [f64; 2],
+    ) {
+        let Some(stock) = &self.cables[cable].stock else {
+            return;
+        };
+        for (joint, length) in joints.into_iter().zip(lengths) {
+            if let Some(joint) = joint {
+                self.constraints[joint].set_law(&of_length(&stock.per_metre, 0.5 * length));
+            }
+        }
+    }
+
+    /// p_a − p_b of a joint at time `t` (s), zero of none \[m].
+    fn gap_at(&self, joint: Option<usize>, t: f64) -> Vector3<f64> {
+        match joint.map(|joint| self.constraints[joint].frames()) {
+            Some([a, b]) => a.resolve(&self.bodies, t).point() - b.resolve(&self.bodies, t).point(),
+            _ => Vector3::zeros(),
+        }
+    }
+
+    fn twist_at(&self, joint: Option<usize>) -> Option<f64> {
+        self.constraints[joint?].twist_reference()
+    }
+
+    /// Kinetic energy, and that of gravity, of two bodies \[J].
+    fn energies(&self, pair: &[usize]) -> [f64; 2] {
+        let bodies = &self.bodies;
+        let gravity = |i: usize| -bodies.mass[i] * self.gravity.dot(&bodies.position[i]);
+        [
+            pair.iter().map(|i| bodies.kinetic_energy(*i)).sum(),
+            pair.iter().map(|i| gravity(*i)).sum(),
+        ]
+    }
+
+    /// Splits segment number `segment` of cable number `cable` at time `t` (s): `keep` (m) of it towards the start of the
+    /// cable stay in its body; the rest is a new body, which comes after it in the order of the scene. `None`, and nothing
+    /// changed, where the cable has no stock or no such segment, or the segment is not longer than that.
+    pub fn split_segment(
+        &mut self,
+        (cable, segment): (usize, usize),
+        keep: f64,
+        t: f64,
+    ) -> Option<Split> {
+        let at = self.place(cable, segment)?;
+        let stock = self.cables[cable].stock.clone()?;
+        let rest = at.length - keep;
+        if !(keep > 0.0 && rest > 0.0) {
+            return None;
+        }
+        let ([before, after], whole) = (at.beyond, at.length);
+        let kept = [
+            (before + keep) / (before + whole),
+            (rest + after) / (whole + after),
+        ];
+        let gaps = at.joints.map(|joint| self.gap_at(joint, t));
+        let was = self.energies(&[at.body]);
+        let [body, joint] = self.part(&at, &stock, rest);
+        self.ease([at.body, body], &gaps, &kept);
+        if stock.per_metre.twist.is_some() {
+            self.share_twists(&at, [body, joint], &kept);
+        }
+        self.break_alike(&at, joint);
+        let [kinetic, gravity] = self.energies(&[at.body, body]);
+        let place = at.joints[1].or(at.joints[0].map(|joint| joint + 1))?;
+        let number = |number: usize| number + usize::from(number >= place);
+        self.insert_last(at.body + 1, place);
+        Some(Split {
+            bodies: [at.body, at.body + 1],
+            joint: place,
+            around: at.joints.map(|joint| joint.map(number)),
+            share: keep / whole,
+            jump: Jump {
+                kinetic: kinetic - was[0],
+                foreseen: 0.0,
+                gravity: gravity - was[1],
+            },
+        })
+    }
+
+    /// Takes the last `rest` (m) of a segment as a new one, unstrained: the numbers of its body and of its joint, the last
+    /// ones.
+    fn part(&mut self, at: &Place, stock: &Stock, rest: f64) -> [usize; 2] {
+        let (u, share) = (at.along, rest / at.length);
+        // Rods of cable that was laid in a curve are shorter than it is.
+        let chords = [at.chord * (1.0 - share), at.chord * share];
+        let name = self.cables[at.cable].name.clone();
+        let mut number = stock.named + 1;
+        while self.body_names.contains(&format!("{name}-{number}")) {
+            number += 1;
+        }
+        let upper = self.bodies.get(at.body);
+        let down = upper.orientation * u * (0.5 * chords[0]);
+        let lower = Body {
+            position: upper.position + down,
+            orientation: upper.orientation,
+            velocity: upper.velocity + upper.angular_velocity.cross(&down),
+            angular_velocity: upper.angular_velocity,
+            force: upper.force * share,
+            torque: upper.torque * share,
+            ..Body::rod(chords[1], stock.radius, stock.density * rest)
+        };
+        self.bodies.force[at.body] -= lower.force;
+        self.bodies.torque[at.body] -= lower.torque;
+        let body = self.add_body(format!("{name}-{number}"), lower);
+        self.move_centre(at.body, &(u * (-0.5 * chords[1])));
+        let ends = 0.5 * chords[0];
+        for frame in self.constraints.iter_mut().flat_map(Constraint::frames_mut) {
+            if frame.body_index() == Some(at.body) && frame.point.dot(&u) > ends {
+                frame.side = Side::Body(body);
+                frame.point -= u * (ends + 0.5 * chords[1]);
+            }
+        }
+        let frames = [(at.body, ends), (body, -0.5 * chords[1])]
+            .map(|(body, place)| Frame::body(body, u * place).with_axes(at.axes));
+        let joint = joint_of(&of_length(&stock.per_metre, 0.5 * at.length), frames);
+        let group = at
+            .joints
+            .iter()
+            .flatten()
+            .next()
+            .map_or(0, |i| self.groups[*i]);
+        let joint = self.add_constraint(format!("{name}-joint-{number}"), joint, group);
+        let own = self.colliders.iter().find(|c| c.body == Some(at.body));
+        if let Some(mut capsule) = own.cloned() {
+            (capsule.name, capsule.body) = (format!("{name}-{number}"), Some(body));
+            self.colliders.push(capsule);
+        }
+        self.reshape(at.cable, body, rest, chords[1]);
+        let keep = at.length - rest;
+        self.reshape(at.cable, at.body, keep, chords[0]);
+        let [before, after] = at.beyond;
+        self.stand_for(at.cable, at.joints, [before + keep, rest + after]);
+        let parts = &mut self.cables[at.cable];
+        parts.bodies.insert(at.segment + 1, body);
+        let after = |joint: &usize| at.joints[0].is_none_or(|before| before == *joint);
+        let place = parts.joints.iter().position(after).unwrap_or(0);
+        let place = place + usize::from(at.joints[0].is_some());
+        parts.joints.insert(place, joint);
+        if let Some(stock) = &mut parts.stock {
+            stock.named = number;
+        }
+        [body, joint]
+    }
+
+    /// Turns the parts of a segment, the new `body` with the new `joint` and the other, so that of the twists at their outer
+    /// ends the parts `kept` are left.
+    fn share_twists(&mut self, at: &Place, [body, joint]: [usize; 2], kept: &[f64; 2]) {
+        let twists = at.joints.map(|joint| self.twist_at(joint));
+        let [first, second] = twists.map(|twist| twist.unwrap_or(0.0));
+        let turns = [-first * (1.0 - kept[0]), second * (1.0 - kept[1])];
+        for (body, by) in [at.body, body].into_iter().zip(turns) {
+            let turn = UnitQuaternion::from_axis_angle(&Unit::new_unchecked(at.along), by);
+            self.bodies.orientation[body] *= turn;
+        }
+        self.constraints[joint].set_twist_reference(turns[1] - turns[0]);
+        for ((joint, twist), by) in at.joints.into_iter().zip(twists).zip([turns[0], -turns[1]]) {
+            if let (Some(joint), Some(twist)) = (joint, twist) {
+                self.constraints[joint].set_twist_reference(twist + by);
+            }
+        }
+    }
+
+    /// Moves two segments so that of the gaps at their outer ends the parts `kept` are left, and keeps their angular
+    /// momentum across their axis.
+    fn ease(&mut self, pair: [usize; 2], gaps: &[Vector3<f64>; 2], kept: &[f64; 2]) {
+        let moves = [gaps[0] * (1.0 - kept[0]), gaps[1] * (kept[1] - 1.0)];
+        let bodies = &mut self.bodies;
+        let mut lost = Vector3::zeros();
+        for (body, by) in pair.into_iter().zip(moves) {
+            bodies.position[body] += by;
+            lost += by.cross(&bodies.velocity[body]) * bodies.mass[body];
+        }
+        let mass = bodies.mass[pair[0]] + bodies.mass[pair[1]];
+        let centre = pair.map(|b| bodies.position[b] * (bodies.mass[b] / mass));
+        let centre = centre[0] + centre[1];
+        let mut inertia = Matrix3::zeros();
+        for body in pair {
+            let r = bodies.position[body] - centre;
+            let point = Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose();
+            inertia += bodies.inertia_world(body) + point * bodies.mass[body];
+        }
+        let axis = (bodies.position[pair[1]] - bodies.position[pair[0]]).normalize();
+        lost -= axis * axis.dot(&lost);
+        let turn = inertia
+            .try_inverse()
+            .map_or(Vector3::zeros(), |inverse| inverse * -lost);
+        for body in pair {
+            let r = bodies.position[body] - centre;
+            bodies.velocity[body] += turn.cross(&r);
+            bodies.angular_velocity[body] += turn;
+        }
+    }
+
+    /// The joint breaks as the one at the other end of the segments does.
+    fn break_alike(&mut self, at: &Place, joint: usize) {
+        let inner = (0..2).rev().filter(|end| at.beyond[*end] > 0.0);
+        let Some(next) = inner.filter_map(|end| at.joints[end]).next() else {
+            return;
+        };
+        let breaks = self.events.iter().find_map(|event| match &event.when {
+            When::Force { constraint, above } if *constraint == next => {
+                (event.then == [Action::Release(next)]).then_some(*above)
+            }
+            _ => None,
+        });
+        if let Some(above) = breaks {
+            self.break_at(joint, above);
+        }
+    }
+
+    /// Merges segment number `segment` of cable number `cable` with the next one at time `t` (s): it is then both, and the
+    /// next one and their joint are to be removed. `None`, and nothing changed, where the cable has no stock, or no two such
+    /// segments that are joined.
+    pub fn merge_segments(&mut self, (cable, segment): (usize, usize), t: f64) -> Option<Merged> {
+        let pair = [self.place(cable, segment)?, self.place(cable, segment + 1)?];
+        let joint = pair[0].joints[1].filter(|joint| pair[1].joints[0] == Some(*joint))?;
+        let radius = self.cables[cable].stock.as_ref()?.radius;
+        let ([first, next], u) = (pair.map(|p| p.body), pair[0].along);
+        let around = [pair[0].joints[0], pair[1].joints[1]];
+        let was = self.energies(&[first, next]);
+        let foreseen = -self.blow(joint);
+        let (growth, share) = growth(&pair);
+        let mut merged = self.merged(&pair, radius, (&growth, share), t);
+        let twists = self.merged_twists(joint, around, (&growth, share));
+        let turned = twists[0] - self.twist_at(around[0]).unwrap_or(0.0);
+        merged.orientation *= UnitQuaternion::from_axis_angle(&Unit::new_unchecked(u), turned);
+        self.bodies.put(first, merged);
+        self.move_points(first, first, &(u * (-0.5 * pair[1].chord)));
+        // The joint between them keeps its sides until it is removed.
+        let between = self.constraints[joint].clone();
+        self.move_points(next, first, &(u * (0.5 * pair[0].chord)));
+        self.constraints[joint] = between;
+        for (joint, twist) in around.into_iter().zip(twists) {
+            if let Some(joint) = joint {
+                self.constraints[joint].set_twist_reference(twist);
+            }
+        }
+        let both = pair[0].length + pair[1].length;
+        self.reshape(cable, first, both, pair[0].chord + pair[1].chord);
+        let ends = [pair[0].beyond[0] + both, both + pair[1].beyond[1]];
+        self.stand_for(cable, around, ends);
+        let [kinetic, gravity] = self.energies(&[first]);
+        Some(Merged {
+            body: next,
+            joint,
+            around,
+            jump: Jump {
+                kinetic: kinetic - was[0],
+                foreseen,
+                gravity: gravity - was[1],
+            },
+        })
+    }
+
+    /// ½ uᵀ K⁻¹ u of the two bodies of a joint \[J]: the energy of a blow that makes them one.
+    fn blow(&self, joint: usize) -> f64 {
+        let (bodies, mut u, mut k) = (&self.bodies, Vector6::zeros(), Matrix6::zeros());
+        for (frame, sign) in self.constraints[joint].frames().iter().zip([-1.0, 1.0]) {
+            let Some(body) = frame.body_index() else {
+                continue;
+            };
+            let r = bodies.orientation[body] * frame.point;
+            let omega = bodies.angular_velocity[body];
+            let rate = bodies.velocity[body] + omega.cross(&r);
+            u += Vector6::from_iterator(rate.iter().chain(&omega).map(|x| sign * x));
+            let inverse = bodies.inertia_world(body).try_inverse();
+            let (inverse, lever) = (inverse.unwrap_or_default(), r.cross_matrix());
+            let mut own = Matrix6::zeros();
+            let mass = Matrix3::from_diagonal_element(1.0 / bodies.mass[body]);
+            own.fixed_view_mut::<3, 3>(0, 0)
+                .copy_from(&(mass - lever * inverse * lever));
+            own.fixed_view_mut::<3, 3>(0, 3)
+                .copy_from(&(-lever * inverse));
+            own.fixed_view_mut::<3, 3>(3, 0)
+                .copy_from(&(inverse * lever));
+            own.fixed_view_mut::<3, 3>(3, 3).copy_from(&inverse);
+            k += own;
+        }
+        k.cholesky().map_or(f64::NAN, |k| 0.5 * u.dot(&k.solve(&u)))
+    }
+
+    /// Two segments as one, without the turn about its axis.
+    fn merged(
+        &self,
+        pair: &[Place; 2],
+        radius: f64,
+        (growth, share): (&[f64; 2], f64),
+        t: f64,
+    ) -> Body {
+        let (bodies, around) = (&self.bodies, [pair[0].joints[0], pair[1].joints[1]]);
+        let places = pair.map(|p| bodies.position[p.body]);
+        let [a, b] = pair.map(|p| bodies.orientation[p.body] * p.along);
+        let along = (a * pair[0].chord + b * pair[1].chord)
+            .try_normalize(0.0)
+            .unwrap_or(b);
+        let chord = pair[0].chord + pair[1].chord;
+        let gaps = around.map(|joint| self.gap_at(joint, t));
+        let start = places[0] - a * (0.5 * pair[0].chord) + gaps[0];
+        let end = places[1] + b * (0.5 * pair[1].chord) - gaps[1];
+        let gap = gaps[0] * growth[0];
+        let left = along * chord - (end - start) - gap - gaps[1] * growth[1];
+        // A free end takes up all that is left.
+        let share = match around {
+            [Some(_), Some(_)] => share,
+            [Some(_), None] => 0.0,
+            [None, Some(_)] => 1.0,
+            [None, None] => 0.5,
+        };
+        let position = start - gap - left * share + along * (0.5 * chord);
+        let mass = pair.map(|p| bodies.mass[p.body]).iter().sum();
+        let rod = Body::rod(chord, radius, mass);
+        let (mut momentum, mut angular, mut spin) = (Vector3::zeros(), Vector3::zeros(), 0.0);
+        for (body, axis) in pair.map(|p| p.body).into_iter().zip([a, b]) {
+            let p = bodies.velocity[body] * bodies.mass[body];
+            let omega = bodies.angular_velocity[body];
+            momentum += p;
+            angular += (bodies.position[body] - position).cross(&p);
+            angular += bodies.inertia_world(body) * omega;
+            spin += bodies.mass[body] * axis.dot(&omega) / mass;
+        }
+        angular -= along * along.dot(&angular);
+        Body {
+            position,
+            orientation: smallest_rotation(&a, &along) * bodies.orientation[pair[0].body],
+            velocity: momentum / mass,
+            angular_velocity: angular / rod.inertia[(0, 0)] + along * spin,
+            force: pair.iter().map(|p| bodies.force[p.body]).sum(),
+            torque: pair.iter().map(|p| bodies.torque[p.body]).sum(),
+            ..rod
+        }
+    }
+
+    /// Twists at the ends of two segments that have merged at a joint, of the same sum as the three before; one that nothing
+    /// holds at its start turns as the second one.
+    fn merged_twists(
+        &self,
+        joint: usize,
+        around: [Option<usize>; 2],
+        (growth, share): (&[f64; 2], f64),
+    ) -> [f64; 2] {
+        let between = self.twist_at(Some(joint)).unwrap_or(0.0);
+        match around.map(|joint| self.twist_at(joint)) {
+            [Some(first), Some(second)] => {
+                let sum = first + between + second;
+                let kept = [first * growth[0], second * growth[1]];
+                let first = kept[0] + (sum - kept[0] - kept[1]) * share;
+                [first, sum - first]
+            }
+            [Some(first), None] => [first, 0.0],
+            [None, second] => [between, second.unwrap_or(0.0)],
+        }
+    }
+}
+
+/// By how much the joints around two segments grow that merge, and the first joint's part of both then.
+fn growth([first, second]: &[Place; 2]) -> ([f64; 2], f64) {
+    let both = first.length + second.length;
+    let before = [
+        first.beyond[0] + first.length,
+        second.length + second.beyond[1],
+    ];
+    let after = [first.beyond[0] + both, both + second.beyond[1]];
+    let growth = [after[0] / before[0], after[1] / before[1]];
+    (growth, after[0] / (after[0] + after[1]))
+}
+
+/// A joint of cable with these laws.
+fn joint_of(law: &JointLaw, frames: [Frame; 2]) -> Constraint {
+    match (law.bend, law.twist) {
+        (None, None) => Spherical {
+            frames,
+            stretch: law.stretch.unwrap_or_default(),
+        }
+        .into(),
+        _ => Cosserat::new(frames, *law).into(),
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests;
