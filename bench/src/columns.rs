@@ -22,7 +22,7 @@ type OfBody = fn(&Stepper, usize) -> f64;
 type OfConstraint = fn(&Stepper, usize) -> Option<f64>;
 
 /// Those of the run; all but the last are the columns of a table without `--columns`.
-const OF_RUN: [Quantity<OfRun>; 17] = [
+const OF_RUN: [Quantity<OfRun>; 18] = [
     ("time", "s", |s| Some(s.time)),
     ("load_x", "m", |s| Some(s.load.x)),
     ("load_y", "m", |s| Some(s.load.y)),
@@ -39,6 +39,7 @@ const OF_RUN: [Quantity<OfRun>; 17] = [
     ("sliding", "", |s| Some(s.contacts.sliding as f64)),
     ("groups", "", |s| Some(s.contacts.groups as f64)),
     ("error", "m", |s| s.error.map(|e| e.total())),
+    ("segments", "", |s| Some(s.resolved.segments as f64)),
     ("asleep", "", |s| Some(f64::from(u8::from(s.asleep)))),
 ];
 

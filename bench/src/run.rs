@@ -2,20 +2,19 @@
 
 mod text;
 
-pub use text::text;
+pub use text::{CSV_HEADING, csv_line, text};
 
 use crate::columns::{Columns, Series};
 use indicatif::ProgressBar;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use std::io;
 use taut_ground::errors::worse;
 use taut_ground::inputs::Inputs;
 use taut_ground::source::{self, SourceError};
 use taut_ground::trajectory::{Durations, Failure, Limits, Sample, Simulation, Timing};
 use taut_integrator::{
-    ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, SavedRun, StepError, StepOptions,
-    Stepper,
+    ContactReport, Energy, EnergyBalance, ErrorEstimate, Phase, Resolved, SavedRun, StepError,
+    StepOptions, Stepper,
 };
 use taut_model::{Note, Scene, SceneSource};
 use taut_solver::Chosen;
@@ -170,6 +169,9 @@ pub struct Summary {
     /// The diagonal of the box that the load moved in \[m].
     #[serde(skip)]
     pub extent: f64,
+    /// What the rules of cables did, where there are any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolved: Option<Resolved>,
     /// Tension above the load at the end \[N]: the largest of what holds on to it.
     pub load_tension: Option<f64>,
     /// The largest over the run \[N].
@@ -244,6 +246,7 @@ struct Tally {
     steps: usize,
     asleep: usize,
     contacts: Option<ContactSummary>,
+    resolved: Resolved,
     redone: usize,
     implicit_substeps: usize,
     most_solves: usize,
@@ -313,6 +316,7 @@ impl Tally {
         self.most_solves = self.most_solves.max(s.solves);
         self.iterations += s.iterations;
         self.add_contacts(&s.contacts);
+        self.resolved += s.resolved;
         self.violation = self.violation.max(s.violation);
         let excess = s.balance.map(|b| b.excess);
         self.excess = self.excess.into_iter().chain(excess).reduce(worse);
@@ -534,6 +538,7 @@ fn summary(
         balance: tally.last.and_then(|s| s.balance),
         max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
         error: tally.last.and_then(|s| s.error),
+        resolved: Some(tally.resolved).filter(|resolved| resolved.segments > 0),
         extent: tally.corners.map_or(0.0, |[a, b]| (b - a).norm()),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,
@@ -575,26 +580,5 @@ fn final_state(scene: &Scene) -> FinalState {
             .collect(),
         velocity: bodies.velocity.iter().map(|&v| v.into()).collect(),
         angular_velocity: bodies.angular_velocity.iter().map(|&v| v.into()).collect(),
-    }
-}
-
-/// Heading of the lines of [`csv_line`].
-pub const CSV_HEADING: &str = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns,load_tension_N\n";
-
-/// The line of a step, for spreadsheets and plots.
-///
-/// # Errors
-/// Those of `out`.
-pub fn csv_line(out: &mut dyn io::Write, s: &Sample) -> io::Result<()> {
-    let (x, e) = (s.load, s.energy);
-    let ns = s.phases.total().as_nanos();
-    write!(
-        out,
-        "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{ns},",
-        s.time, x.x, x.y, x.z, e.kinetic, e.gravity, e.elastic, s.violation, s.iterations
-    )?;
-    match s.load_tension {
-        Some(tension) => writeln!(out, "{tension:e}"),
-        None => writeln!(out),
     }
 }

@@ -395,7 +395,11 @@ impl Scene {
         let new_bodies: Vec<usize> = (bodies..self.bodies.len()).collect();
         let new: Vec<usize> = (constraints..self.constraints.len()).collect();
         let mut bodies = new_bodies.iter();
-        let sound = bodies.try_for_each(|i| self.validate_body(*i));
+        let stock = self.cables.last().and_then(|parts| parts.stock.as_ref());
+        let sound = stock.map_or(Ok(()), |stock| {
+            stock.validate(|| format!("cable `{}`", cable.name))
+        });
+        let sound = sound.and_then(|()| bodies.try_for_each(|i| self.validate_body(*i)));
         let sound = sound.and_then(|()| new.iter().try_for_each(|i| self.validate_constraint(*i)));
         let mut capsules = colliders..self.colliders.len();
         let sound = sound.and_then(|()| capsules.try_for_each(|i| self.validate_collider(i)));

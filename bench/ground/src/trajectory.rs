@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 use taut_integrator::{
-    ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, StepError, Stepper,
+    ContactReport, Energy, EnergyBalance, ErrorEstimate, PhaseTimes, Resolved, StepError, Stepper,
 };
 use taut_model::Scene;
 
@@ -44,6 +44,8 @@ pub struct Sample {
     pub contacts: ContactReport,
     /// The error of the load's position so far, where the options ask for it.
     pub error: Option<ErrorEstimate>,
+    /// What the rules of cables did at the end of the step.
+    pub resolved: Resolved,
     /// Wall-clock time of the step's phases.
     pub phases: PhaseTimes,
 }
@@ -302,6 +304,7 @@ impl Simulation {
             asleep: report.asleep,
             contacts: report.contacts,
             error: report.error,
+            resolved: report.resolved,
             phases: report.phases,
         };
         let constraints = stepper.scene().constraints.len();

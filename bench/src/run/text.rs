@@ -1,7 +1,9 @@
-//! The summary of a run, for people.
+//! The summary of a run, for people, and the lines of its steps, for spreadsheets.
 
 use super::Summary;
 use std::fmt::Write;
+use std::io;
+use taut_ground::trajectory::Sample;
 
 /// Part of the extent of a motion beyond which its error is told to be no small one.
 const BEYOND: f64 = 0.1;
@@ -119,6 +121,17 @@ fn chosen(s: &Summary) -> Option<(&'static str, String)> {
     Some(("chosen", format!("in {time}: {}", chosen.reason)))
 }
 
+/// What the rules of cables did, for people.
+fn resolved(s: &Summary) -> Option<(&'static str, String)> {
+    let of = s.resolved?;
+    let energy = of.jump.kinetic + of.jump.gravity + of.elastic;
+    let text = format!(
+        "{} merges, {} splits; {} segments at the end; {energy:+.1e} J of energy by changes",
+        of.merges, of.splits, of.segments
+    );
+    Some(("resolution", text))
+}
+
 /// The summary for people.
 #[must_use]
 pub fn text(s: &Summary) -> String {
@@ -215,6 +228,7 @@ pub fn text(s: &Summary) -> String {
         .chain(chosen(s))
         .chain(error(s))
         .chain(asleep(s))
+        .chain(resolved(s))
         .chain(contacts(s))
         .chain(events)
         .chain(notes)
@@ -222,4 +236,25 @@ pub fn text(s: &Summary) -> String {
         let _ = writeln!(out, "{name:>16}  {value}");
     }
     out
+}
+
+/// Heading of the lines of [`csv_line`].
+pub const CSV_HEADING: &str = "time_s,load_x_m,load_y_m,load_z_m,kinetic_J,gravity_J,elastic_J,max_gap_m,iterations,step_ns,load_tension_N\n";
+
+/// The line of a step, for spreadsheets and plots.
+///
+/// # Errors
+/// Those of `out`.
+pub fn csv_line(out: &mut dyn io::Write, s: &Sample) -> io::Result<()> {
+    let (x, e) = (s.load, s.energy);
+    let ns = s.phases.total().as_nanos();
+    write!(
+        out,
+        "{},{:e},{:e},{:e},{:e},{:e},{:e},{:e},{},{ns},",
+        s.time, x.x, x.y, x.z, e.kinetic, e.gravity, e.elastic, s.violation, s.iterations
+    )?;
+    match s.load_tension {
+        Some(tension) => writeln!(out, "{tension:e}"),
+        None => writeln!(out),
+    }
 }

@@ -27,6 +27,7 @@
 //! | `stability` | the stability map: largest stable mass ratio of schemes, joints, segments, materials |
 //! | `energy` | swing amplitude, energy over a million steps, angular momentum of a free cable |
 //! | `estimate` | the estimate of the load's error against the error |
+//! | `resolution` | segments by rule against fixed ones: speed and error |
 //! | `engines` | whole engines on the hoist and on the ground: what a frame costs, how wrong the motion is |
 //! | `matrix` | every backend on systems from files; a graded set of systems |
 //! | `sequence` | every solver on the systems of consecutive steps from a folder |
@@ -56,6 +57,7 @@ pub mod linear;
 pub mod matrix;
 pub mod options;
 pub mod paper;
+pub mod resolution;
 pub mod scenes;
 pub mod sequence;
 pub mod shocks;

@@ -6,7 +6,7 @@ use crate::options::Refused;
 use crate::study::Study;
 use crate::{
     accuracy, auto, energy, engines, estimate, hard, iterative, kernels, ladder, linear, matrix,
-    paper, scenes, sequence, shocks, stability, statics,
+    paper, resolution, scenes, sequence, shocks, stability, statics,
 };
 use clap::ArgMatches;
 use serde_json::Value;
@@ -20,7 +20,7 @@ pub const SCENES: &Study = &scenes::STUDY;
 pub const COMMANDS: [&Study; 4] = [BENCH, &statics::STUDY, &paper::STUDY, &hard::STUDY];
 
 /// Those that `taut study` runs, as it lists them.
-pub const STUDIES: [&Study; 13] = [
+pub const STUDIES: [&Study; 14] = [
     &accuracy::STUDY,
     &linear::STUDY,
     &kernels::STUDY,
@@ -33,6 +33,7 @@ pub const STUDIES: [&Study; 13] = [
     &stability::STUDY,
     &energy::STUDY,
     &estimate::STUDY,
+    &resolution::STUDY,
     &engines::STUDY,
 ];
 

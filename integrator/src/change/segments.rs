@@ -80,9 +80,7 @@ impl Edit {
                 None
             };
             if let Some(done) = done {
-                jump.kinetic += done.kinetic;
-                jump.foreseen += done.foreseen;
-                jump.gravity += done.gravity;
+                jump += done;
                 self.touched = true;
             }
         }

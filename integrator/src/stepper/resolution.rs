@@ -7,6 +7,7 @@ use super::Stepper;
 use crate::StepError;
 use taut_model::Scene;
 use taut_model::scene::resolution::{Due, View};
+use taut_model::scene::segments::Jump;
 
 /// What the rules of cables did after a step, and the changes of energy by it \[J].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -17,14 +18,12 @@ pub struct Resolved {
     pub splits: usize,
     /// See `splits`.
     pub merges: usize,
-    /// Change of the kinetic energy.
-    pub kinetic: f64,
-    /// The blows of the merges, −½ uᵀ K⁻¹ u each: what the kinetic energy is foreseen to change by.
-    pub foreseen: f64,
-    /// Change of the energy of gravity.
-    pub gravity: f64,
+    /// Changes of the kinetic energy and of that of gravity, and what the former is foreseen to be.
+    pub jump: Jump,
     /// Change of the elastic energy, [`Stepper::elastic_energy`].
     pub elastic: f64,
+    /// Segments of all cables with rules, after it.
+    pub segments: usize,
 }
 
 /// Cables with rules.
@@ -56,6 +55,16 @@ impl Resolving {
     }
 }
 
+impl std::ops::AddAssign for Resolved {
+    fn add_assign(&mut self, other: Self) {
+        self.splits += other.splits;
+        self.merges += other.merges;
+        self.jump += other.jump;
+        self.elastic += other.elastic;
+        self.segments = other.segments;
+    }
+}
+
 impl Stepper {
     /// Segments merge and split as their rules ask for. Allocates where some do.
     pub(crate) fn resolve(&mut self) -> Result<Resolved, StepError> {
@@ -70,11 +79,11 @@ impl Stepper {
             }
         }
         let mut all: Vec<(usize, Vec<Due>)> = Vec::new();
-        let tension = |joint: usize| self.tension(joint).unwrap_or(0.0);
         let view = View {
             time: self.time,
             dt: self.substep(),
-            tension: &tension,
+            rows: &self.pieces.rows,
+            lambda: (&self.mu, self.mu_dt),
             touching: &resolving.touching,
             stays: &resolving.stays,
         };
@@ -85,6 +94,8 @@ impl Stepper {
                 all.push((cable, due.clone()));
             }
         }
+        let segments = |cable: &usize| self.scene.cables[*cable].bodies.len();
+        done.segments = resolving.cables.iter().map(segments).sum();
         self.resolving = Some(resolving);
         if all.is_empty() {
             return Ok(done);
@@ -95,14 +106,13 @@ impl Stepper {
             jumps.collect::<Result<Vec<_>, _>>()
         })?;
         for jump in jumps {
-            done.kinetic += jump.kinetic;
-            done.foreseen += jump.foreseen;
-            done.gravity += jump.gravity;
+            done.jump += jump;
         }
         done.elastic = self.elastic_energy() - elastic;
         let due = || all.iter().flat_map(|(_, due)| due);
         done.splits = due().filter(|due| due.splits).count();
         done.merges = due().count() - done.splits;
+        done.segments = done.segments + done.splits - done.merges;
         Ok(done)
     }
 }

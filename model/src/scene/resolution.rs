@@ -28,6 +28,7 @@ use crate::collide::Shape;
 use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
+use crate::linearized::Linearized;
 
 /// Rule by which a cable merges and splits its segments: see the [module](self).
 #[derive(Debug, Clone, PartialEq)]
@@ -139,8 +140,10 @@ pub struct View<'a> {
     pub time: f64,
     /// See `time`.
     pub dt: f64,
-    /// Tension at a constraint \[N].
-    pub tension: &'a dyn Fn(usize) -> f64,
+    /// Linearisation of the present state, and multipliers of its rows \[N, N m].
+    pub rows: &'a Linearized,
+    /// See `rows`; of a solve of this length \[s] its impulses, or forces with 1.
+    pub lambda: (&'a [f64], f64),
     /// Of each body whether it touches something, and whether it stays as it is: [`Scene::unresolved`].
     pub touching: &'a [bool],
     /// See `touching`.
@@ -294,20 +297,15 @@ impl Scene {
         };
         let length = |k: usize| self.bodies.mass[parts.bodies[k]] / stock.density;
         let last = parts.bodies.len().saturating_sub(1);
-        let bend_and_tension = |joint: Option<usize>, inner: bool, stands_for: f64| {
-            joint.map_or([0.0; 2], |joint| {
-                let bend = self.bend_at(joint, inner, view.time);
-                [bend / stands_for, (view.tension)(joint).max(0.0)]
-            })
-        };
         let mut before = [0.0; 2];
         for (k, &body) in parts.bodies.iter().enumerate() {
             if k == 0 {
-                before = bend_and_tension(self.joint_at(cable, 0, 0), false, 0.5 * length(0));
+                let ahead = self.joint_at(cable, 0, 0);
+                before = self.bend_and_pull(ahead, (body, 1, false), 0.5 * length(0), view);
             }
             let next = if k < last { length(k + 1) } else { 0.0 };
-            let stands_for = 0.5 * (length(k) + next);
-            let after = bend_and_tension(self.joint_at(cable, k, 1), k < last, stands_for);
+            let (joint, stands_for) = (self.joint_at(cable, k, 1), 0.5 * (length(k) + next));
+            let after = self.bend_and_pull(joint, (body, 0, k < last), stands_for, view);
             let curvature = before[0].max(after[0]);
             let speed = (0.5 * (before[1] + after[1]) / stock.density).sqrt();
             wanted.push(if view.touching[body] {
@@ -319,17 +317,42 @@ impl Scene {
         }
     }
 
-    /// Angle between the two sides of a joint of cable, 0 at an end that nothing holds in its direction \[rad].
-    fn bend_at(&self, joint: usize, inner: bool, t: f64) -> f64 {
-        let clamps =
-            matches!(&self.constraints[joint], Constraint::Cosserat(c) if c.law.bend.is_some());
-        match self.constraints[joint].frames() {
-            [a, b] if inner || clamps => {
-                let [a, b] = [a, b].map(|frame| frame.resolve(&self.bodies, t).u());
+    /// Curvature at a joint that stands for so much cable (m), 0 at an end that nothing holds in its direction \[1/m], and
+    /// its pull along the segment on its `side`, 0 where it pushes \[N].
+    fn bend_and_pull(
+        &self,
+        joint: Option<usize>,
+        (body, side, inner): (usize, usize, bool),
+        stands_for: f64,
+        view: &View<'_>,
+    ) -> [f64; 2] {
+        let Some(joint) = joint else {
+            return [0.0; 2];
+        };
+        let (range, constraint) = (view.rows.row_range(joint), &self.constraints[joint]);
+        let frames = constraint.frames();
+        let angle = match constraint {
+            Constraint::Cosserat(c) if c.law.stretch.is_some() && c.law.bend.is_some() => {
+                view.rows.phi[range.start + 3].hypot(view.rows.phi[range.start + 4])
+            }
+            _ if inner => {
+                let [a, b] = [0, 1].map(|n| frames[n].resolve(&self.bodies, view.time).u());
                 2.0 * (0.5 * (a - b).norm()).min(1.0).asin()
             }
             _ => 0.0,
-        }
+        };
+        let (impulses, dt) = view.lambda;
+        let pull = match constraint {
+            Constraint::Fairlead(_) => -impulses[range.start],
+            Constraint::Cosserat(_) | Constraint::Spherical(_) if range.len() >= 3 => {
+                let along = self.bodies.orientation[body] * frames[side].axes.column(0);
+                along.dot(&Vector3::from_column_slice(
+                    &impulses[range.start..range.start + 3],
+                ))
+            }
+            _ => 0.0,
+        };
+        [angle / stands_for, pull.max(0.0) / dt]
     }
 }
 

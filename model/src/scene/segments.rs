@@ -16,8 +16,8 @@
 //! Two segments that merge bent by β become as long as both: the gaps take up what their chord is shorter by, ℓβ²/6 at most.
 //!
 //! **Energy of a merge.** With u the rate of the second segment against the first at their joint (velocity and angular
-//! velocity) and K = J M⁻¹ Jᵀ the inverse of their reduced inertia there, ½ uᵀ K⁻¹ u is lost: exactly for two in one line, to
-//! O(β²) for others. About the axis of a merged segment the spins are kept instead of the angular momentum about the bent
+//! velocity) and K = J M⁻¹ Jᵀ the inverse of their reduced inertia there, the blow takes ½ uᵀ K⁻¹ u; then the two, which move
+//! as one, come into one line, and ½ Lᵀ I⁻¹ L changes with their inertia and their centre. About the axis of a merged segment the spins are kept instead of the angular momentum about the bent
 //! pair's chord, which a thin rod would have to take up by spinning (ℓ/r)² times faster.
 
 use nalgebra::{Matrix3, Matrix6, Unit, UnitQuaternion, Vector3, Vector6};
@@ -54,7 +54,8 @@ pub struct Stock {
 }
 
 impl Stock {
-    pub(super) fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
+    /// Checks that all numbers are in their ranges; `what` is whose stock it is.
+    pub(crate) fn validate(&self, what: impl Fn() -> String) -> Result<(), SceneError> {
         for (quantity, value) in [("mass per length", self.density), ("radius", self.radius)] {
             let of = || format!("{}: {quantity}", what());
             check(of(), value, value > 0.0, "> 0")?;
@@ -78,10 +79,21 @@ impl Stock {
 pub struct Jump {
     /// Kinetic energy.
     pub kinetic: f64,
-    /// −½ uᵀ K⁻¹ u of the rates u between two segments that merge: what the kinetic energy is foreseen to change by.
-    pub foreseen: f64,
+    /// What it is foreseen to change by: −½ uᵀ K⁻¹ u of the rates u between two segments that merge ...
+    pub blow: f64,
+    /// ... and the change of ½ Lᵀ I⁻¹ L, with their angular momentum L about their centre, as they move into one line.
+    pub moved: f64,
     /// Potential energy of gravity.
     pub gravity: f64,
+}
+
+impl std::ops::AddAssign for Jump {
+    fn add_assign(&mut self, other: Self) {
+        self.kinetic += other.kinetic;
+        self.blow += other.blow;
+        self.moved += other.moved;
+        self.gravity += other.gravity;
+    }
 }
 
 /// A segment that has split.
@@ -293,6 +305,7 @@ impl Scene {
         let gaps = at.joints.map(|joint| self.gap_at(joint, t));
         let was = self.energies(&[at.body]);
         let [body, joint] = self.part(&at, &stock, rest);
+        let [unmoved, _] = self.energies(&[at.body, body]);
         self.ease([at.body, body], &gaps, &kept);
         if stock.per_metre.twist.is_some() {
             self.share_twists(&at, [body, joint], &kept);
@@ -309,7 +322,8 @@ impl Scene {
             share: keep / whole,
             jump: Jump {
                 kinetic: kinetic - was[0],
-                foreseen: 0.0,
+                blow: 0.0,
+                moved: kinetic - unmoved,
                 gravity: gravity - was[1],
             },
         })
@@ -408,15 +422,8 @@ impl Scene {
             bodies.position[body] += by;
             lost += by.cross(&bodies.velocity[body]) * bodies.mass[body];
         }
-        let mass = bodies.mass[pair[0]] + bodies.mass[pair[1]];
-        let centre = pair.map(|b| bodies.position[b] * (bodies.mass[b] / mass));
-        let centre = centre[0] + centre[1];
-        let mut inertia = Matrix3::zeros();
-        for body in pair {
-            let r = bodies.position[body] - centre;
-            let point = Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose();
-            inertia += bodies.inertia_world(body) + point * bodies.mass[body];
-        }
+        let (centre, inertia) = self.as_one(&pair);
+        let bodies = &mut self.bodies;
         let axis = (bodies.position[pair[1]] - bodies.position[pair[0]]).normalize();
         lost -= axis * axis.dot(&lost);
         let turn = inertia
@@ -456,7 +463,7 @@ impl Scene {
         let ([first, next], u) = (pair.map(|p| p.body), pair[0].along);
         let around = [pair[0].joints[0], pair[1].joints[1]];
         let was = self.energies(&[first, next]);
-        let foreseen = -self.blow(joint);
+        let (blow, rigid) = (-self.blow(joint), self.rotation_as_one(&[first, next]));
         let (growth, share) = growth(&pair);
         let mut merged = self.merged(&pair, radius, (&growth, share), t);
         let twists = self.merged_twists(joint, around, (&growth, share));
@@ -484,20 +491,57 @@ impl Scene {
             around,
             jump: Jump {
                 kinetic: kinetic - was[0],
-                foreseen,
+                blow,
+                moved: self.rotation_as_one(&[first]) - rigid,
                 gravity: gravity - was[1],
             },
         })
     }
 
+    /// Centre of bodies \[m], and their inertia about it, world \[kg m²].
+    fn as_one(&self, all: &[usize]) -> (Vector3<f64>, Matrix3<f64>) {
+        let bodies = &self.bodies;
+        let mass: f64 = all.iter().map(|i| bodies.mass[*i]).sum();
+        let parts = all
+            .iter()
+            .map(|i| bodies.position[*i] * (bodies.mass[*i] / mass));
+        let centre: Vector3<f64> = parts.sum();
+        let inertia = all.iter().map(|i| {
+            let r = bodies.position[*i] - centre;
+            let point = Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose();
+            bodies.inertia_world(*i) + point * bodies.mass[*i]
+        });
+        (centre, inertia.sum())
+    }
+
+    /// ½ Lᵀ I⁻¹ L of bodies as one: energy of their rotation about their centre \[J].
+    fn rotation_as_one(&self, all: &[usize]) -> f64 {
+        let (bodies, (centre, inertia)) = (&self.bodies, self.as_one(all));
+        let angular = all.iter().map(|i| {
+            let orbital = (bodies.position[*i] - centre).cross(&bodies.velocity[*i]);
+            orbital * bodies.mass[*i] + bodies.inertia_world(*i) * bodies.angular_velocity[*i]
+        });
+        let angular: Vector3<f64> = angular.sum();
+        let inverse = inertia.try_inverse().unwrap_or_default();
+        0.5 * angular.dot(&(inverse * angular))
+    }
+
     /// ½ uᵀ K⁻¹ u of the two bodies of a joint \[J]: the energy of a blow that makes them one.
     fn blow(&self, joint: usize) -> f64 {
         let (bodies, mut u, mut k) = (&self.bodies, Vector6::zeros(), Matrix6::zeros());
-        for (frame, sign) in self.constraints[joint].frames().iter().zip([-1.0, 1.0]) {
+        let frames = self.constraints[joint].frames();
+        // Both at one point, whatever the gap.
+        let Some(point) = frames.first().and_then(|frame| {
+            let body = frame.body_index()?;
+            Some(bodies.point_world(body, &frame.point))
+        }) else {
+            return 0.0;
+        };
+        for (frame, sign) in frames.iter().zip([-1.0, 1.0]) {
             let Some(body) = frame.body_index() else {
                 continue;
             };
-            let r = bodies.orientation[body] * frame.point;
+            let r = point - bodies.position[body];
             let omega = bodies.angular_velocity[body];
             let rate = bodies.velocity[body] + omega.cross(&r);
             u += Vector6::from_iterator(rate.iter().chain(&omega).map(|x| sign * x));

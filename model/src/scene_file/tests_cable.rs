@@ -187,7 +187,7 @@ fn a_winch_hauls_in_a_cable_of_segments() {
         panic!("a fairlead");
     };
     assert_eq!((of.winch.force_limit, of.winch.shortest), (5e4, 4.0));
-    assert!(of.clamped && (of.length, of.first) == (20.0, 1.0));
+    assert!(of.law.bend.is_some() && (of.length, of.first) == (20.0, 1.0));
     assert_eq!(scene.controls[0].drives[0].constraint, lead);
     let fault = SceneText::from_scene(&scene).unwrap_err().to_string();
     assert!(
@@ -247,5 +247,56 @@ fn faults_of_winches_name_line_and_key() {
         let source = SceneSource::parse(&HOIST.replacen(old, new, 1), &[]);
         let message = source.and_then(|s| s.build()).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");
+    }
+}
+
+const RULED: &str = include_str!("../../../integrator/examples/rope.toml");
+
+#[test]
+fn a_rule_of_resolution_is_read() {
+    let source = SceneSource::parse(RULED, &[]).unwrap();
+    let scene = source.build().unwrap();
+    let stock = scene.cables[0].stock.as_ref().unwrap();
+    let rule = stock.resolution.as_ref().unwrap();
+    let length = 73.0_f64.sqrt();
+    assert!((rule.shortest - length / 48.0).abs() < 0.01 && (rule.longest - length).abs() < 0.1);
+    let default = crate::scene::resolution::Resolution::default();
+    assert_eq!(
+        (rule.bend, rule.phase, rule.most),
+        (0.2, default.phase, default.most)
+    );
+    let fault = SceneText::from_scene(&scene).unwrap_err().to_string();
+    assert!(
+        fault.contains("the rule of resolution of the cable `rope`"),
+        "{fault}"
+    );
+    for toml in [source.to_toml(), source.to_commented_toml()] {
+        assert_eq!(SceneSource::parse(&toml.unwrap(), &[]).unwrap(), source);
+    }
+}
+
+#[test]
+fn faults_of_rules_name_line_and_key() {
+    let line = "line 33, column 1: cable `rope`: resolution";
+    for (rule, words) in [
+        ("{ bend = 0 }", "bend is 0"),
+        ("{ phase = -0.1 }", "phase is -0.1"),
+        ("{ shortest = 0 }", "is 0: it has to be a shortest"),
+        (
+            "{ shortest = 2, longest = 1 }",
+            "longest is 1: it has to be at least `shortest`",
+        ),
+        ("{ hysteresis = 0.5 }", "hysteresis is 0.5"),
+        ("{ pause = nan }", "pause is NaN"),
+        ("{ most = 0 }", "most is 0: it has to be at least 1 segment"),
+        ("{ finest = 1 }", "unknown field `finest`"),
+        ("{}\njoint = \"paper\"", "makes joints of the kinds"),
+        ("{}\nrest = \"as-routed\"", "straight at rest"),
+    ] {
+        let text = RULED.replacen("{ bend = 0.2 }", rule, 1);
+        let message = SceneSource::parse(&text, &[]).and_then(|s| s.build());
+        let message = message.unwrap_err().to_string();
+        let known = message.contains(line) || message.contains("unknown field");
+        assert!(known && message.contains(words), "{message}");
     }
 }

@@ -14,6 +14,7 @@ mod heavy;
 mod hoisting;
 mod line;
 mod pendulum;
+mod resolution;
 mod shape;
 pub(super) mod snap;
 mod spaghetti;
@@ -176,6 +177,12 @@ pub const CASES: &[Case] = &[
         title: "segments that merge and split at a winch",
         run: winding::outcome,
         scenes: winding::scenes,
+    },
+    Case {
+        name: "H48-rule",
+        title: "segments that merge and split by rule",
+        run: resolution::outcome,
+        scenes: resolution::scenes,
     },
     Case {
         name: "H59",

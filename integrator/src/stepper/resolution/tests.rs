@@ -4,70 +4,147 @@ use super::*;
 use crate::StepOptions;
 use nalgebra::Vector3;
 use taut_model::scene::resolution::Resolution;
-use taut_model::{Body, Cable, CableEnd, Frame, Material, Segments};
+use taut_model::{Body, Cable, CableEnd, Damping, Frame, Material, Segments, Stiffness};
 
-fn rule() -> Resolution {
-    Resolution {
-        bend: 0.05,
-        ..Resolution::default()
-    }
-}
+const RULE: Resolution = Resolution {
+    bend: 0.05,
+    phase: 0.25,
+    shortest: 0.0,
+    longest: f64::INFINITY,
+    hysteresis: 2.0,
+    pause: 0.1,
+    most: 10_000,
+    since: 0.0,
+};
 
-/// A rope of 12 m in `segments` between points 10 m apart, laid as a triangle; at rest after a while.
-fn catenary(segments: usize, resolution: Option<Resolution>) -> Stepper {
-    let mut scene = Scene::new("catenary");
+/// A load of `mass` (kg) that swings on 10 m of cable.
+fn swing(segments: usize, mass: f64, rule: Option<Resolution>) -> Stepper {
+    let mut scene = Scene::new("swing");
     scene.gravity.z = -9.81;
-    let ends = [0.0, 10.0].map(|x| CableEnd::Pinned(Frame::world(Vector3::x() * x)));
+    let load = Body::sphere(0.2, mass).at(-Vector3::z() * 10.0);
+    let load = scene.add_body("load", load);
+    scene.load = Some(load);
+    let frames = [
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
     let cable = Cable {
         segments: Segments::Equal(segments),
-        points: vec![Vector3::new(5.0, 0.0, -(11.0_f64.sqrt()))],
-        resolution,
-        damping: taut_model::Damping::Time(0.05),
-        ..Cable::round("rope", &Material::NYLON, 0.01, ends)
+        density: 0.1,
+        stiffness: Stiffness {
+            ea: 2e6,
+            ei: 1.0,
+            gj: 1.0,
+        },
+        damping: Damping::Time(5e-3),
+        resolution: rule,
+        ..Cable::round(
+            "rope",
+            &Material::STEEL,
+            0.005,
+            frames.map(CableEnd::Pinned),
+        )
     };
     scene.add_cable(&cable).unwrap();
     scene.start_in_equilibrium = true;
-    Stepper::new(scene, StepOptions::default()).unwrap()
+    let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+    let mut bodies = stepper.scene().bodies.clone();
+    for i in 0..bodies.len() {
+        let omega = Vector3::y() * 0.1;
+        bodies.velocity[i] = omega.cross(&bodies.position[i]);
+        bodies.angular_velocity[i] = omega;
+    }
+    stepper.set_state(&bodies, 0.0).unwrap();
+    stepper
 }
 
-/// Lowest point of the cable \[m].
-fn lowest(scene: &Scene) -> f64 {
-    let bodies = &scene.bodies;
-    let heights = scene.cables[0].bodies.iter().map(|i| bodies.position[*i].z);
-    heights.fold(0.0, f64::min)
+fn load(stepper: &Stepper) -> Vector3<f64> {
+    stepper.scene().bodies.position[stepper.scene().load.unwrap()]
 }
 
 #[test]
-fn a_catenary() {
-    for (n, r) in [
-        (256, None),
-        (256, Some(rule())),
-        (64, None),
-        (
-            16,
-            Some(Resolution {
-                shortest: 0.04,
-                ..rule()
-            }),
-        ),
-    ] {
-        let mut stepper = catenary(n, r);
-        let mut total = Resolved::default();
-        for _ in 0..1200 {
-            let report = stepper.step().unwrap();
-            total.splits += report.resolved.splits;
-            total.merges += report.resolved.merges;
-        }
-        let lengths: Vec<f64> = (0..stepper.scene().cables[0].bodies.len())
-            .map(|k| stepper.scene().segment_length(0, k).unwrap_or(0.0))
-            .collect();
-        println!(
-            "{n} {} {} {} {:?} {lengths:.2?}",
-            stepper.scene().cables[0].bodies.len(),
-            lowest(stepper.scene()),
-            stepper.tension(0).unwrap(),
-            total
-        );
+fn a_taut_cable_merges_and_its_load_moves_as_before() {
+    let mut ruled = swing(64, 1000.0, Some(RULE));
+    let mut fixed = swing(64, 1000.0, None);
+    let (mut all, mut worst) = (Resolved::default(), 0.0_f64);
+    for _ in 0..600 {
+        let resolved = ruled.step().unwrap().resolved;
+        let jump = resolved.jump;
+        let unforeseen = (jump.kinetic - jump.blow - jump.moved).abs();
+        assert!(unforeseen <= 1e-10 * ruled.scene().kinetic_energy());
+        all += resolved;
+        fixed.step().unwrap();
+        worst = worst.max((load(&ruled) - load(&fixed)).norm());
     }
-    let _ = Body::sphere(1.0, 1.0);
+    let left = ruled.scene().cables[0].bodies.len();
+    println!("{left} segments, {worst:.1e} m apart, {all:?}");
+    assert_eq!((all.segments, all.merges - all.splits), (left, 64 - left));
+    assert!(left < 8 && worst < 1e-5, "{left} {worst}");
+    let energy = ruled.scene().kinetic_energy() + ruled.scene().potential_energy();
+    let [gained, swings] = [all.jump.kinetic + all.jump.gravity + all.elastic, 500.0];
+    assert!(gained.abs() < 1e-5 * swings, "{gained} {energy}");
+}
+
+/// Loads let go: what was taut hangs by itself, and is fine again.
+#[test]
+fn a_cable_that_loses_its_load_splits() {
+    let mut stepper = swing(32, 1000.0, Some(RULE));
+    for _ in 0..120 {
+        stepper.step().unwrap();
+    }
+    let taut = stepper.scene().cables[0].bodies.len();
+    assert!(taut < 8, "{taut}");
+    let hook = stepper.constraint("rope-end").unwrap();
+    stepper.change(|edit| edit.remove_constraint(hook)).unwrap();
+    let mut splits = 0;
+    for _ in 0..240 {
+        splits += stepper.step().unwrap().resolved.splits;
+    }
+    let bodies = &stepper.scene().cables[0].bodies;
+    let mass: f64 = bodies.iter().map(|i| stepper.scene().bodies.mass[*i]).sum();
+    assert!(
+        bodies.len() > 3 * taut && splits > 3 * taut,
+        "{}",
+        bodies.len()
+    );
+    assert!((mass - 1.0).abs() < 1e-12, "{mass}");
+    assert_eq!(stepper.scene().validate(), Ok(()));
+}
+
+#[test]
+fn a_saved_run_goes_on_with_the_same_bits() {
+    let mut stepper = swing(32, 100.0, Some(RULE));
+    for _ in 0..7 {
+        stepper.step().unwrap();
+    }
+    let mut restored = Stepper::restore(stepper.save().unwrap()).unwrap();
+    let mut changes = 0;
+    for _ in 0..120 {
+        let resolved = stepper.step().unwrap().resolved;
+        changes += resolved.merges;
+        assert_eq!(resolved, restored.step().unwrap().resolved);
+        assert_eq!(stepper.scene(), restored.scene());
+    }
+    assert!(changes > 10, "{changes}");
+}
+
+/// The companion of the estimate keeps the segments of each moment.
+#[test]
+fn the_error_is_estimated() {
+    let mut stepper = swing(32, 1000.0, Some(RULE));
+    let options = StepOptions {
+        estimate: Some(2),
+        ..stepper.options().clone()
+    };
+    stepper = Stepper::new(stepper.into_scene(), options).unwrap();
+    let mut error = None;
+    for _ in 0..300 {
+        error = stepper.step().unwrap().error;
+    }
+    let error = error.unwrap();
+    assert!(
+        !error.lost && (1e-7..1e-2).contains(&error.time),
+        "{error:?}"
+    );
+    assert!(error.unseen < 30, "{error:?}");
 }

@@ -35,10 +35,25 @@ fn due(scene: &Scene, speed: f64, time: f64, touching: Option<usize>) -> [Vec<us
     if let Some(body) = touching {
         touches[body] = true;
     }
+    let mut rows = crate::Linearized::new(scene);
+    rows.update(scene, 0.0);
+    let mut lambda = vec![0.0; rows.rows()];
+    let parts = &scene.cables[0];
+    for &joint in &parts.joints {
+        let frames = scene.constraints[joint].frames();
+        let body = frames.iter().find_map(|frame| {
+            let body = frame.body_index()?;
+            parts.bodies.contains(&body).then_some(body)
+        });
+        let along = scene.bodies.orientation[body.expect("a segment")] * -Vector3::z();
+        let first = rows.row_range(joint).start;
+        lambda[first..first + 3].copy_from_slice((along * density * speed * speed).as_slice());
+    }
     let view = View {
         time,
         dt: 0.01,
-        tension: &|_| density * speed * speed,
+        rows: &rows,
+        lambda: (&lambda, 1.0),
         touching: &touches,
         stays: &scene.unresolved(),
     };

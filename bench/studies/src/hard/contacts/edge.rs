@@ -128,6 +128,7 @@ impl Over {
             points: points[1..segments].to_vec(),
             segments: Segments::Equal(segments),
             winch: None,
+            resolution: None,
             density: self.segment / self.length(),
             radius: RADIUS,
             stiffness: Stiffness {

@@ -33,6 +33,7 @@ fn flat(ratio: f64) -> Result<Scene, SceneError> {
         points: Vec::new(),
         segments: Segments::Equal(SEGMENTS),
         winch: None,
+        resolution: None,
         density: 0.025,
         radius: RADIUS,
         stiffness: Stiffness {

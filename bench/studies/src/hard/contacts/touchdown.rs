@@ -69,6 +69,7 @@ fn dragged(segments: usize) -> Result<Scene, SceneError> {
         points: points[1..last].to_vec(),
         segments: Segments::Equal(segments),
         winch: None,
+        resolution: None,
         density: DENSITY,
         radius: RADIUS,
         stiffness: Stiffness {
