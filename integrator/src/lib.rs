@@ -72,6 +72,7 @@
 //! | `change` | what may be added and removed between steps, and what follows |
 //! | `events` | what happens by itself after a step: ropes that break, hooks that catch |
 //! | `stepper/winding` | cables of segments at their winches |
+//! | `stepper/resolution` | cables that merge and split their segments by rule |
 //! | `identity` | stable handles of bodies and constraints |
 //! | `observe` | what a stepper tells: forces, loads, energies, the linear system, exact multipliers |
 //! | `options` | scheme, geometric stiffness, guard, Δt, form of the system, backend |

@@ -79,6 +79,7 @@
 //! | [`network`] | cables with branches and loops: ring, junction, cranes, ladder, net |
 //! | [`gantry`] | the gantry crane \[SL §VIII], its parameters and controls |
 //! | [`scene::reeving`] | massless cables over sheaves with friction, in parts; `constraint/sheave.rs`: tangents and wraps |
+//! | [`scene::segments`], [`scene::resolution`] | segments that split and merge; the rule by which a cable refines itself |
 //! | [`scene::winding`] | cables of segments at their winches: cut, split and merged; `constraint/fairlead.rs`: φ and J there |
 //! | [`grounded`] | a stack of boxes, a load dragged over a floor, cables in a pile |
 //! | [`reeved`] | a capstan, a block and tackle, a traction elevator |

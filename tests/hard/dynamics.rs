@@ -78,6 +78,15 @@ fn segments_merge_and_split_unnoticed() {
     assert!(largest(&found, "momentum", 2) < 1e-12, "{found:#?}");
 }
 
+/// H48: so do those that a rule merges and splits anywhere in a cable.
+#[test]
+fn rules_merge_and_split_unnoticed() {
+    let found = checks("H48-rule");
+    assert!(largest(&found, "catenary", 1) < 5e-5, "{found:#?}");
+    assert!(largest(&found, "winch", 1) < 1e-5, "{found:#?}");
+    assert!(largest(&found, "kinetic energy", 1) < 1e-12, "{found:#?}");
+}
+
 /// H29: cranes swing with the frequencies of the double pendulum, the gantry with those of its own modes.
 #[test]
 fn cranes_have_the_frequencies_of_their_hooks_and_loads() {

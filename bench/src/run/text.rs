@@ -223,13 +223,10 @@ pub fn text(s: &Summary) -> String {
     let notes = s.notes.iter().map(|note| ("note", note.clone()));
     let events = s.events.iter();
     let events = events.map(|(time, name)| ("event", format!("t = {time:.4} s: {name}")));
+    let of_some = [chosen(s), error(s), asleep(s), resolved(s), contacts(s)];
     for (name, value) in rows
         .into_iter()
-        .chain(chosen(s))
-        .chain(error(s))
-        .chain(asleep(s))
-        .chain(resolved(s))
-        .chain(contacts(s))
+        .chain(of_some.into_iter().flatten())
         .chain(events)
         .chain(notes)
     {

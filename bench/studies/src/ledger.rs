@@ -390,7 +390,7 @@ fn finest(whole: &Setup, substeps: usize) -> Setup {
 /// The whole scene with all these changes; `None` where the last changes nothing. Segments come first: a scene that is written
 /// body by body for another change has none to halve.
 fn together(whole: &Setup, taken: &[&Change], last: &Change) -> Option<Setup> {
-    let is_first = |change: &&Change| matches!(change, Change::Segments(_));
+    let is_first = |change: &&Change| matches!(change, Change::Segments(_) | Change::Ruled);
     let mut all: Vec<&Change> = taken.iter().copied().chain([last]).collect();
     all.sort_by_key(|change| !is_first(change));
     let apply = |setup: Setup, change: &Change| change.apply(&setup).ok().flatten();

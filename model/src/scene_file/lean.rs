@@ -5,10 +5,12 @@
 //! `[[cable]]`, `friction = 0`. Else it is written body by body.
 
 use super::SceneSource;
+use super::cable::ResolutionEntry;
 use super::collide::{CollideEntry, SurfaceEntry};
 use super::entries::SceneText;
 use super::joint::{JointEntry, Kind};
 use super::points::{MasslessCableEntry, PointEntry};
+use crate::cable::{JointKind, Rest};
 use crate::error::SceneError;
 use crate::grounded::Grounded;
 use crate::network::Network;
@@ -161,6 +163,30 @@ impl SceneSource {
         };
         let (before, after) = (self.build()?, lean.build()?);
         Ok((before != after).then_some(lean))
+    }
+
+    /// The scene with the default rule of resolution for each `[[cable]]` that has none and may have one; `None` where there is
+    /// no such cable, or where something else names a segment.
+    ///
+    /// # Errors
+    /// [`SceneError`] of a scene that cannot be written.
+    pub fn with_resolution(&self) -> Result<Option<Self>, SceneError> {
+        let Self::Explicit(text) = self else {
+            return Ok(None);
+        };
+        if text.names_segments()? {
+            return Ok(None);
+        }
+        let mut text = text.clone();
+        let mut any = false;
+        for cable in &mut text.cable {
+            let may = cable.joint != JointKind::Paper && cable.rest == Rest::Straight;
+            if may && cable.resolution.is_none() {
+                cable.resolution = Some(ResolutionEntry::default());
+                any = true;
+            }
+        }
+        Ok(any.then_some(Self::Explicit(text)))
     }
 }
 

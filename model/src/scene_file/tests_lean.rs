@@ -116,6 +116,21 @@ fn other_numbers_of_segments_keep_masses_and_lengths() {
     assert!(one.with_segments(0.5).expect("sound").is_none());
 }
 
+#[test]
+fn a_cable_gets_a_rule_where_it_can_have_one() {
+    let of = |text: &str| {
+        let source = SceneSource::parse(text, &[]).expect("a scene");
+        source.with_resolution().expect("sound")
+    };
+    let ruled = of(CRANE).expect("a cable").build().expect("built");
+    let stock = ruled.cables[0].stock.as_ref().expect("a stock");
+    assert!(stock.resolution.is_some());
+    let paper = CRANE.replace("segments = 10", "segments = 10\njoint = \"paper\"");
+    assert_eq!(of(&paper), None);
+    let hoist = SceneSource::load("hoist", &[]).expect("known");
+    assert_eq!(hoist.with_resolution(), Ok(None));
+}
+
 /// Whatever is left out of whatever scene, the rest builds and is read back, or an error tells why not.
 #[test]
 fn every_named_scene_does_without_each_part_or_says_why_not() {

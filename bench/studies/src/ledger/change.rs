@@ -13,6 +13,8 @@ pub enum Change {
     Without(Part),
     /// So many times as many segments.
     Segments(f64),
+    /// Segments that merge and split by rule.
+    Ruled,
     /// No geometric stiffness.
     NoStiffness,
     /// No guard.
@@ -33,6 +35,7 @@ pub enum Change {
 pub(super) fn all(whole: &Setup) -> Vec<Change> {
     let mut all: Vec<Change> = Part::ALL.map(Change::Without).into();
     all.extend([0.5, 2.0].map(Change::Segments));
+    all.push(Change::Ruled);
     all.extend([Change::NoStiffness, Change::NoGuard, Change::NoRefinement]);
     all.extend(Scheme::KINDS.map(Change::Scheme));
     all.extend([0.5, 2.0].map(Change::Substeps));
@@ -60,6 +63,7 @@ impl Change {
             Self::Without(Part::Segments) => "massless cables".into(),
             Self::Without(part) => format!("no {part:?}").to_lowercase(),
             Self::Segments(factor) => format!("segments × {factor}"),
+            Self::Ruled => "segments by rule".into(),
             Self::NoStiffness => "no geometric stiffness".into(),
             Self::NoGuard => "no guard".into(),
             Self::NoRefinement => "no refinement".into(),
@@ -90,6 +94,7 @@ impl Change {
             Self::Without(Part::Bending) => of_scene("bend", "false"),
             Self::Without(Part::Friction) => of_scene("friction", "0"),
             Self::Without(_) | Self::Segments(_) => "--apply".into(),
+            Self::Ruled => "resolution = {}".into(),
             Self::NoStiffness => "--stiffness off".into(),
             Self::NoGuard => "--guard off".into(),
             Self::NoRefinement => "--refine 0".into(),
@@ -133,6 +138,7 @@ impl Change {
         let source = match self {
             Self::Without(part) => setup.source.without(*part)?,
             Self::Segments(factor) => setup.source.with_segments(*factor)?,
+            Self::Ruled => setup.source.with_resolution()?,
             _ => {
                 let options = self.options(&setup.options);
                 let changed = options != setup.options;
@@ -174,7 +180,7 @@ impl Change {
                     options.refinements = own.refinements;
                 }
             }
-            Self::Without(_) | Self::Segments(_) => {}
+            Self::Without(_) | Self::Segments(_) | Self::Ruled => {}
         }
         options
     }
