@@ -56,12 +56,13 @@ impl Stepper {
 
     /// Cables that have left a sheave with friction in this step, or lie on one that they passed by, get other parts. Allocates
     /// where there are any.
-    pub(crate) fn lift_and_land(&mut self) -> Result<(), StepError> {
+    pub(crate) fn lift_and_land(&mut self) -> Result<bool, StepError> {
         let changes = || self.scene.left().next().is_some() || self.scene.landed().next().is_some();
-        if self.slip.may_change && changes() {
+        let changed = self.slip.may_change && changes();
+        if changed {
             self.change(Edit::lift_and_land)?;
         }
-        Ok(())
+        Ok(changed)
     }
 
     fn is_due(&self, event: &Event) -> bool {

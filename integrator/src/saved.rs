@@ -84,7 +84,7 @@ struct Past {
 
 impl SavedRun {
     /// Version of the format; reading refuses others.
-    pub const VERSION: u32 = 2;
+    pub const VERSION: u32 = 3;
 
     /// Version of the format.
     #[must_use]

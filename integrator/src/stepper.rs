@@ -37,7 +37,7 @@ use taut_solver::{
 use balance::Account;
 use estimate::Companion;
 use potential::Search;
-use resolution::Resolving;
+use resolution::{Resolved, Resolving};
 use sleep::Rest;
 
 /// A scene in motion: its state, its linear system and the solver.
@@ -325,9 +325,13 @@ impl Stepper {
         })?;
         report.slipping = self.slip.count();
         report.error = self.estimate(&report);
-        self.lift_and_land()?;
-        self.wind()?;
-        report.resolved = self.resolve()?;
+        let changed = self.lift_and_land()?;
+        report.resolved = self.wind()?;
+        // A changed scene has no contacts yet for rules to see.
+        if !changed && report.resolved == Resolved::default() {
+            report.resolved = self.resolve()?;
+        }
+        report.resolved.segments = self.ruled_segments();
         report.events = self.fire()?;
         self.watch(&report);
         Ok(report)

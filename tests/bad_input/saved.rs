@@ -176,7 +176,7 @@ fn foreign_and_truncated_files_are_refused_with_their_place() {
         ("name = \"hoist\"", "expected"),
         (&file[..file.len() / 2], "EOF"),
         (
-            &file.replacen("\"version\":2", "\"version\":9", 1),
+            &file.replacen("\"version\":3", "\"version\":9", 1),
             "version 9",
         ),
     ] {

@@ -92,7 +92,7 @@ fn files_that_are_no_saved_run_are_refused() {
         ),
         (text[..text.len() / 3].to_owned(), &["no saved run", "EOF"]),
         (
-            text.replacen("\"version\":2", "\"version\":7", 1),
+            text.replacen("\"version\":3", "\"version\":7", 1),
             &["version 7", "run the scene again"],
         ),
         (

@@ -5,12 +5,12 @@
 //! feels, and stays.
 
 use super::Edit;
-use crate::StepError;
 use crate::identity::{BodyId, ConstraintId};
 use crate::stepper::Stepper;
+use crate::{Resolved, StepError};
 use nalgebra::Vector3;
 use taut_model::scene::resolution::Due;
-use taut_model::scene::segments::{Jump, Merged, Split};
+use taut_model::scene::segments::{Merged, Split};
 use taut_model::{Constraint, MAX_ROWS};
 
 /// Most segments that a winch pays out in a step.
@@ -37,7 +37,8 @@ pub(super) struct Closed {
 
 impl Edit {
     /// Splits and merges the first segments of cables at their winches where that is due.
-    pub(crate) fn wind(&mut self) -> Result<(), StepError> {
+    pub(crate) fn wind(&mut self) -> Result<Resolved, StepError> {
+        let mut done = Resolved::default();
         let leads: Vec<_> = self
             .scene
             .fairleads()
@@ -47,48 +48,45 @@ impl Edit {
             // What is due beyond that waits for the next step.
             for _ in 0..MOST {
                 let i = self.ids.constraint(lead)?;
+                let cable = self.scene.cable_at(i);
                 if let Some(split) = self.scene.split_at_winch(i, self.time) {
-                    self.part(&split);
+                    self.part(&split, &mut done);
                 } else if let Some(merged) = self.scene.merge_at_winch(i, self.time) {
-                    self.close(&merged)?;
+                    self.close(&merged, &mut done)?;
                 } else {
                     break;
                 }
-                self.touched = true;
+                cable
+                    .into_iter()
+                    .for_each(|cable| self.scene.resolved(cable, self.time));
             }
         }
-        Ok(())
+        Ok(done)
     }
 
-    /// Splits and merges segments of cable number `cable` as its rule asks for; the sum of the jumps of energy.
-    pub(crate) fn resolve(&mut self, cable: usize, due: &[Due]) -> Result<Jump, StepError> {
-        let mut jump = Jump::default();
+    /// Splits and merges segments of cable number `cable` as its rule asks for.
+    pub(crate) fn resolve(&mut self, cable: usize, due: &[Due]) -> Result<Resolved, StepError> {
+        let mut done = Resolved::default();
         // From the end, so that the numbers of the others stay.
         for due in due.iter().rev() {
             let at = (cable, due.segment);
-            let done = if due.splits {
+            if due.splits {
                 let half = 0.5 * self.scene.segment_length(cable, due.segment).unwrap_or(0.0);
-                let split = self.scene.split_segment(at, half, self.time);
-                split.map(|split| {
-                    self.part(&split);
-                    split.jump
-                })
+                if let Some(split) = self.scene.split_segment(at, half, self.time) {
+                    self.part(&split, &mut done);
+                }
             } else if let Some(merged) = self.scene.merge_segments(at, self.time) {
-                self.close(&merged)?;
-                Some(merged.jump)
-            } else {
-                None
-            };
-            if let Some(done) = done {
-                jump += done;
-                self.touched = true;
+                self.close(&merged, &mut done)?;
             }
         }
         self.scene.resolved(cable, self.time);
-        Ok(jump)
+        Ok(done)
     }
 
-    fn part(&mut self, split: &Split) {
+    fn part(&mut self, split: &Split, done: &mut Resolved) {
+        self.touched = true;
+        done.splits += 1;
+        done.jump += split.jump;
         self.ids.insert(split.bodies[1], split.joint);
         let of = |joint| self.ids.of_constraint(joint);
         let [first, new] = split.bodies.map(|body| self.ids.of_body(body));
@@ -100,7 +98,9 @@ impl Edit {
         });
     }
 
-    fn close(&mut self, merged: &Merged) -> Result<(), StepError> {
+    fn close(&mut self, merged: &Merged, done: &mut Resolved) -> Result<(), StepError> {
+        done.merges += 1;
+        done.jump += merged.jump;
         let of = |joint| self.ids.of_constraint(joint);
         self.closed.push(Closed {
             joint: of(merged.joint),
@@ -112,12 +112,15 @@ impl Edit {
 
 impl Stepper {
     /// First segments split and merge. Allocates where there are any.
-    pub(crate) fn wind(&mut self) -> Result<(), StepError> {
+    pub(crate) fn wind(&mut self) -> Result<Resolved, StepError> {
         let due = |i: &usize| self.scene.winding_due(*i).is_some();
-        if self.fairleads.iter().any(due) {
-            self.change(Edit::wind)?;
+        if !self.fairleads.iter().any(due) {
+            return Ok(Resolved::default());
         }
-        Ok(())
+        let elastic = self.elastic_energy();
+        let mut done = self.change(Edit::wind)?;
+        done.elastic = self.elastic_energy() - elastic;
+        Ok(done)
     }
 
     /// The forces and the past of joints beside segments that have split and merged, in this stepper, which takes the place

@@ -9,7 +9,10 @@ use taut_model::Scene;
 use taut_model::scene::resolution::{Due, View};
 use taut_model::scene::segments::Jump;
 
-/// What the rules of cables did after a step, and the changes of energy by it \[J].
+/// What winches and the rules of cables did after a step, and the changes of energy by it \[J].
+///
+/// Each change plans the system anew and forgets the impulses of contacts: until the next step
+/// [`Stepper::contacts`] has none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -32,6 +35,7 @@ pub(crate) struct Resolving {
     /// Of each body whether rules leave it as it is, and whether it touches something.
     stays: Vec<bool>,
     touching: Vec<bool>,
+    joints: Vec<[Option<usize>; 2]>,
     wanted: Vec<f64>,
     due: Vec<Due>,
 }
@@ -45,9 +49,11 @@ impl Resolving {
         };
         let cables: Vec<usize> = (0..scene.cables.len()).filter(ruled).collect();
         let segments = cables.iter().map(|k| scene.cables[*k].bodies.len()).max()?;
+        let joints = scene.joints_of_segments();
         Some(Self {
             cables,
-            stays: scene.unresolved(),
+            stays: scene.unresolved(&joints),
+            joints,
             touching: vec![false; scene.bodies.len()],
             wanted: Vec::with_capacity(segments),
             due: Vec::with_capacity(2 * segments),
@@ -66,11 +72,21 @@ impl std::ops::AddAssign for Resolved {
 }
 
 impl Stepper {
+    /// Segments of all cables with rules.
+    pub(crate) fn ruled_segments(&self) -> usize {
+        let cables = self
+            .resolving
+            .iter()
+            .flat_map(|resolving| &resolving.cables);
+        cables
+            .map(|cable| self.scene.cables[*cable].bodies.len())
+            .sum()
+    }
+
     /// Segments merge and split as their rules ask for. Allocates where some do.
     pub(crate) fn resolve(&mut self) -> Result<Resolved, StepError> {
-        let mut done = Resolved::default();
         let Some(mut resolving) = self.resolving.take() else {
-            return Ok(done);
+            return Ok(Resolved::default());
         };
         resolving.touching.fill(false);
         for collider in self.contacts.colliders() {
@@ -83,9 +99,11 @@ impl Stepper {
             time: self.time,
             dt: self.substep(),
             rows: &self.pieces.rows,
-            lambda: (&self.mu, self.mu_dt),
+            impulses: &self.mu,
+            impulse_time: self.mu_dt,
             touching: &resolving.touching,
             stays: &resolving.stays,
+            joints: &resolving.joints,
         };
         for &cable in &resolving.cables {
             let (wanted, due) = (&mut resolving.wanted, &mut resolving.due);
@@ -94,25 +112,19 @@ impl Stepper {
                 all.push((cable, due.clone()));
             }
         }
-        let segments = |cable: &usize| self.scene.cables[*cable].bodies.len();
-        done.segments = resolving.cables.iter().map(segments).sum();
         self.resolving = Some(resolving);
         if all.is_empty() {
-            return Ok(done);
+            return Ok(Resolved::default());
         }
         let elastic = self.elastic_energy();
-        let jumps = self.change(|edit| {
-            let jumps = all.iter().map(|(cable, due)| edit.resolve(*cable, due));
-            jumps.collect::<Result<Vec<_>, _>>()
+        let mut done = self.change(|edit| {
+            let mut done = Resolved::default();
+            for (cable, due) in &all {
+                done += edit.resolve(*cable, due)?;
+            }
+            Ok(done)
         })?;
-        for jump in jumps {
-            done.jump += jump;
-        }
         done.elastic = self.elastic_energy() - elastic;
-        let due = || all.iter().flat_map(|(_, due)| due);
-        done.splits = due().filter(|due| due.splits).count();
-        done.merges = due().count() - done.splits;
-        done.segments = done.segments + done.splits - done.merges;
         Ok(done)
     }
 }

@@ -30,7 +30,7 @@
 use crate::options::check;
 use crate::report::Tally;
 use crate::stepper::Stepper;
-use crate::{ContactReport, Phase, PhaseTimes, StepError, StepOptions, StepReport};
+use crate::{ContactReport, Phase, PhaseTimes, Resolved, StepError, StepOptions, StepReport};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_model::collide::Shape;
 use taut_model::{Bodies, Constraint, Mobility, Scene, Side, Target};
@@ -396,6 +396,10 @@ fn asleep(last: &StepReport) -> StepReport {
         phases: PhaseTimes::default(),
         asleep: true,
         contacts,
+        resolved: Resolved {
+            segments: last.resolved.segments,
+            ..Resolved::default()
+        },
         ..*last
     }
 }

@@ -3,27 +3,29 @@
 //! A segment of length ℓ is wanted no longer than
 //!
 //! ```text
-//! ℓ* = min(β ē/θ, c Δt/φ),   the shortest where it touches something
+//! ℓ* = min(β/κ, c Δt/φ),   the shortest where it touches something
 //! ```
 //!
-//! - **Bend.** θ is the angle at the joint that stands for ē of cable, the worse one of its two: at this curvature segments of ℓ*
-//!   meet at the angle β = [`bend`](Resolution::bend).
+//! - **Bend.** The curvature κ = (θ₋ + θ₊)/(2ℓ) is that of the angles θ at its joints, half of which are its own: ℓ > ℓ* where
+//!   their mean is larger than β = [`bend`](Resolution::bend). A split leaves one of them to each half, and those of the neighbours
+//!   as they are.
 //! - **Frequency.** c = √(T/ρ). A segment between taut ones oscillates across with √(T/(m ℓ)) = c/ℓ, and turns by the phase
 //!   φ = [`phase`](Resolution::phase) in a step where it is ℓ* long. In shorter ones is motion that no step shows; longer ones
 //!   take some away that it would.
-//! - **Contact.** Shapes that can come to touch within the step count as touching.
+//! - **Contact.** Shapes that can come to touch within the step count as touching. A cable never touches itself.
 //!
 //! A segment splits in halves at ℓ > ℓ*, where halves are long enough and the cable is not of as many segments as it may be: those
-//! that miss ℓ* most come first. Two merge at ℓ + ℓ′ ≤ ℓ*/h of both, with the [`hysteresis`](Resolution::hysteresis) h, a
-//! [`pause`](Resolution::pause) after the last change of their cable. A segment that holds anything but its neighbours stays as
-//! it is, and so does the first one at a winch.
+//! that miss ℓ* most come first. Two merge at ℓ + ℓ′ ≤ ℓ*/h of both, with the [`hysteresis`](Resolution::hysteresis) h, or
+//! where one is shorter than the shortest, a [`pause`](Resolution::pause) after the last change of their cable. A segment that
+//! holds anything but its neighbours stays as it is, and so do one whose joint an event names and the first one at a winch,
+//! which splits and merges by itself.
 
 use std::f64::consts::PI;
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 
-use super::Scene;
-use super::event::{Action, When};
+use super::event::{Action, Event, When};
+use super::{CableParts, Scene};
 use crate::collide::Shape;
 use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
@@ -35,19 +37,19 @@ use crate::linearized::Linearized;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Resolution {
-    /// Largest angle between neighbours, 0 < β ≤ π \[rad].
+    /// Largest mean of the angles at a segment's ends, 0 < β ≤ π \[rad].
     pub bend: f64,
     /// Phase by which a segment oscillates across in a step, ≥ 0 \[rad]; 0: frequencies do not count.
     pub phase: f64,
     /// Least length of a segment, > 0 \[m]; 0 in a cable to be laid: the shortest that it is laid in.
     pub shortest: f64,
-    /// Largest length of a segment, at least `shortest` \[m]; in a cable to be laid at most its own.
+    /// Largest length of a segment, at least `shortest` \[m]; ∞ in a cable to be laid: its own.
     pub longest: f64,
     /// Part that two segments are shorter than wanted before they merge, ≥ 1.
     pub hysteresis: f64,
-    /// Time without change of the cable before segments merge, ≥ 0 \[s].
+    /// Time without change of the cable before segments merge, > 0 \[s].
     pub pause: f64,
-    /// Most segments, ≥ 1; a cable that has more does not split.
+    /// Most segments that the rule splits into, ≥ 1.
     pub most: usize,
     /// Time of the last change \[s].
     pub since: f64,
@@ -103,7 +105,13 @@ impl Resolution {
                 self.hysteresis >= 1.0,
                 "≥ 1: with less, what has split would merge at once",
             ),
-            ("pause", self.pause, self.pause >= 0.0, "≥ 0 s"),
+            (
+                "pause",
+                self.pause,
+                self.pause > 0.0,
+                "> 0 s: without one, segments could split and merge at every step",
+            ),
+            ("since", self.since, true, "a time (s)"),
             (
                 "most",
                 self.most as f64,
@@ -140,14 +148,18 @@ pub struct View<'a> {
     pub time: f64,
     /// See `time`.
     pub dt: f64,
-    /// Linearisation of the present state, and multipliers of its rows \[N, N m].
+    /// Linearisation of the present state.
     pub rows: &'a Linearized,
-    /// See `rows`; of a solve of this length \[s] its impulses, or forces with 1.
-    pub lambda: (&'a [f64], f64),
+    /// Impulses of its rows \[N s, N m s], and the time that they belong to \[s].
+    pub impulses: &'a [f64],
+    /// See `impulses`.
+    pub impulse_time: f64,
     /// Of each body whether it touches something, and whether it stays as it is: [`Scene::unresolved`].
     pub touching: &'a [bool],
     /// See `touching`.
     pub stays: &'a [bool],
+    /// Of each body the joints towards the start and the end of its cable: [`Scene::joints_of_segments`].
+    pub joints: &'a [[Option<usize>; 2]],
 }
 
 /// A change that a rule asks for.
@@ -163,49 +175,81 @@ pub struct Due {
 }
 
 impl Scene {
-    /// Of each body whether rules leave it as it is: all but segments that hold nothing but their neighbours.
+    /// Of each body the joints towards the start and the end of the cable that it is a segment of.
     #[must_use]
-    pub fn unresolved(&self) -> Vec<bool> {
-        let mut holds = vec![0_usize; self.bodies.len()];
-        let constraints = self.constraints.iter();
-        for body in constraints.flat_map(Constraint::bodies) {
-            holds[body] += 1;
-        }
-        // Whatever else knows of a body counts like a third joint.
-        let between = self.events.iter().flat_map(|event| {
-            let of = event.then.iter().filter_map(|action| match action {
-                Action::Attach { between, .. } => Some(between),
-                _ => None,
-            });
-            let watched = match &event.when {
-                When::Distance { between, .. } => Some(between),
-                _ => None,
-            };
-            of.chain(watched).flat_map(|between| between.iter())
-        });
-        for body in between.filter_map(Frame::body_index).chain(self.load) {
-            holds[body] += 3;
-        }
-        for collider in &self.colliders {
-            let capsule = matches!(collider.shape, Shape::Capsule { .. });
-            let centred = collider.position == Vector3::zeros();
-            if let (Some(body), false) = (collider.body, capsule && centred) {
-                holds[body] += 3;
-            }
-        }
-        let mut stays = vec![true; self.bodies.len()];
+    pub fn joints_of_segments(&self) -> Vec<[Option<usize>; 2]> {
+        let mut joints = vec![[None; 2]; self.bodies.len()];
+        let mut cable = vec![None; self.bodies.len()];
         for (n, parts) in self.cables.iter().enumerate() {
-            for (k, &body) in parts.bodies.iter().enumerate() {
-                let joints = [0, 1].map(|end| self.joint_at(n, k, end));
-                let leads =
-                    |joint: &usize| matches!(self.constraints[*joint], Constraint::Fairlead(_));
-                let own = joints.iter().flatten();
-                stays[body] = !self.bodies.is_dynamic(body)
-                    || own.clone().any(leads)
-                    || own.count() < holds[body];
+            for &body in &parts.bodies {
+                cable[body] = Some(n);
+            }
+            for &joint in &parts.joints {
+                for (frame, end) in self.constraints[joint].frames().iter().zip([1, 0]) {
+                    if let Some(body) = frame.body_index().filter(|i| cable[*i] == Some(n)) {
+                        joints[body][end].get_or_insert(joint);
+                    }
+                }
             }
         }
-        stays
+        joints
+    }
+
+    /// Of each body whether rules leave it as it is: all but segments that hold nothing but their neighbours; `joints` are
+    /// [those of the segments](Self::joints_of_segments).
+    #[must_use]
+    pub fn unresolved(&self, joints: &[[Option<usize>; 2]]) -> Vec<bool> {
+        let mut holds = vec![0_usize; self.bodies.len()];
+        let bodies = self.constraints.iter().flat_map(Constraint::bodies);
+        bodies.for_each(|body| holds[body] += 1);
+        // Whatever else knows of a body counts like a third joint.
+        let others = self.events.iter().flat_map(|event| self.watched(event));
+        others.chain(self.load).for_each(|body| holds[body] += 3);
+        let mut capsules = vec![0_usize; self.bodies.len()];
+        for collider in &self.colliders {
+            let capsule = matches!(collider.shape, Shape::Capsule { .. })
+                && collider.position == Vector3::zeros()
+                && collider.orientation == UnitQuaternion::identity();
+            if let Some(body) = collider.body {
+                capsules[body] += if capsule { 1 } else { 2 };
+            }
+        }
+        let stays = |body: usize| {
+            let own = joints[body].iter().flatten();
+            let cable = own
+                .clone()
+                .all(|joint| self.constraints[*joint].joins_cable());
+            let count = own.count();
+            !self.bodies.is_dynamic(body) || !cable || count == 0 || count < holds[body]
+        };
+        (0..self.bodies.len())
+            .map(|body| stays(body) || capsules[body] > 1)
+            .collect()
+    }
+
+    /// Bodies that an event knows of, but for a joint that breaks.
+    fn watched<'a>(&'a self, event: &'a Event) -> impl Iterator<Item = usize> + 'a {
+        let breaks = match (&event.when, event.then.as_slice()) {
+            (When::Force { constraint, .. }, [Action::Release(joint)]) => constraint == joint,
+            _ => false,
+        };
+        let (force, place) = match &event.when {
+            When::Force { constraint, .. } => (Some(*constraint), None),
+            When::Distance { between, .. } => (None, Some(between)),
+            When::Time(_) => (None, None),
+        };
+        let released = event.then.iter().filter_map(|action| match action {
+            Action::Release(joint) => Some(*joint),
+            _ => None,
+        });
+        let attached = event.then.iter().filter_map(|action| match action {
+            Action::Attach { between, .. } => Some(between),
+            _ => None,
+        });
+        let joints = released.chain(force).filter(move |_| !breaks);
+        let of_joints = joints.flat_map(|joint| self.constraints[joint].bodies());
+        let points = attached.chain(place).flat_map(|between| between.iter());
+        of_joints.chain(points.filter_map(Frame::body_index))
     }
 
     /// Takes the rules away: all cables keep their segments.
@@ -240,19 +284,18 @@ impl Scene {
         due: &mut Vec<Due>,
     ) {
         due.clear();
-        let Some((parts, stock, rule)) = self.cables.get(cable).and_then(|parts| {
-            let stock = parts.stock.as_ref()?;
-            Some((parts, stock, stock.resolution.as_ref()?))
-        }) else {
+        let Some((parts, density, rule)) = self.ruled(cable) else {
             return;
         };
-        let length = |k: usize| self.bodies.mass[parts.bodies[k]] / stock.density;
-        self.find_wanted(cable, view, wanted);
+        let length = |k: usize| self.bodies.mass[parts.bodies[k]] / density;
+        wanted.clear();
+        let all = 0..parts.bodies.len();
+        wanted.extend(all.map(|k| self.wanted(cable, k, view).unwrap_or(f64::INFINITY)));
         let may = |k: usize| !view.stays[parts.bodies[k]];
         // Halves of a length are its halves to rounding.
-        let least = rule.shortest * (1.0 - 1e-9);
+        let (least, most) = (rule.shortest * (1.0 - 1e-9), rule.longest * (1.0 + 1e-9));
         for k in (0..wanted.len()).filter(|k| may(*k)) {
-            let excess = length(k) / wanted[k].clamp(rule.shortest, rule.longest);
+            let excess = length(k) / wanted[k].min(rule.longest).max(rule.shortest);
             if excess > 1.0 + 1e-9 && 0.5 * length(k) >= least {
                 due.push(Due {
                     segment: k,
@@ -269,9 +312,10 @@ impl Scene {
         let (mut k, pauses) = (0, view.time - rule.since < rule.pause);
         while k + 1 < wanted.len() && !pauses {
             let both = length(k) + length(k + 1);
-            let most = wanted[k].min(wanted[k + 1]) / rule.hysteresis;
-            let merges = both <= most.min(rule.longest * (1.0 + 1e-9));
-            if merges && may(k) && may(k + 1) && self.joint_at(cable, k, 1).is_some() {
+            let coarse = both <= wanted[k].min(wanted[k + 1]) / rule.hysteresis;
+            let merges = coarse || length(k).min(length(k + 1)) < least;
+            let joined = || view.joints[parts.bodies[k]][1].is_some();
+            if merges && both <= most && may(k) && may(k + 1) && joined() {
                 due.push(Due {
                     segment: k,
                     splits: false,
@@ -284,75 +328,62 @@ impl Scene {
         due.sort_unstable_by_key(|due| due.segment);
     }
 
-    /// ℓ* of each segment of a cable with a rule \[m].
-    fn find_wanted(&self, cable: usize, view: &View<'_>, wanted: &mut Vec<f64>) {
-        wanted.clear();
-        let parts = &self.cables[cable];
-        let Some((stock, rule)) = parts
-            .stock
-            .as_ref()
-            .and_then(|stock| Some((stock, stock.resolution.as_ref()?)))
-        else {
-            return;
-        };
-        let length = |k: usize| self.bodies.mass[parts.bodies[k]] / stock.density;
-        let last = parts.bodies.len().saturating_sub(1);
-        let mut before = [0.0; 2];
-        for (k, &body) in parts.bodies.iter().enumerate() {
-            if k == 0 {
-                let ahead = self.joint_at(cable, 0, 0);
-                before = self.bend_and_pull(ahead, (body, 1, false), 0.5 * length(0), view);
-            }
-            let next = if k < last { length(k + 1) } else { 0.0 };
-            let (joint, stands_for) = (self.joint_at(cable, k, 1), 0.5 * (length(k) + next));
-            let after = self.bend_and_pull(joint, (body, 0, k < last), stands_for, view);
-            let curvature = before[0].max(after[0]);
-            let speed = (0.5 * (before[1] + after[1]) / stock.density).sqrt();
-            wanted.push(if view.touching[body] {
-                rule.shortest
-            } else {
-                rule.wanted(curvature, speed, view.dt)
-            });
-            before = after;
-        }
+    /// A cable with a rule, its mass per length \[kg/m], and the rule.
+    fn ruled(&self, cable: usize) -> Option<(&CableParts, f64, &Resolution)> {
+        let parts = self.cables.get(cable)?;
+        let stock = parts.stock.as_ref()?;
+        Some((parts, stock.density, stock.resolution.as_ref()?))
     }
 
-    /// Curvature at a joint that stands for so much cable (m), 0 at an end that nothing holds in its direction \[1/m], and
-    /// its pull along the segment on its `side`, 0 where it pushes \[N].
-    fn bend_and_pull(
-        &self,
-        joint: Option<usize>,
-        (body, side, inner): (usize, usize, bool),
-        stands_for: f64,
-        view: &View<'_>,
-    ) -> [f64; 2] {
-        let Some(joint) = joint else {
-            return [0.0; 2];
-        };
-        let (range, constraint) = (view.rows.row_range(joint), &self.constraints[joint]);
-        let frames = constraint.frames();
-        let angle = match constraint {
-            Constraint::Cosserat(c) if c.law.stretch.is_some() && c.law.bend.is_some() => {
-                view.rows.phi[range.start + 3].hypot(view.rows.phi[range.start + 4])
+    /// ℓ* of segment `k` of a cable with a rule \[m].
+    fn wanted(&self, cable: usize, k: usize, view: &View<'_>) -> Option<f64> {
+        let (parts, density, rule) = self.ruled(cable)?;
+        let body = parts.bodies[k];
+        if view.touching[body] {
+            return Some(rule.shortest);
+        }
+        let inner = [k > 0, k + 1 < parts.bodies.len()];
+        let (mut bend, mut pull) = (0.0, 0.0);
+        for (end, inner) in inner.into_iter().enumerate() {
+            if let Some(joint) = view.joints[body][end] {
+                bend += 0.5 * self.bend_at(joint, inner, view);
+                pull += 0.5 * self.pull_at(joint, (body, 1 - end), view);
             }
-            _ if inner => {
-                let [a, b] = [0, 1].map(|n| frames[n].resolve(&self.bodies, view.time).u());
+        }
+        let (length, speed) = (self.bodies.mass[body] / density, (pull / density).sqrt());
+        Some(rule.wanted(bend / length, speed, view.dt))
+    }
+
+    /// Angle between the sides of a joint of cable, 0 at an end that nothing holds in its direction \[rad].
+    fn bend_at(&self, joint: usize, inner: bool, view: &View<'_>) -> f64 {
+        let (first, constraint) = (view.rows.row_range(joint).start, &self.constraints[joint]);
+        match (constraint, constraint.frames()) {
+            (Constraint::Cosserat(c), _) if c.law.stretch.is_some() && c.law.bend.is_some() => {
+                view.rows.phi[first + 3].hypot(view.rows.phi[first + 4])
+            }
+            (_, [a, b]) if inner => {
+                let [a, b] = [a, b].map(|frame| frame.resolve(&self.bodies, view.time).u());
                 2.0 * (0.5 * (a - b).norm()).min(1.0).asin()
             }
             _ => 0.0,
-        };
-        let (impulses, dt) = view.lambda;
-        let pull = match constraint {
-            Constraint::Fairlead(_) => -impulses[range.start],
-            Constraint::Cosserat(_) | Constraint::Spherical(_) if range.len() >= 3 => {
-                let along = self.bodies.orientation[body] * frames[side].axes.column(0);
+        }
+    }
+
+    /// Pull of a joint along the segment on its side, 0 where it pushes \[N].
+    fn pull_at(&self, joint: usize, (body, side): (usize, usize), view: &View<'_>) -> f64 {
+        let (first, constraint) = (view.rows.row_range(joint).start, &self.constraints[joint]);
+        let impulse = match constraint {
+            Constraint::Fairlead(_) => -view.impulses[first],
+            _ if constraint.joins_cable() => {
+                let axis = constraint.frames()[side].axes.column(0);
+                let along = self.bodies.orientation[body] * axis;
                 along.dot(&Vector3::from_column_slice(
-                    &impulses[range.start..range.start + 3],
+                    &view.impulses[first..first + 3],
                 ))
             }
             _ => 0.0,
         };
-        [angle / stands_for, pull.max(0.0) / dt]
+        impulse.max(0.0) / view.impulse_time
     }
 }
 

@@ -23,13 +23,16 @@
 use nalgebra::{Matrix3, Matrix6, Unit, UnitQuaternion, Vector3, Vector6};
 
 use super::Scene;
-use super::event::{Action, When};
+use super::event::{Action, Event, When};
 use super::resolution::Resolution;
 use crate::body::Body;
 use crate::collide::Shape;
 use crate::constraint::{Constraint, Cosserat, JointLaw, Spherical, of_length};
 use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side, smallest_rotation};
+
+/// Largest number in the name of a segment.
+const MOST_NAMED: usize = 1_000_000_000_000;
 
 /// What the segments of a cable are cut from: what it takes to make more of them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -60,6 +63,20 @@ impl Stock {
             let of = || format!("{}: {quantity}", what());
             check(of(), value, value > 0.0, "> 0")?;
         }
+        let JointLaw {
+            stretch,
+            bend,
+            twist,
+        } = self.per_metre;
+        for law in [stretch, bend, twist].into_iter().flatten() {
+            for (quantity, value) in [("compliance", law.compliance), ("damping", law.damping)] {
+                let of = || format!("{}: {quantity} of a metre", what());
+                check(of(), value, value >= 0.0, "≥ 0")?;
+            }
+        }
+        let of = format!("{}: number in the name of the last segment", what());
+        let within = self.named <= MOST_NAMED;
+        check(of, self.named as f64, within, "at most 10¹²")?;
         if self.per_metre.stretch.is_none() {
             return Err(SceneError::Conflict {
                 what: what(),
@@ -79,10 +96,12 @@ impl Stock {
 pub struct Jump {
     /// Kinetic energy.
     pub kinetic: f64,
-    /// What it is foreseen to change by: −½ uᵀ K⁻¹ u of the rates u between two segments that merge ...
+    /// Kinetic energy that the blow of a merge is foreseen to take, −½ uᵀ K⁻¹ u.
     pub blow: f64,
-    /// ... and the change of ½ Lᵀ I⁻¹ L, with their angular momentum L about their centre, as they move into one line.
+    /// Kinetic energy that the displacement of the segments is foreseen to add, at given momenta.
     pub moved: f64,
+    /// Angular momentum about the axis of the segments that is not kept, its size \[N m s].
+    pub unspun: f64,
     /// Potential energy of gravity.
     pub gravity: f64,
 }
@@ -92,6 +111,7 @@ impl std::ops::AddAssign for Jump {
         self.kinetic += other.kinetic;
         self.blow += other.blow;
         self.moved += other.moved;
+        self.unspun += other.unspun;
         self.gravity += other.gravity;
     }
 }
@@ -158,6 +178,10 @@ impl Scene {
         let frame = frames[0].or(frames[1])?;
         let next = [segment.wrapping_sub(1), segment + 1];
         let beyond = [0, 1].map(|end| self.length_beyond(cable, joints[end], next[end], end));
+        let chord = 2.0 * frame.point.norm();
+        if chord == 0.0 {
+            return None;
+        }
         Some(Place {
             cable,
             segment,
@@ -165,7 +189,7 @@ impl Scene {
             joints,
             beyond,
             length: self.segment_length(cable, segment)?,
-            chord: 2.0 * frame.point.norm(),
+            chord,
             along: frame.axes.column(0).into_owned(),
             axes: frame.axes,
         })
@@ -305,8 +329,7 @@ impl Scene {
         let gaps = at.joints.map(|joint| self.gap_at(joint, t));
         let was = self.energies(&[at.body]);
         let [body, joint] = self.part(&at, &stock, rest);
-        let [unmoved, _] = self.energies(&[at.body, body]);
-        self.ease([at.body, body], &gaps, &kept);
+        let [moved, unspun] = self.ease([at.body, body], &gaps, &kept);
         if stock.per_metre.twist.is_some() {
             self.share_twists(&at, [body, joint], &kept);
         }
@@ -323,7 +346,8 @@ impl Scene {
             jump: Jump {
                 kinetic: kinetic - was[0],
                 blow: 0.0,
-                moved: kinetic - unmoved,
+                moved,
+                unspun,
                 gravity: gravity - was[1],
             },
         })
@@ -337,7 +361,7 @@ impl Scene {
         let chords = [at.chord * (1.0 - share), at.chord * share];
         let name = self.cables[at.cable].name.clone();
         let mut number = stock.named + 1;
-        while self.body_names.contains(&format!("{name}-{number}")) {
+        while self.has_names_of(&name, number) {
             number += 1;
         }
         let upper = self.bodies.get(at.body);
@@ -384,14 +408,30 @@ impl Scene {
         self.stand_for(at.cable, at.joints, [before + keep, rest + after]);
         let parts = &mut self.cables[at.cable];
         parts.bodies.insert(at.segment + 1, body);
-        let after = |joint: &usize| at.joints[0].is_none_or(|before| before == *joint);
-        let place = parts.joints.iter().position(after).unwrap_or(0);
-        let place = place + usize::from(at.joints[0].is_some());
-        parts.joints.insert(place, joint);
+        let next = |joint: &usize| at.joints.iter().flatten().any(|own| own == joint);
+        let place = parts.joints.iter().position(next).unwrap_or(0);
+        parts
+            .joints
+            .insert(place + usize::from(at.joints[0].is_some()), joint);
         if let Some(stock) = &mut parts.stock {
             stock.named = number;
         }
         [body, joint]
+    }
+
+    /// Whether something is called as segment `number` of a cable, its capsule, its joint or the joint's event would be.
+    fn has_names_of(&self, cable: &str, number: usize) -> bool {
+        let segment = format!("{cable}-{number}");
+        let joint = format!("{cable}-joint-{number}");
+        let attached =
+            |action: &Action| matches!(action, Action::Attach { name, .. } if *name == joint);
+        let event = |event: &Event| {
+            event.name.strip_prefix(&*joint) == Some(" breaks") || event.then.iter().any(attached)
+        };
+        self.body_names.contains(&segment)
+            || self.colliders.iter().any(|c| c.name == segment)
+            || self.constraint_names.contains(&joint)
+            || self.events.iter().any(event)
     }
 
     /// Turns the parts of a segment, the new `body` with the new `joint` and the other, so that of the twists at their outer
@@ -413,8 +453,9 @@ impl Scene {
     }
 
     /// Moves two segments so that of the gaps at their outer ends the parts `kept` are left, and keeps their angular
-    /// momentum across their axis.
-    fn ease(&mut self, pair: [usize; 2], gaps: &[Vector3<f64>; 2], kept: &[f64; 2]) {
+    /// momentum across their axis; what their kinetic energy changes by \[J], and what is lost of the angular momentum about
+    /// the axis \[N m s].
+    fn ease(&mut self, pair: [usize; 2], gaps: &[Vector3<f64>; 2], kept: &[f64; 2]) -> [f64; 2] {
         let moves = [gaps[0] * (1.0 - kept[0]), gaps[1] * (kept[1] - 1.0)];
         let bodies = &mut self.bodies;
         let mut lost = Vector3::zeros();
@@ -424,8 +465,16 @@ impl Scene {
         }
         let (centre, inertia) = self.as_one(&pair);
         let bodies = &mut self.bodies;
-        let axis = (bodies.position[pair[1]] - bodies.position[pair[0]]).normalize();
-        lost -= axis * axis.dot(&lost);
+        let axis = bodies.position[pair[1]] - bodies.position[pair[0]];
+        let axis = axis.try_normalize(0.0).unwrap_or_default();
+        let unspun = axis.dot(&lost);
+        lost -= axis * unspun;
+        let mut angular = Vector3::zeros();
+        for body in pair {
+            let r = bodies.position[body] - centre;
+            angular += r.cross(&bodies.velocity[body]) * bodies.mass[body];
+            angular += bodies.inertia_world(body) * bodies.angular_velocity[body];
+        }
         let turn = inertia
             .try_inverse()
             .map_or(Vector3::zeros(), |inverse| inverse * -lost);
@@ -434,21 +483,29 @@ impl Scene {
             bodies.velocity[body] += turn.cross(&r);
             bodies.angular_velocity[body] += turn;
         }
+        [turn.dot(&(angular + inertia * turn * 0.5)), unspun.abs()]
     }
 
     /// The joint breaks as the one at the other end of the segments does.
     fn break_alike(&mut self, at: &Place, joint: usize) {
-        let inner = (0..2).rev().filter(|end| at.beyond[*end] > 0.0);
-        let Some(next) = inner.filter_map(|end| at.joints[end]).next() else {
-            return;
+        let breaks = |joint: usize| {
+            self.events.iter().find_map(|event| match &event.when {
+                When::Force { constraint, above } if *constraint == joint => {
+                    (event.then == [Action::Release(joint)]).then_some(*above)
+                }
+                _ => None,
+            })
         };
-        let breaks = self.events.iter().find_map(|event| match &event.when {
-            When::Force { constraint, above } if *constraint == next => {
-                (event.then == [Action::Release(next)]).then_some(*above)
-            }
-            _ => None,
-        });
-        if let Some(above) = breaks {
+        let inner = (0..2).rev().filter(|end| at.beyond[*end] > 0.0);
+        let above = match inner.filter_map(|end| at.joints[end]).next() {
+            Some(inner) => breaks(inner),
+            // The last segment of a cable: one that breaks anywhere breaks at both ends alike.
+            None => match at.joints.map(|joint| joint.and_then(breaks)) {
+                [Some(first), Some(second)] if first == second => Some(first),
+                _ => None,
+            },
+        };
+        if let Some(above) = above {
             self.break_at(joint, above);
         }
     }
@@ -459,13 +516,17 @@ impl Scene {
     pub fn merge_segments(&mut self, (cable, segment): (usize, usize), t: f64) -> Option<Merged> {
         let pair = [self.place(cable, segment)?, self.place(cable, segment + 1)?];
         let joint = pair[0].joints[1].filter(|joint| pair[1].joints[0] == Some(*joint))?;
+        if !self.constraints[joint].joins_cable() {
+            return None;
+        }
         let radius = self.cables[cable].stock.as_ref()?.radius;
         let ([first, next], u) = (pair.map(|p| p.body), pair[0].along);
         let around = [pair[0].joints[0], pair[1].joints[1]];
         let was = self.energies(&[first, next]);
-        let (blow, rigid) = (-self.blow(joint), self.rotation_as_one(&[first, next]));
+        let blow = -self.blow(joint);
         let (growth, share) = growth(&pair);
         let mut merged = self.merged(&pair, radius, (&growth, share), t);
+        let [moved, unspun] = self.straightened(&pair, &merged);
         let twists = self.merged_twists(joint, around, (&growth, share));
         let turned = twists[0] - self.twist_at(around[0]).unwrap_or(0.0);
         merged.orientation *= UnitQuaternion::from_axis_angle(&Unit::new_unchecked(u), turned);
@@ -492,7 +553,8 @@ impl Scene {
             jump: Jump {
                 kinetic: kinetic - was[0],
                 blow,
-                moved: self.rotation_as_one(&[first]) - rigid,
+                moved,
+                unspun,
                 gravity: gravity - was[1],
             },
         })
@@ -514,16 +576,33 @@ impl Scene {
         (centre, inertia.sum())
     }
 
-    /// ½ Lᵀ I⁻¹ L of bodies as one: energy of their rotation about their centre \[J].
-    fn rotation_as_one(&self, all: &[usize]) -> f64 {
-        let (bodies, (centre, inertia)) = (&self.bodies, self.as_one(all));
-        let angular = all.iter().map(|i| {
-            let orbital = (bodies.position[*i] - centre).cross(&bodies.velocity[*i]);
-            orbital * bodies.mass[*i] + bodies.inertia_world(*i) * bodies.angular_velocity[*i]
+    /// What the kinetic energy of two segments, moving as one about their centre, changes by when they become a rod of their
+    /// masses in the pose of `rod`, with the same angular momentum across it and their own spins about it: ½ Lᵀ I⁻¹ L there less
+    /// that as they are \[J]; and the angular momentum about the rod that goes \[N m s].
+    fn straightened(&self, pair: &[Place; 2], rod: &Body) -> [f64; 2] {
+        let bodies = &self.bodies;
+        let (centre, inertia) = self.as_one(&pair.map(|p| p.body));
+        let about = |point: &Vector3<f64>| {
+            let angular = pair.iter().map(|p| {
+                let orbital = (bodies.position[p.body] - point).cross(&bodies.velocity[p.body]);
+                let spin = bodies.inertia_world(p.body) * bodies.angular_velocity[p.body];
+                orbital * bodies.mass[p.body] + spin
+            });
+            angular.sum::<Vector3<f64>>()
+        };
+        let (before, after) = (about(&centre), about(&rod.position));
+        let axis = rod.orientation * pair[0].along;
+        let [across, along] = [rod.inertia[(0, 0)], rod.inertia[(2, 2)]];
+        let spins = pair.iter().map(|p| {
+            let own = bodies.orientation[p.body] * p.along;
+            bodies.inertia[p.body][(2, 2)] * own.dot(&bodies.angular_velocity[p.body])
         });
-        let angular: Vector3<f64> = angular.sum();
-        let inverse = inertia.try_inverse().unwrap_or_default();
-        0.5 * angular.dot(&(inverse * angular))
+        let spin: f64 = spins.sum();
+        let bent = inertia.try_inverse().unwrap_or_default();
+        let (turning, about_rod) = (after - axis * axis.dot(&after), axis.dot(&after));
+        let rotation = 0.5 * (turning.norm_squared() / across + spin * spin / along);
+        let change = rotation - 0.5 * before.dot(&(bent * before));
+        [change, (about_rod - spin).abs()]
     }
 
     /// ½ uᵀ K⁻¹ u of the two bodies of a joint \[J]: the energy of a blow that makes them one.
@@ -644,6 +723,17 @@ fn growth([first, second]: &[Place; 2]) -> ([f64; 2], f64) {
     let after = [first.beyond[0] + both, both + second.beyond[1]];
     let growth = [after[0] / before[0], after[1] / before[1]];
     (growth, after[0] / (after[0] + after[1]))
+}
+
+impl Constraint {
+    /// Whether it is a joint between segments that split and merge.
+    pub(super) fn joins_cable(&self) -> bool {
+        match self {
+            Self::Spherical(_) => true,
+            Self::Cosserat(c) => c.law.stretch.is_some(),
+            _ => false,
+        }
+    }
 }
 
 /// A joint of cable with these laws.

@@ -149,6 +149,7 @@ impl Scene {
                 reason: "is a winch without a cable: lay a cable with a winch by `Scene::add_cable`",
             });
         }
+        let mut segments = HashSet::new();
         for cable in &self.cables {
             let what = format!("cable `{}`", cable.name);
             let (bodies, joints) = (self.bodies.len(), self.constraints.len());
@@ -160,6 +161,12 @@ impl Scene {
             }
             if let Some(stock) = &cable.stock {
                 stock.validate(|| what.clone())?;
+                if let Some(i) = cable.bodies.iter().find(|i| !segments.insert(**i)) {
+                    return Err(SceneError::Conflict {
+                        what: format!("{what}: body `{}`", self.body_names[*i]),
+                        reason: "is a segment twice: list it once, in one cable",
+                    });
+                }
             }
         }
         Ok(())

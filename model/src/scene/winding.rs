@@ -7,7 +7,8 @@
 //! (ℓ₁ + ℓ₂)/2 of cable.
 //!
 //! **Split** at ℓ₁ > (1 + [`LEAST`]) ℓ into ℓ₁ − ℓ and a whole segment ℓ, and **merge** with the next one at
-//! ℓ₁ < `LEAST` ℓ: [`segments`](super::segments).
+//! ℓ₁ < `LEAST` ℓ: [`segments`](super::segments). A next one that is longer than (1 + `LEAST`) ℓ, as rules make them, is split
+//! first, ℓ from its start.
 
 use super::Scene;
 use super::segments::{Merged, Split};
@@ -72,16 +73,21 @@ impl Scene {
     }
 
     /// Number of the cable whose first joint is constraint `i`.
-    fn cable_at(&self, i: usize) -> Option<usize> {
+    #[must_use]
+    pub fn cable_at(&self, i: usize) -> Option<usize> {
         let begins = |cable: &super::CableParts| cable.joints.first() == Some(&i);
         self.cables.iter().position(begins)
     }
 
-    /// Splits the first segment of the cable that leaves its winch at constraint `i`, where it is due, at time `t` (s). The
-    /// whole segment that it leaves behind, and its joint, come after it in the order of the scene.
+    /// Splits the first segment of the cable that leaves its winch at constraint `i`, where it is due, at time `t` (s), or the
+    /// next one where that is too long to merge with. The new segment, and its joint, come after it in the order of the scene.
     pub fn split_at_winch(&mut self, i: usize, t: f64) -> Option<Split> {
-        let (due, cable) = (self.winding_due(i) == Some(true), self.cable_at(i)?);
-        let lead = self.lead(i).filter(|_| due)?;
+        let (due, cable) = (self.winding_due(i)?, self.cable_at(i)?);
+        let (lead, next) = (self.lead(i)?, self.place(cable, 0)?.beyond[1]);
+        if !due {
+            let (whole, long) = (lead.segment, next > (1.0 + LEAST) * lead.segment);
+            return long.then(|| self.split_segment((cable, 1), whole, t))?;
+        }
         let rest = lead.first - lead.segment;
         let split = self.split_segment((cable, 0), rest, t)?;
         self.set_first(i, rest);

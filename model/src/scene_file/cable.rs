@@ -77,7 +77,7 @@ pub struct CableEntry {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResolutionEntry {
-    /// Largest angle between neighbours \[rad]; default 0.1.
+    /// Largest mean of the angles at a segment's ends \[rad]; default 0.1.
     pub bend: Option<f64>,
     /// Phase by which a segment oscillates across in a step \[rad]; default 0.25; 0: frequencies do not count.
     pub phase: Option<f64>,
@@ -87,7 +87,7 @@ pub struct ResolutionEntry {
     pub longest: Option<f64>,
     /// Part that two segments are shorter than wanted before they merge; default 2.
     pub hysteresis: Option<f64>,
-    /// Time without change before segments merge \[s]; default 0.1.
+    /// Time without change before segments merge, > 0 \[s]; default 0.1.
     pub pause: Option<f64>,
     /// Most segments; default 10,000.
     pub most: Option<usize>,

@@ -287,7 +287,7 @@ fn faults_of_rules_name_line_and_key() {
             "longest is 1: it has to be at least `shortest`",
         ),
         ("{ hysteresis = 0.5 }", "hysteresis is 0.5"),
-        ("{ pause = nan }", "pause is NaN"),
+        ("{ pause = 0 }", "pause is 0: it has to be > 0 s"),
         ("{ most = 0 }", "most is 0: it has to be at least 1 segment"),
         ("{ finest = 1 }", "unknown field `finest`"),
         ("{}\njoint = \"paper\"", "makes joints of the kinds"),

@@ -5,6 +5,7 @@ use crate::cases::Cases;
 use crate::options::Quick;
 use crate::study::{self, Found, Study, data};
 use clap::{Args, FromArgMatches};
+use std::fmt::Write;
 use taut_output::check::ExperimentError;
 use taut_output::plan::{PLAIN, Plan, error, positive};
 use taut_output::settings::{seconds, set};
@@ -33,14 +34,25 @@ struct Options {
 
 fn run(options: &Options, cases: &Cases) -> Result<Found, ExperimentError> {
     let config = options.quick.of(Config::quick);
-    let rows = data(&super::run(&config, cases)?)?;
+    let found = super::run(&config, cases)?;
+    let mut text = String::new();
+    for (row, gain) in super::gains(&found) {
+        let gain = match gain {
+            Some(gain) => {
+                format!("{gain:.2} × as fast as fixed segments of no larger median error")
+            }
+            None => "no fixed segments have as small an error".to_owned(),
+        };
+        let _ = writeln!(text, "{}, {}: {gain}", row.scene, row.cut);
+    }
+    let rows = data(&found)?;
     Ok(Found {
         settings: set([
             ("cables", config.cables.to_string()),
             ("reference", format!("{FINE} segments")),
             ("simulated", seconds(config.time)),
         ]),
-        text: study::tables(SHEETS, &rows),
+        text: format!("{}\n{text}", study::tables(SHEETS, &rows)),
         rows,
         ..Found::default()
     })

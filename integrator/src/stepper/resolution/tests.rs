@@ -111,6 +111,60 @@ fn a_cable_that_loses_its_load_splits() {
     assert_eq!(stepper.scene().validate(), Ok(()));
 }
 
+/// What is cut below a winch splits by its rule, and the winch goes on.
+#[test]
+fn a_cable_that_is_cut_below_its_winch_goes_on() {
+    let mut scene = Scene::new("cut");
+    scene.gravity.z = -9.81;
+    let load = Body::sphere(0.2, 500.0).at(-Vector3::z() * 10.0);
+    let load = scene.add_body("load", load);
+    let ends = [
+        Frame::world(Vector3::zeros()),
+        Frame::body(load, Vector3::zeros()),
+    ];
+    let cable = Cable {
+        segments: Segments::Equal(10),
+        winch: Some(Winch {
+            speed: -0.2,
+            ..Winch::new()
+        }),
+        resolution: Some(Resolution {
+            shortest: 0.2,
+            ..RULE
+        }),
+        ..Cable::round("rope", &Material::NYLON, 0.01, ends.map(CableEnd::Pinned))
+    };
+    let lead = scene.add_cable(&cable).unwrap().joints[0];
+    scene.start_in_equilibrium = true;
+    let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+    let lead = stepper.ids.of_constraint(lead);
+    for k in 0..240 {
+        if k == 120 {
+            let cut = stepper.change(|edit| {
+                let middle = edit.scene().cables[0].bodies.len() / 2;
+                edit.cut("rope", middle - 1)
+            });
+            cut.unwrap();
+        }
+        stepper.step().unwrap();
+    }
+    let (scene, lead) = (stepper.scene(), stepper.constraint_index(lead).unwrap());
+    assert_eq!(scene.cables[0].joints.first(), Some(&lead));
+    let mass: f64 = scene.cables[0]
+        .bodies
+        .iter()
+        .map(|i| scene.bodies.mass[*i])
+        .sum();
+    let density = scene.cables[0].stock.as_ref().unwrap().density;
+    // 0.2 m/s for 4 s.
+    assert!((mass / density - 9.2).abs() < 1e-9, "{}", mass / density);
+    assert!(
+        scene.cables[0].bodies.len() > 20,
+        "{}",
+        scene.cables[0].bodies.len()
+    );
+}
+
 #[test]
 fn a_saved_run_goes_on_with_the_same_bits() {
     let mut stepper = swing(32, 100.0, Some(RULE));
