@@ -4,7 +4,7 @@ use super::*;
 use crate::StepOptions;
 use nalgebra::Vector3;
 use taut_model::scene::resolution::Resolution;
-use taut_model::{Body, Cable, CableEnd, Damping, Frame, Material, Segments, Stiffness};
+use taut_model::{Body, Cable, CableEnd, Damping, Frame, Material, Segments, Stiffness, Winch};
 
 const RULE: Resolution = Resolution {
     bend: 0.05,
