@@ -1,7 +1,8 @@
 //! What a step did, and how long its phases took.
 
 use crate::{EnergyBalance, ErrorEstimate, Resolved};
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use taut_solver::clock::Moment;
 use taut_solver::coulomb::ConeReport;
 use taut_solver::{SolveReport, Status};
 
@@ -35,7 +36,7 @@ impl Phase {
     ];
 }
 
-/// Wall-clock time of each phase of one step; with `serde` in seconds.
+/// Wall-clock time of each phase of one step; with `serde` in seconds. Zero on `wasm32-unknown-unknown`, which has no clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
@@ -186,7 +187,7 @@ pub struct StepReport {
 #[derive(Debug)]
 pub(crate) struct Tally {
     phases: PhaseTimes,
-    last: Instant,
+    last: Moment,
     solve: Option<SolveReport>,
     iterations: usize,
     solves: usize,
@@ -204,7 +205,7 @@ impl Tally {
     pub(crate) fn start() -> Self {
         Self {
             phases: PhaseTimes::default(),
-            last: Instant::now(),
+            last: Moment::now(),
             solve: None,
             iterations: 0,
             solves: 0,
@@ -221,8 +222,8 @@ impl Tally {
 
     /// `phase` ends now.
     pub(crate) fn end(&mut self, phase: Phase) {
-        let now = Instant::now();
-        self.phases.0[phase as usize] += now - self.last;
+        let now = Moment::now();
+        self.phases.0[phase as usize] += now.since(self.last);
         self.last = now;
     }
 

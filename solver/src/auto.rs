@@ -1,13 +1,14 @@
 //! The solver that `auto` stands for: of those compiled in the one that takes the least time by what is counted of the
 //! system ([`Backend::predicted`]).
 
+use crate::clock::Moment;
 use crate::{
     AnalyzeReport, Backend, BlockPattern, Counts, FactorReport, LinearSolver, SolveError,
     SolveReport, SymBlockMatrix,
 };
 use std::fmt;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The solver that was chosen; its text is the reason.
 #[derive(Debug, Clone, PartialEq)]
@@ -50,7 +51,7 @@ impl Chosen {
 
     /// For matrices of `pattern`, of which nothing else is known: they may be indefinite.
     fn of(pattern: &BlockPattern) -> Result<Self, SolveError> {
-        let begun = Instant::now();
+        let begun = Moment::now();
         let counts = Counts::in_order(pattern)?;
         let order: Vec<usize> = (0..pattern.blocks()).collect();
         let mut candidates = Vec::new();

@@ -62,6 +62,7 @@
 //! | `batch` | many chains of equal pattern, one in each lane of a vector |
 //! | `chain` | chains of small blocks, eliminated from both ends in the lanes of vectors |
 //! | `slices` | matrices and vectors four block rows abreast, for products |
+//! | [`clock`] | times that are measured |
 //! | `groups` | exact solves inside groups of blocks |
 //! | `block_ldlt` | the block factorisation that the direct, the group and the reference solvers share |
 //! | `singularity` | whether a factor with weak pivots is that of a singular matrix |
@@ -97,6 +98,7 @@ mod block_ldlt;
 mod chain;
 mod checked;
 mod claim;
+pub mod clock;
 mod convert;
 mod cost;
 pub mod coulomb;

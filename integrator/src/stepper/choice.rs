@@ -7,8 +7,8 @@ use crate::elimination::{self, EliminationOrder, MOST};
 use crate::plan::Plan;
 use crate::stepper::{Stepper, at_start};
 use crate::{Form, StepError, StepOptions};
-use std::time::Instant;
 use taut_model::{Linearized, Scene};
+use taut_solver::clock::Moment;
 use taut_solver::{Backend, CgOptions, Chosen, Counts, SolveError};
 
 /// The order of the constraints, and the solver where it is to be chosen.
@@ -57,7 +57,7 @@ fn of_schur(
     let pattern = elimination::factorized(scene, rows, first)?;
     let mut orders = elimination::orders(options.elimination, scene, &pattern)?;
     // So far it is what one that is named does.
-    let begun = Instant::now();
+    let begun = Moment::now();
     let (mut taken, mut counted) = (Vec::new(), Vec::new());
     for backend in candidates {
         let (at, border) = elimination::taken_by(&backend, &orders, &pattern)?;
@@ -128,7 +128,7 @@ fn of_kkt(
         |backend: &Backend| elimination::order_of(options.elimination, scene, rows, backend);
     let of_first = order(first)?;
     let plan = Plan::new(options.form, scene, rows, &of_first.constraints)?;
-    let begun = Instant::now();
+    let begun = Moment::now();
     let counts = Counts::in_order(&plan.pattern)?;
     let counted: Vec<_> = candidates.into_iter().map(|b| (b, counts)).collect();
     let Some(chosen) = Chosen::among(&counted) else {
