@@ -9,6 +9,7 @@ mod ledger;
 mod matrix;
 mod merge;
 mod parse;
+mod replay;
 mod report;
 mod run;
 mod scene;
@@ -61,9 +62,12 @@ enum Command {
     Static,
     /// Simulates a named scene or a TOML file
     #[command(
-        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --columns time,hook.z,bottom.tension,hoist_speed --out lift.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30"
+        after_help = "Examples:\n  taut run hoist --set mass_ratio=100 --set move_x=0.5 --time 10 --out load.csv\n  taut run gantry --columns time,hook.z,bottom.tension,hoist_speed --out lift.csv\n  taut run gantry --time 60 --save gantry.json --save-at 30\n  taut run --resume gantry.json --time 30\n  taut run gantry --record gantry.tape && taut replay gantry.tape"
     )]
     Run(run::RunArgs),
+    /// Shows a recorded run: what it holds, as a table, as a page to play and scrub through, as a picture, as animated glTF
+    #[command(after_help = replay::AFTER_HELP)]
+    Replay(replay::ReplayArgs),
     /// What each thing that a scene models, and each part of its step, costs and is worth: time of a step, error of the load,
     /// tension, energy
     #[command(
@@ -240,6 +244,7 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
     let done = match &cli.command {
         Some(Command::Merge(args)) => merge::run(args, console),
         Some(Command::Run(args)) => run::run(args, console),
+        Some(Command::Replay(args)) => replay::run(args),
         Some(Command::Ledger(args)) => ledger::run(args, console),
         Some(Command::Scene(args)) => scene::run(args),
         Some(Command::Dump(args)) => matrix::dump(args, console),

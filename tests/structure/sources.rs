@@ -81,7 +81,7 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 }
 
 /// Each member and the packages of the workspace that it may know.
-pub(crate) const MAY_KNOW: [(&str, &[&str]); 12] = [
+pub(crate) const MAY_KNOW: [(&str, &[&str]); 13] = [
     ("solver/lanes", &[]),
     ("solver/umfpack", &[]),
     ("solver", &["taut-lanes", "taut-umfpack"]),
@@ -92,6 +92,10 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 12] = [
         &["taut-integrator", "taut-model", "taut-solver"],
     ),
     ("bench/output", &["taut-ground", "taut-solver"]),
+    (
+        "bench/recording",
+        &["taut-ground", "taut-integrator", "taut-model"],
+    ),
     (
         "bench/rivals",
         &[
@@ -121,6 +125,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 12] = [
             "taut-lanes",
             "taut-model",
             "taut-output",
+            "taut-recording",
             "taut-solver",
             "taut-studies",
         ],

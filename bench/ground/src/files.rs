@@ -379,11 +379,34 @@ impl Writing {
     /// # Errors
     /// [`FileError`] of this and of all before; a file is then what it was before.
     pub fn finish(mut self) -> Result<(), FileError> {
-        let written = self.failure.take().map_or_else(|| self.to.flush(), Err);
+        let written = self.flushed();
         let done = match &self.part {
             None => heard(written),
             Some(part) => written.and_then(|()| part.take_place()),
         };
+        self.told(done)
+    }
+
+    /// Ends what is worth something without its end, too: what was written before a failure takes the place.
+    ///
+    /// # Errors
+    /// As [`finish`](Self::finish).
+    pub fn keep(mut self) -> Result<(), FileError> {
+        let written = self.flushed();
+        let placed = self.part.as_ref().map_or(Ok(()), Part::take_place);
+        let written = if self.part.is_some() {
+            written
+        } else {
+            heard(written)
+        };
+        self.told(written.and(placed))
+    }
+
+    fn flushed(&mut self) -> io::Result<()> {
+        self.failure.take().map_or_else(|| self.to.flush(), Err)
+    }
+
+    fn told(&self, done: io::Result<()>) -> Result<(), FileError> {
         done.map_err(|source| FileError {
             path: self.path.clone(),
             doing: "write",

@@ -16,6 +16,7 @@ use taut_ground::inputs::Inputs;
 use taut_ground::source;
 use taut_ground::trajectory::{self, Sample};
 use taut_integrator::{Sleep, StepOptions, Stepper};
+use taut_recording::Recorder;
 use taut_studies::options::{number, overrides, require_positive, steps};
 
 #[derive(Debug, Args)]
@@ -70,6 +71,10 @@ pub(crate) struct RunArgs {
     /// Time of the state that is saved (s; default: the end)
     #[arg(long, value_name = "S", requires = "save", value_parser = number, allow_negative_numbers = true)]
     save_at: Option<f64>,
+    /// Records what moves, what it carries and touches, events and step times, at most 60 times a simulated second, for
+    /// `taut replay`; up to where a disk is full
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// Goes on with a saved run: its scene, solver and time step
     #[arg(long, value_name = "FILE.json", conflicts_with_all = ["scene", "overrides", "StepArgs", "estimate", "sleep"])]
     resume: Option<PathBuf>,
@@ -189,6 +194,7 @@ struct Outputs {
     out: Option<Output>,
     json: Option<Output>,
     save: Option<Output>,
+    record: Option<Output>,
 }
 
 impl Outputs {
@@ -201,19 +207,25 @@ impl Outputs {
         if place(&args.resume) != place(&args.save) {
             read.extend(args.resume.as_deref());
         }
-        let [out, json, save] = files::open(
+        let [out, json, save, record] = files::open(
             [
                 ("--out", args.out.as_deref()),
                 ("--json", args.json.as_deref()),
                 ("--save", args.save.as_deref()),
+                ("--record", args.record.as_deref()),
             ],
             &read,
         )?;
-        Ok(Self { out, json, save })
+        Ok(Self {
+            out,
+            json,
+            save,
+            record,
+        })
     }
 
     fn is_any_stdout(&self) -> bool {
-        let all = [&self.out, &self.json, &self.save];
+        let all = [&self.out, &self.json, &self.save, &self.record];
         all.into_iter().flatten().any(Output::is_stdout)
     }
 }
@@ -253,6 +265,41 @@ fn write_line(rows: &mut Writing, columns: Option<&Columns>, stepper: &Stepper, 
     });
 }
 
+/// A recording that is being written, if one is.
+struct Tape(Option<(Writing, Option<Recorder>)>);
+
+impl Tape {
+    fn begin(to: Option<&Output>, stepper: &Stepper, steps: usize) -> Result<Self, FileError> {
+        let Some(mut to) = to.map(Output::begin).transpose()? else {
+            return Ok(Self(None));
+        };
+        let mut recorder = None;
+        to.add(|out| {
+            recorder = Some(Recorder::begin(out, stepper, steps)?);
+            Ok(())
+        });
+        Ok(Self(Some((to, recorder))))
+    }
+
+    fn step(&mut self, stepper: &Stepper, sample: &Sample) {
+        if let Some((to, Some(recorder))) = &mut self.0 {
+            to.add(|out| recorder.step(out, stepper, sample));
+        }
+    }
+
+    fn end(self, time: f64, summary: &Summary) -> Result<(), FileError> {
+        let Some((mut to, recorder)) = self.0 else {
+            return Ok(());
+        };
+        let failure = summary.failure.as_ref().map(|f| f.reason.clone());
+        let stopped = || summary.stopped.map(|why| format!("stopped by {why}"));
+        if let Some(recorder) = recorder {
+            to.add(|out| recorder.end(out, time, failure.or_else(stopped)));
+        }
+        to.keep()
+    }
+}
+
 /// Runs, and writes what is asked for: what cannot be written costs nothing else.
 pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     let outputs = Outputs::open(args)?;
@@ -272,6 +319,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     if let Some(rows) = &mut rows {
         write_heading(rows, columns.as_ref());
     }
+    let mut tape = Tape::begin(outputs.record.as_ref(), &stepper, count)?;
     let signal = signals()?;
     let bar = console
         .progress(count as u64)
@@ -289,6 +337,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
             if let Some(rows) = &mut rows {
                 write_line(rows, columns.as_ref(), stepper, sample);
             }
+            tape.step(stepper, sample);
         },
         stop: &|| match signal.load(Ordering::Relaxed) as i32 {
             0 => None,
@@ -299,6 +348,7 @@ pub(crate) fn run(args: &RunArgs, console: Console) -> Result<(), Failure> {
     let summary = run::run(&mut stepper, &yardstick, &inputs, count, &mut wishes, &bar);
     bar.finish_and_clear();
     written.extend(rows.map(Writing::finish));
+    written.push(tape.end(stepper.time(), &summary));
     if !outputs.is_any_stdout() {
         written.push(files::print(&run::text(&summary)));
     }

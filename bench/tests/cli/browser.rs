@@ -7,8 +7,8 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
-/// Headless Chromium, where it is.
-fn chromium(page: &Path, profile: &Path) -> Option<String> {
+/// A page after its script, in headless Chromium with more options, where it is.
+pub(crate) fn chromium(page: &Path, profile: &Path, options: &[&str]) -> Option<String> {
     let program = ["chromium", "chromium-browser"]
         .into_iter()
         .find(|p| Command::new(p).arg("--version").output().is_ok())?;
@@ -25,6 +25,7 @@ fn chromium(page: &Path, profile: &Path) -> Option<String> {
             "--disable-sync",
         ])
         .arg(format!("--user-data-dir={}", profile.display()))
+        .args(options)
         .arg("--dump-dom")
         .arg(format!("file://{}", page.display()))
         .output()
@@ -39,7 +40,7 @@ fn after(at: &Path, script: &str) -> Option<String> {
     let path = at.join("after.html");
     let script = format!("<script>{script}</script></body>");
     fs::write(&path, page.replace("</body>", &script)).expect("writable");
-    chromium(&path, &at.join("profile"))
+    chromium(&path, &at.join("profile"), &[])
 }
 
 /// The sections of a page after a click on a heading of the table in one of them.
@@ -74,19 +75,23 @@ fn column(sections: &[(String, String)], section: &str, column: usize) -> Vec<f6
         .collect()
 }
 
+/// Tells that there is no browser, which fails where one is required.
+pub(crate) fn not_here() {
+    let required = std::env::var_os("TAUT_CHROMIUM").is_some_and(|v| v == "required");
+    assert!(!required, "Chromium does not open the page");
+    // Past what the harness keeps of a test that passes.
+    let _ = writeln!(
+        std::io::stderr(),
+        "no Chromium here: the pages are not opened in a browser"
+    );
+}
+
 /// The pages of the main job and of a sweep: every section is there, and a click on a heading sorts.
 #[test]
 fn a_browser_shows_the_pages() {
     let at = made("browser");
     let Some(sections) = clicked(&at, "rows", 4) else {
-        let required = std::env::var_os("TAUT_CHROMIUM").is_some_and(|v| v == "required");
-        assert!(!required, "Chromium does not open the page");
-        // Past what the harness keeps of a test that passes.
-        let _ = writeln!(
-            std::io::stderr(),
-            "no Chromium here: the pages are not opened in a browser"
-        );
-        return;
+        return not_here();
     };
     assert_eq!(sections.len(), SECTIONS.len());
     let times = column(&sections, "rows", 4);

@@ -22,8 +22,12 @@ mod ledger;
 mod matrix;
 /// Where results go: tried first, written whole, each to a place of its own; signals, streams that are closed or full.
 mod outputs;
+/// The page of `taut replay --html` in a browser.
+mod player;
 /// Bad input: one line that says what to do, and code 2.
 mod refusals;
+/// `taut run --record`, `taut replay`.
+mod replay;
 /// `taut report`, and the page that every benchmark writes.
 mod report;
 /// `taut run`, `taut scene`, and what all commands share.

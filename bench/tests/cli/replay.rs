@@ -1,0 +1,278 @@
+use crate::{folder, good, program, refused, taut, text};
+use std::fs;
+use std::path::PathBuf;
+
+/// A table as headings and rows of numbers.
+fn csv(text: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut lines = text.lines();
+    let headings = lines
+        .next()
+        .expect("a heading")
+        .split(',')
+        .map(str::to_owned);
+    let number = |cell: &str| cell.parse().unwrap_or(f64::NAN);
+    let rows = lines.map(|line| line.split(',').map(number).collect());
+    (headings.collect(), rows.collect())
+}
+
+/// What a recording has under the names of columns is what the run wrote, to the digits of single precision.
+#[test]
+fn tables_of_recordings_are_those_of_their_runs() {
+    let at = folder("tape");
+    fs::write(
+        at.join("in.csv"),
+        "time,trolley_speed,hoist_speed\n0,0,0\n0.5,1,0.5\n",
+    )
+    .expect("writable");
+    for (scene, own) in [
+        (
+            "gantry --set segments=4 --controls in.csv",
+            "hook.x,bottom.tension,joint-2.twist,hoist_speed,rope-1.tension,rope-1.length,cable.tension",
+        ),
+        (
+            "floor",
+            "load.z,load.contact_z,load.contact,rope-2.contact_z,rope.tension",
+        ),
+    ] {
+        let shared =
+            "time,load_x,load_z,kinetic,gravity,elastic,max_gap,load_tension,contacts,error";
+        let names = format!("{shared},{own}");
+        good(
+            &at,
+            &format!("run {scene} --time 2 --columns {names} --out run.csv --record run.tape"),
+        );
+        let replayed = good(&at, &format!("replay run.tape --csv {names}"));
+        let (headings, run) = csv(&fs::read_to_string(at.join("run.csv")).expect("written"));
+        let (others, recorded) = csv(&replayed);
+        assert_eq!(headings, others);
+        assert_eq!((run.len(), recorded.len()), (120, 120));
+        for (a, b) in run.iter().flatten().zip(recorded.iter().flatten()) {
+            assert!(
+                (a - b).abs() <= 1e-6 * a.abs() + 1e-30 || (a.is_nan() && b.is_nan()),
+                "{a} {b}"
+            );
+        }
+        good(
+            &at,
+            &format!("replay run.tape --csv {names} --out again.csv"),
+        );
+        assert_eq!(
+            fs::read_to_string(at.join("again.csv")).expect("written"),
+            replayed
+        );
+    }
+    let size = |at: &PathBuf| fs::metadata(at.join("long.tape")).expect("written").len();
+    good(
+        &at,
+        "run gantry --controls in.csv --time 60 --record long.tape",
+    );
+    assert!(size(&at) <= 4_000_000, "{}", size(&at));
+    let shown = good(&at, "replay long.tape");
+    assert!(shown.contains("3600, from 0.017 s to 60.000 s"), "{shown}");
+}
+
+#[test]
+fn bad_recordings_are_refused_and_cut_ones_read() {
+    let at = folder("tape-bad");
+    good(
+        &at,
+        "run hoist --set segments=3 --time 3 --record good.tape",
+    );
+    let bytes = fs::read(at.join("good.tape")).expect("written");
+    fs::write(at.join("cut.tape"), &bytes[..bytes.len() / 2]).expect("writable");
+    fs::write(at.join("empty.tape"), &bytes[..10]).expect("writable");
+    let mut newer = bytes;
+    newer[15] = 9;
+    fs::write(at.join("newer.tape"), newer).expect("writable");
+    fs::write(at.join("other.tape"), "time,x\n").expect("writable");
+    refused(&at, "replay none.tape", &["`none.tape`", "No such file"]);
+    refused(
+        &at,
+        "replay other.tape",
+        &["`other.tape`", "no recording", "--record"],
+    );
+    refused(
+        &at,
+        "replay newer.tape --html x.html",
+        &["version 9", "newer"],
+    );
+    refused(&at, "replay empty.tape", &["before anything was recorded"]);
+    refused(
+        &at,
+        "replay good.tape --csv time,load.vx",
+        &["`load.vx`", "load.x", "taut run --columns"],
+    );
+    refused(
+        &at,
+        "replay good.tape --csv nothing",
+        &["`nothing`", "load_x"],
+    );
+    refused(&at, "replay good.tape --csv time,time", &["twice"]);
+    refused(&at, "replay good.tape --html good.tape", &["it is read"]);
+    refused(&at, "replay good.tape --out x.csv", &["--csv"]);
+    refused(&at, "replay good.tape --against cut.tape", &["--html"]);
+    refused(
+        &at,
+        "run hoist --record a.json --json a.json",
+        &["cannot share a file"],
+    );
+    let output = taut(&at, "replay cut.tape --csv time");
+    let (stdout, stderr) = (text(&output.stdout), text(&output.stderr));
+    assert!(
+        output.status.success() && stderr.starts_with("note: `cut.tape`"),
+        "{stderr}"
+    );
+    assert!(
+        stdout.lines().count() > 64 && stdout.lines().count() < 180,
+        "{stdout}"
+    );
+}
+
+/// All forms at once, each in its file; nothing moves in a run of no frames.
+#[test]
+fn recordings_become_pictures_pages_and_animations() {
+    let at = folder("tape-forms");
+    good(&at, "run hoist --set segments=3 --time 1 --record a.tape");
+    let told = good(
+        &at,
+        "replay a.tape --png 0.5 --html a.html --gltf a.glb --csv time --out a.csv",
+    );
+    assert!(
+        told.starts_with("t = 0.500 s, coloured by tension from "),
+        "{told}"
+    );
+    for (file, begin) in [
+        ("a.png", &b"\x89PNG"[..]),
+        ("a.glb", b"glTF"),
+        ("a.html", b"<!DOCTYPE html>"),
+        ("a.csv", b"time [s]\n"),
+    ] {
+        let bytes = fs::read(at.join(file)).expect("written");
+        assert!(bytes.starts_with(begin), "{file}");
+    }
+    good(
+        &at,
+        "replay a.tape --gltf a.gltf --png 1 --picture b.png -q",
+    );
+    let written = fs::read(at.join("a.gltf")).expect("written");
+    let json: serde_json::Value = serde_json::from_slice(&written).expect("JSON");
+    assert_eq!(json["asset"]["version"], "2.0");
+    assert!(at.join("b.png").is_file());
+    // Cut before its first frame.
+    let bytes = fs::read(at.join("a.tape")).expect("written");
+    fs::write(at.join("none.tape"), &bytes[..bytes.len() / 4]).expect("writable");
+    for form in ["--gltf x.glb", "--png 0"] {
+        let output = taut(&at, &format!("replay none.tape {form}"));
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2));
+        assert!(stderr.contains("no frame"), "{stderr}");
+    }
+}
+
+/// A run that fails tells why where it is replayed; one that was asked to end does, too.
+#[test]
+fn a_recording_tells_how_its_run_ended() {
+    let at = folder("tape-end");
+    let unstable = "run hoist --set segments=24 --set mass_ratio=1e5 --set move_x=0.5 --set seed=1 --scheme linearly-implicit \
+                    --stiffness off --guard off --time 10 --record lost.tape";
+    let output = taut(&at, unstable);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let output = taut(&at, "replay lost.tape --html lost.html");
+    let stderr = text(&output.stderr);
+    assert!(
+        output.status.success() && stderr.contains("ended at t =") || stderr.contains("not finite"),
+        "{stderr}"
+    );
+    let page = fs::read_to_string(at.join("lost.html")).expect("written");
+    assert!(page.contains("ended at t =") || page.contains("not finite"));
+}
+
+/// A disk that is full ends the recording with an error; what is there is readable.
+#[cfg(unix)]
+#[test]
+fn a_recording_ends_where_the_disk_is_full() {
+    let at = folder("tape-full");
+    let run = "run hoist --set segments=24 --set seed=1 --set move_x=0.5 --time 60";
+    // In blocks of 512 or 1024 bytes; a signal would end the program.
+    let mut shell = std::process::Command::new("sh");
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 400; exec {} {run} --record full.tape",
+        env!("CARGO_BIN_EXE_taut")
+    );
+    let output = shell
+        .current_dir(&at)
+        .args(["-c", &script])
+        .output()
+        .expect("a shell");
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.contains("cannot write `full.tape`"), "{stderr}");
+    assert!(
+        text(&output.stdout).contains("verdict"),
+        "the run itself is told"
+    );
+    let output = taut(&at, "replay full.tape --csv time");
+    assert!(
+        text(&output.stderr).contains("cut or damaged"),
+        "{}",
+        text(&output.stderr)
+    );
+    assert!(text(&output.stdout).lines().count() > 64);
+    if cfg!(target_os = "linux") {
+        refused_device(&at);
+    }
+}
+
+fn refused_device(at: &PathBuf) {
+    let mut run = program(
+        at,
+        "run hoist --set segments=2 --time 0.1 --record /dev/full",
+    );
+    let output = run.output().expect("it runs");
+    assert_eq!(output.status.code(), Some(2));
+    assert!(text(&output.stderr).contains("cannot write `/dev/full`"));
+}
+
+/// A scene in which all is called so, TOML.
+pub(crate) fn named(name: &str) -> String {
+    format!(
+        "name = \"{name}\"
+        load = \"{name}\"
+        body = [
+          {{ name = \"jib\", mobility = \"static\", position = [0, 0, 1] }},
+          {{ name = \"{name}\", mass = 1, shape = {{ sphere = {{ radius = 0.1 }} }} }},
+        ]
+        [[massless_cable]]
+        name = \"{name}\"
+        through = [{{ body = \"jib\" }}, {{ body = \"{name}\" }}]
+        stretch = 1e-5
+        length = 1
+        winch = {{}}
+        [[control]]
+        name = \"speed {name}\"
+        drives = [{{ joint = \"{name}\" }}]
+        [[event]]
+        name = \"{name}\"
+        at = 0.05
+        set = [{{ control = \"speed {name}\", value = 0.1 }}]
+        "
+    )
+}
+
+/// Names are text on a page, whatever they hold.
+#[test]
+fn names_that_hold_html_are_text() {
+    let at = folder("tape-names");
+    let name = "</script><script>document.title='broken'</script><b>&amp;";
+    let scene = named(name);
+    fs::write(at.join("names.toml"), scene).expect("writable");
+    good(&at, "run names.toml --time 0.1 --record <b>.tape");
+    good(&at, "replay <b>.tape --html page.html");
+    let page = fs::read_to_string(at.join("page.html")).expect("written");
+    assert!(
+        !page.contains("<script>document.title") && !page.contains("<b>"),
+        "escaped"
+    );
+    assert_eq!(page.matches("</script>").count(), 2);
+    assert!(page.contains("\\u003c/script>"));
+}
