@@ -32,7 +32,7 @@ pub struct ControlId {
 }
 
 /// Identities of a scene's bodies, constraints and controls: what is added later has a higher one. They ascend, but for
-/// segments that a winch has paid out.
+/// segments that have split off.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Identities {
     stepper: u64,
@@ -101,7 +101,7 @@ impl Identities {
 
     fn find(&self, ids: &[u64], stepper: u64, id: u64) -> Option<usize> {
         let found = ids.binary_search(&id).ok();
-        // Those of segments that a winch has paid out stand among older ones.
+        // Those of segments that have split off stand among older ones.
         let found = found.or_else(|| ids.iter().position(|known| *known == id));
         found.filter(|_| stepper == self.stepper)
     }

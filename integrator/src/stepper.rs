@@ -414,8 +414,8 @@ impl Stepper {
     }
 
     /// The first half of a sub-step: solves for the impulses of the present state, which stays as it is. With
-    /// [`advance`](Self::advance) after it this is an unguarded [`step`](Self::step) without its sub-steps, the first one
-    /// too after [`begin`](Self::begin).
+    /// [`advance`](Self::advance) after it this is an unguarded [`step`](Self::step) without its sub-steps, and without what
+    /// follows a step: segments that split and merge, events. It is the first one too after [`begin`](Self::begin).
     ///
     /// # Errors
     /// [`StepError::Solve`].

@@ -98,7 +98,8 @@ impl Stepper {
         let view = View {
             time: self.time,
             dt: self.substep(),
-            rows: &self.pieces.rows,
+            phi: &self.pieces.rows.phi,
+            first_rows: self.pieces.rows.first_rows(),
             impulses: &self.mu,
             impulse_time: self.mu_dt,
             touching: &resolving.touching,

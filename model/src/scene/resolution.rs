@@ -30,7 +30,6 @@ use crate::collide::Shape;
 use crate::constraint::Constraint;
 use crate::error::{SceneError, check};
 use crate::frame::Frame;
-use crate::linearized::Linearized;
 
 /// Rule by which a cable merges and splits its segments: see the [module](self).
 #[derive(Debug, Clone, PartialEq)]
@@ -148,9 +147,11 @@ pub struct View<'a> {
     pub time: f64,
     /// See `time`.
     pub dt: f64,
-    /// Linearisation of the present state.
-    pub rows: &'a Linearized,
-    /// Impulses of its rows \[N s, N m s], and the time that they belong to \[s].
+    /// Violations of all rows.
+    pub phi: &'a [f64],
+    /// First row of each constraint.
+    pub first_rows: &'a [usize],
+    /// Impulses of the rows \[N s, N m s], and the time that they belong to \[s].
     pub impulses: &'a [f64],
     /// See `impulses`.
     pub impulse_time: f64,
@@ -356,10 +357,10 @@ impl Scene {
 
     /// Angle between the sides of a joint of cable, 0 at an end that nothing holds in its direction \[rad].
     fn bend_at(&self, joint: usize, inner: bool, view: &View<'_>) -> f64 {
-        let (first, constraint) = (view.rows.row_range(joint).start, &self.constraints[joint]);
+        let (first, constraint) = (view.first_rows[joint], &self.constraints[joint]);
         match (constraint, constraint.frames()) {
             (Constraint::Cosserat(c), _) if c.law.stretch.is_some() && c.law.bend.is_some() => {
-                view.rows.phi[first + 3].hypot(view.rows.phi[first + 4])
+                view.phi[first + 3].hypot(view.phi[first + 4])
             }
             (_, [a, b]) if inner => {
                 let [a, b] = [a, b].map(|frame| frame.resolve(&self.bodies, view.time).u());
@@ -371,7 +372,7 @@ impl Scene {
 
     /// Pull of a joint along the segment on its side, 0 where it pushes \[N].
     fn pull_at(&self, joint: usize, (body, side): (usize, usize), view: &View<'_>) -> f64 {
-        let (first, constraint) = (view.rows.row_range(joint).start, &self.constraints[joint]);
+        let (first, constraint) = (view.first_rows[joint], &self.constraints[joint]);
         let impulse = match constraint {
             Constraint::Fairlead(_) => -view.impulses[first],
             _ if constraint.joins_cable() => {

@@ -53,7 +53,8 @@ fn due(scene: &Scene, speed: f64, time: f64, touching: Option<usize>) -> [Vec<us
     let view = View {
         time,
         dt: 0.01,
-        rows: &rows,
+        phi: &rows.phi,
+        first_rows: rows.first_rows(),
         impulses: &lambda,
         impulse_time: 1.0,
         touching: &touches,
