@@ -349,7 +349,7 @@ impl Stepper {
             changed.begin_past(&moved);
             changed.fresh = moved.fresh(&self.fresh);
             changed.ids = edit.ids;
-            changed.carry_over(self, &edit.parted, &edit.closed)?;
+            changed.carry_over(self, &edit.parted, &edit.closed);
             changed.companion = self.companion.take();
             *self = changed;
             self.outdate_companion();

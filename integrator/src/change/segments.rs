@@ -125,39 +125,42 @@ impl Stepper {
 
     /// The forces and the past of joints beside segments that have split and merged, in this stepper, which takes the place
     /// of `before`.
-    pub(super) fn carry_over(
-        &mut self,
-        before: &Self,
-        parted: &[Parted],
-        closed: &[Closed],
-    ) -> Result<(), StepError> {
+    pub(super) fn carry_over(&mut self, before: &Self, parted: &[Parted], closed: &[Closed]) {
         for segment in parted {
-            self.hang_on(segment)?;
+            self.hang_on(segment);
         }
         for Closed { joint, around } in closed {
             // One that is new in the same change has no past.
             if let Ok(joint) = before.ids.constraint(*joint) {
                 let rates = &before.history.rate[before.pieces.rows.row_range(joint)];
-                self.remember(rates, around.iter().flatten())?;
+                self.remember(rates, *around);
             }
         }
-        Ok(())
     }
 
-    /// The joint between the parts of a segment bears what its neighbours do.
-    fn hang_on(&mut self, segment: &Parted) -> Result<(), StepError> {
-        let Self { scene, pieces, .. } = self;
-        let rows = &pieces.rows;
-        let to = rows.row_range(self.ids.constraint(segment.joint)?);
-        let of = |neighbour: Option<ConstraintId>| neighbour.map(|c| self.ids.constraint(c));
+    /// The joint between the parts of a segment bears what its neighbours do. Where one of them has gone in the same change the
+    /// other one stands for both.
+    fn hang_on(&mut self, segment: &Parted) {
+        let (rows, ids) = (&self.pieces.rows, &self.ids);
+        let Ok(joint) = ids.constraint(segment.joint) else {
+            return;
+        };
+        let around = segment
+            .around
+            .map(|joint| joint.map(|joint| ids.constraint(joint).ok()));
+        let shares = match around {
+            [Some(None), Some(Some(_))] => [0.0, 1.0],
+            [Some(Some(_)), Some(None)] => [1.0, 0.0],
+            _ => segment.shares,
+        };
         for multipliers in [&mut self.mu, &mut self.tension] {
             let mut sum = [0.0; MAX_ROWS];
-            for (neighbour, share) in segment.around.into_iter().zip(segment.shares) {
-                let Some(c) = of(neighbour).transpose()? else {
+            for (c, share) in around.into_iter().zip(shares) {
+                let Some(c) = c.flatten() else {
                     continue;
                 };
-                let lambda = &multipliers[rows.row_range(c)];
-                let wrench = scene.constraints[c].wrench(&scene.bodies, self.time, lambda, 0);
+                let (lambda, bodies) = (&multipliers[rows.row_range(c)], &self.scene.bodies);
+                let wrench = self.scene.constraints[c].wrench(bodies, self.time, lambda, 0);
                 let force = wrench.unwrap_or_default().force;
                 let angular = lambda.get(3..).unwrap_or_default();
                 let all = force.iter().chain(angular);
@@ -165,24 +168,19 @@ impl Stepper {
                     .zip(all)
                     .for_each(|(sum, x)| *sum += share * x);
             }
-            let to = &mut multipliers[to.clone()];
+            let to = &mut multipliers[rows.row_range(joint)];
             to.iter_mut().zip(sum).for_each(|(to, sum)| *to = sum);
         }
-        Ok(())
     }
 
-    /// The joints beside one that is gone have the past of its gap, equal parts of its `rates`: the cable between them has
-    /// grown as fast as before.
-    fn remember<'a>(
-        &mut self,
-        rates: &[f64],
-        neighbours: impl Iterator<Item = &'a ConstraintId> + Clone,
-    ) -> Result<(), StepError> {
+    /// The joints beside one that is gone, as far as they are there, have the past of its gap, equal parts of its `rates`: the
+    /// cable between them has grown as fast as before.
+    fn remember(&mut self, rates: &[f64], neighbours: [Option<ConstraintId>; 2]) {
         let (gap, angular) = rates.split_at(3);
         let gap = Vector3::from_column_slice(gap);
-        let part = 1.0 / neighbours.clone().count().max(1) as f64;
-        for joint in neighbours {
-            let c = self.ids.constraint(*joint)?;
+        let there = neighbours.map(|joint| self.ids.constraint(joint?).ok());
+        let part = 1.0 / there.iter().flatten().count().max(1) as f64;
+        for c in there.into_iter().flatten() {
             let constraint = &self.scene.constraints[c];
             let mut own = gap;
             if let Constraint::Fairlead(lead) = constraint {
@@ -196,6 +194,5 @@ impl Stepper {
                 *rate += part * more;
             }
         }
-        Ok(())
     }
 }

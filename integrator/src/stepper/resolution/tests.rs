@@ -1,7 +1,7 @@
 //! Cables that refine themselves.
 
 use super::*;
-use crate::StepOptions;
+use crate::{ConstraintId, StepOptions};
 use nalgebra::Vector3;
 use taut_model::scene::resolution::Resolution;
 use taut_model::{Body, Cable, CableEnd, Damping, Frame, Material, Segments, Stiffness, Winch};
@@ -111,12 +111,11 @@ fn a_cable_that_loses_its_load_splits() {
     assert_eq!(stepper.scene().validate(), Ok(()));
 }
 
-/// What is cut below a winch splits by its rule, and the winch goes on.
-#[test]
-fn a_cable_that_is_cut_below_its_winch_goes_on() {
+/// A load on 10 m of cable with a winch that hauls in, and a rule, and its fairlead.
+fn hoist(mass: f64, rule: Option<Resolution>) -> (Stepper, ConstraintId) {
     let mut scene = Scene::new("cut");
     scene.gravity.z = -9.81;
-    let load = Body::sphere(0.2, 500.0).at(-Vector3::z() * 10.0);
+    let load = Body::sphere(0.2, mass).at(-Vector3::z() * 10.0);
     let load = scene.add_body("load", load);
     let ends = [
         Frame::world(Vector3::zeros()),
@@ -128,16 +127,53 @@ fn a_cable_that_is_cut_below_its_winch_goes_on() {
             speed: -0.2,
             ..Winch::new()
         }),
-        resolution: Some(Resolution {
-            shortest: 0.2,
-            ..RULE
-        }),
+        resolution: rule,
         ..Cable::round("rope", &Material::NYLON, 0.01, ends.map(CableEnd::Pinned))
     };
     let lead = scene.add_cable(&cable).unwrap().joints[0];
     scene.start_in_equilibrium = true;
-    let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+    let stepper = Stepper::new(scene, StepOptions::default()).unwrap();
     let lead = stepper.ids.of_constraint(lead);
+    (stepper, lead)
+}
+
+/// The rule makes long segments, of which the winch takes in one whole one after another.
+#[test]
+fn a_winch_takes_from_long_segments() {
+    let (mut stepper, lead) = hoist(5e3, Some(RULE));
+    let (mut fixed, own) = hoist(5e3, None);
+    let (mut fewest, mut apart, mut worst) = (usize::MAX, 0.0_f64, 0.0_f64);
+    for _ in 0..1500 {
+        stepper.step().unwrap();
+        fixed.step().unwrap();
+        let scene = stepper.scene();
+        fewest = fewest.min(scene.cables[0].bodies.len());
+        let [lead, own] = [(&stepper, lead), (&fixed, own)].map(|(s, c)| s.constraint_index(c));
+        let (lead, own) = (lead.unwrap(), own.unwrap());
+        assert_eq!(scene.cables[0].joints.first(), Some(&lead));
+        apart = apart.max((scene.bodies.position[0] - fixed.scene().bodies.position[0]).norm());
+        let pulls = [stepper.tension(lead).unwrap(), fixed.tension(own).unwrap()];
+        worst = worst.max((pulls[0] - pulls[1]).abs() / (5e3 * 9.81));
+    }
+    let stock = stepper.scene().cables[0].stock.as_ref().unwrap();
+    let bodies = stepper.scene().cables[0].bodies.iter();
+    let mass: f64 = bodies.map(|i| stepper.scene().bodies.mass[*i]).sum();
+    println!("{fewest} segments at least, {apart:.1e} m apart, tension by {worst:.1e}");
+    assert!(
+        (mass / stock.density - 5.0).abs() < 1e-9 && fewest <= 3,
+        "{fewest}"
+    );
+    assert!(apart < 1e-4 && worst < 1e-3, "{apart} {worst}");
+}
+
+/// What is cut below a winch splits by its rule, and the winch goes on.
+#[test]
+fn a_cable_that_is_cut_below_its_winch_goes_on() {
+    let fine = Resolution {
+        shortest: 0.2,
+        ..RULE
+    };
+    let (mut stepper, lead) = hoist(500.0, Some(fine));
     for k in 0..240 {
         if k == 120 {
             let cut = stepper.change(|edit| {
