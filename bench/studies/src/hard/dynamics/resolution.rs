@@ -400,7 +400,14 @@ fn kept(midst: &Scene) -> Check {
                 worst = f64::NAN;
             }
             let after = sums(&scene);
-            let axis = scene.bodies.orientation[scene.cables[0].bodies[k]] * Vector3::z();
+            // Parts share the line of their centres.
+            let own = &scene.cables[0].bodies;
+            let next = own.get(k + 1).filter(|_| splits);
+            let axis = match next {
+                Some(next) => scene.bodies.position[*next] - scene.bodies.position[own[k]],
+                None => scene.bodies.orientation[own[k]] * Vector3::z(),
+            };
+            let axis = axis.normalize();
             let turned = (after.3 - before.3) / scale.y;
             let across = turned - axis * axis.dot(&turned);
             spun = worse(spun, turned.norm());
