@@ -31,7 +31,7 @@ use crate::error::{SceneError, check};
 use crate::frame::{Frame, Side, smallest_rotation};
 
 /// Largest number in the name of a segment.
-const MOST_NAMED: usize = 1_000_000_000_000;
+const MOST_NAMED: usize = 1_000_000_000;
 
 /// What the segments of a cable are cut from: what it takes to make more of them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -75,7 +75,7 @@ impl Stock {
         }
         let of = format!("{}: number in the name of the last segment", what());
         let within = self.named <= MOST_NAMED;
-        check(of, self.named as f64, within, "at most 10¹²")?;
+        check(of, self.named as f64, within, "at most 10⁹")?;
         if self.per_metre.stretch.is_none() {
             return Err(SceneError::Conflict {
                 what: what(),
