@@ -64,22 +64,36 @@ impl Edit {
         Ok(done)
     }
 
-    /// Splits and merges segments of cable number `cable` as its rule asks for.
-    pub(crate) fn resolve(&mut self, cable: usize, due: &[Due]) -> Result<Resolved, StepError> {
+    /// Splits and merges segments of cables, by their numbers, as their rules ask for.
+    pub(crate) fn resolve(&mut self, all: &[(usize, Vec<Due>)]) -> Result<Resolved, StepError> {
         let mut done = Resolved::default();
-        // From the end, so that the numbers of the others stay.
-        for due in due.iter().rev() {
-            let at = (cable, due.segment);
-            if due.splits {
-                let half = 0.5 * self.scene.segment_length(cable, due.segment).unwrap_or(0.0);
-                if let Some(split) = self.scene.split_segment(at, half, self.time) {
-                    self.part(&split, &mut done);
+        // What merges goes at once, at the end: a removal takes as long as the scene is large. Until then a segment that was
+        // taken in stands behind the one that took it in, where no other change looks.
+        let (mut bodies, mut joints) = (Vec::new(), Vec::new());
+        for (cable, due) in all {
+            // From the end, so that the numbers of the others stay.
+            for due in due.iter().rev() {
+                let at = (*cable, due.segment);
+                if due.splits {
+                    let half = 0.5 * self.scene.segment_length(at.0, at.1).unwrap_or(0.0);
+                    if let Some(split) = self.scene.split_segment(at, half, self.time) {
+                        self.part(&split, &mut done);
+                    }
+                } else if let Some(merged) = self.scene.merge_segments(at, self.time) {
+                    self.note(&merged, &mut done);
+                    bodies.push(self.ids.of_body(merged.body));
+                    joints.push(self.ids.of_constraint(merged.joint));
                 }
-            } else if let Some(merged) = self.scene.merge_segments(at, self.time) {
-                self.close(&merged, &mut done)?;
             }
+            self.scene.resolved(*cable, self.time);
         }
-        self.scene.resolved(cable, self.time);
+        let bodies = bodies.into_iter().map(|id| self.ids.body(id));
+        let joints = joints.into_iter().map(|id| self.ids.constraint(id));
+        let bodies = bodies.collect::<Result<Vec<_>, _>>()?;
+        let joints = joints.collect::<Result<Vec<_>, _>>()?;
+        if !bodies.is_empty() {
+            self.remove(&bodies, &joints)?;
+        }
         Ok(done)
     }
 
@@ -99,6 +113,12 @@ impl Edit {
     }
 
     fn close(&mut self, merged: &Merged, done: &mut Resolved) -> Result<(), StepError> {
+        self.note(merged, done);
+        self.remove(&[merged.body], &[merged.joint])
+    }
+
+    fn note(&mut self, merged: &Merged, done: &mut Resolved) {
+        self.touched = true;
         done.merges += 1;
         done.jump += merged.jump;
         let of = |joint| self.ids.of_constraint(joint);
@@ -106,7 +126,6 @@ impl Edit {
             joint: of(merged.joint),
             around: merged.around.map(|joint| joint.map(of)),
         });
-        self.remove(&[merged.body], &[merged.joint])
     }
 }
 

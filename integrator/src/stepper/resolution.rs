@@ -118,13 +118,7 @@ impl Stepper {
             return Ok(Resolved::default());
         }
         let elastic = self.elastic_energy();
-        let mut done = self.change(|edit| {
-            let mut done = Resolved::default();
-            for (cable, due) in &all {
-                done += edit.resolve(*cable, due)?;
-            }
-            Ok(done)
-        })?;
+        let mut done = self.change(|edit| edit.resolve(&all))?;
         done.elastic = self.elastic_energy() - elastic;
         Ok(done)
     }
