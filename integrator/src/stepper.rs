@@ -297,7 +297,7 @@ impl Stepper {
     }
 
     /// Advances the scene by one time step, then lets the scene's events happen that are due. Allocates nothing with the
-    /// project's own backends where none is, except where there are more contacts than before, or more than 200 hang together.
+    /// project's own backends where none is, except where contacts come or more than 200 hang together.
     ///
     /// # Errors
     /// [`StepError::Solve`] (the state is then that at the beginning of the sub-step), [`StepError::NonFinite`] and

@@ -295,13 +295,14 @@ impl Scene {
         let may = |k: usize| !view.stays[parts.bodies[k]];
         // Halves of a length are its halves to rounding.
         let (least, most) = (rule.shortest * (1.0 - 1e-9), rule.longest * (1.0 + 1e-9));
+        let excess = |k: usize| length(k) / wanted[k].min(rule.longest).max(rule.shortest);
+        let splits = |k: usize| excess(k) > 1.0 + 1e-9 && 0.5 * length(k) >= least;
         for k in (0..wanted.len()).filter(|k| may(*k)) {
-            let excess = length(k) / wanted[k].min(rule.longest).max(rule.shortest);
-            if excess > 1.0 + 1e-9 && 0.5 * length(k) >= least {
+            if splits(k) {
                 due.push(Due {
                     segment: k,
                     splits: true,
-                    excess,
+                    excess: excess(k),
                 });
             }
         }
@@ -314,7 +315,8 @@ impl Scene {
         while k + 1 < wanted.len() && !pauses {
             let both = length(k) + length(k + 1);
             let coarse = both <= wanted[k].min(wanted[k + 1]) / rule.hysteresis;
-            let merges = coarse || length(k).min(length(k + 1)) < least;
+            let short = length(k).min(length(k + 1)) < least && !splits(k) && !splits(k + 1);
+            let merges = coarse || short;
             let joined = || view.joints[parts.bodies[k]][1].is_some();
             if merges && both <= most && may(k) && may(k + 1) && joined() {
                 due.push(Due {

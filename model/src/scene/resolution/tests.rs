@@ -176,6 +176,20 @@ fn what_is_too_short_merges_whatever_the_bend() {
     assert_eq!(due(&arc(0.3, none), 100.0, 1.0, None)[1], NONE);
 }
 
+/// A segment that is too short waits until its neighbours need not split: nothing splits and merges at once.
+#[test]
+fn what_is_too_short_waits_for_splits() {
+    let mut scene = arc(0.15, rule());
+    let third = scene.cables[0].bodies[3];
+    scene.bodies.mass[third] *= 0.2;
+    assert_eq!(due(&scene, 100.0, 1.0, None), [vec![1, 2, 4, 5, 6], vec![]]);
+    for (k, body) in scene.cables[0].bodies.clone().into_iter().enumerate() {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), 0.06 * k as f64);
+        scene.bodies.orientation[body] = turn;
+    }
+    assert_eq!(due(&scene, 100.0, 1.0, None), [vec![], vec![2]]);
+}
+
 /// What an event releases stays; what breaks by itself does not hold.
 #[test]
 fn joints_of_events_stay() {
