@@ -15,6 +15,7 @@ mod run;
 mod scene;
 mod study;
 mod track;
+mod view;
 
 use clap::{ArgMatches, Args, Parser, Subcommand};
 use console::Console;
@@ -68,6 +69,9 @@ enum Command {
     /// Shows a recorded run: what it holds, as a table, as a page to play and scrub through, as a picture, as animated glTF
     #[command(after_help = replay::AFTER_HELP)]
     Replay(replay::ReplayArgs),
+    /// Shows a scene in a browser on this machine, to be driven by its controls at 60 frames a second
+    #[command(after_help = view::AFTER_HELP)]
+    View(view::ViewArgs),
     /// What each thing that a scene models, and each part of its step, costs and is worth: time of a step, error of the load,
     /// tension, energy
     #[command(
@@ -245,6 +249,7 @@ pub fn command_line(solvers: &[Foreign]) -> ExitCode {
         Some(Command::Merge(args)) => merge::run(args, console),
         Some(Command::Run(args)) => run::run(args, console),
         Some(Command::Replay(args)) => replay::run(args),
+        Some(Command::View(args)) => view::run(args),
         Some(Command::Ledger(args)) => ledger::run(args, console),
         Some(Command::Scene(args)) => scene::run(args),
         Some(Command::Dump(args)) => matrix::dump(args, console),

@@ -133,10 +133,22 @@ impl RunFile {
     /// # Errors
     /// [`FileError`].
     pub fn write(mut self, to: &Output) -> Result<(), FileError> {
-        to.write(|out| {
-            self.checksum = self.sum()?;
-            serde_json::to_writer(&mut *out, &self)?;
-            out.write_all(b"\n")
-        })
+        to.write(|out| self.put(out))
+    }
+
+    /// What is written.
+    ///
+    /// # Errors
+    /// Those of the writer of JSON.
+    pub fn bytes(mut self) -> io::Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        self.put(&mut bytes)?;
+        Ok(bytes)
+    }
+
+    fn put(&mut self, out: &mut dyn io::Write) -> io::Result<()> {
+        self.checksum = self.sum()?;
+        serde_json::to_writer(&mut *out, self)?;
+        out.write_all(b"\n")
     }
 }

@@ -3,7 +3,7 @@
 use crate::StepError;
 use crate::stepper::{Stage, Stepper};
 use nalgebra::Vector3;
-use taut_model::{Bodies, Constraint, Controls, Mobility, Motor, Scene, Target, Winch};
+use taut_model::{Bodies, Constraint, Control, Controls, Mobility, Motor, Scene, Target, Winch};
 use taut_solver::SolveError;
 
 impl Stepper {
@@ -329,6 +329,15 @@ impl Stepper {
     /// # Errors
     /// [`StepError::NotControllable`] where there is no such control or the value is not finite.
     pub fn set_control(&mut self, control: usize, value: f64) -> Result<(), StepError> {
+        self.channel(control, value)?;
+        self.scene.set_control(control, value, self.time);
+        // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
+        self.stage.unsolve();
+        Ok(())
+    }
+
+    /// A control that takes this value.
+    fn channel(&self, control: usize, value: f64) -> Result<&Control, StepError> {
         let Some(channel) = self.scene.controls.get(control) else {
             return Err(missing("control", control, self.scene.controls.len()));
         };
@@ -336,9 +345,20 @@ impl Stepper {
             let what = format!("control `{}`", channel.name);
             return Err(refused(what, "got a value that is not finite"));
         }
-        self.scene.set_control(control, value, self.time);
-        // Lengths go on from where they are and laws with them: what the rows are at this time does not change.
-        self.stage.unsolve();
+        Ok(channel)
+    }
+
+    /// The same of motor or winch number `drive` of that control alone, until the control is set again.
+    ///
+    /// # Errors
+    /// Those of [`set_control`](Self::set_control).
+    pub fn set_drive(&mut self, control: usize, drive: usize, value: f64) -> Result<(), StepError> {
+        let drives = &self.channel(control, value)?.drives;
+        let Some(&driven) = drives.get(drive) else {
+            return Err(missing("drive", drive, drives.len()));
+        };
+        self.scene.set_drive(driven, value, self.time);
+        self.changed(true);
         Ok(())
     }
 

@@ -99,6 +99,19 @@ impl Edit {
         Ok(())
     }
 
+    /// Sets the mass of a body \[kg], as if it were of another density: its inertia becomes as many times as large.
+    ///
+    /// # Errors
+    /// [`StepError::Gone`]; the change fails by [`StepError::Scene`] where the mass is not finite and positive.
+    pub fn set_mass(&mut self, body: BodyId, mass: f64) -> Result<(), StepError> {
+        let number = self.ids.body(body)?;
+        self.touched = true;
+        let bodies = &mut self.scene.bodies;
+        bodies.inertia[number] *= mass / bodies.mass[number];
+        bodies.mass[number] = mass;
+        Ok(())
+    }
+
     /// Gives the world, or a body by its number ([`body_index`](Self::body_index)), a shape: [`Scene::add_collider`].
     pub fn add_collider(&mut self, collider: Collider) {
         self.touched = true;
@@ -359,7 +372,7 @@ impl Stepper {
 
     /// A stepper of this run with the solver of this one, which keeps it on error. No other may be made of a solver that
     /// was handed over.
-    fn rebuilt(&mut self, run: SavedRun) -> Result<Self, StepError> {
+    pub(crate) fn rebuilt(&mut self, run: SavedRun) -> Result<Self, StepError> {
         if !matches!(self.options.backend, Backend::Foreign { .. }) {
             return Self::restore(run);
         }

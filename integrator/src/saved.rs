@@ -6,6 +6,8 @@
 //! holds. What each step computes anew is not saved, nor is the linear system of the last solve, which
 //! [`Stepper::system`] shows. No backend knows more than this: what each keeps from step to step comes from the pattern.
 
+mod options;
+
 use crate::bounded::Place;
 use crate::change::Moved;
 use crate::closing::UNKNOWN;

@@ -254,19 +254,26 @@ impl Scene {
     /// When `control` is not below the number of controls, or it drives a constraint that is not there.
     pub fn set_control(&mut self, control: usize, value: f64, t: f64) {
         for k in 0..self.controls[control].drives.len() {
-            let drive = self.controls[control].drives[k];
-            self.cut_at_winch(drive.constraint, t, 0.0);
-            let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
-            if let Constraint::Fairlead(lead) = constraint {
-                lead.winch.speed = speed;
-            } else if let Constraint::MasslessCable(cable) = constraint {
-                cable.rebase(t);
-                if let Some(winch) = &mut cable.winch {
-                    winch.speed = speed;
-                }
-            } else if let Some(motor) = constraint.motor_mut() {
-                motor.target = Target::Speed(speed);
+            self.set_drive(self.controls[control].drives[k], value, t);
+        }
+    }
+
+    /// The same of one motor or winch alone.
+    ///
+    /// # Panics
+    /// When it drives a constraint that is not there.
+    pub fn set_drive(&mut self, drive: Drive, value: f64, t: f64) {
+        self.cut_at_winch(drive.constraint, t, 0.0);
+        let (speed, constraint) = (value * drive.gain, &mut self.constraints[drive.constraint]);
+        if let Constraint::Fairlead(lead) = constraint {
+            lead.winch.speed = speed;
+        } else if let Constraint::MasslessCable(cable) = constraint {
+            cable.rebase(t);
+            if let Some(winch) = &mut cable.winch {
+                winch.speed = speed;
             }
+        } else if let Some(motor) = constraint.motor_mut() {
+            motor.target = Target::Speed(speed);
         }
     }
 

@@ -81,7 +81,7 @@ fn dependencies(folder: &str) -> BTreeSet<String> {
 }
 
 /// Each member and the packages of the workspace that it may know.
-pub(crate) const MAY_KNOW: [(&str, &[&str]); 13] = [
+pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
     ("solver/lanes", &[]),
     ("solver/umfpack", &[]),
     ("solver", &["taut-lanes", "taut-umfpack"]),
@@ -118,6 +118,15 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 13] = [
         ],
     ),
     (
+        "bench/view",
+        &[
+            "taut-ground",
+            "taut-integrator",
+            "taut-model",
+            "taut-recording",
+        ],
+    ),
+    (
         "bench",
         &[
             "taut-ground",
@@ -128,6 +137,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 13] = [
             "taut-recording",
             "taut-solver",
             "taut-studies",
+            "taut-view",
         ],
     ),
     (

@@ -80,7 +80,8 @@ mod tests;
 
 pub use animation::{NoFrames, animation};
 pub use file::{End, Header, RecordingError, VERSION};
-pub use page::page;
+pub use observe::{Observer, observe_contacts};
+pub use page::{LOOK, PICTURE, STYLE, page};
 pub use read::{Contact, Ending, Part, Recording};
 pub use record::{BUDGET, MOST_A_SECOND, Recorder};
 pub use still::{Still, still};

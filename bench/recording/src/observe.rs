@@ -59,8 +59,9 @@ enum Source {
 
 /// The layout of a scene, and where its channels come from.
 #[derive(Debug, Default)]
-pub(crate) struct Observer {
-    pub(crate) layout: Layout,
+pub struct Observer {
+    /// The layout.
+    pub layout: Layout,
     sources: Vec<Source>,
     /// Names of the scene's bodies and constraints, which change with it.
     names: [Vec<String>; 2],
@@ -68,7 +69,9 @@ pub(crate) struct Observer {
 }
 
 impl Observer {
-    pub(crate) fn new(stepper: &Stepper) -> Self {
+    /// Of a stepper's scene as it is.
+    #[must_use]
+    pub fn new(stepper: &Stepper) -> Self {
         let scene = stepper.scene();
         let mut new = Self {
             names: [&scene.body_names, &scene.constraint_names].map(Clone::clone),
@@ -96,7 +99,8 @@ impl Observer {
     }
 
     /// Whether it is the layout of the scene as it is now.
-    pub(crate) fn fits(&self, scene: &Scene) -> bool {
+    #[must_use]
+    pub fn fits(&self, scene: &Scene) -> bool {
         let load = scene.load.or_else(|| scene.bodies.len().checked_sub(1));
         let [bodies, constraints] = &self.names;
         *bodies == scene.body_names
@@ -275,8 +279,9 @@ impl Observer {
         }
     }
 
-    /// The numbers of a frame, with turns that go on from those of the frame before.
-    pub(crate) fn observe(
+    /// Adds the numbers of a frame: one a channel, turns as counts that go on from those of the frame before, all others as the
+    /// bits of single-precision numbers.
+    pub fn observe(
         &self,
         stepper: &Stepper,
         sample: &Sample,
@@ -310,6 +315,18 @@ impl Observer {
                 Source::Control(i) => put(values, [scene.control_value(i).unwrap_or(f64::NAN)]),
             }
         }
+    }
+}
+
+/// Adds the ten integers of each contact that carries a force: two bodies and those that share it with them, −1 for none, where
+/// it is \[m], and the force on the first side \[N], as bits of single-precision numbers.
+pub fn observe_contacts(stepper: &Stepper, contacts: &mut Vec<i32>) {
+    for contact in stepper.contacts().filter(|c| c.force.amax() != 0.0) {
+        let number = |body: Option<usize>| body.map_or(-1, |i| i as i32);
+        contacts.extend(contact.bodies.map(number));
+        contacts.extend(contact.partners.map(number));
+        put(contacts, contact.point.into());
+        put(contacts, contact.force.into());
     }
 }
 

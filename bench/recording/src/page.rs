@@ -10,8 +10,16 @@ use maud::{DOCTYPE, PreEscaped, html};
 use serde_json::{Value, json};
 use std::io;
 
-const STYLE: &str = include_str!("page.css");
-const SCRIPTS: [&str; 2] = [include_str!("picture.js"), include_str!("page.js")];
+/// The style of pages that show runs.
+pub const STYLE: &str = include_str!("page.css");
+
+/// What draws a frame.
+pub const PICTURE: &str = include_str!("picture.js");
+
+/// Plots, and the ways to look at a picture.
+pub const LOOK: &str = include_str!("look.js");
+
+const SCRIPTS: [&str; 3] = [PICTURE, LOOK, include_str!("page.js")];
 
 /// Most numbers of a run on a page; frames are left out beyond.
 const MOST: usize = 1 << 23;

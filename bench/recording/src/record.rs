@@ -1,11 +1,11 @@
 //! Writes a recording while its run goes on.
 
 use crate::file::{self, Chunk, End, Header};
-use crate::observe::Observer;
+use crate::observe::{Observer, observe_contacts};
 use crate::planes;
 use std::io::{self, Write};
 use taut_ground::trajectory::Sample;
-use taut_integrator::{ContactForce, Stepper};
+use taut_integrator::Stepper;
 
 /// Most frames of a simulated second.
 pub const MOST_A_SECOND: f64 = 60.0;
@@ -19,8 +19,7 @@ const FRAMES: usize = 64;
 /// Bytes of a chunk, before it is compressed, at which it ends.
 const BYTES: usize = 1 << 22;
 
-/// Integers of a contact: two bodies and those that share it with them, −1 for none, where it is \[m], and the force on the
-/// first side \[N].
+/// Integers of a contact: [`observe_contacts`].
 pub(crate) const OF_CONTACT: usize = 10;
 
 /// What records a run.
@@ -128,7 +127,7 @@ impl Recorder {
         self.last.clear();
         self.last.extend_from_slice(&self.values[begun..]);
         let held = self.contacts.len();
-        stepper.contacts().for_each(|c| add(&mut self.contacts, &c));
+        observe_contacts(stepper, &mut self.contacts);
         let count = (self.contacts.len() - held) / OF_CONTACT;
         self.counts.push(count as u32);
         self.spend(self.bytes() - before);
@@ -191,16 +190,4 @@ impl Recorder {
         )?;
         Ok(())
     }
-}
-
-/// The integers of a contact that carries a force.
-fn add(contacts: &mut Vec<i32>, contact: &ContactForce) {
-    if contact.force.amax() == 0.0 {
-        return;
-    }
-    let number = |body: Option<usize>| body.map_or(-1, |i| i as i32);
-    contacts.extend(contact.bodies.map(number));
-    contacts.extend(contact.partners.map(number));
-    let numbers = contact.point.iter().chain(contact.force.iter());
-    contacts.extend(numbers.map(|x| (*x as f32).to_bits() as i32));
 }

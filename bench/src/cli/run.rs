@@ -92,14 +92,20 @@ struct Prepared {
     driven: Vec<String>,
 }
 
+/// Steps of the companion that `--estimate` asks for: off, or 2 and more.
+pub(super) fn every(text: &str) -> Result<Option<usize>, Failure> {
+    match text {
+        "off" => Ok(None),
+        text => text
+            .parse()
+            .map(Some)
+            .map_err(|_| Failure::Input(format!("`--estimate` is `{text}`: give off, 2 or more"))),
+    }
+}
+
 /// What `--estimate` asks for.
 fn estimate(args: &RunArgs) -> Result<Option<usize>, Failure> {
-    let every = match args.estimate.as_str() {
-        "off" => None,
-        text => Some(text.parse().map_err(|_| {
-            Failure::Input(format!("`--estimate` is `{text}`: give off, 2 or more"))
-        })?),
-    };
+    let every = every(&args.estimate)?;
     match (every, args.error) {
         (None, Some(_)) => Err(Failure::Input(
             "`--error` needs the estimate that `--estimate off` turns off: leave one of them out"
@@ -231,7 +237,7 @@ impl Outputs {
 }
 
 /// The signal that asks a run to end, 0 for none so far; another one ends the program at once.
-fn signals() -> Result<Arc<AtomicUsize>, Failure> {
+pub(super) fn signals() -> Result<Arc<AtomicUsize>, Failure> {
     let (asked, signal) = (Arc::new(AtomicBool::new(false)), Arc::default());
     for which in [SIGINT, SIGTERM] {
         flag::register_conditional_shutdown(which, 128 + which, Arc::clone(&asked))?;

@@ -335,3 +335,31 @@ fn a_winch_rope_added_later_hangs_and_holds() {
     let top = stepper.tension(rope.joints[0]).unwrap();
     assert!((top / weight - 1.0).abs() < 0.5, "{top} {weight}");
 }
+
+#[test]
+fn a_load_changes_its_mass() {
+    let mut stepper = gantry();
+    steps(&mut stepper, 5);
+    let load = stepper.body("load").unwrap();
+    let number = stepper.body_index(load).unwrap();
+    let before = stepper.scene().bodies.clone();
+    for mass in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        let error = stepper.change(|edit| edit.set_mass(load, mass));
+        assert!(matches!(error, Err(StepError::Scene(_))), "{error:?}");
+        assert_eq!(stepper.scene().bodies, before);
+    }
+    let mass = 3.0 * before.mass[number];
+    stepper.change(|edit| edit.set_mass(load, mass)).unwrap();
+    let bodies = &stepper.scene().bodies;
+    assert_eq!(bodies.mass[number], mass);
+    assert!((bodies.inertia[number] - before.inertia[number] * 3.0).amax() < 1e-9 * mass);
+    assert_eq!(bodies.velocity, before.velocity);
+    // It bounces on ropes that had carried less.
+    let mut sum = 0.0;
+    for _ in 0..600 {
+        steps(&mut stepper, 1);
+        sum += stepper.tension_in("cable", 3).unwrap();
+    }
+    let mean = sum / 600.0;
+    assert!((mean / (mass * WEIGHT) - 1.0).abs() < 0.01, "{mean}");
+}

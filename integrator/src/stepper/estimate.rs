@@ -23,7 +23,7 @@
 //! shape's alone: what segments do to the frequencies of a cable is not in it.
 
 use crate::geometric::wrench;
-use crate::stepper::{Stage, Stepper};
+use crate::stepper::Stepper;
 use crate::{Scheme, StepError, StepOptions, StepReport};
 use nalgebra::Vector3;
 use taut_model::{BodyVectors, CableParts, Scene};
@@ -190,18 +190,7 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     // The run's own happen to both.
     scene.events.clear();
     scene.keep_resolution();
-    if of.started
-        && of.options.scheme.is_staggered()
-        && !matches!(of.stage, Stage::Advanced { implicit: true, .. })
-    {
-        // Its velocities are half a step old.
-        let fresh = |i: &usize| !of.fresh.contains(i);
-        for i in (0..scene.bodies.len()).filter(fresh) {
-            let [x, y, z, p, q, r] = of.pieces.dv.get(i);
-            scene.bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
-            scene.bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
-        }
-    }
+    of.bring_forward(&mut scene.bodies);
     scene.lay_cables(time);
     let mut run = Stepper::build(scene, options, &mut None)?;
     run.time = time;

@@ -1,0 +1,68 @@
+//! `taut view`: a scene to be driven from a browser.
+
+use super::run::{every, signals};
+use super::{Failure, StepArgs, step_options};
+use crate::run;
+use crate::run_file::RunFile;
+use clap::Args;
+use std::sync::atomic::Ordering;
+use taut_ground::{files, trajectory};
+use taut_integrator::{StepOptions, Stepper};
+use taut_studies::options::overrides;
+use taut_view::{Drive, View};
+
+/// What `--help` says below the options.
+pub(crate) const AFTER_HELP: &str = "\
+Examples:
+  taut view gantry
+  taut view integrator/examples/tower_crane.toml --backend cg:group --port 8021";
+
+#[derive(Debug, Args)]
+pub(crate) struct ViewArgs {
+    /// Name of a scene, or a TOML file
+    scene: String,
+    /// Overrides a parameter of the scene
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    #[command(flatten)]
+    step: StepArgs,
+    /// Estimates the error of the load's position, by a companion run of steps so many times as long: off, or 2 and more
+    #[arg(
+        long,
+        value_name = "K",
+        default_value = "2",
+        allow_hyphen_values = true
+    )]
+    estimate: String,
+    /// Port of the page, on this machine alone; 0 for one that is free
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    port: u16,
+}
+
+/// Serves until a signal comes.
+pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
+    let prepared = run::prepare(&args.scene, &overrides(&args.overrides)?)?;
+    let options = StepOptions {
+        energy_tolerance: Some(trajectory::ENERGY_TOLERANCE),
+        estimate: every(&args.estimate)?,
+        ..step_options(&args.step)?
+    };
+    let yardstick = prepared.yardstick;
+    let mut drive = Drive::new(prepared.scene, options)?;
+    let title = drive.stepper().scene().name.clone();
+    let mut view = View::open(args.port, &title)?;
+    let signal = signals()?;
+    files::print(&format!(
+        "{title}: {}\nOpen this address in a browser on this machine. Ctrl-C ends.\n",
+        view.address()
+    ))?;
+    let save = |stepper: &Stepper| {
+        let run = stepper.save().map_err(|e| e.to_string())?;
+        let controls = run.scene().controls.iter();
+        let driven = controls.map(|control| control.name.clone()).collect();
+        let file = RunFile::new(run, yardstick, driven);
+        file.bytes().map_err(|e| e.to_string())
+    };
+    view.run(&mut drive, &save, &|| signal.load(Ordering::Relaxed) != 0);
+    Ok(())
+}

@@ -1,0 +1,418 @@
+//! `taut view` as drivers meet it: in a browser, by the clock. One test at a time, with the machine to itself.
+
+mod browser;
+
+use browser::{Browser, Page};
+use serde_json::Value;
+use std::fs;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use tungstenite::Message;
+
+static ALONE: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    ALONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A trolley with a motor, and a point-like load on 4 m of massless cable.
+const PENDULUM: &str = r#"
+name = "pendulum"
+load = "load"
+equilibrium = true
+body = [
+  { name = "mast", mobility = "static" },
+  { name = "trolley", mass = 500, shape = { sphere = { radius = 0.5 } } },
+  { name = "load", mass = 1000, shape = { sphere = { radius = 0.3 } }, position = [0, 0, -4] },
+]
+[[joint]]
+name = "rail"
+kind = "slider"
+a = "mast"
+b = "trolley"
+point = [0, 0, 0]
+axis = [1, 0, 0]
+motor = { speed = 0 }
+[[massless_cable]]
+name = "rope"
+through = [{ body = "trolley" }, { body = "load" }]
+length = 4
+stretch = 1e-7
+[[control]]
+name = "trolley <b>speed</b>"
+drives = [{ joint = "rail" }]
+"#;
+
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder to write to");
+    folder
+}
+
+fn taut(folder: &Path, arguments: &[&str]) -> Output {
+    let program = Command::new(env!("CARGO_BIN_EXE_taut"))
+        .current_dir(folder)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output();
+    program.expect("starts")
+}
+
+/// A scene that is served until this is dropped.
+struct Served {
+    child: Child,
+    address: String,
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+impl Served {
+    fn new(folder: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_taut"))
+            .current_dir(folder)
+            .arg("view")
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("starts");
+        let mut lines = BufReader::new(child.stdout.take().expect("piped")).lines();
+        let line = lines.next().expect("a line").expect("text");
+        let (_, address) = line.split_once(": ").expect("an address");
+        Self {
+            child,
+            address: address.to_owned(),
+        }
+    }
+
+    fn host(&self) -> &str {
+        let rest = self.address.strip_prefix("http://").expect("http");
+        rest.split('/').next().expect("a host")
+    }
+
+    fn path(&self) -> &str {
+        let start = "http://".len() + self.host().len();
+        &self.address[start..]
+    }
+
+    /// Status and body of a request with these headers.
+    fn get(&self, path: &str, headers: &str) -> (u16, Vec<u8>) {
+        let mut stream = TcpStream::connect(self.host()).expect("listens");
+        let request = format!("GET {path} HTTP/1.1\r\nConnection: close\r\n{headers}\r\n");
+        stream.write_all(request.as_bytes()).expect("sent");
+        let mut answer = Vec::new();
+        stream.read_to_end(&mut answer).expect("an answer");
+        let end = answer.windows(4).position(|w| w == b"\r\n\r\n");
+        let body = answer.split_off(end.expect("headers") + 4);
+        let head = String::from_utf8(answer).expect("text");
+        let status = head.split(' ').nth(1).expect("a status");
+        (status.parse().expect("a number"), body)
+    }
+
+    fn own(&self, name: &str) -> (u16, Vec<u8>) {
+        let headers = format!("Host: {}\r\n", self.host());
+        self.get(&format!("{}{name}", self.path()), &headers)
+    }
+
+    fn socket(&self) -> Result<tungstenite::WebSocket<TcpStream>, String> {
+        let stream = TcpStream::connect(self.host()).expect("listens");
+        let address = format!("ws://{}{}socket", self.host(), self.path());
+        let opened = tungstenite::client(address, stream);
+        opened.map(|(socket, _)| socket).map_err(|e| e.to_string())
+    }
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
+}
+
+/// Where the load is beside the trolley, over time \[s, m].
+const BESIDE: &str = "(() => {
+    const { part, past } = view;
+    const { values, names } = part();
+    const trolley = values[names.get('trolley.x')];
+    return past.time.map((t, k) => [t, past.load[k][0] - trolley]);
+})()";
+
+/// Mean time from one passage through the middle to the next but one \[s].
+fn period(path: &[[f64; 2]]) -> f64 {
+    let pairs = path.windows(2).filter(|w| w[0][1] < 0.0 && w[1][1] >= 0.0);
+    let passages: Vec<f64> = pairs
+        .map(|w| w[0][0] - w[0][1] * (w[1][0] - w[0][0]) / (w[1][1] - w[0][1]))
+        .collect();
+    (passages[passages.len() - 1] - passages[0]) / (passages.len() - 1) as f64
+}
+
+fn beside(browser: &mut Browser, page: &Page, from: f64) -> Vec<[f64; 2]> {
+    let path = browser.value(page, BESIDE);
+    let all = path.as_array().expect("a path").iter();
+    let all = all.map(|point| [number(&point[0]), number(&point[1])]);
+    all.filter(|point| point[0] >= from).collect()
+}
+
+#[test]
+fn a_driver_swings_the_load_and_changes_the_solver_on_the_way() {
+    let _alone = alone();
+    let at = folder("view-drive");
+    fs::write(at.join("pendulum.toml"), PENDULUM).expect("writable");
+    let served = Served::new(&at, &["pendulum.toml"]);
+    let Some(mut browser) = Browser::open(&at) else {
+        return;
+    };
+    let page = browser.page(&served.address);
+    browser.until(&page, "window.view?.known.frames > 10");
+    // A name is text.
+    let shown = browser.value(&page, "document.querySelector('.drive .name').textContent");
+    assert!(
+        shown
+            .as_str()
+            .expect("text")
+            .starts_with("trolley <b>speed</b>")
+    );
+    let value = "document.querySelector('.drive output').textContent";
+    browser.value(
+        &page,
+        "document.querySelector('.drive input[type=number]').value = 0.3",
+    );
+    browser.key(&page, "d", true);
+    browser.until(&page, &format!("{value} === '0.30'"));
+    std::thread::sleep(Duration::from_millis(700));
+    browser.key(&page, "d", false);
+    browser.until(&page, &format!("{value} === '0.00'"));
+    let from = number(&browser.value(&page, "view.state.time"));
+    browser.until(&page, &format!("view.state.time > {}", from + 6.0));
+    let choose = "(() => {
+        const solver = document.getElementById('solver');
+        solver.value = 'dense:double';
+        solver.dispatchEvent(new Event('change'));
+    })()";
+    browser.value(&page, choose);
+    browser.until(&page, "view.known.status.solver === 'dense:double'");
+    browser.until(&page, &format!("view.state.time > {}", from + 13.0));
+    let path = beside(&mut browser, &page, from);
+    let found = period(&path);
+    let expected = 2.0 * std::f64::consts::PI * (4.0_f64 / 9.81).sqrt();
+    assert!((found / expected - 1.0).abs() < 0.01, "{found} {expected}");
+    let size = path.iter().map(|p| p[1].abs()).fold(0.0, f64::max);
+    assert!(size > 0.05, "{size}");
+    // Each step is there, and the swing goes on smoothly over the change.
+    let fastest = 1.1 * size * 2.0 * std::f64::consts::PI / expected / 60.0;
+    for pair in path.windows(2) {
+        let [dt, dx] = [pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]];
+        assert!(
+            (dt * 60.0).round() >= 1.0 && dx.abs() <= fastest * (dt * 60.0).round(),
+            "{pair:?}"
+        );
+    }
+    no_step_is_missed(&mut browser, &page);
+}
+
+/// Of three spans of 10 s, one is without a late frame: whatever else the machine does.
+fn no_step_is_missed(browser: &mut Browser, page: &Page) {
+    let read = "[view.known.status.steps, view.known.clock.frames, view.known.clock.late, view.known.frames]";
+    let mut seen = Vec::new();
+    for _ in 0..3 {
+        let counts = |value: Value| [0, 1, 2, 3].map(|k| number(&value[k]));
+        let before = counts(browser.value(page, read));
+        std::thread::sleep(Duration::from_secs(10));
+        let after = counts(browser.value(page, read));
+        let [steps, frames, late, shown] = [0, 1, 2, 3].map(|k| after[k] - before[k]);
+        seen.push([steps, frames, late, shown]);
+        // The status comes ten times a second.
+        assert!((steps - frames).abs() < 1.0, "{seen:?}");
+        if late == 0.0 && (594.0..=606.0).contains(&frames) && shown > 560.0 {
+            return;
+        }
+    }
+    panic!("steps, frames, late frames, frames that arrived: {seen:?}");
+}
+
+#[test]
+fn two_browsers_and_one_that_goes_away() {
+    let _alone = alone();
+    let at = folder("view-two");
+    let served = Served::new(&at, &["gantry", "--set", "segments=6"]);
+    let Some(mut browser) = Browser::open(&at) else {
+        return;
+    };
+    let [first, second] = [(); 2].map(|()| browser.page(&served.address));
+    for page in [&first, &second] {
+        browser.until(page, "window.view?.known.frames > 10");
+    }
+    browser.until(&second, "view.known.clock.browsers === 2");
+    browser.key(&first, "d", true);
+    browser.until(&second, "view.known.status.controls[0] === 1");
+    browser.close(&first);
+    browser.until(&second, "view.known.status.controls[0] === 0");
+    browser.until(&second, "view.known.clock.browsers === 1");
+    // What is refused is told, and the run goes on.
+    browser.value(&second, "view.send({ mass: -1 })");
+    browser.until(
+        &second,
+        "document.getElementById('alert').textContent.includes('mass')",
+    );
+    browser.value(&second, "view.send({ mass: 2000 })");
+    browser.until(&second, "document.getElementById('mass').value === '2000'");
+    browser.value(&second, "document.getElementById('pause').click()");
+    browser.until(&second, "view.known.status.paused");
+    let time = number(&browser.value(&second, "view.state.time"));
+    browser.value(&second, "document.getElementById('step').click()");
+    browser.until(&second, &format!("view.state.time > {time}"));
+    browser.narrow(&second);
+    let fits = "window.innerWidth === 400 && document.documentElement.scrollWidth <= 400";
+    browser.until(&second, fits);
+}
+
+#[test]
+fn a_hundred_look_on() {
+    let _alone = alone();
+    let at = folder("view-hundred");
+    let served = Served::new(&at, &["gantry"]);
+    let mut sockets: Vec<_> = (0..100).map(|_| served.socket().expect("opened")).collect();
+    let end = Instant::now() + Duration::from_secs(3);
+    let mut frames = 0;
+    let mut browsers = 0.0;
+    while Instant::now() < end {
+        for socket in &mut sockets {
+            match socket.read().expect("a message") {
+                Message::Binary(_) => frames += 1,
+                Message::Text(text) => {
+                    let message: Value = serde_json::from_str(&text).expect("JSON");
+                    browsers = message["clock"]["browsers"].as_f64().unwrap_or(browsers);
+                }
+                _ => {}
+            }
+        }
+    }
+    assert_eq!(browsers, 100.0);
+    assert!(frames > 100 * 60, "{frames}");
+    while sockets.len() < taut_view::MOST {
+        sockets.push(served.socket().expect("opened"));
+    }
+    let refused = served.socket().expect_err("too many");
+    assert!(refused.contains("503"), "{refused}");
+    drop(sockets);
+    let begun = Instant::now();
+    while served.socket().is_err() {
+        assert!(begun.elapsed() < Duration::from_secs(10), "nobody has gone");
+    }
+}
+
+#[test]
+fn others_may_not_ask() {
+    let _alone = alone();
+    let at = folder("view-others");
+    let served = Served::new(&at, &["hoist", "--set", "segments=3"]);
+    let host = format!("Host: {}\r\n", served.host());
+    assert_eq!(served.own("").0, 200);
+    for (path, headers, status) in [
+        ("/", host.clone(), 404),
+        ("/0123456789abcdef0123456789abcdef/", host.clone(), 404),
+        (served.path(), "Host: crane.example\r\n".to_owned(), 403),
+        (served.path(), String::new(), 400),
+        (
+            served.path(),
+            format!("{host}Origin: http://crane.example\r\n"),
+            403,
+        ),
+        (
+            &format!("{}socket", served.path()),
+            format!(
+                "{host}Origin: http://crane.example\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n\
+                 Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+            ),
+            403,
+        ),
+    ] {
+        let found = served.get(path, &headers).0;
+        assert!(
+            found == status || (status == 400 && found == 403),
+            "{path} {headers}: {found}"
+        );
+    }
+    // What is no command, and what is too long, hurts nobody else.
+    let mut socket = served.socket().expect("opened");
+    for text in ["", "{}", "{\"set\": 1}", "\"restart\" 1", "[[[["] {
+        socket.send(Message::Text(text.into())).expect("sent");
+    }
+    let mut refusals = 0;
+    while refusals < 5 {
+        if let Message::Text(text) = socket.read().expect("a message") {
+            let message: Value = serde_json::from_str(&text).expect("JSON");
+            refusals += usize::from(message.get("refused").is_some());
+        }
+    }
+    let _ = socket.send(Message::Text("1".repeat(1 << 16).into()));
+    assert_eq!(served.own("").0, 200);
+    let output = taut(
+        &at,
+        &[
+            "view",
+            "hoist",
+            "--port",
+            served.host().split(':').nth(1).expect("a port"),
+        ],
+    );
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{told}");
+    assert!(
+        told.contains("is in use") && told.contains("--port"),
+        "{told}"
+    );
+    drop(TcpListener::bind("127.0.0.1:0"));
+}
+
+#[test]
+fn runs_and_recordings_are_files_for_other_commands() {
+    let _alone = alone();
+    let at = folder("view-files");
+    let served = Served::new(&at, &["gantry", "--set", "segments=4"]);
+    let (status, text) = served.own("recording");
+    assert_eq!(status, 409, "{}", String::from_utf8_lossy(&text));
+    let mut socket = served.socket().expect("opened");
+    let mut ask = |command: &str| socket.send(Message::Text(command.into())).expect("sent");
+    ask(r#"{"record": true}"#);
+    std::thread::sleep(Duration::from_secs(1));
+    ask(r#"{"record": false}"#);
+    let begun = Instant::now();
+    let recording = loop {
+        let (status, bytes) = served.own("recording");
+        if status == 200 {
+            break bytes;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(10));
+    };
+    fs::write(at.join("run.tape"), recording).expect("writable");
+    let table = taut(&at, &["replay", "run.tape", "--csv", "time,load.z"]);
+    let lines = String::from_utf8_lossy(&table.stdout).lines().count();
+    assert!(table.status.success() && lines > 40, "{lines}");
+    let (status, run) = served.own("run.json");
+    assert_eq!(status, 200);
+    fs::write(at.join("run.json"), run).expect("writable");
+    let resumed = taut(
+        &at,
+        &[
+            "run",
+            "--resume",
+            "run.json",
+            "--time",
+            "1",
+            "--hold-controls",
+        ],
+    );
+    assert!(
+        resumed.status.success(),
+        "{}",
+        String::from_utf8_lossy(&resumed.stderr)
+    );
+}

@@ -1,0 +1,386 @@
+//! The run that is driven: commands change it, frames show it. It knows no clock.
+
+use serde::{Deserialize, Serialize};
+use std::str::FromStr;
+use taut_ground::Choice;
+use taut_ground::trajectory::{Limits, Sample, Simulation};
+use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
+use taut_model::Scene;
+use taut_recording::layout::Layout;
+use taut_recording::{Observer, Recorder, observe_contacts};
+
+/// What a driver asks for: a JSON value such as `{"set": {"control": 0, "value": 0.5}}` or `"restart"`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Command {
+    /// Sets a control, or one of the motors and winches that follow it.
+    Set {
+        /// Its number.
+        control: usize,
+        /// The number of the motor or winch among those that follow it; `None` for all.
+        #[serde(default)]
+        drive: Option<usize>,
+        /// Its value \[m/s or rad/s].
+        value: f64,
+    },
+    /// Stands still, or goes on.
+    Pause(bool),
+    /// Makes one step, and stands still.
+    Step,
+    /// Goes on with another solver: [`Choice`].
+    Solver(String),
+    /// Goes on with another scheme: [`Scheme`].
+    Scheme(String),
+    /// Goes on with another mass of the load \[kg].
+    Mass(f64),
+    /// Begins a recording, or ends it.
+    Record(bool),
+    /// Begins anew, with the present solver and scheme.
+    Restart,
+}
+
+/// What the page shows beside frames.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Status {
+    /// Solver and scheme.
+    pub solver: String,
+    /// See `solver`.
+    pub scheme: String,
+    /// Whether it stands still.
+    pub paused: bool,
+    /// Steps made.
+    pub steps: u64,
+    /// Values of the controls \[m/s or rad/s].
+    pub controls: Vec<Option<f64>>,
+    /// Why the run has ended.
+    pub failure: Option<String>,
+    /// Why the last command was refused.
+    pub refused: Option<String>,
+    /// Bytes of the recording that goes on.
+    pub recording: Option<usize>,
+    /// Bytes of the one that has ended.
+    pub recorded: Option<usize>,
+}
+
+/// What a page needs to draw frames.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct About {
+    /// Number of the layout that frames name.
+    pub generation: u32,
+    /// Name of the scene.
+    pub scene: String,
+    /// Time step \[s].
+    pub dt: f64,
+    /// Gravity \[m/s²].
+    pub gravity: [f64; 3],
+    /// Names of the controls, and of the motors and winches that follow each.
+    pub controls: Vec<(String, Vec<String>)>,
+    /// The solvers and schemes to choose from.
+    pub solvers: Vec<String>,
+    /// See `solvers`.
+    pub schemes: Vec<String>,
+    /// The layout.
+    pub layout: Layout,
+}
+
+/// The time step of a run is longer than this; a frame of 1/60 s has then steps enough for any machine.
+const LEAST_STEP: f64 = 1e-7;
+
+/// A run that is driven.
+pub struct Drive {
+    start: Scene,
+    stepper: Stepper,
+    simulation: Simulation,
+    observer: Observer,
+    generation: u32,
+    /// The last step.
+    sample: Sample,
+    /// Simulated time that is due \[s].
+    due: f64,
+    steps: u64,
+    paused: bool,
+    refused: Option<String>,
+    values: Vec<i32>,
+    /// Numbers of the last frame, whose turns the next one goes on from.
+    last: Vec<i32>,
+    contacts: Vec<i32>,
+    tape: Option<(Recorder, Vec<u8>)>,
+    recorded: Option<Vec<u8>>,
+}
+
+fn begun(scene: &Scene, options: StepOptions) -> Result<(Stepper, Simulation, Sample), StepError> {
+    let mut stepper = Stepper::new(scene.clone(), options)?;
+    let mut simulation = Simulation::new(usize::MAX, Limits::Scene(scene.gap_limits()));
+    match simulation.step(&mut stepper) {
+        Some(sample) => Ok((stepper, simulation, sample)),
+        None => Err(simulation.error.unwrap_or(StepError::NotControllable {
+            what: scene.name.clone(),
+            reason: "makes no step",
+        })),
+    }
+}
+
+impl Drive {
+    /// A run of a scene, after its first step.
+    ///
+    /// # Errors
+    /// Those of [`Stepper::new`] and of the step.
+    pub fn new(scene: Scene, options: StepOptions) -> Result<Self, StepError> {
+        let (stepper, simulation, sample) = begun(&scene, options)?;
+        Ok(Self {
+            observer: Observer::new(&stepper),
+            start: scene,
+            stepper,
+            simulation,
+            generation: 1,
+            sample,
+            due: 0.0,
+            steps: 1,
+            paused: false,
+            refused: None,
+            values: Vec::new(),
+            last: Vec::new(),
+            contacts: Vec::new(),
+            tape: None,
+            recorded: None,
+        })
+    }
+
+    /// The stepper.
+    #[must_use]
+    pub fn stepper(&self) -> &Stepper {
+        &self.stepper
+    }
+
+    /// The recording that has ended.
+    #[must_use]
+    pub fn recorded(&self) -> Option<&[u8]> {
+        self.recorded.as_deref()
+    }
+
+    fn goes_on(&self) -> bool {
+        self.simulation.failure.is_none()
+    }
+
+    /// Makes the steps of so much time (s), none where the run stands still.
+    pub fn advance(&mut self, span: f64) {
+        if self.paused || !self.goes_on() {
+            return;
+        }
+        let dt = self.stepper.options().dt.max(LEAST_STEP);
+        self.due += span;
+        // A step is due to rounding.
+        while self.due > (1.0 - 1e-6) * dt && self.goes_on() {
+            self.due -= dt;
+            self.step();
+        }
+    }
+
+    fn step(&mut self) {
+        let Some(sample) = self.simulation.step(&mut self.stepper) else {
+            return;
+        };
+        self.sample = sample;
+        self.steps += 1;
+        if let Some((recorder, bytes)) = &mut self.tape {
+            // Memory takes all that is written.
+            let _ = recorder.step(bytes, &self.stepper, &sample);
+        }
+    }
+
+    /// Obeys; what it refuses, [`status`](Self::status) tells.
+    pub fn command(&mut self, command: Command) {
+        self.refused = self.obey(command).err();
+    }
+
+    fn obey(&mut self, command: Command) -> Result<(), String> {
+        let text = |e: StepError| e.to_string();
+        match command {
+            Command::Set {
+                control,
+                drive,
+                value,
+            } => match drive {
+                None => self.stepper.set_control(control, value),
+                Some(drive) => self.stepper.set_drive(control, drive, value),
+            }
+            .map_err(text),
+            Command::Pause(paused) => {
+                self.paused = paused;
+                Ok(())
+            }
+            Command::Step => {
+                self.paused = true;
+                if self.goes_on() {
+                    self.step();
+                }
+                Ok(())
+            }
+            Command::Solver(name) => {
+                let choice: Choice = name.parse()?;
+                choice.check().map_err(|e| e.to_string())?;
+                let chosen = choice.options(self.stepper.options().dt);
+                self.with_options(|options| {
+                    options.backend = chosen.backend;
+                    options.form = chosen.form;
+                    options.refinements = chosen.refinements;
+                })
+            }
+            Command::Scheme(name) => {
+                let scheme = Scheme::from_str(&name).map_err(|e| e.to_string())?;
+                self.with_options(|options| {
+                    options.scheme = scheme;
+                    if options.stiffness != GeometricStiffness::Off {
+                        options.stiffness = GeometricStiffness::inertia(scheme.default_alpha());
+                    }
+                })
+            }
+            Command::Mass(mass) => self.set_mass(mass),
+            Command::Record(true) => self.record(),
+            Command::Record(false) => {
+                self.end_recording();
+                Ok(())
+            }
+            Command::Restart => {
+                let options = self.stepper.options().clone();
+                let begun = begun(&self.start, options).map_err(text)?;
+                self.end_recording();
+                (self.stepper, self.simulation, self.sample) = begun;
+                (self.due, self.steps) = (0.0, 1);
+                self.renew();
+                Ok(())
+            }
+        }
+    }
+
+    fn with_options(&mut self, change: impl FnOnce(&mut StepOptions)) -> Result<(), String> {
+        let mut options = self.stepper.options().clone();
+        change(&mut options);
+        self.stepper
+            .set_options(options)
+            .map_err(|e| e.to_string())?;
+        self.renew();
+        Ok(())
+    }
+
+    fn set_mass(&mut self, mass: f64) -> Result<(), String> {
+        let scene = self.stepper.scene();
+        let load = self.observer.layout.load.map(|i| &scene.body_names[i]);
+        let load = load.ok_or("the scene has no load")?.clone();
+        let changed = self
+            .stepper
+            .body(&load)
+            .and_then(|load| self.stepper.change(|edit| edit.set_mass(load, mass)));
+        changed.map_err(|e| e.to_string())?;
+        self.renew();
+        Ok(())
+    }
+
+    fn record(&mut self) -> Result<(), String> {
+        if self.tape.is_some() {
+            return Err("it is recorded already".to_owned());
+        }
+        let mut bytes = Vec::new();
+        // As if for a minute: longer recordings keep fewer frames a second.
+        let steps = (60.0 / self.stepper.options().dt.max(LEAST_STEP)) as usize;
+        let recorder = Recorder::begin(&mut bytes, &self.stepper, steps);
+        self.tape = Some((recorder.map_err(|e| e.to_string())?, bytes));
+        self.recorded = None;
+        Ok(())
+    }
+
+    fn end_recording(&mut self) {
+        let Some((recorder, mut bytes)) = self.tape.take() else {
+            return;
+        };
+        let reason = self.simulation.failure.as_ref().map(|f| f.reason.clone());
+        // Memory takes all that is written.
+        let _ = recorder.end(&mut bytes, self.stepper.time(), reason);
+        self.recorded = Some(bytes);
+    }
+
+    /// The layout of the scene as it is now.
+    fn renew(&mut self) {
+        self.observer = Observer::new(&self.stepper);
+        self.generation += 1;
+        self.last.clear();
+    }
+
+    /// The present frame: number of its layout and of its contacts, each of 4 bytes, its time of 8, then the integers of its
+    /// channels and contacts ([`Observer::observe`]), little-endian.
+    pub fn frame(&mut self) -> Vec<u8> {
+        if !self.observer.fits(self.stepper.scene()) {
+            self.renew();
+        }
+        self.values.clear();
+        self.contacts.clear();
+        self.observer
+            .observe(&self.stepper, &self.sample, &self.last, &mut self.values);
+        self.last.clone_from(&self.values);
+        observe_contacts(&self.stepper, &mut self.contacts);
+        let mut bytes = Vec::with_capacity(16 + 4 * (self.values.len() + self.contacts.len()));
+        bytes.extend(self.generation.to_le_bytes());
+        bytes.extend(((self.contacts.len() / 10) as u32).to_le_bytes());
+        bytes.extend(self.stepper.time().to_le_bytes());
+        for number in self.values.iter().chain(&self.contacts) {
+            bytes.extend(number.to_le_bytes());
+        }
+        bytes
+    }
+
+    /// Number of the layout of the last frame.
+    #[must_use]
+    pub fn generation(&self) -> u32 {
+        self.generation
+    }
+
+    /// What frames of this generation mean.
+    #[must_use]
+    pub fn about(&self) -> About {
+        let scene = self.stepper.scene();
+        let of = |c: usize| scene.constraint_names[c].clone();
+        let controls = scene.controls.iter().map(|control| {
+            let drives = control.drives.iter().map(|drive| of(drive.constraint));
+            (control.name.clone(), drives.collect())
+        });
+        let compiled = |choice: &Choice| choice.check().is_ok();
+        let solvers = Choice::all().into_iter().filter(compiled);
+        About {
+            generation: self.generation,
+            scene: scene.name.clone(),
+            dt: self.stepper.options().dt,
+            gravity: scene.gravity.into(),
+            controls: controls.collect(),
+            solvers: solvers.map(|choice| choice.to_string()).collect(),
+            schemes: Scheme::KINDS.map(|scheme| scheme.to_string()).into(),
+            layout: self.observer.layout.clone(),
+        }
+    }
+
+    /// What the page shows beside frames.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        let (options, scene) = (self.stepper.options(), self.stepper.scene());
+        let solver = Choice {
+            backend: options.backend.clone(),
+            form: options.form,
+        };
+        let failure = self.simulation.failure.as_ref();
+        Status {
+            solver: solver.to_string(),
+            scheme: options.scheme.to_string(),
+            paused: self.paused,
+            steps: self.steps,
+            controls: (0..scene.controls.len())
+                .map(|i| scene.control_value(i))
+                .collect(),
+            failure: failure.map(|f| format!("unstable at t = {:.3} s: {}", f.time, f.reason)),
+            refused: self.refused.clone(),
+            recording: self.tape.as_ref().map(|(_, bytes)| bytes.len()),
+            recorded: self.recorded.as_ref().map(Vec::len),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,144 @@
+//! Commands and frames.
+
+use super::*;
+use taut_model::{GantryParams, HoistParams};
+use taut_recording::Recording;
+
+fn options() -> StepOptions {
+    StepOptions {
+        backend: "dense".parse().expect("a backend"),
+        ..StepOptions::default()
+    }
+}
+
+fn gantry() -> Drive {
+    let params = GantryParams {
+        segments: 3,
+        separate_ropes: true,
+        ..GantryParams::default()
+    };
+    Drive::new(params.build().expect("builds"), options()).expect("sound")
+}
+
+fn ask(drive: &mut Drive, command: &str) -> Option<String> {
+    drive.command(serde_json::from_str(command).expect("a command"));
+    drive.status().refused
+}
+
+fn load(drive: &Drive) -> f64 {
+    let scene = drive.stepper().scene();
+    scene.bodies.position[scene.load.expect("a load")].x
+}
+
+#[test]
+fn frames_say_where_things_are() {
+    let mut drive = gantry();
+    drive.advance(0.5);
+    assert_eq!(drive.status().steps, 31);
+    let frame = drive.frame();
+    let about = drive.about();
+    let word = |k: usize| <[u8; 4]>::try_from(&frame[4 * k..4 * k + 4]).expect("four bytes");
+    assert_eq!(u32::from_le_bytes(word(0)), about.generation);
+    assert_eq!(frame.len(), 16 + 4 * about.layout.channels.len());
+    let x = about.layout.channel("load.x").expect("a channel");
+    assert_eq!(f32::from_le_bytes(word(4 + x)), load(&drive) as f32);
+    assert_eq!(about.controls.len(), drive.status().controls.len());
+}
+
+#[test]
+fn controls_drive_together_and_one_by_one() {
+    let mut drive = gantry();
+    let names: Vec<_> = drive.about().controls.into_iter().map(|c| c.0).collect();
+    assert_eq!(names, ["trolley_speed", "rope_1_speed", "rope_2_speed"]);
+    let begun = load(&drive);
+    assert_eq!(
+        ask(&mut drive, r#"{"set": {"control": 0, "value": 0.5}}"#),
+        None
+    );
+    drive.advance(2.0);
+    assert!(load(&drive) > begun + 0.5);
+    assert_eq!(drive.status().controls[0], Some(0.5));
+    let alone = r#"{"set": {"control": 0, "drive": 0, "value": 0.25}}"#;
+    assert_eq!(ask(&mut drive, alone), None);
+    assert_eq!(drive.status().controls[0], Some(0.25));
+    for command in [
+        r#"{"set": {"control": 9, "value": 0.5}}"#,
+        r#"{"set": {"control": 0, "drive": 1, "value": 0.5}}"#,
+        r#"{"mass": -1}"#,
+        r#"{"solver": "no-such"}"#,
+        r#"{"scheme": "no-such"}"#,
+    ] {
+        let refused = ask(&mut drive, command);
+        assert!(refused.is_some_and(|text| !text.is_empty()), "{command}");
+        assert_eq!(drive.status().controls[0], Some(0.25));
+    }
+    assert_eq!(ask(&mut drive, r#"{"pause": true}"#), None);
+}
+
+#[test]
+fn solvers_schemes_and_masses_change_on_the_way() {
+    let mut drive = gantry();
+    drive.advance(0.5);
+    let generation = drive.generation();
+    assert_eq!(ask(&mut drive, r#"{"solver": "dense/kkt"}"#), None);
+    assert_eq!(ask(&mut drive, r#"{"scheme": "spook"}"#), None);
+    assert_eq!(ask(&mut drive, r#"{"mass": 1234}"#), None);
+    assert!(drive.generation() > generation);
+    let status = drive.status();
+    assert_eq!(
+        (&*status.solver, &*status.scheme),
+        ("dense:double/kkt", "spook")
+    );
+    let layout = drive.about().layout;
+    assert_eq!(layout.bodies[layout.load.expect("a load")].mass, 1234.0);
+    let time = drive.stepper().time();
+    drive.advance(0.5);
+    assert!((drive.stepper().time() - time - 0.5).abs() < 1e-9);
+    assert_eq!(drive.status().failure, None);
+    assert_eq!(ask(&mut drive, "\"restart\""), None);
+    assert_eq!(drive.status().steps, 1);
+    assert_eq!(drive.status().solver, "dense:double/kkt");
+}
+
+#[test]
+fn what_stands_still_moves_by_single_steps_only() {
+    let mut drive = gantry();
+    ask(&mut drive, r#"{"pause": true}"#);
+    drive.advance(1.0);
+    assert_eq!(drive.status().steps, 1);
+    ask(&mut drive, "\"step\"");
+    assert_eq!(drive.status().steps, 2);
+    ask(&mut drive, r#"{"pause": false}"#);
+    drive.advance(0.1);
+    assert_eq!(drive.status().steps, 8);
+}
+
+/// Frames and steps that do not fit into each other: none is lost.
+#[test]
+fn steps_of_any_length_keep_the_time() {
+    for dt in [1.0 / 240.0, 1.0 / 100.0, 1.0 / 50.0] {
+        let options = StepOptions { dt, ..options() };
+        let scene = HoistParams::default().build().expect("builds");
+        let mut drive = Drive::new(scene, options).expect("sound");
+        for _ in 0..60 {
+            drive.advance(1.0 / 60.0);
+        }
+        let time = drive.stepper().time() - dt;
+        assert!((time - 1.0).abs() < 1e-9, "{dt}: {time}");
+    }
+}
+
+#[test]
+fn recordings_hold_what_was_seen() {
+    let mut drive = gantry();
+    assert_eq!(drive.recorded(), None);
+    ask(&mut drive, r#"{"record": true}"#);
+    drive.advance(1.0);
+    assert!(drive.status().recording.is_some());
+    assert!(ask(&mut drive, r#"{"record": true}"#).is_some());
+    ask(&mut drive, r#"{"record": false}"#);
+    let mut bytes = drive.recorded().expect("a recording");
+    let recording = Recording::read(&mut bytes).expect("whole");
+    assert_eq!(recording.frames(), 60);
+    assert_eq!(recording.early(), None);
+}

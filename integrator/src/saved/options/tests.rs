@@ -1,0 +1,131 @@
+//! Runs that go on with other options.
+
+use crate::{Scheme, StepError, StepOptions, Stepper};
+use nalgebra::Vector3;
+use taut_model::{Body, HoistParams, Scene};
+use taut_solver::Backend;
+
+const DT: f64 = 1.0 / 60.0;
+
+fn options(backend: &str, scheme: Scheme, dt: f64) -> StepOptions {
+    StepOptions {
+        backend: backend.parse().expect("a backend"),
+        scheme,
+        dt,
+        ..StepOptions::default()
+    }
+}
+
+/// A hoist that swings, after so many steps.
+fn swinging(options: StepOptions, steps: usize) -> Stepper {
+    let params = HoistParams {
+        segments: 6,
+        move_x: 0.5,
+        ..HoistParams::default()
+    };
+    let mut stepper = Stepper::new(params.build().expect("builds"), options).expect("sound");
+    go(&mut stepper, steps);
+    stepper
+}
+
+fn go(stepper: &mut Stepper, steps: usize) {
+    for _ in 0..steps {
+        stepper.step().expect("stable");
+    }
+}
+
+fn load(stepper: &Stepper) -> Vector3<f64> {
+    let scene = stepper.scene();
+    scene.bodies.position[scene.load.expect("a load")]
+}
+
+#[test]
+fn the_same_options_change_nothing() {
+    for scheme in Scheme::KINDS {
+        let options = options("dense", scheme, DT);
+        let mut plain = swinging(options.clone(), 20);
+        let mut other = swinging(options.clone(), 20);
+        other.set_options(options).expect("goes on");
+        go(&mut plain, 10);
+        go(&mut other, 10);
+        assert_eq!(plain.scene().bodies, other.scene().bodies, "{scheme}");
+    }
+}
+
+#[cfg(feature = "banded")]
+#[test]
+fn another_solver_goes_on_with_the_same_motion() {
+    let mut plain = swinging(options("banded", Scheme::default(), DT), 60);
+    let mut other = swinging(options("banded", Scheme::default(), DT), 20);
+    let load_before = other.body("load").expect("a load");
+    other
+        .set_options(options("dense", Scheme::default(), DT))
+        .expect("goes on");
+    assert_eq!(other.backend(), &"dense".parse::<Backend>().expect("one"));
+    assert_eq!(other.body("load").expect("a load"), load_before);
+    go(&mut other, 40);
+    let apart = (load(&plain) - load(&other)).norm();
+    assert!(apart < 1e-9, "{apart}");
+    go(&mut plain, 1);
+    assert!((load(&plain) - load(&other)).norm() > 1e-5);
+}
+
+/// From a scheme to another and back: no farther from a run of tiny steps than the worse of both by itself. Without half a step
+/// of acceleration at each change it would be much farther.
+#[test]
+fn another_scheme_starts_from_velocities_of_the_same_time() {
+    let end = |stepper: &Stepper| load(stepper);
+    let fine = swinging(options("dense", Scheme::default(), DT / 16.0), 16 * 60);
+    let error = |scheme| (end(&swinging(options("dense", scheme, DT), 60)) - end(&fine)).norm();
+    for [first, second] in [
+        [Scheme::THIRD_DIFFERENCE, Scheme::Spook],
+        [Scheme::THIRD_DIFFERENCE, Scheme::LinearlyImplicit],
+        [Scheme::LinearlyImplicit, Scheme::THIRD_DIFFERENCE],
+    ] {
+        let mut stepper = swinging(options("dense", first, DT), 20);
+        for scheme in [second, first, second] {
+            stepper
+                .set_options(options("dense", scheme, DT))
+                .expect("goes on");
+            go(&mut stepper, 13);
+        }
+        go(&mut stepper, 1);
+        let apart = (end(&stepper) - end(&fine)).norm();
+        let worse = error(first).max(error(second));
+        assert!(apart <= 1.2 * worse, "{first}, {second}: {apart} {worse}");
+    }
+}
+
+/// A body in free fall: its velocity is that of the time of its position, whatever the steps were.
+#[test]
+fn other_steps_keep_free_fall() {
+    let mut scene = Scene::new("fall");
+    scene.gravity.z = -10.0;
+    scene.add_body("ball", Body::sphere(0.1, 1.0));
+    let mut stepper =
+        Stepper::new(scene, options("dense", Scheme::default(), 0.02)).expect("sound");
+    go(&mut stepper, 10);
+    stepper
+        .set_options(options("dense", Scheme::default(), 0.005))
+        .expect("goes on");
+    go(&mut stepper, 40);
+    let height = stepper.scene().bodies.position[0].z;
+    assert!((height + 0.5 * 10.0 * 0.16).abs() < 1e-12, "{height}");
+}
+
+#[test]
+fn options_that_cannot_be_change_nothing() {
+    let mut stepper = swinging(options("dense", Scheme::default(), DT), 5);
+    let before = stepper.save().expect("a run");
+    let error = stepper
+        .set_options(options("dense", Scheme::default(), 0.0))
+        .expect_err("no step");
+    assert!(error.to_string().contains("dt"), "{error}");
+    stepper.solve().expect("solvable");
+    let error = stepper.set_options(options("dense", Scheme::default(), DT));
+    assert!(matches!(error, Err(StepError::Solve { .. })), "{error:?}");
+    stepper.advance().expect("finite");
+    let mut other = Stepper::restore(before).expect("goes on");
+    go(&mut other, 1);
+    assert_eq!(stepper.scene().bodies, other.scene().bodies);
+}
