@@ -462,6 +462,14 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), FileError> {
     Output::open(path)?.text(text)
 }
 
+/// Writes bytes to `path`, making its folder.
+///
+/// # Errors
+/// [`FileError`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    Output::open(path)?.write(|out| out.write_all(bytes))
+}
+
 /// Writes a value as JSON; numbers that are not finite become null, as what is not there does. The rows say which it
 /// is: a check by its `reached`, a row of a solver by its `error` or `failure`, the reason why it has no numbers,
 /// without which null is what was not measured.

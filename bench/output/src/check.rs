@@ -488,6 +488,8 @@ pub struct Outcome {
     pub more_csv: Vec<(Cow<'static, str>, String)>,
     /// Charts.
     pub charts: Vec<Chart>,
+    /// Pictures, PNG, each with the ending of its file's name.
+    pub pictures: Vec<(Cow<'static, str>, Vec<u8>)>,
 }
 
 impl From<Vec<Check>> for Outcome {

@@ -25,6 +25,9 @@ const LEAST: f64 = 2.5;
 /// Least forces on a picture are none \[share of the largest].
 const NEGLIGIBLE: f64 = 0.01;
 
+/// Tensions that are none but rounding \[N].
+const ROUNDING: f64 = 1e-6;
+
 type Colour = [f64; 3];
 
 const BACK: Colour = [255.0, 255.0, 255.0];
@@ -98,7 +101,8 @@ fn tensions(recording: &Recording) -> Option<[f64; 2]> {
         })
     };
     let parts = recording.parts.iter().filter_map(of);
-    parts.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)])
+    let range = parts.reduce(|[a, b], [c, d]| [a.min(c), b.max(d)]);
+    range.filter(|[low, high]| low.abs().max(high.abs()) > ROUNDING)
 }
 
 /// The colour of a tension in a range.

@@ -24,13 +24,13 @@ pub(crate) const STUDY: Study = Study {
 /// What it reads.
 #[derive(Debug, Args)]
 struct Options {
-    /// What to reproduce: table1, fig2, fig3, fig4, fig5, fig10, fig11, fig12, table2, fig13, fig16, claims (default: all)
+    /// What to reproduce: table1, fig2, fig3, fig4, fig5, fig9, fig10, fig11, fig12, table2, fig13, fig14, fig15, fig16, claims (default: all)
     #[arg(value_name = "NAME", value_parser = named)]
     names: Vec<Experiment>,
     /// A short form, some seconds altogether
     #[arg(long)]
     quick: bool,
-    /// Folder for the CSV, JSON and SVG files
+    /// Folder for the CSV, JSON, SVG and PNG files
     #[arg(long, value_name = "DIR", default_value = "target/taut/paper")]
     out: PathBuf,
 }
@@ -69,7 +69,7 @@ fn run(options: &Options, reporter: &mut Reporter<'_>) -> Result<Found, Experime
     })
 }
 
-/// Writes the rows, checks and charts of an experiment.
+/// Writes the rows, checks, charts and pictures of an experiment.
 fn write(
     options: &Options,
     machine: &str,
@@ -77,7 +77,9 @@ fn write(
     outcome: &Outcome,
 ) -> Result<(), ExperimentError> {
     let file = |end: &str| options.out.join(format!("{}{end}", experiment.name));
-    files::write_text(&file(".csv"), &outcome.csv)?;
+    if !outcome.csv.is_empty() {
+        files::write_text(&file(".csv"), &outcome.csv)?;
+    }
     for (ending, rows) in &outcome.more_csv {
         files::write_text(&file(&format!("-{ending}.csv")), rows)?;
     }
@@ -89,6 +91,9 @@ fn write(
         checks: &outcome.checks,
     };
     files::write_json(&file(".json"), &record)?;
+    for (ending, picture) in &outcome.pictures {
+        files::write_bytes(&file(&format!("-{ending}.png")), picture)?;
+    }
     if let Some(picture) = check::picture(outcome)? {
         files::write_text(&file(".svg"), &picture)?;
     }

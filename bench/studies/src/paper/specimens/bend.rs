@@ -23,7 +23,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 use shape::{axis, measure, polygon};
 use std::f64::consts::{FRAC_PI_4, TAU};
-use taut_model::{Specimen, SpecimenParams};
+use taut_model::{Scene, Specimen, SpecimenParams};
 use taut_output::check::{ExperimentError, Outcome, csv};
 
 /// What [`run`] runs.
@@ -154,6 +154,23 @@ fn bend(
             })
         })
         .collect()
+}
+
+/// A specimen at rest, bent to `part` of a circle from a tenth less, and what is measured of it.
+pub(in crate::paper) fn bent(
+    material: (&str, f64),
+    segments: usize,
+    part: f64,
+) -> Result<(Scene, Row), ExperimentError> {
+    let params = params(Specimen::Bend, material, segments, Joint::Cosserat);
+    let (specimen, axis, angle) = (params.resolve()?, axis(&params), part * TAU);
+    let mut scene = params.build()?;
+    let (positions, turns) = polygon(&specimen, &axis, 0.9 * angle);
+    (scene.bodies.position, scene.bodies.orientation) = (positions, turns);
+    scene.bodies.torque[segments] = axis * (angle * specimen.stiffness.ei / params.length);
+    let scene = relax(scene, 10.0 / slowest_mode(&specimen))?;
+    let row = measure(&scene, &specimen, &axis, angle);
+    Ok((scene, row))
 }
 
 /// Part of a circle to which specimens without exact zeros are bent.

@@ -18,6 +18,7 @@ mod rest;
 
 pub use buckling::{buckling_torque, greenhill};
 pub use motion::{Held, Motion, Step};
+pub(in crate::paper) use rest::twisted;
 pub use rest::{Leak, Row, at_rest, leaks};
 
 use super::{Joint, MATERIALS, POISSON, SEGMENTS, params};
@@ -210,5 +211,6 @@ pub fn outcome(results: &Results) -> Result<Outcome, ExperimentError> {
             report::chart_at_rest(&results.rows),
             report::chart_of_leaks(&results.leaks),
         ],
+        ..Outcome::default()
     })
 }

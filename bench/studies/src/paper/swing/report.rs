@@ -50,7 +50,8 @@ pub fn text_tables(results: &Results, config: &Config) -> String {
             .runs
             .iter()
             .chain(std::iter::once(&results.damped))
-            .chain(&results.others),
+            .chain(&results.others)
+            .chain(&results.gantry),
         &[
             ("run", &|run| run.name.clone()),
             ("EI (N m²)", &|run| format!("{:.0}", run.ei)),
@@ -136,9 +137,37 @@ pub fn checks(results: &Results, config: &Config) -> Vec<Check> {
     if let (Some(small), Some(large)) = (small, large) {
         checks.push(published(config, results, [small, large]));
     }
+    checks.extend(on_gantry(results, config, last));
     let ours = results.runs.iter().filter(|r| r.predicted.is_empty());
     checks.extend(ours.map(|run| kept(run, config, last, &damping(results, config, last))));
     checks
+}
+
+/// The paper's loss on the paper's crane, and that of the default step.
+fn on_gantry(results: &Results, config: &Config, last: usize) -> [Check; 2] {
+    let [paper, default] = results.gantry.each_ref().map(|run| run.loss(last));
+    let holds = (paper - config.loss).abs() < 0.25 * config.loss;
+    let note = format!(
+        "the default step loses {}; the swing is that of the whole crane, whose hook turns with the cable",
+        percent(default)
+    );
+    [
+        Check::claim(
+            "gantry, paper's step",
+            "20 % in 10 s",
+            percent(paper),
+            Verdict::of(holds),
+            note,
+        ),
+        Check::within(
+            "gantry, default",
+            "no loss",
+            percent(default),
+            default.abs(),
+            0.01,
+        )
+        .by("share of the energy, lost or won"),
+    ]
 }
 
 /// What damping of the rows makes of the trapezoidal step: it takes τ ω_e² of a mode's energy a second.
@@ -246,5 +275,16 @@ pub fn charts(results: &Results, config: &Config) -> Vec<Chart> {
             series,
         }
     };
-    config.amplitudes.map(panel).to_vec()
+    let lines = results.gantry.iter();
+    let series = lines.map(|r| Series::new(&r.name, over_time(&r.energy), Mark::Line));
+    let mut charts = config.amplitudes.map(panel).to_vec();
+    charts.push(Chart {
+        title: format!(
+            "energy of the gantry, {} √(g/L) at the start",
+            config.amplitudes[1]
+        ),
+        series: series.collect(),
+        ..charts[0].clone()
+    });
+    charts
 }

@@ -5,8 +5,8 @@ use super::specimen;
 use crate::paper::specimens::{Joint, MATERIALS, largest, params, read, settle};
 use nalgebra::{UnitQuaternion, Vector3};
 use serde::Serialize;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
-use taut_model::Specimen;
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+use taut_model::{Scene, Specimen};
 use taut_output::check::ExperimentError;
 
 /// Largest turn of a joint in a load step \[rad], below half a turn.
@@ -79,6 +79,24 @@ pub fn at_rest(
         });
     }
     Ok(rows)
+}
+
+/// A specimen at rest, twisted by so many turns, and the sum of its joints' twists \[rad].
+pub(in crate::paper) fn twisted(
+    material: (&str, f64),
+    n: usize,
+    turns: f64,
+) -> Result<(Scene, f64), ExperimentError> {
+    const STEPS: usize = 12;
+    let params = specimen(material, n, Joint::Cosserat)?;
+    let torque = TAU * turns * params.resolve()?.stiffness.gj / params.length;
+    let mut scene = params.build()?;
+    for k in 1..=STEPS {
+        scene.bodies.torque[n].x = torque * k as f64 / STEPS as f64;
+        scene = settle(scene)?;
+    }
+    let twist = read(&scene, n).iter().map(|r| r.twist).sum();
+    Ok((scene, twist))
 }
 
 /// What the twist row of a bent, untwisted joint reads.

@@ -1,0 +1,253 @@
+//! Figs 9, 14 and 15: pictures from runs, each with what it has to show.
+//!
+//! - **Fig. 9.** A specimen of 24 segments at rest under a moment, bent to parts of a circle, and under a torque, twisted. The
+//!   stripe along its segments shows the twist.
+//! - **Fig. 14.** The gantry, its trolley driven and stopped, the load swinging.
+//! - **Fig. 15.** The gantry lowers its load onto the ground until the cable is slack. Two cables that differ in bending
+//!   stiffness slacken into different shapes, "the geometric shape of the slacking cable depends on the elasticity".
+//!
+//! Masses and g of the crane are the paper's where its scan can be read: 300 kg of load on 0.3 kg of cable, 10 m/s².
+
+use super::specimens::{MATERIALS, bend, twist};
+use indicatif::ProgressBar;
+use nalgebra::Vector3;
+use std::f64::consts::{PI, TAU};
+use taut_ground::trajectory::{Limits, Simulation, steps_in};
+use taut_integrator::{StepOptions, Stepper};
+use taut_model::collide::{Collider, DEFAULT_GROUP, Shape};
+use taut_model::{Controls, GantryParams, Material, Scene};
+use taut_output::check::{Check, ExperimentError, Outcome, Verdict};
+use taut_recording::{Recorder, Recording, still};
+
+/// Segments of the specimens.
+const SEGMENTS: usize = 24;
+
+/// Parts of a circle that they are bent to, and turns that they are twisted by.
+const BENDS: [f64; 3] = [0.25, 0.5, 0.75];
+const TWISTS: [f64; 2] = [1.0, 2.0];
+
+/// Δt \[s].
+const DT: f64 = 1.0 / 60.0;
+
+/// A scene that is stepped so many times, driven before each, and its recording.
+fn recorded(
+    scene: Scene,
+    steps: usize,
+    mut drive: impl FnMut(&mut Stepper, f64) -> Result<(), ExperimentError>,
+) -> Result<(Stepper, Recording), ExperimentError> {
+    let limits = Limits::Scene(scene.gap_limits());
+    let options = StepOptions {
+        dt: DT,
+        ..StepOptions::default()
+    };
+    let mut stepper = Stepper::new(scene, options)?;
+    let mut simulation = Simulation::new(steps, limits);
+    let mut file = Vec::new();
+    let mut recorder = Recorder::begin(&mut file, &stepper, steps)?;
+    for _ in 0..steps {
+        let time = stepper.time();
+        drive(&mut stepper, time)?;
+        let Some(sample) = simulation.step(&mut stepper) else {
+            break;
+        };
+        recorder.step(&mut file, &stepper, &sample)?;
+    }
+    if let Some(failure) = simulation.failure {
+        return Err(failure.reason.into());
+    }
+    recorder.end(&mut file, stepper.time(), None)?;
+    Ok((stepper, Recording::read(&mut &file[..])?))
+}
+
+/// A picture of a scene at rest.
+fn portrait(scene: Scene) -> Result<Vec<u8>, ExperimentError> {
+    let (_, recording) = recorded(scene, 1, |_, _| Ok(()))?;
+    Ok(still(&recording, 0.0)?.png)
+}
+
+/// Fig. 9.
+pub(super) fn specimens(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let nylon = MATERIALS[1];
+    progress.set_length((BENDS.len() + TWISTS.len()) as u64);
+    let (mut checks, mut pictures) = (Vec::new(), Vec::new());
+    for part in BENDS {
+        let (scene, row) = bend::bent(nylon, SEGMENTS, part)?;
+        let case = format!("bent to {part} of a circle");
+        let ours = format!("{:.2e} L", row.tip_error);
+        let by = "distance of the grip from the end of the polygon that theory makes, over L";
+        checks.push(Check::within(case, "the polygon", ours, row.tip_error, 1e-9).by(by));
+        pictures.push((format!("bend-{part}").into(), portrait(scene)?));
+        progress.inc(1);
+    }
+    for turns in TWISTS {
+        let (scene, twist) = twist::twisted(nylon, SEGMENTS, turns)?;
+        let case = format!("twisted by {turns} turns");
+        checks.push(Check::relative(case, [turns, twist / TAU], "turns", 1e-9));
+        pictures.push((format!("twist-{turns}").into(), portrait(scene)?));
+        progress.inc(1);
+    }
+    Ok(Outcome {
+        checks,
+        pictures,
+        ..Outcome::default()
+    })
+}
+
+/// Mass of the cable \[kg], its segments, half its thickness \[m].
+const CABLE: f64 = 0.3;
+const LINKS: usize = 16;
+const RADIUS: f64 = 0.01;
+
+/// The crane with something to see: its beam, and the ground so deep (m) below it, which load and cable touch.
+fn crane(load: f64, ei: Option<f64>, ground: f64) -> Result<Scene, ExperimentError> {
+    let segment_mass = CABLE / LINKS as f64;
+    let params = GantryParams {
+        segments: LINKS,
+        segment_mass,
+        mass_ratio: load / segment_mass,
+        gravity: GRAVITY,
+        ei,
+        damping: 0.02,
+        equilibrium: true,
+        // A cable that is exactly straight does not slacken.
+        seed: 1,
+        ..GantryParams::default()
+    };
+    let mut scene = params.build()?;
+    let size = Vector3::repeat(params.resolve()?.load_edge);
+    let capsule = Shape::Capsule {
+        length: params.cable_length / LINKS as f64,
+        radius: RADIUS,
+    };
+    let beam = Vector3::new(12.0, 0.3, 0.4);
+    let mut shapes = vec![
+        (scene.load, Shape::Cuboid { size }, DEFAULT_GROUP),
+        (None, Shape::HalfSpace, DEFAULT_GROUP),
+        (Some(0), Shape::Cuboid { size: beam }, OWN),
+    ];
+    let segments = scene.cables[0].bodies.iter();
+    shapes.extend(segments.map(|body| (Some(*body), capsule, OWN)));
+    for (k, (body, shape, groups)) in shapes.into_iter().enumerate() {
+        let mut collider = Collider {
+            groups,
+            meets: DEFAULT_GROUP,
+            ..Collider::new(format!("shape-{k}"), body, shape)
+        };
+        collider.position.z = match shape {
+            Shape::HalfSpace => -ground,
+            _ if body == Some(0) => 0.55,
+            _ => 0.0,
+        };
+        scene.add_collider(collider);
+    }
+    Ok(scene)
+}
+
+/// The group of beam and cable, which meet load and ground but not each other.
+const OWN: u32 = 2;
+
+/// Acceleration of gravity of the paper \[m/s²].
+const GRAVITY: f64 = 10.0;
+
+/// Fig. 14.
+pub(super) fn gantry(quick: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let loads = [300.0, 3000.0];
+    progress.set_length(loads.len() as u64);
+    let (mut checks, mut pictures) = (Vec::new(), Vec::new());
+    let time = if quick { 4.0 } else { 10.0 };
+    for load in loads {
+        let run = recorded(
+            crane(load, None, 12.0)?,
+            steps_in(time, DT),
+            |stepper, time| {
+                let trolley_speed = if time < 2.0 { 0.8 } else { 0.0 };
+                let hoist_speed = if (1.0..3.0).contains(&time) { 0.3 } else { 0.0 };
+                stepper.set_controls(&Controls {
+                    trolley_speed,
+                    hoist_speed,
+                })?;
+                Ok(())
+            },
+        );
+        let case = format!("driven for {time} s, load/cable {}", load / CABLE);
+        let reference = "stable, with the cable's inertia times 20 at 10⁴";
+        match run {
+            Ok((_, recording)) => {
+                checks.push(
+                    Check::stated(case, reference, "stable, with its own inertia", true)
+                        .published(),
+                );
+                if pictures.is_empty() {
+                    pictures.push(("swing".into(), still(&recording, 3.5)?.png));
+                }
+            }
+            Err(e) => checks.push(Check::failed(case, reference, &e).published()),
+        }
+        progress.inc(1);
+    }
+    Ok(Outcome {
+        checks,
+        pictures,
+        ..Outcome::default()
+    })
+}
+
+/// How far a slack cable bulges: the largest distance of a segment from the vertical through the load \[m].
+fn bulge(scene: &Scene) -> f64 {
+    let bodies = &scene.bodies;
+    let load = scene
+        .load
+        .map_or_else(Vector3::zeros, |i| bodies.position[i]);
+    let segments = scene.cables[0].bodies.iter();
+    let aside = segments.map(|i| (bodies.position[*i] - load).xy().norm());
+    aside.fold(0.0, f64::max)
+}
+
+/// Fig. 15.
+pub(super) fn landing(_: bool, progress: &ProgressBar) -> Result<Outcome, ExperimentError> {
+    let load = 300.0;
+    // Of a solid wire of the cable's mass.
+    let area = CABLE / GantryParams::default().cable_length / Material::STEEL.density;
+    let steel = Material::STEEL.young * area * area / (4.0 * PI);
+    let stiffnesses = [("steel", steel), ("soft", 0.01 * steel)];
+    progress.set_length(stiffnesses.len() as u64);
+    let (mut checks, mut pictures, mut bulges) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, ei) in stiffnesses {
+        let scene = crane(load, Some(ei), 12.0)?;
+        let (stepper, recording) = recorded(scene, steps_in(12.0, DT), |stepper, time| {
+            let hoist_speed = if time < 6.0 { -0.4 } else { 0.0 };
+            stepper.set_controls(&Controls {
+                trolley_speed: 0.0,
+                hoist_speed,
+            })?;
+            Ok(())
+        })?;
+        let scene = stepper.scene();
+        let i = scene.load.ok_or("the gantry has no load")?;
+        let held: f64 = stepper
+            .contacts()
+            .filter(|c| c.bodies.contains(&Some(i)) && c.bodies.contains(&None))
+            .map(|c| c.force.z.abs())
+            .sum();
+        let case = format!("{name}: what the ground carries");
+        checks.push(Check::relative(case, [load * GRAVITY, held], "N", 2e-3));
+        bulges.push(bulge(scene));
+        pictures.push((name.into(), still(&recording, stepper.time())?.png));
+        progress.inc(1);
+    }
+    let ours = format!("bulges of {:.2} and {:.2} m", bulges[0], bulges[1]);
+    let differ = (bulges[0] / bulges[1]).ln().abs() > 0.1;
+    let case = "shape of the slack cable";
+    checks.push(Check::claim(
+        case,
+        "depends on its elasticity",
+        ours,
+        Verdict::of(differ),
+        "",
+    ));
+    Ok(Outcome {
+        checks,
+        pictures,
+        ..Outcome::default()
+    })
+}
