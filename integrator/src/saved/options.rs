@@ -1,17 +1,24 @@
 //! Other options for a run that goes on: another solver, scheme, time step.
 //!
-//! Positions, velocities, multipliers and what touches are carried over. Where the scheme or the length of sub-steps
-//! changes, velocities are first brought to the time of the positions, v + Δv/2 where the old scheme keeps them half a step
-//! behind, and the new scheme starts from there as from the beginning of a run.
+//! Positions, velocities, multipliers and what touches are carried over. Where the scheme or the length of sub-steps changes and
+//! the old scheme keeps velocities half a step behind the positions, they are first brought forward,
+//!
+//! ```text
+//! v_n = v_{n−½} + ½ Δv
+//! ```
+//!
+//! with the change Δv that the old scheme finds for the present state, blows of contacts left out. The new scheme starts from
+//! there as from the beginning of a run.
 
-use crate::stepper::{Stage, Stepper};
+use super::SavedRun;
+use crate::stepper::Stepper;
 use crate::{StepError, StepOptions};
 use nalgebra::Vector3;
-use taut_model::Bodies;
+use taut_solver::{Backend, DenseOptions};
 
 impl Stepper {
-    /// Goes on from the present state with other options. With a solver of the same answers the motion stays the same bit for
-    /// bit; the estimate of the error and the balance of energy begin anew. Allocates; the steps after the next do not.
+    /// Goes on from the present state with other options. Another solver changes the motion by its rounding only. The balance of
+    /// energy begins anew, and a scene that sleeps wakes. Allocates; the steps after the next do not.
     ///
     /// # Errors
     /// As [`Stepper::new`] for these options, and as [`save`](Self::save). On error the stepper is unchanged.
@@ -19,7 +26,7 @@ impl Stepper {
         let mut run = self.save()?;
         let kept = |o: &StepOptions| (o.scheme, o.angular_scheme, o.dt, o.substeps);
         if kept(&options) != kept(&self.options) {
-            self.bring_forward(&mut run.scene.bodies);
+            bring_forward(&mut run)?;
             run.started = false;
             run.fresh.clear();
             run.past.known = false;
@@ -27,7 +34,9 @@ impl Stepper {
             run.implicit = false;
         }
         run.account = Default::default();
+        run.watch = None;
         let is_same = options.backend == self.options.backend;
+        let is_estimated = options.estimate == self.options.estimate;
         run.options = options;
         let mut changed = if is_same {
             self.rebuilt(run)?
@@ -35,23 +44,37 @@ impl Stepper {
             Self::restore(run)?
         };
         changed.ids = self.ids.clone();
+        changed.companion = self.companion.take().filter(|_| is_estimated);
         *self = changed;
+        self.outdate_companion();
         Ok(())
     }
+}
 
-    /// Velocities of the bodies at the time of their positions: a staggered scheme keeps them half a step behind.
-    pub(crate) fn bring_forward(&self, bodies: &mut Bodies) {
-        let implicit = matches!(self.stage, Stage::Advanced { implicit: true, .. });
-        if !self.started || !self.options.scheme.is_staggered() || implicit {
-            return;
-        }
-        let is_behind = |i: &usize| !self.fresh.contains(i);
-        for i in (0..bodies.len()).filter(is_behind) {
-            let [x, y, z, p, q, r] = self.pieces.dv.get(i);
-            bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
-            bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
-        }
+/// Brings the velocities of a run to the time of its positions.
+fn bring_forward(run: &mut SavedRun) -> Result<(), StepError> {
+    // The guard's steps leave them there.
+    if !run.started || !run.options.scheme.is_staggered() || run.implicit {
+        return Ok(());
     }
+    let mut now = run.clone();
+    now.watch = None;
+    if matches!(now.options.backend, Backend::Foreign { .. }) {
+        now.options.backend =
+            Backend::preferred().unwrap_or(Backend::Dense(DenseOptions::default()));
+    }
+    let mut now = Stepper::restore(now)?;
+    now.contacts.begins = true;
+    now.find_tension()?;
+    now.solve_scheme(now.options.stiffness)?;
+    now.pieces.update_velocity_change(&now.mu);
+    let bodies = &mut run.scene.bodies;
+    for i in (0..bodies.len()).filter(|i| !run.fresh.contains(i)) {
+        let [x, y, z, p, q, r] = now.pieces.dv.get(i);
+        bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
+        bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

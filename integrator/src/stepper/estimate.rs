@@ -23,7 +23,7 @@
 //! shape's alone: what segments do to the frequencies of a cable is not in it.
 
 use crate::geometric::wrench;
-use crate::stepper::Stepper;
+use crate::stepper::{Stage, Stepper};
 use crate::{Scheme, StepError, StepOptions, StepReport};
 use nalgebra::Vector3;
 use taut_model::{BodyVectors, CableParts, Scene};
@@ -190,7 +190,18 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     // The run's own happen to both.
     scene.events.clear();
     scene.keep_resolution();
-    of.bring_forward(&mut scene.bodies);
+    if of.started
+        && of.options.scheme.is_staggered()
+        && !matches!(of.stage, Stage::Advanced { implicit: true, .. })
+    {
+        // Its velocities are half a step old.
+        let fresh = |i: &usize| !of.fresh.contains(i);
+        for i in (0..scene.bodies.len()).filter(fresh) {
+            let [x, y, z, p, q, r] = of.pieces.dv.get(i);
+            scene.bodies.velocity[i] += Vector3::new(x, y, z) * 0.5;
+            scene.bodies.angular_velocity[i] += Vector3::new(p, q, r) * 0.5;
+        }
+    }
     scene.lay_cables(time);
     let mut run = Stepper::build(scene, options, &mut None)?;
     run.time = time;
@@ -201,14 +212,15 @@ fn companion(of: &Stepper, every: usize) -> Result<Stepper, StepError> {
     Ok(run)
 }
 
-/// A step of the companion with the means of the controls over `count` steps, whose sums are taken.
+/// A step of the companion with the means of the controls over `count` steps, whose sums are taken. A mean that differs from the
+/// value by rounding sets nothing: what follows a control may have been set alone.
 fn step_driven(run: &mut Stepper, sums: &mut [f64], count: usize) -> Result<StepReport, StepError> {
     for (i, sum) in sums.iter_mut().enumerate() {
         let mean = std::mem::take(sum) / count as f64;
         if run
             .scene
             .control_value(i)
-            .is_some_and(|value| value != mean)
+            .is_some_and(|value| (value - mean).abs() > 1e-12 * mean.abs())
         {
             run.set_control(i, mean)?;
         }

@@ -2,6 +2,7 @@
 
 use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
+use taut_model::collide::{Collider, Shape};
 use taut_model::{Body, HoistParams, Scene};
 use taut_solver::Backend;
 
@@ -111,6 +112,52 @@ fn other_steps_keep_free_fall() {
     go(&mut stepper, 40);
     let height = stepper.scene().bodies.position[0].z;
     assert!((height + 0.5 * 10.0 * 0.16).abs() < 1e-12, "{height}");
+}
+
+/// A ball has just landed: the blow is no acceleration that goes on, and the ball stays where it is.
+#[test]
+fn a_blow_does_not_count_twice() {
+    let mut scene = Scene::new("landing");
+    scene.gravity.z = -10.0;
+    let radius = 0.1;
+    let ball = scene.add_body("ball", Body::sphere(radius, 1.0).at(Vector3::z() * 0.3));
+    scene.add_collider(Collider::new("ball", Some(ball), Shape::Sphere { radius }));
+    scene.add_collider(Collider::new("ground", None, Shape::HalfSpace));
+    let mut stepper = Stepper::new(scene, options("dense", Scheme::default(), DT)).expect("sound");
+    let mut touching = 0;
+    while touching == 0 {
+        touching = stepper.step().expect("stable").contacts.touching;
+    }
+    for scheme in [Scheme::LinearlyImplicit, Scheme::default()] {
+        stepper
+            .set_options(options("dense", scheme, DT))
+            .expect("goes on");
+        let mut highest = 0.0_f64;
+        for _ in 0..30 {
+            go(&mut stepper, 1);
+            highest = highest.max(stepper.scene().bodies.position[0].z);
+        }
+        assert!(highest < radius + 2e-3, "{scheme}: {highest}");
+    }
+}
+
+/// The estimate of the error goes on from what it was.
+#[test]
+fn the_estimate_is_kept() {
+    let estimated = |scheme| StepOptions {
+        estimate: Some(2),
+        ..options("dense", scheme, DT)
+    };
+    let mut stepper = swinging(estimated(Scheme::default()), 60);
+    let before = stepper.step().expect("stable").error.expect("an estimate");
+    stepper
+        .set_options(estimated(Scheme::Spook))
+        .expect("goes on");
+    let after = stepper.step().expect("stable").error.expect("an estimate");
+    assert!(
+        before.time > 0.0 && after.time >= before.time,
+        "{before:?} {after:?}"
+    );
 }
 
 #[test]
