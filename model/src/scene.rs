@@ -189,11 +189,15 @@ impl Scene {
     #[must_use]
     pub fn control_value(&self, control: usize) -> Option<f64> {
         let mut drives = self.controls.get(control)?.drives.iter();
-        drives.find_map(|drive| {
-            let speed = self.constraints.get(drive.constraint)?.driven_speed()?;
-            // Not −0 at rest.
-            (drive.gain != 0.0).then(|| speed / drive.gain + 0.0)
-        })
+        drives.find_map(|drive| self.drive_value(drive))
+    }
+
+    /// The same of one motor or winch; `None` also where its gain is zero.
+    #[must_use]
+    pub fn drive_value(&self, drive: &Drive) -> Option<f64> {
+        let speed = self.constraints.get(drive.constraint)?.driven_speed()?;
+        // Not −0 at rest.
+        (drive.gain != 0.0).then(|| speed / drive.gain + 0.0)
     }
 
     /// The cable of segments called `name`.

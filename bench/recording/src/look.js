@@ -65,7 +65,8 @@ const drawPlots = () => {
 const legend = () => {
   const [low, high] = ranges[state.colour] ?? [0, 0];
   by("scale").style.background = `linear-gradient(to right, ${[0, 0.25, 0.5, 0.75, 1].map(hue).join()})`;
-  by("range").textContent = `${short(low)} … ${short(high)} ${UNITS[state.colour]}`;
+  const text = `${short(low)} … ${short(high)} ${UNITS[state.colour]}`;
+  if (by("range").textContent !== text) by("range").textContent = text;
 };
 const zoom = (by) => { camera.distance = Math.max(camera.extent * 0.02, Math.min(camera.extent * 20, camera.distance * by)); redraw(); };
 const orbit = (dx, dy) => {

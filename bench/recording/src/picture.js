@@ -1,5 +1,5 @@
 "use strict";
-// What is seen of a frame. `page.js` has what goes on around it.
+// What is seen of a frame. `page.js`, or the page of a run that goes on, has what happens around it.
 // One run, or two side by side.
 const runs = JSON.parse(document.getElementById("data").textContent);
 const by = (id) => document.getElementById(id);

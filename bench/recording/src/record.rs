@@ -92,6 +92,11 @@ impl Recorder {
         Ok(())
     }
 
+    /// Something of the scene has changed that its names do not tell, such as a mass: the next frame has another layout.
+    pub fn renew(&mut self) {
+        self.observer = None;
+    }
+
     /// Sees a step; writes where a chunk is full.
     ///
     /// # Errors

@@ -7,7 +7,7 @@ use crate::run_file::RunFile;
 use clap::Args;
 use std::sync::atomic::Ordering;
 use taut_ground::{files, trajectory};
-use taut_integrator::{StepOptions, Stepper};
+use taut_integrator::{SavedRun, StepOptions};
 use taut_studies::options::overrides;
 use taut_view::{Drive, View};
 
@@ -50,19 +50,18 @@ pub(crate) fn run(args: &ViewArgs) -> Result<(), Failure> {
     let yardstick = prepared.yardstick;
     let mut drive = Drive::new(prepared.scene, options)?;
     let title = drive.stepper().scene().name.clone();
-    let mut view = View::open(args.port, &title)?;
-    let signal = signals()?;
-    files::print(&format!(
-        "{title}: {}\nOpen this address in a browser on this machine. Ctrl-C ends.\n",
-        view.address()
-    ))?;
-    let save = |stepper: &Stepper| {
-        let run = stepper.save().map_err(|e| e.to_string())?;
+    let save = move |run: SavedRun| {
         let controls = run.scene().controls.iter();
         let driven = controls.map(|control| control.name.clone()).collect();
         let file = RunFile::new(run, yardstick, driven);
         file.bytes().map_err(|e| e.to_string())
     };
-    view.run(&mut drive, &save, &|| signal.load(Ordering::Relaxed) != 0);
+    let mut view = View::open(args.port, &title, Box::new(save))?;
+    let signal = signals()?;
+    files::print(&format!(
+        "{title}: {}\nOpen this address in a browser on this machine. Ctrl-C ends.\n",
+        view.address()
+    ))?;
+    view.run(&mut drive, &|| signal.load(Ordering::Relaxed) != 0)?;
     Ok(())
 }

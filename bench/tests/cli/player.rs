@@ -1,4 +1,4 @@
-use crate::browser::{chromium, not_here};
+use crate::browser::chromium;
 use crate::replay::named;
 use crate::{folder, good};
 use serde_json::Value;
@@ -136,7 +136,7 @@ fn a_browser_plays_recordings() {
     );
     good(&at, "replay a.tape --html a.html");
     let Some(found) = found(&at, "a.html", USED, &["--window-size=400,800"]) else {
-        return not_here();
+        return;
     };
     let number = |name: &str| {
         found[name]
@@ -218,7 +218,7 @@ fn a_browser_compares_recordings() {
         found.corner = [...canvas.getContext('2d').getImageData(1, 1, 1, 1).data];";
     let dark = ["--blink-settings=preferredColorScheme=0"];
     let Some(found) = found(&at, "both.html", script, &dark) else {
-        return not_here();
+        return;
     };
     assert_eq!(found["views"], 2, "{found}");
     assert_eq!(found["back"], "rgb(22, 22, 22)", "{found}");
@@ -254,7 +254,7 @@ fn a_browser_shows_names_as_text() {
         found.heading = document.querySelector('.view h2').textContent;
         found.event = document.querySelector('#events button')?.textContent;";
     let Some(found) = found(&at, "n.html", script, &[]) else {
-        return not_here();
+        return;
     };
     assert_eq!(
         (found["title"].as_str(), found["bold"].as_u64()),

@@ -1,11 +1,13 @@
 //! Headless Chromium by its own protocol.
 
+#[path = "../shared/chromium.rs"]
+mod shared;
+
 use serde_json::{Value, json};
 use std::fs;
-use std::io::Write;
 use std::net::TcpStream;
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 use tungstenite::{Message, WebSocket};
 
@@ -26,40 +28,16 @@ impl Drop for Browser {
     }
 }
 
-fn version(program: &str) -> bool {
-    let tried = Command::new(program).arg("--version").output();
-    tried.is_ok_and(|output| output.status.success())
-}
-
 impl Browser {
-    /// One with a profile in this folder; `None` where there is no Chromium, which fails where one is required.
+    /// One with a profile in this folder, where there is Chromium.
     pub(crate) fn open(folder: &Path) -> Option<Self> {
-        let found = ["chromium", "chromium-browser"];
-        let Some(program) = found.into_iter().find(|program| version(program)) else {
-            let required = std::env::var_os("TAUT_CHROMIUM").is_some_and(|v| v == "required");
-            assert!(!required, "Chromium is not here");
-            // Past what the harness keeps of a test that passes.
-            let _ = writeln!(
-                std::io::stderr(),
-                "no Chromium here: nothing is driven in a browser"
-            );
-            return None;
-        };
         let profile = folder.join("profile");
-        let child = Command::new(program)
+        let child = shared::chromium(&profile)?
             .args([
-                "--headless",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--no-first-run",
-                "--disable-background-networking",
-                "--disable-component-update",
-                "--disable-sync",
                 "--window-size=1000,900",
                 "--remote-debugging-port=0",
                 "about:blank",
             ])
-            .arg(format!("--user-data-dir={}", profile.display()))
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())

@@ -1,25 +1,26 @@
 //! The run that is driven: commands change it, frames show it. It knows no clock.
 
+use axum::body::Bytes;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 use taut_ground::Choice;
 use taut_ground::trajectory::{Limits, Sample, Simulation};
 use taut_integrator::{GeometricStiffness, Scheme, StepError, StepOptions, Stepper};
-use taut_model::Scene;
+use taut_model::{Control, Scene};
 use taut_recording::layout::Layout;
 use taut_recording::{Observer, Recorder, observe_contacts};
 
-/// What a driver asks for: a JSON value such as `{"set": {"control": 0, "value": 0.5}}` or `"restart"`.
+/// What a driver asks for: a JSON value such as `{"set": {"control": "hoist_speed", "value": 0.5}}` or `"restart"`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Command {
     /// Sets a control, or one of the motors and winches that follow it.
     Set {
-        /// Its number.
-        control: usize,
-        /// The number of the motor or winch among those that follow it; `None` for all.
+        /// Its name.
+        control: String,
+        /// The name of the joint or cable that follows it; `None` for all.
         #[serde(default)]
-        drive: Option<usize>,
+        drive: Option<String>,
         /// Its value \[m/s or rad/s].
         value: f64,
     },
@@ -50,16 +51,29 @@ pub struct Status {
     pub paused: bool,
     /// Steps made.
     pub steps: u64,
-    /// Values of the controls \[m/s or rad/s].
-    pub controls: Vec<Option<f64>>,
+    /// Values of the controls, one for each motor and winch that follows \[m/s or rad/s].
+    pub controls: Vec<Vec<Option<f64>>>,
+    /// Mass of the load \[kg].
+    pub load: Option<f64>,
+    /// The estimated error of the load so far.
+    pub error: Option<Error>,
     /// Why the run has ended.
     pub failure: Option<String>,
-    /// Why the last command was refused.
-    pub refused: Option<String>,
     /// Bytes of the recording that goes on.
     pub recording: Option<usize>,
     /// Bytes of the one that has ended.
     pub recorded: Option<usize>,
+}
+
+/// The estimated error of the load.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Error {
+    /// The largest so far \[m].
+    pub total: f64,
+    /// Whether the estimate has been lost, as where the motion is chaotic.
+    pub lost: bool,
+    /// Steps that were not compared.
+    pub unseen: u64,
 }
 
 /// What a page needs to draw frames.
@@ -67,10 +81,6 @@ pub struct Status {
 pub struct About {
     /// Number of the layout that frames name.
     pub generation: u32,
-    /// Name of the scene.
-    pub scene: String,
-    /// Time step \[s].
-    pub dt: f64,
     /// Gravity \[m/s²].
     pub gravity: [f64; 3],
     /// Names of the controls, and of the motors and winches that follow each.
@@ -82,9 +92,6 @@ pub struct About {
     /// The layout.
     pub layout: Layout,
 }
-
-/// The time step of a run is longer than this; a frame of 1/60 s has then steps enough for any machine.
-const LEAST_STEP: f64 = 1e-7;
 
 /// A run that is driven.
 pub struct Drive {
@@ -99,13 +106,20 @@ pub struct Drive {
     due: f64,
     steps: u64,
     paused: bool,
-    refused: Option<String>,
     values: Vec<i32>,
     /// Numbers of the last frame, whose turns the next one goes on from.
     last: Vec<i32>,
     contacts: Vec<i32>,
     tape: Option<(Recorder, Vec<u8>)>,
-    recorded: Option<Vec<u8>>,
+    recorded: Option<Bytes>,
+}
+
+/// The solver of some options.
+fn chosen(options: &StepOptions) -> Choice {
+    Choice {
+        backend: options.backend.clone(),
+        form: options.form,
+    }
 }
 
 fn begun(scene: &Scene, options: StepOptions) -> Result<(Stepper, Simulation, Sample), StepError> {
@@ -137,7 +151,6 @@ impl Drive {
             due: 0.0,
             steps: 1,
             paused: false,
-            refused: None,
             values: Vec::new(),
             last: Vec::new(),
             contacts: Vec::new(),
@@ -154,23 +167,27 @@ impl Drive {
 
     /// The recording that has ended.
     #[must_use]
-    pub fn recorded(&self) -> Option<&[u8]> {
-        self.recorded.as_deref()
+    pub fn recorded(&self) -> Option<Bytes> {
+        self.recorded.clone()
     }
 
     fn goes_on(&self) -> bool {
         self.simulation.failure.is_none()
     }
 
-    /// Makes the steps of so much time (s), none where the run stands still.
-    pub fn advance(&mut self, span: f64) {
+    /// Makes the steps of so much time (s) while `may` allows; none where the run stands still. Time that is left is lost.
+    pub fn advance(&mut self, span: f64, may: &dyn Fn() -> bool) {
         if self.paused || !self.goes_on() {
             return;
         }
-        let dt = self.stepper.options().dt.max(LEAST_STEP);
+        let dt = self.stepper.options().dt;
         self.due += span;
-        // A step is due to rounding.
+        // Rounding leaves no step out.
         while self.due > (1.0 - 1e-6) * dt && self.goes_on() {
+            if !may() {
+                self.due = 0.0;
+                return;
+            }
             self.due -= dt;
             self.step();
         }
@@ -188,23 +205,18 @@ impl Drive {
         }
     }
 
-    /// Obeys; what it refuses, [`status`](Self::status) tells.
-    pub fn command(&mut self, command: Command) {
-        self.refused = self.obey(command).err();
-    }
-
-    fn obey(&mut self, command: Command) -> Result<(), String> {
+    /// Obeys, or says why not; then nothing has changed.
+    ///
+    /// # Errors
+    /// What to do instead, for the driver.
+    pub fn command(&mut self, command: Command) -> Result<(), String> {
         let text = |e: StepError| e.to_string();
         match command {
             Command::Set {
                 control,
                 drive,
                 value,
-            } => match drive {
-                None => self.stepper.set_control(control, value),
-                Some(drive) => self.stepper.set_drive(control, drive, value),
-            }
-            .map_err(text),
+            } => self.set(&control, drive.as_deref(), value),
             Command::Pause(paused) => {
                 self.paused = paused;
                 Ok(())
@@ -219,20 +231,26 @@ impl Drive {
             Command::Solver(name) => {
                 let choice: Choice = name.parse()?;
                 choice.check().map_err(|e| e.to_string())?;
-                let chosen = choice.options(self.stepper.options().dt);
                 self.with_options(|options| {
-                    options.backend = chosen.backend;
-                    options.form = chosen.form;
-                    options.refinements = chosen.refinements;
+                    let old = chosen(options).options(options.dt);
+                    let new = choice.options(options.dt);
+                    options.backend = new.backend;
+                    options.form = new.form;
+                    // A number that was asked for stays.
+                    if options.refinements == old.refinements {
+                        options.refinements = new.refinements;
+                    }
                 })
             }
             Command::Scheme(name) => {
                 let scheme = Scheme::from_str(&name).map_err(|e| e.to_string())?;
                 self.with_options(|options| {
-                    options.scheme = scheme;
-                    if options.stiffness != GeometricStiffness::Off {
-                        options.stiffness = GeometricStiffness::inertia(scheme.default_alpha());
+                    let usual =
+                        |scheme: Scheme| GeometricStiffness::inertia(scheme.default_alpha());
+                    if options.stiffness == usual(options.scheme) {
+                        options.stiffness = usual(scheme);
                     }
+                    options.scheme = scheme;
                 })
             }
             Command::Mass(mass) => self.set_mass(mass),
@@ -263,26 +281,47 @@ impl Drive {
         Ok(())
     }
 
+    fn set(&mut self, control: &str, drive: Option<&str>, value: f64) -> Result<(), String> {
+        let scene = self.stepper.scene();
+        let number = scene.control(control).map_err(|e| e.to_string())?;
+        let set = match drive {
+            None => self.stepper.set_control(number, value),
+            Some(drive) => {
+                let drives = scene.controls[number].drives.iter();
+                let mut names = drives.map(|d| scene.constraint_names[d.constraint].as_str());
+                let place = names.position(|name| name == drive);
+                let place =
+                    place.ok_or_else(|| format!("control `{control}` drives no `{drive}`"))?;
+                self.stepper.set_drive(number, place, value)
+            }
+        };
+        set.map_err(|e| e.to_string())
+    }
+
     fn set_mass(&mut self, mass: f64) -> Result<(), String> {
         let scene = self.stepper.scene();
-        let load = self.observer.layout.load.map(|i| &scene.body_names[i]);
-        let load = load.ok_or("the scene has no load")?.clone();
-        let changed = self
-            .stepper
-            .body(&load)
-            .and_then(|load| self.stepper.change(|edit| edit.set_mass(load, mass)));
+        let load = scene.load.map(|i| scene.body_names[i].clone());
+        let load = load.ok_or("no body is the load: name one by `load` in the scene")?;
+        let load = self.stepper.body(&load).map_err(|e| e.to_string())?;
+        let changed = self.stepper.change(|edit| edit.set_mass(load, mass));
         changed.map_err(|e| e.to_string())?;
+        // Gaps of a heavier load may be larger.
+        let limits = Limits::Scene(self.stepper.scene().gap_limits());
+        self.simulation = Simulation::new(usize::MAX, limits);
+        if let Some((recorder, _)) = &mut self.tape {
+            recorder.renew();
+        }
         self.renew();
         Ok(())
     }
 
     fn record(&mut self) -> Result<(), String> {
         if self.tape.is_some() {
-            return Err("it is recorded already".to_owned());
+            return Err("a recording goes on: stop it first".to_owned());
         }
         let mut bytes = Vec::new();
         // As if for a minute: longer recordings keep fewer frames a second.
-        let steps = (60.0 / self.stepper.options().dt.max(LEAST_STEP)) as usize;
+        let steps = (60.0 / self.stepper.options().dt) as usize;
         let recorder = Recorder::begin(&mut bytes, &self.stepper, steps);
         self.tape = Some((recorder.map_err(|e| e.to_string())?, bytes));
         self.recorded = None;
@@ -296,7 +335,7 @@ impl Drive {
         let reason = self.simulation.failure.as_ref().map(|f| f.reason.clone());
         // Memory takes all that is written.
         let _ = recorder.end(&mut bytes, self.stepper.time(), reason);
-        self.recorded = Some(bytes);
+        self.recorded = Some(bytes.into());
     }
 
     /// The layout of the scene as it is now.
@@ -347,8 +386,6 @@ impl Drive {
         let solvers = Choice::all().into_iter().filter(compiled);
         About {
             generation: self.generation,
-            scene: scene.name.clone(),
-            dt: self.stepper.options().dt,
             gravity: scene.gravity.into(),
             controls: controls.collect(),
             solvers: solvers.map(|choice| choice.to_string()).collect(),
@@ -361,23 +398,27 @@ impl Drive {
     #[must_use]
     pub fn status(&self) -> Status {
         let (options, scene) = (self.stepper.options(), self.stepper.scene());
-        let solver = Choice {
-            backend: options.backend.clone(),
-            form: options.form,
+        let values = |control: &Control| {
+            let drives = control.drives.iter();
+            drives.map(|drive| scene.drive_value(drive)).collect()
         };
+        let error = self.sample.error.map(|e| Error {
+            total: e.total(),
+            lost: e.lost,
+            unseen: e.unseen as u64,
+        });
         let failure = self.simulation.failure.as_ref();
         Status {
-            solver: solver.to_string(),
+            solver: chosen(options).to_string(),
             scheme: options.scheme.to_string(),
             paused: self.paused,
             steps: self.steps,
-            controls: (0..scene.controls.len())
-                .map(|i| scene.control_value(i))
-                .collect(),
+            controls: scene.controls.iter().map(values).collect(),
+            load: scene.load.map(|i| scene.bodies.mass[i]),
+            error,
             failure: failure.map(|f| format!("unstable at t = {:.3} s: {}", f.time, f.reason)),
-            refused: self.refused.clone(),
             recording: self.tape.as_ref().map(|(_, bytes)| bytes.len()),
-            recorded: self.recorded.as_ref().map(Vec::len),
+            recorded: self.recorded.as_ref().map(Bytes::len),
         }
     }
 }

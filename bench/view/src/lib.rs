@@ -17,25 +17,28 @@ mod page;
 mod server;
 
 pub use clock::{Clock, RATE};
-pub use drive::{About, Command, Drive, Status};
-pub use server::MOST;
+pub use drive::{About, Command, Drive, Error, Status};
+pub use server::{MAX_VIEWERS, Save};
 
 use serde_json::json;
-use server::{Asked, Shared};
+use server::{RunRequest, Shared};
 use std::fmt;
 use std::io;
 use std::net::{Ipv4Addr, TcpListener};
 use std::sync::Arc;
-use std::thread;
-use std::time::Instant;
-use taut_integrator::Stepper;
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tokio::runtime::{Builder, Runtime};
 use tokio::sync::mpsc::Receiver;
 
-/// Commands that a frame obeys at most.
-const COMMANDS: usize = 64;
+/// Requests that a frame answers at most.
+const MAX_REQUESTS: usize = 64;
 
 /// Frames from one status to the next.
 const STATUS: u64 = 6;
+
+/// Time after which a frame ends with steps still due.
+const MAX_FRAME: Duration = Duration::from_millis(100);
 
 /// Why nothing can be shown.
 #[derive(Debug)]
@@ -65,16 +68,17 @@ impl std::error::Error for ViewError {}
 /// A page that is served.
 pub struct View {
     shared: Arc<Shared>,
-    asked: Receiver<Asked>,
+    requests: Receiver<RunRequest>,
+    server: Option<JoinHandle<io::Result<()>>>,
     address: String,
 }
 
 impl View {
-    /// Serves a page with this title at a port of the loopback interface, 0 for one that is free.
+    /// Serves a page with this title at a port of the loopback interface, 0 for one that is free; `save` makes a file of a run.
     ///
     /// # Errors
     /// [`ViewError`].
-    pub fn open(port: u16, title: &str) -> Result<Self, ViewError> {
+    pub fn open(port: u16, title: &str, save: Box<Save>) -> Result<Self, ViewError> {
         let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port));
         let listener = listener.map_err(|e| ViewError::Port(port, e))?;
         let port = listener.local_addr().map_err(ViewError::Server)?.port();
@@ -82,15 +86,17 @@ impl View {
         getrandom::fill(&mut token).map_err(|e| ViewError::Server(io::Error::other(e)))?;
         let token: String = token.iter().map(|byte| format!("{byte:02x}")).collect();
         let address = format!("http://127.0.0.1:{port}/{token}/");
-        let (shared, asked) = Shared::new(port, token, title.to_owned());
-        let serving = Arc::clone(&shared);
-        thread::Builder::new()
+        let (shared, requests) = Shared::new((port, token), title.to_owned(), save);
+        let (runtime, listener) = runtime(listener).map_err(ViewError::Server)?;
+        let serving = server::serve(Arc::clone(&shared), listener);
+        let server = thread::Builder::new()
             .name("server".to_owned())
-            .spawn(move || server::serve(serving, listener))
+            .spawn(move || runtime.block_on(serving))
             .map_err(ViewError::Server)?;
         Ok(Self {
             shared,
-            asked,
+            requests,
+            server: Some(server),
             address,
         })
     }
@@ -101,26 +107,25 @@ impl View {
         &self.address
     }
 
-    /// Moves the run by the clock until `stop`; `save` makes a file of it.
-    pub fn run(
-        &mut self,
-        drive: &mut Drive,
-        save: &dyn Fn(&Stepper) -> Result<Vec<u8>, String>,
-        stop: &dyn Fn() -> bool,
-    ) {
+    /// Moves the run by the clock until `stop`.
+    ///
+    /// # Errors
+    /// [`ViewError::Server`] where the server ends before.
+    pub fn run(&mut self, drive: &mut Drive, stop: &dyn Fn() -> bool) -> Result<(), ViewError> {
         let mut clock = Clock::start(Instant::now());
         let (mut generation, mut busiest) = (0, 0.0);
         while !stop() {
+            self.check_server()?;
             thread::sleep(clock.due().saturating_duration_since(Instant::now()));
             let begun = Instant::now();
-            let is_asked = self.answer(drive, save);
-            drive.advance(1.0 / RATE);
-            if self.shared.sockets() > 0 || generation == 0 {
+            let is_asked = self.answer(drive);
+            drive.advance(1.0 / RATE, &|| begun.elapsed() < MAX_FRAME);
+            if self.shared.viewers() > 0 || generation == 0 {
                 let frame = drive.frame();
                 if drive.generation() != generation {
                     generation = drive.generation();
                     let about = json!({ "about": drive.about() });
-                    self.shared.send_text(0, about.to_string());
+                    self.shared.send_about(about.to_string());
                 }
                 self.shared.send_frame(frame);
             }
@@ -133,37 +138,55 @@ impl View {
                     "late": clock.late,
                     "lost_ms": 1e3 * clock.lost.as_secs_f64(),
                     "busiest_ms": busiest,
-                    "browsers": self.shared.sockets(),
+                    "viewers": self.shared.viewers(),
                 } });
-                self.shared.send_text(1, status.to_string());
+                self.shared.send_status(status.to_string());
             }
             clock.done(begun, Instant::now());
         }
+        Ok(())
     }
 
-    /// Obeys what was asked since the last frame: whether there was anything.
-    fn answer(
-        &mut self,
-        drive: &mut Drive,
-        save: &dyn Fn(&Stepper) -> Result<Vec<u8>, String>,
-    ) -> bool {
-        for count in 0..COMMANDS {
-            let Ok(asked) = self.asked.try_recv() else {
+    fn check_server(&mut self) -> Result<(), ViewError> {
+        let Some(server) = self.server.take_if(|server| server.is_finished()) else {
+            return Ok(());
+        };
+        let ended = || io::Error::other("the server has ended");
+        let error = server.join().ok().and_then(Result::err);
+        Err(ViewError::Server(error.unwrap_or_else(ended)))
+    }
+
+    /// Answers the requests since the last frame: whether there were any.
+    fn answer(&mut self, drive: &mut Drive) -> bool {
+        for count in 0..MAX_REQUESTS {
+            let Ok(request) = self.requests.try_recv() else {
                 return count > 0;
             };
             // Who has gone away needs no answer.
-            match asked {
-                Asked::Command(command) => drive.command(command),
-                Asked::Save(answer) => {
-                    let _ = answer.send(save(drive.stepper()));
+            match request {
+                RunRequest::Command(command, refuse) => {
+                    if let (Err(text), Some(refuse)) = (drive.command(command), refuse) {
+                        let _ = refuse.try_send(text);
+                    }
                 }
-                Asked::Recording(answer) => {
-                    let bytes = drive.recorded().map(<[u8]>::to_vec);
-                    let none = "there is no recording that has ended";
-                    let _ = answer.send(bytes.ok_or_else(|| none.to_owned()));
+                RunRequest::Save(answer) => {
+                    let run = drive.stepper().save();
+                    let _ = answer.send(run.map_err(|e| e.to_string()));
+                }
+                RunRequest::Recording(answer) => {
+                    let _ = answer.send(drive.recorded());
                 }
             }
         }
         true
     }
+}
+
+fn runtime(listener: TcpListener) -> io::Result<(Runtime, tokio::net::TcpListener)> {
+    let runtime = Builder::new_current_thread().enable_all().build()?;
+    listener.set_nonblocking(true)?;
+    let entered = runtime.enter();
+    let listener = tokio::net::TcpListener::from_std(listener)?;
+    drop(entered);
+    Ok((runtime, listener))
 }

@@ -6,8 +6,8 @@ use taut_recording::{LOOK, PICTURE, STYLE};
 const OWN_STYLE: &str = include_str!("view.css");
 const SCRIPT: &str = include_str!("view.js");
 
-/// The page of a scene with this title.
-pub(crate) fn page(title: &str) -> String {
+/// The page of a scene with this title, whose script and style have that nonce.
+pub(crate) fn page(title: &str, nonce: &str) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -16,7 +16,7 @@ pub(crate) fn page(title: &str) -> String {
                 meta name="viewport" content="width=device-width, initial-scale=1";
                 link rel="icon" href="data:,";
                 title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
+                style nonce=(nonce) { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
             }
             body {
                 h1 { (title) }
@@ -29,13 +29,13 @@ pub(crate) fn page(title: &str) -> String {
                     button id="pause" type="button" aria-pressed="false" { "Pause" }
                     button id="step" type="button" { "Step" }
                     button id="restart" type="button" { "Restart" }
-                    output id="now" {}
+                    span.number id="now" {}
                     label { "Colour " select id="colour" {
                         @for (k, quantity) in ["tension", "bending", "twist"].iter().enumerate() {
                             option value=(k) { (quantity) }
                         }
                     } }
-                    span { span.scale id="scale" {} " " output id="range" {} }
+                    span { span.scale id="scale" {} " " span.number id="range" {} }
                     label { input id="forces" type="checkbox" checked; " forces" }
                     label { input id="follow" type="checkbox" checked; " follow the load" }
                     button id="fit" type="button" { "Fit" }
@@ -44,20 +44,20 @@ pub(crate) fn page(title: &str) -> String {
                 div.bar {
                     label { "Solver " select id="solver" {} }
                     label { "Scheme " select id="scheme" {} }
-                    label id="heavy" { "Load (kg) " input id="mass" type="number" min="0" step="any"; " " output id="ratio" {} }
+                    label id="heavy" { "Load (kg) " input id="mass" type="number" min="0" step="any"; " " span id="ratio" {} }
                     button id="record" type="button" aria-pressed="false" { "Record" }
-                    a id="recording" href="recording" download hidden { "Get the recording" }
-                    a id="save" href="run.json" download { "Save the run" }
+                    button id="recording" type="button" hidden { "Get the recording" }
+                    button id="save" type="button" { "Save the run" }
                 }
                 p.figures id="figures" {}
                 p.quiet {
-                    "A held key drives at the speed beside its slider, and the control stands still when it is let go. Space pauses, "
-                    "period steps, 0 fits; drag turns the picture, wheel zooms, Shift and drag move it. What a page drives "
-                    "stands still when it is closed."
+                    "A held key drives at the speed beside its slider until it is released. Space pauses, period steps, 0 fits. "
+                    "Drag turns the picture, the wheel zooms, Shift and drag move it. A control stops when the page that drives it "
+                    "closes."
                 }
                 div.plots id="plots" {}
                 script type="application/json" id="data" { "[]" }
-                script { (PreEscaped([PICTURE, LOOK, SCRIPT].concat())) }
+                script nonce=(nonce) { (PreEscaped([PICTURE, LOOK, SCRIPT].concat())) }
             }
         }
     };

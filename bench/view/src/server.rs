@@ -1,100 +1,180 @@
-//! Who looks on: a page and its socket on the loopback interface.
+//! The page and its socket on the loopback interface.
 //!
-//! The address holds a random token, and only requests to that address by its own page are answered: others' pages can
-//! neither read nor drive. The socket sends JSON (what frames mean, status) and frames; it takes commands. Values that a
-//! page has set return to zero when it goes away.
+//! The address holds a random token. Requests with another host or origin are refused, so that pages of other sites can neither
+//! read nor drive. The socket sends JSON (layout, status) and frames, and takes commands. A control returns to zero when the
+//! viewer that set it last goes away: closed, or silent for [`SILENCE`].
 
 use crate::drive::Command;
 use crate::page::page;
 use axum::Router;
+use axum::body::Bytes;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
-use axum::extract::{Path, Request, State};
-use axum::http::{HeaderMap, StatusCode, header};
+use axum::extract::{Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::middleware::{self, Next};
 use axum::response::{Html, IntoResponse, Response};
 use axum::routing::get;
 use serde::Deserialize;
-use std::collections::BTreeSet;
-use std::net::TcpListener;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
-use tokio::sync::{broadcast, mpsc, oneshot};
+use std::collections::BTreeMap;
+use std::io;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+use taut_integrator::SavedRun;
+use tokio::net::TcpListener;
+use tokio::sync::broadcast::{self, error::RecvError};
+use tokio::sync::{mpsc, oneshot};
+use tokio::task;
+use tokio::time::{interval, timeout};
 
-/// Sockets at most.
-pub const MOST: usize = 128;
+/// Most viewers at a time.
+pub const MAX_VIEWERS: usize = 128;
 
-/// Frames that wait for a slow browser; it misses those beyond.
-const WAITING: usize = 32;
+/// Messages that wait for a slow viewer, who misses those beyond.
+const MAX_WAITING: usize = 32;
 
 /// Commands that wait for the next frame.
-const COMMANDS: usize = 256;
+const MAX_COMMANDS: usize = 256;
+
+/// Refusals that wait for a viewer.
+const MAX_REFUSALS: usize = 16;
+
+/// Controls that differ from zero at a time.
+const MAX_DRIVEN: usize = 1024;
 
 /// Longest command in bytes.
 const LONGEST: usize = 4096;
 
-/// What the server asks of the run.
-pub(crate) enum Asked {
-    /// Of a driver.
-    Command(Command),
-    /// The run as a file to be resumed.
-    Save(oneshot::Sender<Result<Vec<u8>, String>>),
+/// Time after which a viewer that neither takes nor sends anything is gone.
+const SILENCE: Duration = Duration::from_secs(5);
+
+/// What makes a file of a saved run.
+pub type Save = dyn Fn(SavedRun) -> Result<Vec<u8>, String> + Send + Sync;
+
+/// A request to the run.
+pub(crate) enum RunRequest {
+    /// A command, and where its refusal goes.
+    Command(Command, Option<mpsc::Sender<String>>),
+    /// The run, to be saved.
+    Save(oneshot::Sender<Result<SavedRun, String>>),
     /// The recording that has ended.
-    Recording(oneshot::Sender<Result<Vec<u8>, String>>),
+    Recording(oneshot::Sender<Option<Bytes>>),
 }
 
-/// What all that look on share.
+/// What all viewers share.
 pub(crate) struct Shared {
     port: u16,
     token: String,
     title: String,
+    save: Box<Save>,
     all: broadcast::Sender<Message>,
-    /// What frames mean, and the status.
-    latest: Mutex<[Option<Message>; 2]>,
-    asked: mpsc::Sender<Asked>,
-    sockets: AtomicUsize,
+    latest: Mutex<Latest>,
+    requests: mpsc::Sender<RunRequest>,
+    viewers: AtomicUsize,
+    /// Viewers so far: the number of each.
+    count: AtomicU64,
+    /// The viewer that set a control, or one of what follows it, to other than zero.
+    driven: Mutex<BTreeMap<Place, u64>>,
+}
+
+/// A control, and what follows it if that is driven alone.
+type Place = (String, Option<String>);
+
+/// What a new viewer gets first.
+#[derive(Default, Clone)]
+struct Latest {
+    about: Option<Message>,
+    status: Option<Message>,
+}
+
+fn locked<T>(shared: &Mutex<T>) -> MutexGuard<'_, T> {
+    shared.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 impl Shared {
     pub(crate) fn new(
-        port: u16,
-        token: String,
+        (port, token): (u16, String),
         title: String,
-    ) -> (Arc<Self>, mpsc::Receiver<Asked>) {
-        let (asked, takes) = mpsc::channel(COMMANDS);
+        save: Box<Save>,
+    ) -> (Arc<Self>, mpsc::Receiver<RunRequest>) {
+        let (requests, received) = mpsc::channel(MAX_COMMANDS);
         let shared = Self {
             port,
             token,
             title,
-            all: broadcast::channel(WAITING).0,
+            save,
+            all: broadcast::channel(MAX_WAITING).0,
             latest: Mutex::default(),
-            asked,
-            sockets: AtomicUsize::new(0),
+            requests,
+            viewers: AtomicUsize::new(0),
+            count: AtomicU64::new(0),
+            driven: Mutex::default(),
         };
-        (Arc::new(shared), takes)
+        (Arc::new(shared), received)
     }
 
-    /// Those that look on.
-    pub(crate) fn sockets(&self) -> usize {
-        self.sockets.load(Ordering::Relaxed)
+    /// Number of viewers.
+    pub(crate) fn viewers(&self) -> usize {
+        self.viewers.load(Ordering::Relaxed)
     }
 
     /// Sends a frame to all.
     pub(crate) fn send_frame(&self, frame: Vec<u8>) {
-        // Without anyone there it goes nowhere.
+        // Without viewers it goes nowhere.
         let _ = self.all.send(Message::Binary(frame.into()));
     }
 
-    /// Sends what frames mean (0) or the status (1) to all, and to those who come later.
-    pub(crate) fn send_text(&self, kind: usize, text: String) {
+    /// Sends what frames mean to all viewers, and to those to come.
+    pub(crate) fn send_about(&self, text: String) {
         let message = Message::Text(text.into());
-        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        latest[kind] = Some(message.clone());
+        locked(&self.latest).about = Some(message.clone());
         let _ = self.all.send(message);
     }
 
-    fn latest(&self) -> [Option<Message>; 2] {
-        let latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
-        latest.clone()
+    /// The same with the status.
+    pub(crate) fn send_status(&self, text: String) {
+        let message = Message::Text(text.into());
+        locked(&self.latest).status = Some(message.clone());
+        let _ = self.all.send(message);
+    }
+
+    /// Takes note of who drives what; whether there is room.
+    fn note(&self, viewer: u64, command: &Command) -> bool {
+        let Command::Set {
+            control,
+            drive,
+            value,
+        } = command
+        else {
+            return true;
+        };
+        let mut driven = locked(&self.driven);
+        // A control sets all that follows it.
+        if drive.is_none() {
+            driven.retain(|(other, _), _| other != control);
+        }
+        let place = (control.clone(), drive.clone());
+        if *value == 0.0 {
+            driven.remove(&place);
+            return true;
+        }
+        let has_room = driven.len() < MAX_DRIVEN || driven.contains_key(&place);
+        if has_room {
+            driven.insert(place, viewer);
+        }
+        has_room
+    }
+
+    /// What a viewer that goes away has driven.
+    fn left_by(&self, viewer: u64) -> Vec<Place> {
+        let mut left = Vec::new();
+        locked(&self.driven).retain(|place, of| {
+            if *of == viewer {
+                left.push(place.clone());
+            }
+            *of != viewer
+        });
+        left
     }
 
     /// Whether it names this server.
@@ -117,74 +197,74 @@ impl Shared {
 }
 
 /// Serves until the program ends.
-pub(crate) fn serve(shared: Arc<Shared>, listener: TcpListener) -> std::io::Result<()> {
-    let runtime = tokio::runtime::Builder::new_current_thread()
-        .enable_all()
-        .build()?;
-    runtime.block_on(async move {
-        listener.set_nonblocking(true)?;
-        let listener = tokio::net::TcpListener::from_std(listener)?;
-        let guard = middleware::from_fn_with_state(Arc::clone(&shared), guard);
-        let routes = Router::new()
-            .route("/{token}/", get(shown))
-            .route("/{token}/socket", get(socket))
-            .route("/{token}/run.json", get(saved))
-            .route("/{token}/recording", get(recording))
-            .fallback(lost)
-            .layer(guard)
-            .with_state(shared);
-        axum::serve(listener, routes).await
-    })
+pub(crate) async fn serve(shared: Arc<Shared>, listener: TcpListener) -> io::Result<()> {
+    let guard = middleware::from_fn_with_state(Arc::clone(&shared), guard);
+    let routes = Router::new()
+        .route("/{token}/", get(own_page))
+        .route("/{token}/socket", get(socket))
+        .route("/{token}/run.json", get(saved))
+        .route("/{token}/recording", get(recording))
+        .fallback(not_found)
+        .layer(guard)
+        .with_state(shared);
+    axum::serve(listener, routes).await
 }
 
-async fn lost() -> Response {
+async fn not_found() -> Response {
     let text = "There is nothing here: open the address that `taut view` has printed.\n";
     (StatusCode::NOT_FOUND, text).into_response()
 }
 
-/// Turns away what other pages, other hosts, or strangers ask for.
+/// Refuses requests of other pages, to other hosts, or without the token.
 async fn guard(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response {
     if !shared.is_own(request.headers()) {
-        let text = "Only the page that `taut view` serves may ask here.\n";
+        let text = "Only the page that `taut view` serves may send requests here.\n";
         return (StatusCode::FORBIDDEN, text).into_response();
     }
     let token = request.uri().path().split('/').nth(1);
     let mut response = if token == Some(&shared.token) {
         next.run(request).await
     } else {
-        lost().await
+        not_found().await
     };
-    let policy = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; img-src data:; \
-                  frame-ancestors 'none'";
+    let nonce = &shared.token;
+    let policy = format!(
+        "default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; connect-src 'self'; img-src data:; \
+         base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    );
+    let headers = response.headers_mut();
+    if let Ok(policy) = HeaderValue::from_str(&policy) {
+        headers.insert(header::CONTENT_SECURITY_POLICY, policy);
+    }
     for (name, value) in [
-        (header::CONTENT_SECURITY_POLICY, policy),
         (header::REFERRER_POLICY, "no-referrer"),
         (header::CACHE_CONTROL, "no-store"),
         (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
     ] {
-        let value = header::HeaderValue::from_static(value);
-        response.headers_mut().insert(name, value);
+        headers.insert(name, HeaderValue::from_static(value));
     }
     response
 }
 
-async fn shown(State(shared): State<Arc<Shared>>) -> Html<String> {
-    Html(page(&shared.title))
+async fn own_page(State(shared): State<Arc<Shared>>) -> Html<String> {
+    Html(page(&shared.title, &shared.token))
 }
 
-/// Asks the run, and gives a browser what it answers as a file.
-async fn asked(
+/// Sends a request to the run, and waits for its answer.
+async fn answer<T>(
     shared: &Shared,
-    ask: impl FnOnce(oneshot::Sender<Result<Vec<u8>, String>>) -> Asked,
-    name: &str,
-) -> Response {
+    request: impl FnOnce(oneshot::Sender<T>) -> RunRequest,
+) -> Result<T, String> {
     let (answers, answer) = oneshot::channel();
-    let gone = || Err("the run has ended".to_owned());
-    let answer = match shared.asked.send(ask(answers)).await {
-        Ok(()) => answer.await.unwrap_or_else(|_| gone()),
-        Err(_) => gone(),
-    };
-    match answer {
+    let ended = || "the run has ended".to_owned();
+    let sent = shared.requests.send(request(answers)).await;
+    sent.map_err(|_| ended())?;
+    answer.await.map_err(|_| ended())
+}
+
+/// A file for the browser, or why there is none.
+fn file(name: &str, bytes: Result<Bytes, String>) -> Response {
+    match bytes {
         Ok(bytes) => {
             let disposition = format!("attachment; filename=\"{name}\"");
             let kind = "application/octet-stream".to_owned();
@@ -199,84 +279,100 @@ async fn asked(
 }
 
 async fn saved(State(shared): State<Arc<Shared>>) -> Response {
-    asked(&shared, Asked::Save, "run.json").await
+    let run = answer(&shared, RunRequest::Save).await.flatten();
+    let bytes = match run {
+        // Not where sockets wait.
+        Ok(run) => task::spawn_blocking(move || (shared.save)(run)).await,
+        Err(e) => Ok(Err(e)),
+    };
+    let bytes = bytes.unwrap_or_else(|e| Err(e.to_string()));
+    file("run.json", bytes.map(Bytes::from))
 }
 
 async fn recording(State(shared): State<Arc<Shared>>) -> Response {
-    asked(&shared, Asked::Recording, "run.tape").await
+    let none = "there is no recording yet: start one and stop it";
+    let recorded = answer(&shared, RunRequest::Recording).await;
+    let recorded = recorded.and_then(|bytes| bytes.ok_or_else(|| none.to_owned()));
+    file("run.tape", recorded)
 }
 
-async fn socket(
-    State(shared): State<Arc<Shared>>,
-    Path(_): Path<String>,
-    upgrade: WebSocketUpgrade,
-) -> Response {
-    if shared.sockets.fetch_add(1, Ordering::Relaxed) >= MOST {
-        shared.sockets.fetch_sub(1, Ordering::Relaxed);
-        let text = format!("{MOST} browsers look on already: close one.\n");
+/// A viewer, counted while there is one.
+struct Viewer(Arc<Shared>);
+
+impl Drop for Viewer {
+    fn drop(&mut self) {
+        self.0.viewers.fetch_sub(1, Ordering::Relaxed);
+    }
+}
+
+async fn socket(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response {
+    let others = shared.viewers.fetch_add(1, Ordering::Relaxed);
+    let viewer = Viewer(shared);
+    if others >= MAX_VIEWERS {
+        let text = format!("There are {MAX_VIEWERS} viewers already: close one.\n");
         return (StatusCode::SERVICE_UNAVAILABLE, text).into_response();
     }
-    // Counted down when the socket closes, or is never opened.
-    let counted = Counted(Arc::clone(&shared));
     let upgrade = upgrade.max_message_size(LONGEST).max_frame_size(LONGEST);
     upgrade.on_upgrade(move |socket| async move {
-        let mut held = BTreeSet::new();
-        look_on(&counted.0, socket, &mut held).await;
-        for (control, drive) in held {
+        let shared = &viewer.0;
+        let number = shared.count.fetch_add(1, Ordering::Relaxed);
+        show(shared, socket, number).await;
+        for (control, drive) in shared.left_by(number) {
             let command = Command::Set {
                 control,
                 drive,
                 value: 0.0,
             };
-            let _ = counted.0.asked.send(Asked::Command(command)).await;
+            let request = RunRequest::Command(command, None);
+            let _ = shared.requests.send(request).await;
         }
-        drop(counted);
     })
 }
 
-struct Counted(Arc<Shared>);
-
-impl Drop for Counted {
-    fn drop(&mut self) {
-        self.0.sockets.fetch_sub(1, Ordering::Relaxed);
-    }
+/// Whether a message was taken in time.
+async fn send(socket: &mut WebSocket, message: Message) -> bool {
+    matches!(timeout(SILENCE, socket.send(message)).await, Ok(Ok(())))
 }
 
-/// A control, or one of what follows it.
-type Held = BTreeSet<(usize, Option<usize>)>;
-
-/// Sends what goes on and takes commands, until the browser goes away; `held` is what it has set to other than zero.
-async fn look_on(shared: &Shared, mut socket: WebSocket, held: &mut Held) {
+/// Shows the run to a viewer and takes its commands, until it goes away.
+async fn show(shared: &Shared, mut socket: WebSocket, viewer: u64) {
     let mut all = shared.all.subscribe();
-    for message in shared.latest().into_iter().flatten() {
-        if socket.send(message).await.is_err() {
-            return;
-        }
+    let (refuse, mut refusals) = mpsc::channel(MAX_REFUSALS);
+    if !send_latest(shared, &mut socket).await {
+        return;
     }
+    let mut beat = interval(SILENCE / 3);
+    let mut heard = Instant::now();
     loop {
-        tokio::select! {
-            message = all.recv() => {
-                let sent = match message {
-                    Ok(message) => socket.send(message).await,
-                    Err(broadcast::error::RecvError::Lagged(count)) => {
-                        behind(shared, &mut socket, count).await
+        let is_here = tokio::select! {
+            message = all.recv() => match message {
+                Ok(message) => send(&mut socket, message).await,
+                Err(RecvError::Lagged(count)) => {
+                    send(&mut socket, told("missed", count)).await
+                        && send_latest(shared, &mut socket).await
+                }
+                Err(RecvError::Closed) => false,
+            },
+            Some(refusal) = refusals.recv() => send(&mut socket, told("refused", refusal)).await,
+            _ = beat.tick() => {
+                heard.elapsed() < SILENCE && send(&mut socket, Message::Ping(Bytes::new())).await
+            }
+            message = socket.recv() => {
+                heard = Instant::now();
+                match message {
+                    Some(Ok(Message::Text(text))) => {
+                        match take(shared, &text, (viewer, &refuse)).await {
+                            Ok(()) => true,
+                            Err(text) => send(&mut socket, told("refused", text)).await,
+                        }
                     }
-                    Err(broadcast::error::RecvError::Closed) => return,
-                };
-                if sent.is_err() {
-                    return;
+                    Some(Ok(Message::Close(_)) | Err(_)) | None => false,
+                    Some(Ok(_)) => true,
                 }
             }
-            message = socket.recv() => match message {
-                Some(Ok(Message::Text(text))) => {
-                    let refused = take(shared, &text, held).await;
-                    if let Err(text) = refused && socket.send(told("refused", &text)).await.is_err() {
-                        return;
-                    }
-                }
-                Some(Ok(Message::Close(_)) | Err(_)) | None => return,
-                Some(Ok(_)) => {}
-            },
+        };
+        if !is_here {
+            return;
         }
     }
 }
@@ -285,79 +381,33 @@ fn told<T: serde::Serialize>(what: &str, value: T) -> Message {
     Message::Text(serde_json::json!({ what: value }).to_string().into())
 }
 
-/// Tells a browser that it has missed so many messages, and what frames mean now.
-async fn behind(shared: &Shared, socket: &mut WebSocket, count: u64) -> Result<(), axum::Error> {
-    socket.send(told("missed", count)).await?;
-    for message in shared.latest().into_iter().flatten() {
-        socket.send(message).await?;
+async fn send_latest(shared: &Shared, socket: &mut WebSocket) -> bool {
+    let Latest { about, status } = locked(&shared.latest).clone();
+    for message in [about, status].into_iter().flatten() {
+        if !send(socket, message).await {
+            return false;
+        }
     }
-    Ok(())
+    true
 }
 
-/// Hands a command on, and remembers what it sets.
-async fn take(shared: &Shared, text: &str, held: &mut Held) -> Result<(), String> {
+/// Hands a viewer's command to the run.
+async fn take(
+    shared: &Shared,
+    text: &str,
+    (viewer, refuse): (u64, &mpsc::Sender<String>),
+) -> Result<(), String> {
     let mut reader = serde_json::Deserializer::from_str(text);
-    let command =
-        Command::deserialize(&mut reader).and_then(|command| reader.end().map(|()| command));
+    let command = Command::deserialize(&mut reader);
+    let command = command.and_then(|command| reader.end().map(|()| command));
     let command = command.map_err(|e| format!("not a command: {e}"))?;
-    if let Command::Set {
-        control,
-        drive,
-        value,
-    } = &command
-    {
-        let place = (*control, *drive);
-        // A control sets all that follows it.
-        if drive.is_none() {
-            held.retain(|(other, _)| other != control);
-        }
-        if *value == 0.0 {
-            held.remove(&place);
-        } else if held.len() < COMMANDS {
-            held.insert(place);
-        }
+    if !shared.note(viewer, &command) {
+        return Err(format!("{MAX_DRIVEN} controls are driven: stop one"));
     }
-    let gone = |_| "the run has ended".to_owned();
-    shared
-        .asked
-        .send(Asked::Command(command))
-        .await
-        .map_err(gone)
+    let request = RunRequest::Command(command, Some(refuse.clone()));
+    let sent = shared.requests.send(request).await;
+    sent.map_err(|_| "the run has ended".to_owned())
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn headers(host: &str, origin: Option<&str>) -> HeaderMap {
-        let mut headers = HeaderMap::new();
-        headers.insert(header::HOST, host.parse().expect("a host"));
-        if let Some(origin) = origin {
-            headers.insert(header::ORIGIN, origin.parse().expect("an origin"));
-        }
-        headers
-    }
-
-    #[test]
-    fn only_the_own_page_may_ask() {
-        let (shared, _) = Shared::new(8021, "t".to_owned(), "crane".to_owned());
-        let own = |host, origin| shared.is_own(&headers(host, origin));
-        assert!(own("127.0.0.1:8021", None));
-        assert!(own("localhost:8021", Some("http://localhost:8021")));
-        for (host, origin) in [
-            ("127.0.0.1:8022", None),
-            ("127.0.0.1", None),
-            ("crane.example:8021", None),
-            ("127.0.0.1:8021", Some("null")),
-            ("127.0.0.1:8021", Some("https://127.0.0.1:8021")),
-            ("127.0.0.1:8021", Some("http://crane.example")),
-            (
-                "127.0.0.1:8021",
-                Some("http://localhost:8021.crane.example"),
-            ),
-        ] {
-            assert!(!own(host, origin), "{host} {origin:?}");
-        }
-        assert!(!shared.is_own(&HeaderMap::new()));
-    }
-}
+mod tests;

@@ -6,7 +6,8 @@ const run = { time: [], parts: [], force: 1, gravity: [0, 0, 0] };
 runs.push(run);
 const FRAME = 1000 / 60;
 // What is known of the run: what frames mean, the status, the clock.
-const known = { about: null, status: null, clock: null, missed: 0, frames: 0, open: false };
+const known = { about: null, status: null, clock: null, missed: 0, frames: 0, heard: performance.now() };
+const write = (id, text) => { if (by(id).textContent !== text) by(id).textContent = text; };
 // The last 20 s, for the plots: times and columns.
 const SHOWN = 20;
 const past = { time: [], load: [], columns: new Map([["load_tension", []], ["kinetic", []], ["step", []], ["error", []]]) };
@@ -17,44 +18,62 @@ const send = (command) => { if (socket?.readyState === WebSocket.OPEN) socket.se
 const connect = () => {
   socket = new WebSocket(`ws://${location.host}${location.pathname}socket`);
   socket.binaryType = "arraybuffer";
-  socket.addEventListener("open", () => { known.open = true; tell(); });
   socket.addEventListener("message", ({ data }) => {
     if (typeof data !== "string") { frame(data); return; }
     const message = JSON.parse(data);
     if (message.about) learn(message.about);
     if (message.status) { Object.assign(known, message); tell(); }
     if (message.missed) known.missed += message.missed;
-    if (message.refused) by("alert").textContent = message.refused;
+    if (message.refused) refuse(message.refused);
   });
-  socket.addEventListener("close", () => {
-    known.open = false;
-    by("alert").textContent = "The run has ended, or too many look on: is `taut view` still there?";
-    setTimeout(connect, 1000);
-  });
+  socket.addEventListener("close", () => setTimeout(connect, 1000));
+};
+// What was refused stays to be read.
+const refused = { text: "", until: 0 };
+const refuse = (text) => {
+  Object.assign(refused, { text, until: performance.now() + 6000 });
+  alert();
+};
+const alert = () => {
+  const { status } = known;
+  const texts = [];
+  if (socket.readyState !== WebSocket.OPEN) texts.push("No connection: `taut view` has ended, or has too many viewers.");
+  if (status?.failure) texts.push(`${status.failure}. Restart the run.`);
+  if (performance.now() < refused.until) texts.push(refused.text);
+  write("alert", texts.join(" "));
+};
+// A file, or why there is none.
+const get = async (name, as) => {
+  const answer = await fetch(name);
+  if (!answer.ok) { refuse(await answer.text()); return; }
+  const link = make("a", null, undefined, { href: URL.createObjectURL(await answer.blob()), download: as });
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 };
 // What frames mean from here on.
 const learn = (about) => {
-  const first = !known.about;
+  const before = known.about;
   known.about = about;
   const { layout } = about;
   run.gravity = about.gravity;
-  run.parts = [];
+  [run.parts, run.time] = [[], []];
   const weight = layout.load === null ? 0 : layout.bodies[layout.load].mass * norm(about.gravity);
   run.force = weight || run.force;
   ranges.fill(null);
-  const chosen = (id, names) => {
-    if (by(id).options.length !== names.length) by(id).replaceChildren(...names.map((name) => make("option", null, name, { value: name })));
-  };
-  chosen("solver", about.solvers);
-  chosen("scheme", about.schemes);
-  if (first || by("drives").children.length !== about.controls.length) makeDrives();
-  showMass();
+  const same = (key) => JSON.stringify(before?.[key]) === JSON.stringify(about[key]);
+  const choices = (id, names) => by(id).replaceChildren(...names.map((name) => make("option", null, name, { value: name })));
+  if (!same("solvers")) choices("solver", about.solvers);
+  if (!same("schemes")) choices("scheme", about.schemes);
+  if (!same("controls")) makeDrives();
 };
+// Of channels with the same name the first: the others are of controls.
+const named = ({ channels }) => new Map(channels.map(({ name }, k) => [name, k]).reverse());
 const frame = (data) => {
   const { about } = known;
   const head = new DataView(data);
   if (!about || head.getUint32(0, true) !== about.generation) return;
   const [count, time] = [head.getUint32(4, true), head.getFloat64(8, true)];
+  known.heard = performance.now();
   const { layout } = about;
   const width = layout.channels.length;
   const raw = new Int32Array(data, 16, width);
@@ -62,8 +81,7 @@ const frame = (data) => {
   layout.channels.forEach(({ step }, k) => { if (step !== null) values[k] = raw[k] * step; });
   const sides = new Int32Array(data, 16 + 4 * width, count * OF_CONTACT);
   const part = { layout, times: [time], values, begins: [0, count], sides, contacts: new Float32Array(data, 16 + 4 * width, count * OF_CONTACT),
-    first: 0, width, names: run.parts[0]?.names ?? new Map(layout.channels.map(({ name }, k) => [name, k])), held: run.parts[0]?.held };
-  const fresh = !run.time.length;
+    first: 0, width, names: run.parts[0]?.names ?? named(layout), held: run.parts[0]?.held };
   [run.parts, run.time] = [[part], [time]];
   // Of a layout once: it looks through all segments.
   if (part.held === undefined) part.held = holding(part);
@@ -73,9 +91,9 @@ const frame = (data) => {
   });
   if (time < state.time) { past.time.length = past.load.length = 0; followed = null; for (const [, y] of past.columns) y.length = 0; }
   state.time = time;
-  known.frames += 1;
   keep(part, time);
-  if (fresh) fit();
+  if (!known.frames) fit();
+  known.frames += 1;
   follow();
   redraw();
 };
@@ -105,66 +123,72 @@ const keep = (part, time) => {
 // --- Controls: sliders, and keys that drive while they are held.
 const PAIRS = [["a", "d"], ["s", "w"], ["q", "e"], ["j", "l"], ["k", "i"], ["u", "o"]];
 const held = new Map();
+const pressed = new Set();
 const drives = [];
+const range = (parent, name) => make("input", parent, undefined, { type: "range", min: "-1", max: "1", step: "0.01", value: "0", "aria-label": name });
 const makeDrives = () => {
+  release();
+  held.clear();
   drives.length = 0;
   by("drives").replaceChildren();
-  known.about.controls.forEach(([name, followers], control) => {
+  known.about.controls.forEach(([control, followers], k) => {
     const box = make("div", by("drives"), undefined, { class: "drive" });
-    const keys = PAIRS[control];
+    const keys = PAIRS[k];
     const title = make("span", box, undefined, { class: "name" });
-    title.append(name, " ");
+    title.append(control, " ");
     if (keys) title.append(make("kbd", null, keys[0]), " ", make("kbd", null, keys[1]));
-    const out = make("output", box, "0");
-    const slider = make("input", box, undefined, { type: "range", min: "-1", max: "1", step: "0.01", value: "0", "aria-label": name });
-    const most = make("input", box, undefined, { type: "number", min: "0", step: "any", value: "1", "aria-label": `${name}, most` });
+    const out = make("span", box, "", { class: "value" });
+    const slider = range(box, control);
+    const most = make("input", box, undefined, { type: "number", min: "0", step: "any", value: "1", "aria-label": `${control}: speed of its keys` });
     const set = (value) => { slider.value = value; send({ set: { control, value } }); };
     slider.addEventListener("input", () => set(Number(slider.value)));
     slider.addEventListener("dblclick", () => set(0));
+    const each = followers.length > 1 ? make("details", box) : null;
+    if (each) make("summary", each, "one by one");
+    const alone = each ? followers.map((drive) => {
+      const one = range(make("label", each, `${drive} `), `${control}: ${drive}`);
+      one.addEventListener("input", () => send({ set: { control, drive, value: Number(one.value) } }));
+      return one;
+    }) : [];
+    const size = () => Math.abs(Number(most.value)) || 1;
     most.addEventListener("change", () => {
-      const size = Math.abs(Number(most.value)) || 1;
-      Object.assign(slider, { min: -size, max: size, step: size / 100 });
+      for (const one of [slider, ...alone]) Object.assign(one, { min: -size(), max: size(), step: size() / 100 });
+      most.blur();
     });
-    if (followers.length > 1) {
-      const each = make("details", box);
-      make("summary", each, "one by one");
-      followers.forEach((follower, drive) => {
-        const label = make("label", each, `${follower} `);
-        const alone = make("input", label, undefined, { type: "range", min: "-1", max: "1", step: "0.01", value: "0", "aria-label": `${name}: ${follower}` });
-        alone.addEventListener("input", () => send({ set: { control, drive, value: Number(alone.value) } }));
-        most.addEventListener("change", () => { Object.assign(alone, { min: slider.min, max: slider.max, step: slider.step }); });
-      });
-    }
-    const entry = { set, most, out };
+    const entry = { set, size, out, slider, alone };
     drives.push(entry);
-    keys?.forEach((key, k) => held.set(key, { entry, way: k ? 1 : -1 }));
+    keys?.forEach((key, way) => held.set(key, { entry, way: way ? 1 : -1 }));
   });
 };
-const pressed = new Set();
 const drive = (event, down) => {
-  const found = held.get(event.key.toLowerCase());
-  if (!found || event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input[type=number], select")) return;
   const key = event.key.toLowerCase();
-  if (down === pressed.has(key)) return;
+  const found = held.get(key);
+  if (!found || down === pressed.has(key)) return;
+  // What was pressed is released whatever else is.
+  if (down && (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input[type=number], select"))) return;
   if (down) pressed.add(key); else pressed.delete(key);
-  const way = [...pressed].reduce((sum, k) => sum + (held.get(k).entry === found.entry ? held.get(k).way : 0), 0);
-  found.entry.set(Math.sign(way) * (Math.abs(Number(found.entry.most.value)) || 1));
+  const way = [...pressed].reduce((sum, k) => sum + (held.get(k)?.entry === found.entry ? held.get(k).way : 0), 0);
+  found.entry.set(Math.sign(way) * found.entry.size());
+};
+const release = () => {
+  for (const key of pressed) held.get(key)?.entry.set(0);
+  pressed.clear();
 };
 document.addEventListener("keyup", (event) => drive(event, false));
-window.addEventListener("blur", () => {
-  for (const key of pressed) held.get(key).entry.set(0);
-  pressed.clear();
-});
+window.addEventListener("blur", release);
 const KEYS = {
   " ": () => send({ pause: !known.status?.paused }), ".": () => send("step"), "+": () => zoom(0.8), "-": () => zoom(1.25), 0: () => { fit(); redraw(); },
 };
+// Keys that the focused element needs itself.
+const needs = (target, key) => target.closest("input[type=number], select") || (key === " " && target.closest("button, summary, input[type=checkbox]"));
 document.addEventListener("keydown", (event) => {
   drive(event, true);
-  const inControl = event.target.closest("input, select, button, a");
-  if (event.ctrlKey || event.metaKey || event.altKey || inControl || !KEYS[event.key]) return;
+  if (event.ctrlKey || event.metaKey || event.altKey || needs(event.target, event.key) || !KEYS[event.key]) return;
   event.preventDefault();
   KEYS[event.key]();
 });
+// A click with a pointer leaves the keys to the crane.
+document.addEventListener("click", (event) => { if (event.detail) event.target.closest("button, input[type=checkbox], summary")?.blur(); });
 
 // --- What is shown.
 const segmentMass = () => {
@@ -172,18 +196,25 @@ const segmentMass = () => {
   const masses = cables.flatMap((cable) => cable.bodies).map((i) => bodies[i].mass);
   return masses.length ? masses.reduce((a, b) => a + b) / masses.length : NaN;
 };
-const showMass = () => {
-  const { layout } = known.about;
-  by("heavy").hidden = layout.load === null;
-  if (layout.load === null) return;
-  const { mass } = layout.bodies[layout.load];
+const showMass = (mass) => {
+  by("heavy").hidden = mass === null;
+  if (mass === null || document.activeElement === by("mass")) return;
   by("mass").value = +mass.toPrecision(4);
   const ratio = mass / segmentMass();
-  by("ratio").textContent = Number.isFinite(ratio) ? `${short(ratio)} times a segment` : "";
+  write("ratio", Number.isFinite(ratio) ? `${short(ratio)} times a segment` : "");
 };
+const showControls = (controls) => controls.forEach((values, k) => {
+  const { out, slider, alone } = drives[k] ?? {};
+  if (!out) return;
+  const texts = new Set(values.map((value) => (value === null ? "" : value.toFixed(2))));
+  out.textContent = [...texts].join(" / ");
+  // Not under a finger.
+  const follow = (one, value) => { if (one && value !== null && !one.matches(":active")) one.value = value; };
+  follow(slider, values[0]);
+  values.forEach((value, i) => follow(alone[i], value));
+});
 const tell = () => {
   const { status, clock } = known;
-  if (!status) return;
   const set = (id, value) => {
     const at = by(id);
     if (![...at.options].some((option) => option.value === value)) make("option", at, value, { value });
@@ -191,30 +222,38 @@ const tell = () => {
   };
   set("solver", status.solver);
   set("scheme", status.scheme);
-  by("pause").textContent = status.paused ? "Go on" : "Pause";
   by("pause").setAttribute("aria-pressed", String(status.paused));
-  by("record").textContent = status.recording === null ? "Record" : `Stop recording (${Math.round(status.recording / 1024)} KiB)`;
   by("record").setAttribute("aria-pressed", String(status.recording !== null));
+  write("record", status.recording === null ? "Record" : `Recording, ${Math.round(status.recording / 1024)} KiB`);
   by("recording").hidden = status.recorded === null;
-  status.controls.forEach((value, k) => { if (drives[k]) drives[k].out.textContent = value === null ? "" : value.toFixed(2); });
-  by("alert").textContent = status.failure ? `${status.failure}. “Restart” begins anew.` : status.refused ?? "";
-  const [error, step] = ["error", "step"].map((name) => past.columns.get(name).at(-1));
+  showControls(status.controls);
+  showMass(status.load);
+  alert();
+  const { error } = status;
+  const step = past.columns.get("step").at(-1);
   const figures = by("figures");
   figures.replaceChildren();
   const add = (text, bad = false) => make("span", figures, `${figures.children.length ? "; " : ""}${text}`, bad ? { class: "bad" } : {});
-  add(`a step takes ${short(step / 1e3)} µs, a frame at most ${clock.busiest_ms.toFixed(2)} of ${FRAME.toFixed(1)} ms`, clock.busiest_ms > FRAME);
-  add(`${clock.late} late of ${clock.frames} frames${clock.late ? `, ${clock.lost_ms.toFixed(0)} ms lost` : ""}`, clock.late > 0);
-  if (known.missed) add(`${known.missed} messages did not arrive in time`, true);
-  if (Number.isFinite(error)) add(`the load is off by ${short(1e3 * error)} mm (estimate)`);
-  if (clock.browsers > 1) add(`${clock.browsers} browsers`);
+  if (Number.isFinite(step)) add(`step ${short(step / 1e3)} µs`);
+  add(`frame at most ${clock.busiest_ms.toFixed(2)} of ${FRAME.toFixed(1)} ms`, clock.busiest_ms > FRAME);
+  add(`${clock.late} of ${clock.frames} frames late${clock.late ? `, ${clock.lost_ms.toFixed(0)} ms lost` : ""}`, clock.late > 0);
+  if (known.missed) add(`${known.missed} messages missed by this page`, true);
+  if (error?.lost) add("the estimate of the load's error is lost", true);
+  else if (error) add(`load at most ${short(1e3 * error.total)} mm off so far (estimate${error.unseen ? `; ${error.unseen} steps not compared` : ""})`);
+  if (clock.viewers > 1) add(`${clock.viewers} viewers`);
 };
+setInterval(() => {
+  const silent = (performance.now() - known.heard) / 1000;
+  if (silent > 0.5) write("figures", `no frame for ${silent.toFixed(1)} s`);
+  if (socket) alert();
+}, 500);
 const picture = new Picture(by("picture"));
 let waiting = 0;
 let plotted = -Infinity;
 const show = () => {
   if (!run.time.length) return;
   draw(picture, run);
-  by("now").textContent = `${state.time.toFixed(2)} s`;
+  write("now", `${state.time.toFixed(2)} s`);
   legend();
   // Plots cost more than they tell at 60 a second.
   if (performance.now() - plotted < 200) return;
@@ -238,9 +277,13 @@ const begin = () => {
   by("step").addEventListener("click", () => send("step"));
   by("restart").addEventListener("click", () => send("restart"));
   by("record").addEventListener("click", () => send({ record: known.status?.recording === null }));
-  by("solver").addEventListener("change", (event) => send({ solver: event.target.value }));
-  by("scheme").addEventListener("change", (event) => send({ scheme: event.target.value }));
-  by("mass").addEventListener("change", (event) => send({ mass: Number(event.target.value) }));
+  by("recording").addEventListener("click", () => get("recording", "run.tape"));
+  by("save").addEventListener("click", () => get("run.json", "run.json"));
+  // A field that has done its work leaves the keys to the crane.
+  const field = (id, command) => by(id).addEventListener("change", ({ target }) => { send(command(target.value)); target.blur(); });
+  field("solver", (solver) => ({ solver }));
+  field("scheme", (scheme) => ({ scheme }));
+  field("mass", (mass) => ({ mass: Number(mass) }));
   by("colour").addEventListener("change", (event) => { state.colour = Number(event.target.value); redraw(); });
   by("forces").addEventListener("change", (event) => { state.forces = event.target.checked; redraw(); });
   by("fit").addEventListener("click", () => { fit(); redraw(); });
