@@ -6,10 +6,12 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc;
 use std::thread;
 use std::time::Duration;
+use taut_ground::trajectory::{Limits, Simulation};
 use taut_integrator::{StepOptions, Stepper};
 use taut_model::SceneSource;
 use taut_model::named::NAMES;
 use taut_model::scene_file::SceneText;
+use taut_recording::Recorder;
 use taut_tests::fuzzing::{self, TARGETS};
 
 /// No input takes longer: small scenes take milliseconds, and this machine may be busy.
@@ -266,6 +268,36 @@ fn saved_runs_that_are_mutated_are_refused_or_go_on() {
     proptest!(config(400), |(which in 0..texts.len(), changes in changes())| {
         let text = mutated(&texts[which], &changes);
         let _ = in_time(&text, || fuzzing::saved_run(text.as_bytes()));
+    });
+}
+
+/// A short recording of a scene with ground, cable and contacts, as lines.
+fn recorded() -> String {
+    let set = [("count", "1"), ("segments", "3")];
+    let source = SceneSource::load("pile", &set).expect("a scene");
+    let scene = source.build().expect("sound");
+    let mut stepper = Stepper::new(scene, StepOptions::default()).expect("sound");
+    let mut simulation = Simulation::new(3, Limits::Sweep(10.0));
+    let mut file = Vec::new();
+    let mut recorder = Recorder::begin(&mut file, &stepper, 3).expect("begun");
+    while let Some(sample) = simulation.step(&mut stepper) {
+        recorder
+            .step(&mut file, &stepper, &sample)
+            .expect("written");
+    }
+    recorder
+        .end(&mut file, stepper.time(), None)
+        .expect("ended");
+    fuzzing::lines_of_recording(&file)
+}
+
+#[test]
+fn recordings_that_are_mutated_are_refused_or_shown() {
+    let text = recorded();
+    assert!(fuzzing::recording(text.as_bytes()));
+    proptest!(config(40), |(changes in changes())| {
+        let text = mutated(&text, &changes);
+        let _ = in_time(&text, || fuzzing::recording(text.as_bytes()));
     });
 }
 

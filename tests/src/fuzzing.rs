@@ -9,6 +9,7 @@
 use crate::decode::Bytes;
 use nalgebra::Vector3;
 use std::fmt::Display;
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 use taut_bench::run_file::RunFile;
@@ -16,6 +17,7 @@ use taut_ground::matrix::prepared::Problem;
 use taut_ground::matrix::{Matrix, market, matrix_of, vector_of};
 use taut_integrator::{SavedRun, StepOptions, Stepper};
 use taut_model::{Scene, SceneSource};
+use taut_recording::{Recording, animation, page, still, table};
 use taut_solver::{
     Backend, BlockPattern, GeneralMatrix, GeneralSolver, SolveError, SolveReport, SymBlockMatrix,
 };
@@ -31,12 +33,13 @@ const ROWS: usize = 60;
 pub type Target = (&'static str, fn(&[u8]) -> bool);
 
 /// All of them.
-pub const TARGETS: [Target; 5] = [
+pub const TARGETS: [Target; 6] = [
     ("scene_file", scene_file),
     ("scene_builder", scene_builder),
     ("matrix_and_rhs", matrix_and_rhs),
     ("matrix_market", matrix_market),
     ("saved_run", saved_run),
+    ("recording", recording),
 ];
 
 /// Every backend that is compiled in, with every option that changes its algorithm.
@@ -409,4 +412,71 @@ fn iterations(backend: &str) -> usize {
     let options = backend.split(':');
     let limit = options.filter_map(|o| o.strip_prefix("iterations=")?.parse().ok());
     limit.max().unwrap_or(1)
+}
+
+/// The lines of a recording, one for each chunk: its item as JSON, a tab, and the hexadecimal digits of the bytes behind the item.
+/// Of a recording that was just written.
+#[must_use]
+pub fn lines_of_recording(file: &[u8]) -> String {
+    let mut text = String::new();
+    let mut rest = &file[16..];
+    while rest.len() > 8 {
+        let length = u32::from_le_bytes([rest[0], rest[1], rest[2], rest[3]]) as usize;
+        let mut bytes = Vec::new();
+        let mut reader = flate2::read::DeflateDecoder::new(&rest[8..8 + length]);
+        reader.read_to_end(&mut bytes).expect("deflated");
+        let mut tail = &bytes[..];
+        let item: serde_json::Value = ciborium::from_reader(&mut tail).expect("CBOR");
+        let digits: String = tail.iter().map(|byte| format!("{byte:02x}")).collect();
+        text += &format!("{item}\t{digits}\n");
+        rest = &rest[8 + length..];
+    }
+    text
+}
+
+/// A recording of those lines, whole whatever they hold.
+fn recording_of(text: &str) -> Option<Vec<u8>> {
+    let mut file = b"taut-recording\n\x01".to_vec();
+    for line in text.lines() {
+        let (item, digits) = line.split_once('\t').unwrap_or((line, ""));
+        let item: serde_json::Value = serde_json::from_str(item).ok()?;
+        let mut bytes = Vec::new();
+        ciborium::into_writer(&item, &mut bytes).ok()?;
+        let pairs = digits.as_bytes().chunks_exact(2);
+        let byte = |pair: &[u8]| u8::from_str_radix(std::str::from_utf8(pair).ok()?, 16).ok();
+        bytes.extend(pairs.map_while(byte));
+        let level = flate2::Compression::fast();
+        let mut deflated = Vec::new();
+        flate2::read::DeflateEncoder::new(&bytes[..], level)
+            .read_to_end(&mut deflated)
+            .ok()?;
+        file.extend((deflated.len() as u32).to_le_bytes());
+        file.extend(crc32fast::hash(&deflated).to_le_bytes());
+        file.extend(deflated);
+    }
+    Some(file)
+}
+
+/// Recordings, by their [lines](lines_of_recording) or as they are: read, and shown in every form.
+#[must_use]
+pub fn recording(data: &[u8]) -> bool {
+    let lines = std::str::from_utf8(data).ok().and_then(recording_of);
+    let file = lines.as_deref().unwrap_or(data);
+    let recording = match Recording::read(&mut &file[..]) {
+        Ok(recording) => recording,
+        Err(e) => return says(&e),
+    };
+    let names = recording.parts.iter().flat_map(|p| &p.layout.channels);
+    let names: Vec<String> = names.map(|c| c.name.clone()).take(20).collect();
+    let mut out = Vec::new();
+    if let Ok(rows) = table(&recording, &names) {
+        rows(&mut out).expect("memory takes all");
+    }
+    let _ = page(&[("a", &recording)]).expect("a page");
+    let _ = animation(&recording, true);
+    // A picture takes as long as many of the others.
+    if data.len().is_multiple_of(16) {
+        let _ = still(&recording, 0.0);
+    }
+    recording.frames() > 0
 }

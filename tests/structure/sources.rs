@@ -148,6 +148,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
             "taut-integrator",
             "taut-model",
             "taut-output",
+            "taut-recording",
             "taut-solver",
             "taut-studies",
         ],
