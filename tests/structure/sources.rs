@@ -113,6 +113,7 @@ pub(crate) const MAY_KNOW: [(&str, &[&str]); 14] = [
             "taut-lanes",
             "taut-model",
             "taut-output",
+            "taut-recording",
             "taut-rivals",
             "taut-solver",
         ],

@@ -3,6 +3,20 @@
 //! [`Drive`] is the run, which obeys commands and shows frames; [`View::run`] moves it by the [`Clock`] and serves it. The
 //! forms of what a socket carries are [`Command`], [`About`], [`Status`] and [`Drive::frame`].
 //!
+//! ```
+//! use taut_integrator::StepOptions;
+//! use taut_model::GantryParams;
+//! use taut_view::Drive;
+//!
+//! let scene = GantryParams { segments: 3, ..GantryParams::default() }.build()?;
+//! let mut drive = Drive::new(scene, StepOptions { backend: "dense".parse()?, ..StepOptions::default() })?;
+//! drive.command(serde_json::from_str(r#"{"set": {"control": "trolley_speed", "value": 0.5}}"#)?)?;
+//! drive.advance(2.0, &|| true);
+//! let trolley = drive.stepper().scene().bodies.position[1];
+//! assert!((trolley.x - 1.0).abs() < 0.01);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Map
 //! | module | holds |
 //! |---|---|
