@@ -258,24 +258,40 @@ fn what_a_viewer_drives_stops_when_it_is_gone() {
     }
 }
 
-/// Of three spans of 10 s, one is without a late frame: whatever else the machine does.
+/// Sleeps for 10 s in ticks of a frame, and counts those from which the machine wakes it later than a frame.
+fn machine_is_late() -> f64 {
+    let period = Duration::from_secs_f64(1.0 / 60.0);
+    let (mut due, mut late) = (Instant::now(), 0.0);
+    for _ in 0..600 {
+        due += period;
+        std::thread::sleep(due.saturating_duration_since(Instant::now()));
+        if due.elapsed() > period {
+            late += 1.0;
+            due = Instant::now();
+        }
+    }
+    late
+}
+
+/// In 10 s by the clock 600 steps are made and shown, and none is later than the machine itself: in one of three spans.
 fn no_step_is_missed(browser: &mut Browser, page: &Page) {
-    let read = "[view.known.status.steps, view.known.clock.frames, view.known.clock.late, view.known.frames]";
+    let read = "[view.known.status.steps, view.known.clock.late, view.known.frames]";
     let mut seen = Vec::new();
     for _ in 0..3 {
-        let counts = |value: Value| [0, 1, 2, 3].map(|k| number(&value[k]));
+        let counts = |value: Value| [0, 1, 2].map(|k| number(&value[k]));
         let before = counts(browser.value(page, read));
-        std::thread::sleep(Duration::from_secs(10));
+        let machine = machine_is_late();
         let after = counts(browser.value(page, read));
-        let [steps, frames, late, shown] = [0, 1, 2, 3].map(|k| after[k] - before[k]);
-        seen.push([steps, frames, late, shown]);
-        // The status comes ten times a second.
-        assert!((steps - frames).abs() < 1.0, "{seen:?}");
-        if late == 0.0 && (594.0..=606.0).contains(&frames) && shown > 560.0 {
+        let [steps, late, shown] = [0, 1, 2].map(|k| after[k] - before[k]);
+        seen.push([steps, late, shown, machine]);
+        // The status comes ten times a second; a late frame loses some time.
+        let lost = 6.0 + 3.0 * machine;
+        let is_whole = (600.0 - lost..=606.0).contains(&steps) && shown >= steps - 12.0 - lost;
+        if late <= machine && is_whole {
             return;
         }
     }
-    panic!("steps, frames, late frames, frames that arrived: {seen:?}");
+    panic!("steps, late frames, frames shown, ticks that the machine was late: {seen:?}");
 }
 
 #[test]

@@ -4,7 +4,6 @@ use crate::{Scheme, StepError, StepOptions, Stepper};
 use nalgebra::Vector3;
 use taut_model::collide::{Collider, Shape};
 use taut_model::{Body, HoistParams, Scene};
-use taut_solver::Backend;
 
 const DT: f64 = 1.0 / 60.0;
 
@@ -62,7 +61,7 @@ fn another_solver_goes_on_with_the_same_motion() {
     other
         .set_options(options("dense", Scheme::default(), DT))
         .expect("goes on");
-    assert_eq!(other.backend(), &"dense".parse::<Backend>().expect("one"));
+    assert_eq!(other.backend(), &options("dense", Scheme::default(), DT).backend);
     assert_eq!(other.body("load").expect("a load"), load_before);
     go(&mut other, 40);
     let apart = (load(&plain) - load(&other)).norm();
