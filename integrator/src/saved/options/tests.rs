@@ -61,7 +61,10 @@ fn another_solver_goes_on_with_the_same_motion() {
     other
         .set_options(options("dense", Scheme::default(), DT))
         .expect("goes on");
-    assert_eq!(other.backend(), &options("dense", Scheme::default(), DT).backend);
+    assert_eq!(
+        other.backend(),
+        &options("dense", Scheme::default(), DT).backend
+    );
     assert_eq!(other.body("load").expect("a load"), load_before);
     go(&mut other, 40);
     let apart = (load(&plain) - load(&other)).norm();
