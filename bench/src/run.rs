@@ -169,7 +169,7 @@ pub struct Summary {
     /// The diagonal of the box that the load moved in \[m].
     #[serde(skip)]
     pub extent: f64,
-    /// What the rules of cables did, where there are any.
+    /// What winches and the rules of cables did, where there are rules or something was done.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolved: Option<Resolved>,
     /// Tension above the load at the end \[N]: the largest of what holds on to it.
@@ -538,7 +538,7 @@ fn summary(
         balance: tally.last.and_then(|s| s.balance),
         max_energy_excess: tally.excess.into_iter().chain(gained).reduce(worse),
         error: tally.last.and_then(|s| s.error),
-        resolved: Some(tally.resolved).filter(|resolved| resolved.segments > 0),
+        resolved: Some(tally.resolved).filter(|r| r.segments + r.splits + r.merges > 0),
         extent: tally.corners.map_or(0.0, |[a, b]| (b - a).norm()),
         load_tension: tally.last.and_then(|s| s.load_tension),
         max_load_tension: tally.tension,

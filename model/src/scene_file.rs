@@ -88,6 +88,7 @@
 //! | `rest` | rest shape: `straight` (default) or `as-routed` |
 //! | `breaks_at`, `group` | as in a joint |
 //! | `winch` | hauls it in and pays it out at `from`, where it is pinned or clamped; see below |
+//! | `resolution` | `{}`: its segments split and merge by a rule, whose keys and defaults [`ResolutionEntry`] has |
 //! | `collide` | whether its segments touch others, as capsules `NAME-1` … of its radius; see below; default `false` |
 //!
 //! Bodies and joints written one by one name the cable that they belong to by the key `cable`.
@@ -340,7 +341,7 @@ mod tests_lean;
 mod tests_sheaves;
 mod write;
 
-pub use cable::{CableEntry, EndEntry, Hold};
+pub use cable::{CableEntry, EndEntry, Hold, ResolutionEntry};
 pub use collide::{CollideEntry, ColliderEntry, ColliderShape, GroundEntry, SurfaceEntry};
 pub use control::{ControlEntry, DriveEntry};
 pub use entries::{BodyEntry, SceneText, Shape};

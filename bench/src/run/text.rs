@@ -100,8 +100,15 @@ fn energy_excess(s: &Summary) -> String {
     } else {
         String::new()
     };
+    // Each change of the scene begins a new balance.
+    let changes = s.resolved.map_or(0, |r| r.splits + r.merges) + s.events.len();
+    let since = if changes > 0 {
+        ", since the scene last changed"
+    } else {
+        ""
+    };
     format!(
-        "at most {excess:.1e} of the motion's own; work of drives {:.3e} J{recovery}",
+        "at most {excess:.1e} of the motion's own; work of drives {:.3e} J{recovery}{since}",
         balance.work
     )
 }
@@ -123,7 +130,7 @@ fn chosen(s: &Summary) -> Option<(&'static str, String)> {
 
 /// What the rules of cables did, for people.
 fn resolved(s: &Summary) -> Option<(&'static str, String)> {
-    let of = s.resolved?;
+    let of = s.resolved.filter(|of| of.segments > 0)?;
     let energy = of.jump.kinetic + of.jump.gravity + of.elastic;
     let text = format!(
         "{} merges, {} splits; {} segments at the end; {energy:+.1e} J of energy by changes",
