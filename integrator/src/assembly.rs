@@ -1,4 +1,4 @@
-//! The joints' part of S = J M̃⁻¹ Jᵀ + Σ, four blocks at a time.
+//! The joints' part of S = J M̃⁻¹ Jᵀ + Σ, a block in each lane.
 //!
 //! With Q = [ [r]×; gᵀ ] for a side's lever arm and gradients, a joint's block on a body is ∓[I 0; 0 0] beside ±Q, and
 //! with w = 1/m and A the inverse of the angular part of M̃
@@ -7,15 +7,23 @@
 //! S_kk = Σ_sides (w I₃ ⊕ 0) + Q A Qᵀ + Σ_k,      S_kl = ±((w I₃ ⊕ 0) + Q_k A Q_lᵀ) for joints k, l at one body,
 //! ```
 //!
-//! + where both are its side a or both its side b. Of each row of \[r]× one number is zero.
+//! + where both are its side a or both its side b. Of each row of \[r]× one number is zero. Of a diagonal block the lower
+//! triangle is computed: with G of rows gᵀ, which both sides share, H = A Gᵀ and P = A \[r]×ᵀ, it is
+//!
+//! ```text
+//! ⎡ Σ_sides w I₃ + [r]× P                     ⎤
+//! ⎣ Σ_sides ([r]× H)ᵀ       G Σ_sides H       ⎦ + Σ_k
+//! ```
 //!
 //! Along a cable, where joint k has its side b at the body of side a of joint k + 1, both blocks of a column of S take the
-//! same A Q_kᵀ: they are written together, and the other blocks below the diagonal by themselves.
+//! same A Q_kᵀ = (P, H) of side b: they are written together, and the other blocks below the diagonal by themselves.
 
 use crate::inertia::Inertia;
-use taut_lanes::vector::{Sym3, Vec3, columns};
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
-use taut_model::{FourBodies, FourJoints, Joint, JointSide, Linearized, PACK};
+use std::sync::atomic::{Ordering, compiler_fence};
+use taut_lanes::vector::{Sym3, Vec3, add, columns};
+use taut_lanes::{Aligned, Lanes, Level, WideKernel, dispatch_wide};
+use taut_model::lanes::{PACK, PerLanes, part};
+use taut_model::{BodyPack, Joint, JointLanes, JointSide, Linearized};
 use taut_solver::SymBlockMatrix;
 
 /// Two joints at one body.
@@ -31,8 +39,8 @@ pub(crate) struct Coupling {
 /// Values of a block of six rows and columns.
 const BLOCK: usize = 36;
 
-/// Values of the columns of four joints: of each its diagonal block, then the one below.
-const COLUMNS: usize = 2 * BLOCK * PACK;
+/// Values of the columns of a joint: its diagonal block, then the one below.
+const COLUMNS: usize = 2 * BLOCK;
 
 /// Where a joint's diagonal block stands, and the block below it that couples it to the next joint.
 #[derive(Debug, Clone, Copy, Default)]
@@ -47,11 +55,15 @@ struct Column {
 /// Where the joints' blocks are.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    /// Of each pack, and the first value where all of it is of blocks of six rows and columns, one after the other.
-    columns: Vec<([Column; PACK], Option<usize>)>,
+    /// Of each pack, and the first value where all blocks have six rows and columns, one after the other.
+    columns: Vec<([Column; PACK], PerLanes<Option<usize>>)>,
     /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
     couplings: Vec<Coupling>,
     coupled: usize,
+    /// Blocks of all lanes, where they do not lie one after the other.
+    room: Aligned,
+    /// What the blocks of a joint are made of, for all lanes.
+    scratch: Aligned,
 }
 
 impl Assembly {
@@ -82,32 +94,36 @@ impl Assembly {
         columns.resize(columns.len().next_multiple_of(PACK), Column::default());
         let packs = columns.as_chunks().0.iter();
         Self {
-            columns: packs.map(|pack| (*pack, first_of_run(pack))).collect(),
+            columns: packs
+                .map(|pack| (*pack, PerLanes::new(pack, first_of_run)))
+                .collect(),
             couplings,
             coupled,
+            room: Aligned::new(COLUMNS * PACK),
+            scratch: Aligned::new(PARTS * PACK),
         }
     }
 
     /// Writes all blocks of joints.
     pub(crate) fn fill(
-        &self,
+        &mut self,
         rows: &Linearized,
         inertia: &Inertia,
         sigma: &[f64],
         a: &mut SymBlockMatrix,
     ) {
         let values = a.values_mut();
-        dispatch(
+        dispatch_wide(
             Level::best(),
             Columns {
-                plan: self,
+                plan: &mut *self,
                 rows,
                 inertia,
                 sigma,
                 values: &mut *values,
             },
         );
-        dispatch(
+        dispatch_wide(
             Level::best(),
             Below {
                 plan: self,
@@ -119,66 +135,82 @@ impl Assembly {
     }
 }
 
-/// The first value of a pack's columns where they are of blocks of six rows and columns, one after the other.
-fn first_of_run(pack: &[Column; PACK]) -> Option<usize> {
-    let first = pack[0].diagonal;
+/// The first value of some columns where they are of blocks of six rows and columns, one after the other.
+fn first_of_run(columns: &[Column]) -> Option<usize> {
+    let first = columns[0].diagonal;
     let in_run = |(lane, column): (usize, &Column)| {
-        let at = first + 2 * BLOCK * lane;
+        let at = first + COLUMNS * lane;
         (column.diagonal, column.rows, column.below) == (at, 6, Some((at + BLOCK, 6)))
     };
-    pack.iter().enumerate().all(in_run).then_some(first)
+    columns.iter().enumerate().all(in_run).then_some(first)
 }
 
 /// Takes the first `rows` rows and `columns` columns of a block of six rows.
-fn copy_block(block: &[f64], rows: usize, columns: usize, to: &mut [f64]) {
-    if rows == 6 {
-        let all = 6 * columns;
-        return to[..all].copy_from_slice(&block[..all]);
-    }
-    let columns = block.chunks_exact(6).take(columns);
-    for (to, from) in to.chunks_exact_mut(rows).zip(columns) {
-        to.copy_from_slice(&from[..rows]);
+#[inline(always)]
+fn copy_block(block: &[f64; BLOCK], rows: usize, columns: usize, to: &mut [f64]) {
+    match (rows, columns) {
+        (6, 6) => to[..BLOCK].copy_from_slice(block),
+        (6, 3) => to[..BLOCK / 2].copy_from_slice(&block[..BLOCK / 2]),
+        _ => {
+            let (all, _) = block.as_chunks::<6>();
+            for (to, from) in to.chunks_exact_mut(rows).zip(&all[..columns]) {
+                for (to, from) in to.iter_mut().zip(from) {
+                    *to = *from;
+                }
+            }
+        }
     }
 }
 
 /// Diagonal blocks, and those that couple a joint to the next.
 struct Columns<'a> {
-    plan: &'a Assembly,
+    plan: &'a mut Assembly,
     rows: &'a Linearized,
     inertia: &'a Inertia,
     sigma: &'a [f64],
     values: &'a mut [f64],
 }
 
-impl Kernel for Columns<'_> {
+impl WideKernel for Columns<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
-        let mut room = [0.0; COLUMNS];
-        let mut following = self.rows.four_joints();
+        let Assembly {
+            columns,
+            room,
+            scratch,
+            ..
+        } = self.plan;
+        let (scratch, _) = scratch.as_chunks_mut::<L>();
+        let mut following = self.rows.joint_lanes::<L>();
         following.next();
-        for (four, (columns, run)) in self.rows.four_joints().zip(&self.plan.columns) {
-            let bodies = [four.bodies(0), four.bodies(1)];
-            let between = bodies[1].load::<I::X4>(mass);
+        for (k, joints) in self.rows.joint_lanes::<L>().enumerate() {
+            let (first, bodies) = (k * L, [joints.bodies(0), joints.bodies(1)]);
+            let between = bodies[1].load::<V>(mass);
             let pair = Pair {
-                four,
-                inverse: [angular.load(bodies[0]), angular.load(bodies[1])],
-                mass: bodies[0].load::<I::X4>(mass) + between,
-                sigma: four.rows_of::<I::X4>(self.sigma),
-                next: four.negative_side_of_next(&following.next().unwrap_or(four)),
+                joints,
+                inverse: [angular.load(&bodies[0]), angular.load(&bodies[1])],
+                mass: bodies[0].load::<V>(mass) + between,
+                sigma: joints.rows_of::<V>(self.sigma),
+                next: joints.negative_side_of_next(&following.next().unwrap_or(joints)),
                 between,
             };
-            let in_place = run.and_then(|first| self.values[first..].first_chunk_mut());
-            let is_in_place = in_place.is_some();
-            pair.write_all(in_place.unwrap_or(&mut room));
-            if is_in_place {
+            let (columns, run) = &columns[first / PACK];
+            let in_place = run.get::<L>(first % PACK).map(|at| at..at + COLUMNS * L);
+            let to = match &in_place {
+                Some(at) => &mut self.values[at.clone()],
+                None => &mut room[..COLUMNS * L],
+            };
+            pair.write_all(scratch, to);
+            if in_place.is_some() {
                 continue;
             }
             let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
-            for (column, blocks) in columns.iter().zip(blocks).take(four.count()) {
+            let columns = part::<_, L>(columns, first % PACK);
+            for (column, blocks) in columns.iter().zip(blocks).take(joints.count()) {
                 let m = column.rows;
                 copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
                 if let Some((at, rows)) = column.below {
@@ -189,10 +221,20 @@ impl Kernel for Columns<'_> {
     }
 }
 
-/// The factors of a joint's diagonal block and of the one below it. They exceed the registers: each column loads them
-/// anew, which is cheaper than spilling.
-struct Pair<'a, V> {
-    four: FourJoints<'a>,
+/// Where the parts of a joint's blocks are in the scratch, as vectors: H of side a, H and P of side b, and the lower
+/// triangle of the diagonal block: rows of the gap, rows of the angles below them, rows of the angles beside these.
+const H_A: usize = 0;
+const H_B: usize = 9;
+const P_B: usize = 18;
+const GAP: usize = 27;
+const MIXED: usize = 33;
+const ANGLES: usize = 42;
+const PARTS: usize = 48;
+
+/// The factors of a joint's diagonal block and of the one below it. With what is made of them they exceed the registers:
+/// the parts lie in memory, from which each is loaded where it is used.
+struct Pair<'a, V, const L: usize> {
+    joints: JointLanes<'a, L>,
     /// A of both bodies.
     inverse: [Sym3<V>; 2],
     /// 1/m_a + 1/m_b.
@@ -204,103 +246,168 @@ struct Pair<'a, V> {
     between: V,
 }
 
-impl<V: Lanes> Pair<'_, V> {
-    /// Writes both.
+/// A hint to read from memory what was stored before; without it the same is computed, slower.
+#[inline(always)]
+fn fence() {
+    compiler_fence(Ordering::SeqCst);
+}
+
+#[inline(always)]
+fn get<V: Lanes, const L: usize, const N: usize>(from: &[[f64; L]], at: usize) -> [V; N] {
+    let from = &from[at..at + N];
+    let mut to = [V::splat(0.0); N];
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = V::load(from);
+    }
+    to
+}
+
+#[inline(always)]
+fn put<V: Lanes, const L: usize, const N: usize>(from: &[V; N], to: &mut [[f64; L]], at: usize) {
+    for (to, from) in to[at..at + N].iter_mut().zip(from) {
+        from.store(to);
+    }
+}
+
+impl<V: Lanes, const L: usize> Pair<'_, V, L> {
+    /// Writes both, of one joint after the other.
     #[inline(always)]
-    fn write_all(&self, to: &mut [f64; COLUMNS]) {
-        self.write::<0, 1>(to);
-        self.write::<2, 3>(to);
-        self.write::<4, 5>(to);
+    fn write_all(&self, parts: &mut [[f64; L]], to: &mut [f64]) {
+        let parts = &mut parts[..PARTS];
+        self.side_a(parts);
+        fence();
+        self.side_b(parts);
+        fence();
+        self.sum_angles(parts);
+        fence();
+        self.write_blocks(parts, to);
     }
 
-    /// Writes columns `C` and `D`, which is the next, of both.
+    /// The part of side a; of the gap's own rows only with the masses and Σ.
     #[inline(always)]
-    fn write<const C: usize, const D: usize>(&self, to: &mut [f64; COLUMNS]) {
-        let at = [0, 1, 2, 3].map(|lane| 2 * BLOCK * lane + 6 * C);
-        let (at_rest, at_below) = (at.map(|at| at + 4), at.map(|at| at + BLOCK));
-        let ([x, y, z, p, q, s], on_b) = self.column::<C>();
-        V::scatter_fours(&[x, y, z, p], to, at);
-        let [x, y, z, p, t, u] = self.below::<C>(&on_b);
-        V::scatter_fours(&[x, y, z, p], to, at_below);
-        let ([x, y, z, a, b, c], on_b) = self.column::<D>();
-        V::scatter_fours(&[q, s, x, y, z, a, b, c], to, at_rest);
-        let [x, y, z, a, b, c] = self.below::<D>(&on_b);
-        let at_rest = at_below.map(|at| at + 4);
-        V::scatter_fours(&[t, u, x, y, z, a, b, c], to, at_rest);
-    }
-
-    /// Column `C` of the diagonal block, and that of A Qᵀ of side b.
-    #[inline(always)]
-    fn column<const C: usize>(&self) -> ([V; 6], Vec3<V>) {
-        let (a, b) = (self.four.side::<V>(0), self.four.side::<V>(1));
-        let mut column = a.apply(&a.row_times::<C>(&columns(&self.inverse[0])));
-        let times_b = b.row_times::<C>(&columns(&self.inverse[1]));
-        for (sum, on_b) in column.iter_mut().zip(b.apply(&times_b)) {
-            *sum = *sum + on_b;
+    fn side_a(&self, parts: &mut [[f64; L]]) {
+        let (a, inverse) = (self.joints.side::<V>(0), columns(&self.inverse[0]));
+        let [p, q, s] = a.gap_times(&inverse);
+        let ([xx, xy, xz], [_, yy, yz], [.., zz]) = (a.gap_of(&p), a.gap_of(&q), a.gap_of(&s));
+        let [x, y, z, ..] = self.sigma;
+        let (xx, yy) = (xx + (self.mass + x), yy + (self.mass + y));
+        put(&[xx, xy, xz, yy, yz, zz + (self.mass + z)], parts, GAP);
+        let h = a.angles_times(&inverse);
+        for (row, h) in h.iter().enumerate() {
+            put(h, parts, H_A + 3 * row);
+            put(&a.gap_of(h), parts, MIXED + 3 * row);
         }
-        let straight = if C < 3 {
-            self.mass + self.sigma[C]
-        } else {
-            self.sigma[C]
-        };
-        column[C] = column[C] + straight;
-        (column, times_b)
     }
 
-    /// Column `C` of the block below.
+    /// The part of side b.
     #[inline(always)]
-    fn below<const C: usize>(&self, on_b: &Vec3<V>) -> [V; 6] {
-        let mut below = self.next.apply(on_b);
-        if C < 3 {
-            below[C] = below[C] - self.between;
+    fn side_b(&self, parts: &mut [[f64; L]]) {
+        let (b, inverse) = (self.joints.side::<V>(1), columns(&self.inverse[1]));
+        let p = b.gap_times(&inverse);
+        let [xx, xy, xz, yy, yz, zz] = get(parts, GAP);
+        let [xx, xy, xz] = b.add_gap_of(&p[0], &[xx, xy, xz]);
+        let [_, yy, yz] = b.add_gap_of(&p[1], &[yy, yy, yz]);
+        let [.., zz] = b.add_gap_of(&p[2], &[zz, zz, zz]);
+        put(&[xx, xy, xz, yy, yz, zz], parts, GAP);
+        let h = b.angles_times(&inverse);
+        for (row, (p, h)) in p.iter().zip(&h).enumerate() {
+            put(p, parts, P_B + 3 * row);
+            put(h, parts, H_B + 3 * row);
+            let mixed = b.add_gap_of(h, &get(parts, MIXED + 3 * row));
+            put(&mixed, parts, MIXED + 3 * row);
         }
-        below
+    }
+
+    /// The rows of the angles beside themselves.
+    #[inline(always)]
+    fn sum_angles(&self, parts: &mut [[f64; L]]) {
+        let side = self.joints.side::<V>(0);
+        let [.., p, q, s] = self.sigma;
+        let [pp, qp, sp] = side.angles_of(&add(&get(parts, H_A), &get(parts, H_B)));
+        let [_, qq, sq] = side.angles_of(&add(&get(parts, H_A + 3), &get(parts, H_B + 3)));
+        let [.., ss] = side.angles_of(&add(&get(parts, H_A + 6), &get(parts, H_B + 6)));
+        put(&[pp + p, qp, sp, qq + q, sq, ss + s], parts, ANGLES);
+    }
+
+    /// Writes the diagonal block out of its lower triangle, and the block below, whose columns are Q of the next joint times
+    /// P and H of side b, with the mass between for the gap.
+    #[inline(always)]
+    fn write_blocks(&self, parts: &[[f64; L]], to: &mut [f64]) {
+        let to = &mut to[..COLUMNS * L];
+        let at =
+            |first: usize| -> [usize; L] { std::array::from_fn(|lane| COLUMNS * lane + first) };
+        let [xx, xy, xz, yy, yz, zz] = get::<V, L, 6>(parts, GAP);
+        let [px, py, pz, qx, qy, qz, sx, sy, sz] = get::<V, L, 9>(parts, MIXED);
+        let [pp, qp, sp, qq, sq, ss] = get::<V, L, 6>(parts, ANGLES);
+        V::scatter_fours(&[xx, xy, xz, px, qx, sx, xy, yy], to, at(0));
+        V::scatter_fours(&[yz, py, qy, sy, xz, yz, zz, pz], to, at(8));
+        V::scatter_fours(&[qz, sz, px, py, pz, pp, qp, sp], to, at(16));
+        V::scatter_fours(&[qx, qy, qz, qp, qq, sq, sx, sy], to, at(24));
+        fence();
+        let between = self.between;
+        let [x, y, z, p, t, u] = self.next.apply(&get(parts, P_B));
+        V::scatter_fours(&[sz, sp, sq, ss, x - between, y, z, p], to, at(32));
+        let [x, y, z, p, q, s] = self.next.apply(&get(parts, P_B + 3));
+        V::scatter_fours(&[t, u, x, y - between, z, p, q, s], to, at(40));
+        let [x, y, z, p, q, s] = self.next.apply(&get(parts, P_B + 6));
+        let [d, e, f, g, t, u] = self.next.apply(&get(parts, H_B));
+        V::scatter_fours(&[x, y, z - between, p, q, s, d, e], to, at(48));
+        let [x, y, z, p, q, s] = self.next.apply(&get(parts, H_B + 3));
+        V::scatter_fours(&[f, g, t, u, x, y, z, p], to, at(56));
+        let [x, y, z, p, t, u] = self.next.apply(&get(parts, H_B + 6));
+        V::scatter_fours(&[q, s, x, y, z, p, t, u], to, at(64));
     }
 }
 
 /// Blocks that couple two joints of which neither follows the other.
 struct Below<'a> {
-    plan: &'a Assembly,
+    plan: &'a mut Assembly,
     rows: &'a Linearized,
     inertia: &'a Inertia,
     values: &'a mut [f64],
 }
 
-impl Kernel for Below<'_> {
+impl WideKernel for Below<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
         let joints = self.rows.joints();
-        let (couplings, _) = self.plan.couplings.as_chunks::<PACK>();
-        let mut room = [0.0; BLOCK * PACK];
+        let Assembly {
+            couplings,
+            coupled,
+            room,
+            ..
+        } = self.plan;
+        let (couplings, _) = couplings.as_chunks::<L>();
         for (k, couplings) in couplings.iter().enumerate() {
-            let bodies = couplings.map(|c| c.body);
-            let bodies = FourBodies::new(bodies);
-            let (w, a) = (bodies.load::<I::X4>(mass), angular.load(&bodies));
+            if L * k >= *coupled {
+                break;
+            }
+            let bodies = BodyPack::new(std::array::from_fn(|l| couplings[l % L].body));
+            let bodies = bodies.lanes::<L>(0);
+            let (w, a) = (bodies.load::<V>(mass), angular.load(&bodies));
             let same = |c: &Coupling| c.sides[0].1 == c.sides[1].1;
-            let sign = I::X4::from_fn(|l| if same(&couplings[l]) { 1.0 } else { -1.0 });
-            let mut signed: Sym3<I::X4> = a;
+            let sign = V::from_fn(|l| if same(&couplings[l]) { 1.0 } else { -1.0 });
+            let mut signed: Sym3<V> = a;
             for a in &mut signed {
                 *a = *a * sign;
             }
             let blocks = Across {
-                left: self
-                    .rows
-                    .joint_sides::<I::X4>(couplings.map(|c| c.sides[0])),
+                left: self.rows.joint_sides(couplings.map(|c| c.sides[0])),
                 right: self.rows.joint_sides(couplings.map(|c| c.sides[1])),
                 inverse: columns(&signed),
                 mass: w * sign,
             };
-            blocks.write::<0>(&mut room);
-            blocks.write::<1>(&mut room);
-            blocks.write::<2>(&mut room);
-            blocks.write::<3>(&mut room);
-            blocks.write::<4>(&mut room);
-            blocks.write::<5>(&mut room);
-            let count = self.plan.coupled - PACK * k;
+            blocks.write::<L, 0>(room);
+            blocks.write::<L, 1>(room);
+            blocks.write::<L, 2>(room);
+            blocks.write::<L, 3>(room);
+            blocks.write::<L, 4>(room);
+            blocks.write::<L, 5>(room);
+            let count = *coupled - L * k;
             let blocks = room.as_chunks::<BLOCK>().0;
             for (c, block) in couplings.iter().zip(blocks).take(count) {
                 let [rows, columns] = c.sides.map(|(k, _)| joints[k].rows);
@@ -321,11 +428,12 @@ struct Across<V> {
 impl<V: Lanes> Across<V> {
     /// Writes column `C`.
     #[inline(always)]
-    fn write<const C: usize>(&self, to: &mut [f64; BLOCK * PACK]) {
+    fn write<const L: usize, const C: usize>(&self, to: &mut [f64]) {
         let mut column = self.left.apply(&self.right.row_times::<C>(&self.inverse));
         if C < 3 {
             column[C] = column[C] + self.mass;
         }
-        V::scatter(&column, to, [0, 1, 2, 3].map(|lane| BLOCK * lane + 6 * C));
+        let at: [usize; L] = std::array::from_fn(|lane| BLOCK * lane + 6 * C);
+        V::scatter(&column, to, at);
     }
 }

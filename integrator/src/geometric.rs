@@ -37,10 +37,11 @@ use crate::GeometricStiffness;
 use crate::options::Excess;
 use nalgebra::{Matrix3, Vector3};
 use taut_lanes::vector::{Vec3, dot};
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Lanes, Level, WideKernel, dispatch_wide};
 use taut_model::BodyVectors;
 use taut_model::body_vectors::{packed, unpacked};
-use taut_model::{Constraint, Four, Joint, Linearized, PACK, RowKind, Scene, Side, Wrench};
+use taut_model::lanes::{Numbers, PACK, part};
+use taut_model::{Constraint, Joint, Linearized, RowKind, Scene, Side, Wrench};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
 #[derive(Debug, Clone)]
@@ -56,7 +57,7 @@ pub(crate) struct Geometric {
     /// Velocity of each body as a part of its chord; the angular part alone has a meaning.
     reference: BodyVectors,
     /// Bending stiffness of the joints of each pack \[N m].
-    bending: Vec<Four>,
+    bending: Vec<Numbers>,
 }
 
 impl Geometric {
@@ -106,7 +107,7 @@ impl Geometric {
             excess,
             stiffness: &mut self.stiffness,
         };
-        dispatch(Level::best(), joints);
+        dispatch_wide(Level::best(), joints);
         for s in rows.others().iter().flat_map(|&c| rows.slot_range(c)) {
             let (r, (force, _)) = (rows.lever(s), wrench(rows, s, lambda));
             self.add_force(rows.slots[s].body, &r, &force);
@@ -202,7 +203,7 @@ impl Geometric {
 
 /// Bending stiffness of the joints of each pack, by which a twist moment bends them \[N m]: beyond all bounds where they
 /// are rigid or have no twist in their last row.
-fn bending(scene: &Scene, rows: &Linearized) -> Vec<Four> {
+fn bending(scene: &Scene, rows: &Linearized) -> Vec<Numbers> {
     /// Its square is finite.
     const RIGID: f64 = 1e150;
     let stiffness = |c: &Constraint| {
@@ -218,9 +219,9 @@ fn bending(scene: &Scene, rows: &Linearized) -> Vec<Four> {
     let of_joint = |joint: &Joint| stiffness(&scene.constraints[joint.constraint]);
     let all: Vec<f64> = rows.joints().iter().map(of_joint).collect();
     let packs = all.chunks(PACK).map(|pack| {
-        let mut four = [RIGID; PACK];
-        four[..pack.len()].copy_from_slice(pack);
-        four
+        let mut padded = [RIGID; PACK];
+        padded[..pack.len()].copy_from_slice(pack);
+        padded
     });
     packs.collect()
 }
@@ -229,7 +230,7 @@ fn bending(scene: &Scene, rows: &Linearized) -> Vec<Four> {
 struct Joints<'a> {
     rows: &'a Linearized,
     lambda: &'a [f64],
-    bending: &'a [Four],
+    bending: &'a [Numbers],
     excess: Option<Excess>,
     stiffness: &'a mut BodyVectors,
 }
@@ -259,34 +260,41 @@ fn beyond<V: Lanes>(twist: V, bends: V, tension: [V; 2]) -> Option<[V; 2]> {
         return None;
     }
     let needed = square / (bends.mul_add(bends, square).sqrt() + bends + least);
-    Some(tension.map(|tension| (needed - tension).max(V::splat(0.0))))
+    let zero = V::splat(0.0);
+    let [a, b] = tension;
+    Some([(needed - a).max(zero), (needed - b).max(zero)])
 }
 
-impl Kernel for Joints<'_> {
+impl WideKernel for Joints<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let mut stiffness = self.stiffness.view_mut();
-        for (four, bending) in self.rows.four_joints().zip(self.bending) {
-            let [x, y, z, _, _, twist] = four.rows_of::<I::X4>(self.lambda);
-            let arms = [four.arm(0), four.arm(1)];
-            let zero = I::X4::splat(0.0);
+        for (k, joints) in self.rows.joint_lanes::<L>().enumerate() {
+            let [x, y, z, _, _, twist] = joints.rows_of::<V>(self.lambda);
+            let arms = [joints.arm(0), joints.arm(1)];
+            let zero = V::splat(0.0);
             let on_a = dot(&[x, y, z], &arms[0]).max(zero);
             let on_b = dot(&[-x, -y, -z], &arms[1]).max(zero);
-            let mut k = [across(on_a, &arms[0]), across(on_b, &arms[1])];
+            let mut k_a = across(on_a, &arms[0]);
+            let mut k_b = across(on_b, &arms[1]);
             if let Some(Excess { bends, tension }) = self.excess {
-                let bends = I::X4::load(bending) * I::X4::splat(bends);
-                let tension = [on_a, on_b].map(|t| t * I::X4::splat(tension));
-                if let Some(beta) = beyond(twist, bends, tension) {
-                    let axis = four.gradient(2);
-                    for (k, beta) in k.iter_mut().zip(beta) {
-                        let more = across(beta, &axis);
-                        *k = std::array::from_fn(|n| k[n] + more[n]);
+                let first = k * L;
+                let bending = part::<_, L>(&self.bending[first / PACK], first % PACK);
+                let bends = V::load(bending) * V::splat(bends);
+                let factor = V::splat(tension);
+                let tension = [on_a * factor, on_b * factor];
+                if let Some([on_a, on_b]) = beyond(twist, bends, tension) {
+                    let axis = joints.gradient(2);
+                    let (more_a, more_b) = (across(on_a, &axis), across(on_b, &axis));
+                    for n in 0..6 {
+                        k_a[n] = k_a[n] + more_a[n];
+                        k_b[n] = k_b[n] + more_b[n];
                     }
                 }
             }
-            four.add_to_sides([&k[0], &k[1]], &mut stiffness);
+            joints.add_to_sides([&k_a, &k_b], &mut stiffness);
         }
     }
 }

@@ -8,50 +8,53 @@
 use crate::gyroscopic::{self, About};
 use nalgebra::Matrix3;
 use taut_lanes::vector::{
-    Sym3, Vec3, add, gather, inverse, load, save, scale, scale_add, splat, sub, times, turned,
+    Sym3, Vec3, add, gather, inverse, scale, scale_add, splat, sub, times, turned,
 };
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Aligned, Lanes, Level, WideKernel, dispatch_wide};
 use taut_model::body_vectors::{packed, unpacked};
-use taut_model::{Bodies, BodyVectors, Four, FourBodies, PACK, Scene};
+use taut_model::lanes::{Numbers, PACK, load_part, part};
+use taut_model::{Bodies, BodyLanes, BodyPack, BodyVectors, Scene};
 
 /// M̃ and its inverse for all bodies, and the impulses Δt f that do not come from constraints.
 #[derive(Debug, Clone)]
 pub(crate) struct Inertia {
     /// Mass of each body and of what fills up the last vector \[kg].
-    pub(crate) mass: Vec<f64>,
+    pub(crate) mass: Aligned,
     /// 1/mass \[1/kg].
-    pub(crate) inverse_mass: Vec<f64>,
+    pub(crate) inverse_mass: Aligned,
     /// Angular part of M̃, world frame \[kg m²]: xx, yx, zx, yy, zy, zz.
     pub(crate) angular: BodyVectors,
     /// Its inverse.
     pub(crate) inverse_angular: BodyVectors,
     /// Δt f, [linear (N s), angular (N m s)]: gravity and external; the gyroscopic torque is part of [`crate::gyroscopic`].
     pub(crate) impulse: BodyVectors,
-    /// Dynamic bodies with an axis of symmetry, four at a time.
+    /// Dynamic bodies with an axis of symmetry.
     pub(crate) rods: Rods,
     /// All other bodies.
     pub(crate) others: Vec<usize>,
 }
 
-/// Bodies with an axis of symmetry, four at a time: R I Rᵀ = across I₃ + (along − across) n nᵀ for the axis n.
+/// Bodies with an axis of symmetry, in packs: R I Rᵀ = across I₃ + (along − across) n nᵀ for the axis n.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Rods {
     /// The bodies, filled up with copies of the last one.
-    pub(crate) bodies: Vec<FourBodies>,
+    pub(crate) bodies: Vec<BodyPack>,
     pub(crate) shapes: Vec<RodShape>,
+    /// Bodies without the copies.
+    count: usize,
 }
 
-/// What does not change of four bodies.
+/// What does not change of eight bodies.
 #[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(crate) struct RodShape {
     /// The axis in the body frame, a unit vector along one of its axes.
-    axis: [Four; 3],
-    across: Four,
+    axis: [Numbers; 3],
+    across: Numbers,
     /// Inertia along the axis less that across it.
-    excess: Four,
+    excess: Numbers,
     /// Inertia along the axis over that across it, less 1.
-    ratio: Four,
+    ratio: Numbers,
 }
 
 impl RodShape {
@@ -73,12 +76,12 @@ impl RodShape {
         self.ratio[lane] = ratio - 1.0;
     }
 
-    /// The axes of symmetry.
+    /// The axes of symmetry of the bodies from `lane` on.
     #[inline(always)]
-    pub(crate) fn about<V: Lanes>(&self) -> About<V> {
+    pub(crate) fn about<V: Lanes, const L: usize>(&self, lane: usize) -> About<V> {
         About {
-            axis: load(&self.axis),
-            excess: V::load(&self.ratio),
+            axis: load_part::<V, L, 3>(&self.axis, lane),
+            excess: V::load(part::<_, L>(&self.ratio, lane)),
         }
     }
 }
@@ -89,6 +92,7 @@ impl Rods {
         let shape = |i: usize| gyroscopic::symmetry(&bodies.inertia[i]);
         let rod = |i: &usize| bodies.is_dynamic(*i) && shape(*i).is_some();
         let (mut rods, others): (Vec<usize>, _) = (0..bodies.len()).partition(rod);
+        let count = rods.len();
         if let Some(&last) = rods.last() {
             rods.resize(rods.len().next_multiple_of(PACK), last);
         }
@@ -102,9 +106,24 @@ impl Rods {
         });
         let rods = Self {
             shapes: shapes.collect(),
-            bodies: packs.iter().map(|pack| FourBodies::new(*pack)).collect(),
+            bodies: packs.iter().map(|pack| BodyPack::new(*pack)).collect(),
+            count,
         };
         (rods, others)
+    }
+
+    /// The bodies, `L` at a time, and how many they are without the copies; the shapes of their pack and the lane in it
+    /// that the first of them has.
+    #[inline(always)]
+    pub(crate) fn lanes<const L: usize>(
+        &self,
+    ) -> impl Iterator<Item = (BodyLanes<'_, L>, usize, (&RodShape, usize))> {
+        (0..self.count).step_by(L).map(|first| {
+            let (pack, lane) = (first / PACK, first % PACK);
+            let count = (self.count - first).min(L);
+            let shapes = (&self.shapes[pack], lane);
+            (self.bodies[pack].lanes(lane), count, shapes)
+        })
     }
 }
 
@@ -129,8 +148,8 @@ impl Inertia {
         Self {
             rods,
             others,
-            mass: (0..room).map(mass).collect(),
-            inverse_mass: (0..room).map(inverse).collect(),
+            mass: aligned(room, mass),
+            inverse_mass: aligned(room, inverse),
             angular,
             inverse_angular: BodyVectors::new(n),
             impulse: BodyVectors::new(n),
@@ -164,7 +183,7 @@ impl Inertia {
         drive: &BodyVectors,
     ) -> Result<(), usize> {
         let factor = alpha * dt * dt;
-        dispatch(
+        dispatch_wide(
             Level::best(),
             Update {
                 inertia: self,
@@ -206,7 +225,7 @@ impl Inertia {
             impulse,
             dv,
         };
-        dispatch(Level::best(), change);
+        dispatch_wide(Level::best(), change);
     }
 
     /// M̃ of body `i` grows by `mass` (kg) and by `angular` (kg m²) about every axis; Δt f stays. `false` where there is
@@ -249,6 +268,15 @@ impl Inertia {
     }
 }
 
+/// One number of each body that there is room for.
+fn aligned(room: usize, number: impl Fn(usize) -> f64) -> Aligned {
+    let mut numbers = Aligned::new(room);
+    for (i, x) in numbers.iter_mut().enumerate() {
+        *x = number(i);
+    }
+    numbers
+}
+
 /// R I Rᵀ + α Δt² K, for `world` = R I Rᵀ and `factor` = α Δt².
 #[inline(always)]
 fn angular_inertia<V: Lanes>(world: &Sym3<V>, stiffness: &Sym3<V>, factor: V) -> Sym3<V> {
@@ -286,26 +314,26 @@ struct Update<'a> {
     drive: &'a BodyVectors,
 }
 
-impl Kernel for Update<'_> {
+impl WideKernel for Update<'_> {
     type Output = Result<(), usize>;
 
     #[inline(always)]
-    fn run<I: Isa>(self) -> Result<(), usize> {
+    fn run<V: Lanes, const L: usize>(self) -> Result<(), usize> {
         let Self { inertia, scene, .. } = self;
         let bodies = &scene.bodies;
         let (stiffness, drive) = (self.stiffness.view(), self.drive.view());
         let mut impulses = inertia.impulse.view_mut();
         let mut angulars = inertia.angular.view_mut();
         let mut inverses = inertia.inverse_angular.view_mut();
-        let (dt, factor) = (I::X4::splat(self.dt), I::X4::splat(self.factor));
-        let gravity = splat::<I::X4>(scene.gravity.into());
+        let (dt, factor) = (V::splat(self.dt), V::splat(self.factor));
+        let gravity = splat::<V>(scene.gravity.into());
         let mut lost = None;
-        for (group, shape) in inertia.rods.bodies.iter().zip(&inertia.rods.shapes) {
-            let pack = group.indices();
-            let (_, orientation) = group.poses::<I::X4>(bodies);
-            let n = turned(&orientation, &load(&shape.axis));
-            let (across, excess) = (I::X4::load(&shape.across), I::X4::load(&shape.excess));
-            let stiffness = stiffness.load::<I::X4>(group);
+        for (group, count, (shape, lane)) in inertia.rods.lanes::<L>() {
+            let (_, orientation) = group.poses::<V>(bodies, count);
+            let n = turned(&orientation, &load_part::<V, L, 3>(&shape.axis, lane));
+            let across = V::load(part::<_, L>(&shape.across, lane));
+            let excess = V::load(part::<_, L>(&shape.excess, lane));
+            let stiffness = stiffness.load::<V, L>(&group);
             let along = scale(&n, excess);
             let world = [
                 along[0].mul_add(n[0], across),
@@ -317,17 +345,18 @@ impl Kernel for Update<'_> {
             ];
             let angular = angular_inertia(&world, &stiffness, factor);
             let (inverse, determinant) = inverse(&angular);
-            let mass = I::X4::from_fn(|l| bodies.mass[pack[l]]);
-            let external = gather(pack.map(|i| bodies.force[i].as_ref()));
-            let torque = gather(pack.map(|i| bodies.torque[i].as_ref()));
-            let drive = drive.load(group);
+            let mass = group.load::<V>(&bodies.mass);
+            let external = gather(group.indices().map(|i| bodies.force[i].as_ref()));
+            let torque = gather(group.indices().map(|i| bodies.torque[i].as_ref()));
+            let drive = drive.load(&group);
             let forces = [&external, &torque];
             let impulse = impulse(mass, &gravity, forces, (&stiffness, &drive), dt);
-            impulses.store(group, &impulse);
-            angulars.store(group, &angular);
-            inverses.store(group, &inverse);
-            let [determinant]: [Four; 1] = save(&[determinant]);
-            for (determinant, &i) in determinant.into_iter().zip(pack) {
+            impulses.store(&group, &impulse, count);
+            angulars.store(&group, &angular, count);
+            inverses.store(&group, &inverse, count);
+            let mut determinants = [0.0; L];
+            determinant.store(&mut determinants);
+            for (determinant, &i) in determinants.into_iter().zip(group.indices()) {
                 if determinant == 0.0 {
                     lost.get_or_insert(i);
                 }
@@ -344,28 +373,27 @@ struct VelocityChange<'a> {
     dv: &'a mut BodyVectors,
 }
 
-impl Kernel for VelocityChange<'_> {
+impl WideKernel for VelocityChange<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let Self {
             inertia,
             impulse,
             dv,
         } = self;
-        let room = dv.room();
-        let (mass, inverse_mass) = (&inertia.mass[..room], &inertia.inverse_mass[..room]);
+        let (mass, inverse_mass) = (&inertia.mass[..], &inertia.inverse_mass[..]);
         let (angular, inverse) = (inertia.angular.view(), inertia.inverse_angular.view());
+        let firsts = dv.each_first::<L>();
         let (impulse, mut dv) = (impulse.view(), dv.view_mut());
-        for first in (0..room).step_by(PACK) {
-            let pack = FourBodies::starting_at(first);
-            let mass = pack.load::<I::X4>(mass);
-            let inverse_mass = pack.load::<I::X4>(inverse_mass);
-            let angular = angular.load::<I::X4>(&pack);
-            let inverse = inverse.load::<I::X4>(&pack);
-            let [px, py, pz, lx, ly, lz] = impulse.load::<I::X4>(&pack);
-            let [vx, vy, vz, wx, wy, wz] = dv.load::<I::X4>(&pack);
+        for first in firsts {
+            let mass = V::load(&mass[first..first + L]);
+            let inverse_mass = V::load(&inverse_mass[first..first + L]);
+            let angular = angular.load_from::<V>(first);
+            let inverse = inverse.load_from::<V>(first);
+            let [px, py, pz, lx, ly, lz] = impulse.load_from::<V>(first);
+            let [vx, vy, vz, wx, wy, wz] = dv.load_from::<V>(first);
             let (p, l) = ([px, py, pz], [lx, ly, lz]);
             let (mut v, mut w) = ([vx, vy, vz], [wx, wy, wz]);
             for _ in 0..2 {
@@ -374,7 +402,7 @@ impl Kernel for VelocityChange<'_> {
                 let correction = times(&inverse, &sub(&l, &times(&angular, &w)));
                 w = add(&w, &correction);
             }
-            dv.store(&pack, &[v[0], v[1], v[2], w[0], w[1], w[2]]);
+            dv.store_from(first, &[v[0], v[1], v[2], w[0], w[1], w[2]]);
         }
     }
 }

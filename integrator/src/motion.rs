@@ -1,13 +1,13 @@
 //! From velocity changes to velocities and positions: v⁺ = v + Δv, x⁺ = x + Δt v⁺, and the rotation of
-//! [`crate::gyroscopic`], of bodies with an axis of symmetry four at a time.
+//! [`crate::gyroscopic`], of bodies with an axis of symmetry in lanes.
 
-use crate::gyroscopic;
-use crate::inertia::{RodShape, Rods};
+use crate::gyroscopic::{self, About};
+use crate::inertia::Rods;
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_lanes::vector::{Vec3, add, gather, save, scale_add};
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Lanes, Level, WideKernel, dispatch_wide};
 use taut_model::body_vectors::BodyNumbers;
-use taut_model::{Bodies, BodyVectors, Four, FourBodies, Mobility, PACK};
+use taut_model::{Bodies, BodyLanes, BodyVectors, Mobility};
 
 /// Moves all bodies over `dt` (s). `Err(body)`, the first of them, where a state is no longer
 /// finite.
@@ -19,7 +19,7 @@ pub(crate) fn move_bodies(
     dv: &BodyVectors,
     dt: f64,
 ) -> Result<(), usize> {
-    let mut lost = dispatch(
+    let mut lost = dispatch_wide(
         Level::best(),
         Move {
             bodies: &mut *bodies,
@@ -88,28 +88,27 @@ impl<'a> Moving<'a> {
         }
     }
 
-    /// Moves four bodies from `first` on and says so, where all of them stay finite; none otherwise.
+    /// Moves `L` bodies from `first` on and says so, where all of them stay finite; none otherwise.
     #[inline(always)]
-    fn together<V: Lanes>(
+    fn together<V: Lanes, const L: usize>(
         &mut self,
         first: usize,
-        velocity: &Vec3<V>,
-        omega: &Vec3<V>,
-        shape: &RodShape,
+        [velocity, omega]: [&Vec3<V>; 2],
+        about: &About<V>,
         half_dt: V,
     ) -> bool {
         let (Some(x), Some(q), Some(v), Some(w)) = (
-            four(self.position, first),
-            four(self.orientation, first),
-            four(self.velocity, first),
-            four(self.angular_velocity, first),
+            some::<_, L>(self.position, first),
+            some::<_, L>(self.orientation, first),
+            some::<_, L>(self.velocity, first),
+            some::<_, L>(self.angular_velocity, first),
         ) else {
             return false;
         };
         let position = gather(x.each_ref().map(AsRef::as_ref));
         let position = scale_add(velocity, half_dt + half_dt, &position);
         let orientation = gather(q.each_ref().map(|q| q.coords.as_ref()));
-        let (orientation, rotated) = shape.about().turn(&orientation, omega, half_dt);
+        let (orientation, rotated) = about.turn(&orientation, omega, half_dt);
         let moved = add(&add(&position, velocity), &rotated);
         let quaternion = (orientation[0] + orientation[1]) + (orientation[2] + orientation[3]);
         let sum = (moved[0] + moved[1] + moved[2]) + quaternion;
@@ -124,29 +123,26 @@ impl<'a> Moving<'a> {
         true
     }
 
-    /// Moves any four bodies; the first of them whose state is no longer finite.
+    /// Moves the first `count` of any bodies; the first of them whose state is no longer finite.
     #[inline(always)]
-    fn apart<V: Lanes>(
+    fn apart<V: Lanes, const L: usize>(
         &mut self,
-        pack: &[usize; PACK],
-        velocity: &Vec3<V>,
-        omega: &Vec3<V>,
-        shape: &RodShape,
+        pack: &[usize; L],
+        count: usize,
+        [velocity, omega]: [&Vec3<V>; 2],
+        about: &About<V>,
         half_dt: V,
     ) -> Option<usize> {
         let position = gather(pack.map(|i| self.position[i].as_ref()));
         let position = scale_add(velocity, half_dt + half_dt, &position);
         let orientation = gather(pack.map(|i| self.orientation[i].coords.as_ref()));
-        let (orientation, rotated) = shape.about().turn(&orientation, omega, half_dt);
-        let (velocity, rotated): ([Four; 3], [Four; 3]) = (save(velocity), save(&rotated));
-        let (position, orientation): ([Four; 3], [Four; 4]) = (save(&position), save(&orientation));
+        let (orientation, rotated) = about.turn(&orientation, omega, half_dt);
+        let [velocity, rotated, position]: [[[f64; L]; 3]; 3] =
+            [save(velocity), save(&rotated), save(&position)];
+        let orientation: [[f64; L]; 4] = save(&orientation);
         let mut lost = None;
-        for (lane, &i) in pack.iter().enumerate() {
-            // A body that fills up the last pack moves once.
-            if pack[..lane].contains(&i) {
-                continue;
-            }
-            let vector = |x: &[Four; 3]| Vector3::new(x[0][lane], x[1][lane], x[2][lane]);
+        for (lane, &i) in pack.iter().enumerate().take(count) {
+            let vector = |x: &[[f64; L]; 3]| Vector3::new(x[0][lane], x[1][lane], x[2][lane]);
             self.velocity[i] = vector(&velocity);
             self.position[i] = vector(&position);
             let [x, y, z, w] = orientation.map(|x| x[lane]);
@@ -163,18 +159,18 @@ impl<'a> Moving<'a> {
     }
 }
 
-/// Four from the first on, if there are as many.
+/// `L` from the first on, if there are as many.
 #[inline(always)]
-fn four<T>(of: &mut [T], first: usize) -> Option<&mut [T; PACK]> {
+fn some<T, const L: usize>(of: &mut [T], first: usize) -> Option<&mut [T; L]> {
     of.get_mut(first..)?.first_chunk_mut()
 }
 
 /// Linear and angular velocities after their changes.
 #[inline(always)]
-fn rates<V: Lanes>(
+fn rates<V: Lanes, const L: usize>(
     v: &BodyNumbers<'_>,
     dv: &BodyNumbers<'_>,
-    of: &FourBodies,
+    of: &BodyLanes<'_, L>,
 ) -> (Vec3<V>, Vec3<V>) {
     let [vx, vy, vz, x, y, z] = v.load(of);
     let [ux, uy, uz, p, q, r] = dv.load(of);
@@ -184,11 +180,11 @@ fn rates<V: Lanes>(
     )
 }
 
-impl Kernel for Move<'_> {
+impl WideKernel for Move<'_> {
     type Output = Option<usize>;
 
     #[inline(always)]
-    fn run<I: Isa>(self) -> Option<usize> {
+    fn run<V: Lanes, const L: usize>(self) -> Option<usize> {
         let Self {
             bodies,
             rods,
@@ -196,18 +192,19 @@ impl Kernel for Move<'_> {
             dv,
             dt,
         } = self;
-        let (v, dv, half_dt) = (v.view(), dv.view(), I::X4::splat(0.5 * dt));
+        let (v, dv, half_dt) = (v.view(), dv.view(), V::splat(0.5 * dt));
         let mut bodies = Moving::new(bodies);
         let mut lost: Option<usize> = None;
-        for (pack, shape) in rods.bodies.iter().zip(&rods.shapes) {
-            if let Some(first) = pack.first() {
-                let (velocity, omega) = rates(&v, &dv, &FourBodies::starting_at(first));
-                if bodies.together(first, &velocity, &omega, shape, half_dt) {
-                    continue;
-                }
+        for (group, count, (shape, lane)) in rods.lanes::<L>() {
+            let (velocity, omega) = rates(&v, &dv, &group);
+            let (rates, about) = ([&velocity, &omega], shape.about::<V, L>(lane));
+            if let Some(first) = group.first()
+                && bodies.together::<V, L>(first, rates, &about, half_dt)
+            {
+                continue;
             }
-            let (velocity, omega) = rates::<I::X4>(&v, &dv, pack);
-            lost = lost.or(bodies.apart(pack.indices(), &velocity, &omega, shape, half_dt));
+            let moved = bodies.apart(group.indices(), count, rates, &about, half_dt);
+            lost = lost.or(moved);
         }
         lost
     }
@@ -307,8 +304,11 @@ mod tests {
                     bodies.push(body);
                 }
                 let (rods, others) = Rods::new(&bodies);
-                let neighbours = rods.bodies.iter().all(|pack| pack.first().is_some());
-                assert_eq!((rods.shapes.len(), neighbours), (2, stride == 1));
+                let neighbours = rods
+                    .bodies
+                    .iter()
+                    .all(|pack| pack.lanes::<8>(0).first().is_some());
+                assert_eq!((rods.shapes.len(), neighbours), (1, stride == 1));
                 let lost = move_bodies(&mut bodies, &rods, &others, &v, &dv, 1.0 / 60.0);
                 let state = |i: usize| {
                     let q = bodies.orientation[i].coords;

@@ -172,8 +172,8 @@ impl Kernel for Update<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(mut self) {
-        self.rows_by::<I::X4, 4>(0);
-        let whole = self.known.len() / 4 * 4;
+        self.rows_by::<I::X8, 8>(0);
+        let whole = self.known.len() / 8 * 8;
         self.rows_by::<I::X1, 1>(whole);
     }
 }

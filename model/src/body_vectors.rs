@@ -6,58 +6,71 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::array::from_fn;
 use taut_lanes::vector::{Quaternion, Vec3, gather};
-use taut_lanes::{Halves, Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, WideKernel, dispatch, dispatch_wide};
 
 use crate::body::Bodies;
-
-/// Bodies, or joints, in a vector of lanes.
-pub const PACK: usize = 4;
+use crate::lanes::{PACK, PerLanes, follow};
 
 /// Six numbers a body, for all bodies of a scene and the world.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyVectors {
-    values: Vec<f64>,
+    values: Aligned,
     /// Bodies that there is room for.
     room: usize,
+    /// Bodies and the world.
+    count: usize,
 }
 
-/// Four bodies, by their numbers.
+/// Eight bodies, by their numbers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FourBodies {
+pub struct BodyPack {
     indices: [usize; PACK],
     /// The first of them where they are one after the other.
+    first: PerLanes<Option<usize>>,
+}
+
+/// As many of these bodies as there are lanes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BodyLanes<'a, const L: usize> {
+    indices: &'a [usize; L],
     first: Option<usize>,
 }
 
-/// Whether four are one after the other.
-pub(crate) fn follow(four: &[usize; PACK]) -> bool {
-    four.windows(2).all(|pair| pair[1] == pair[0] + 1)
-}
-
-impl FourBodies {
-    /// Any four bodies; the number of bodies stands for the world.
+impl BodyPack {
+    /// Any bodies; the number of bodies stands for the world.
     #[inline(always)]
     #[must_use]
     pub fn new(indices: [usize; PACK]) -> Self {
-        let first = follow(&indices).then_some(indices[0]);
-        Self { indices, first }
-    }
-
-    /// Four bodies one after the other.
-    #[inline(always)]
-    #[must_use]
-    pub fn starting_at(first: usize) -> Self {
+        let first = |of: &[usize]| follow(of).then_some(of[0]);
         Self {
-            indices: from_fn(|l| first + l),
-            first: Some(first),
+            first: PerLanes::new(&indices, first),
+            indices,
         }
     }
 
-    /// The numbers of the four.
+    /// The `L` bodies from `lane` on, a multiple of `L`.
     #[inline(always)]
+    #[must_use]
+    pub fn lanes<const L: usize>(&self, lane: usize) -> BodyLanes<'_, L> {
+        BodyLanes {
+            indices: crate::lanes::part(&self.indices, lane),
+            first: *self.first.get::<L>(lane),
+        }
+    }
+
+    /// The numbers of all.
     #[must_use]
     pub fn indices(&self) -> &[usize; PACK] {
         &self.indices
+    }
+}
+
+impl<const L: usize> BodyLanes<'_, L> {
+    /// The numbers of the bodies.
+    #[inline(always)]
+    #[must_use]
+    pub fn indices(&self) -> &[usize; L] {
+        self.indices
     }
 
     /// The first of them where they are one after the other.
@@ -67,31 +80,28 @@ impl FourBodies {
         self.first
     }
 
-    /// Positions and orientations \[x, y, z, w] of the four; the world stands upright at the origin.
+    /// Positions and orientations \[x, y, z, w] of the first `count`, the last of them in all other lanes; the world stands
+    /// upright at the origin.
     #[inline(always)]
     #[must_use]
-    pub fn poses<V: Lanes>(&self, bodies: &Bodies) -> (Vec3<V>, Quaternion<V>) {
+    pub fn poses<V: Lanes>(&self, bodies: &Bodies, count: usize) -> (Vec3<V>, Quaternion<V>) {
         let (position, orientation) = (&bodies.position, &bodies.orientation);
         if let Some(first) = self.first
-            && let Some(x) = position.get(first..).and_then(<[_]>::first_chunk::<PACK>)
-            && let Some(q) = orientation
-                .get(first..)
-                .and_then(<[_]>::first_chunk::<PACK>)
+            && count == L
+            && let Some(x) = position.get(first..).and_then(<[_]>::first_chunk::<L>)
+            && let Some(q) = orientation.get(first..).and_then(<[_]>::first_chunk::<L>)
         {
             let q = q.each_ref().map(|q| q.coords.as_ref());
             return (gather(x.each_ref().map(AsRef::as_ref)), gather(q));
         }
         let upright = UnitQuaternion::identity();
-        let x = self
-            .indices
-            .map(|i| position.get(i).map_or(&[0.0; 3], AsRef::as_ref));
-        let q = self
-            .indices
-            .map(|i| orientation.get(i).unwrap_or(&upright).coords.as_ref());
+        let indices: [usize; L] = from_fn(|l| self.indices[l.min(count - 1)]);
+        let x = indices.map(|i| position.get(i).map_or(&[0.0; 3], AsRef::as_ref));
+        let q = indices.map(|i| orientation.get(i).unwrap_or(&upright).coords.as_ref());
         (gather(x), gather(q))
     }
 
-    /// One number of each of the four, out of one number of each body.
+    /// One number of each, out of one number of each body.
     ///
     /// # Panics
     /// When `from` has none of a body.
@@ -99,7 +109,7 @@ impl FourBodies {
     #[must_use]
     pub fn load<V: Lanes>(&self, from: &[f64]) -> V {
         match self.first {
-            Some(first) => V::load(&from[first..first + PACK]),
+            Some(first) => V::load(&from[first..first + L]),
             None => V::from_fn(|l| from[self.indices[l]]),
         }
     }
@@ -123,22 +133,22 @@ impl BodyVectors {
     pub fn new(bodies: usize) -> Self {
         let room = Self::room_for(bodies);
         Self {
-            values: vec![0.0; 6 * room],
+            values: Aligned::new(6 * room),
             room,
+            count: bodies + 1,
         }
     }
 
-    /// Room for `bodies` bodies and the world, in whole vectors.
+    /// Room for `bodies` bodies and the world, in whole vectors, and for the padding of a pack that ends with the world.
     #[must_use]
     pub fn room_for(bodies: usize) -> usize {
-        (bodies + 1).next_multiple_of(PACK)
+        (bodies + PACK).next_multiple_of(PACK)
     }
 
-    /// Bodies that there is room for, a multiple of four.
-    #[inline]
-    #[must_use]
-    pub fn room(&self) -> usize {
-        self.room
+    /// The first body of each vector of `L` lanes that has a body or the world.
+    #[inline(always)]
+    pub fn each_first<const L: usize>(&self) -> impl Iterator<Item = usize> + use<L> {
+        (0..self.count).step_by(L)
     }
 
     /// The numbers of body `i`.
@@ -178,7 +188,7 @@ impl BodyVectors {
     /// # Panics
     /// When there is no room for them.
     pub fn load(&mut self, first: &[Vector3<f64>], last: &[Vector3<f64>]) {
-        dispatch(Level::best(), Load(self, first, last));
+        dispatch_wide(Level::best(), Load(self, first, last));
     }
 
     /// Sets all numbers to zero.
@@ -247,21 +257,21 @@ impl Kernel for Combine<'_> {
 
 struct Load<'a>(&'a mut BodyVectors, &'a [Vector3<f64>], &'a [Vector3<f64>]);
 
-impl Kernel for Load<'_> {
+impl WideKernel for Load<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let Self(vectors, first, last) = self;
         let ((firsts, _), (lasts, _)) = (first.as_chunks(), last.as_chunks());
-        let together = firsts.len() * PACK;
+        let together = firsts.len() * L;
         let mut to = vectors.view_mut();
         for (k, (first, last)) in firsts.iter().zip(lasts).enumerate() {
-            let first: &[Vector3<f64>; PACK] = first;
-            let last: &[Vector3<f64>; PACK] = last;
-            let [a, b, c] = gather::<I::X4, PACK, 3>(first.each_ref().map(AsRef::as_ref));
-            let [d, e, f] = gather::<I::X4, PACK, 3>(last.each_ref().map(AsRef::as_ref));
-            to.store(&FourBodies::starting_at(PACK * k), &[a, b, c, d, e, f]);
+            let first: &[Vector3<f64>; L] = first;
+            let last: &[Vector3<f64>; L] = last;
+            let [a, b, c] = gather::<V, L, 3>(first.each_ref().map(AsRef::as_ref));
+            let [d, e, f] = gather::<V, L, 3>(last.each_ref().map(AsRef::as_ref));
+            to.store_from(L * k, &[a, b, c, d, e, f]);
         }
         for (i, (a, b)) in first.iter().zip(last).enumerate().skip(together) {
             vectors.set(i, [a.x, a.y, a.z, b.x, b.y, b.z]);
@@ -277,94 +287,123 @@ pub struct BodyNumbers<'a>([&'a [f64]; 6]);
 pub struct BodyNumbersMut<'a>([&'a mut [f64]; 6]);
 
 impl BodyNumbers<'_> {
-    /// The numbers of four bodies.
+    /// The numbers of as many bodies as there are lanes, one after the other.
     ///
     /// # Panics
     /// When there is no room for one of them.
     #[inline(always)]
     #[must_use]
-    pub fn load<V: Lanes>(&self, of: &FourBodies) -> [V; 6] {
+    pub fn load_from<V: Lanes>(&self, first: usize) -> [V; 6] {
         let mut to = [V::splat(0.0); 6];
+        for (to, from) in to.iter_mut().zip(&self.0) {
+            *to = V::load(&from[first..first + V::LANES]);
+        }
+        to
+    }
+
+    /// The numbers of any bodies.
+    ///
+    /// # Panics
+    /// When there is no room for one of them.
+    #[inline(always)]
+    #[must_use]
+    pub fn load<V: Lanes, const L: usize>(&self, of: &BodyLanes<'_, L>) -> [V; 6] {
         if let Some(first) = of.first {
-            for (to, from) in to.iter_mut().zip(&self.0) {
-                *to = V::load(&from[first..first + PACK]);
-            }
-        } else {
-            for (to, from) in to.iter_mut().zip(&self.0) {
-                *to = V::from_fn(|l| from[of.indices[l]]);
-            }
+            return self.load_from(first);
+        }
+        let mut to = [V::splat(0.0); 6];
+        for (to, from) in to.iter_mut().zip(&self.0) {
+            *to = V::from_fn(|l| from[of.indices[l]]);
         }
         to
     }
 }
 
 impl BodyNumbersMut<'_> {
-    /// The numbers of four bodies.
+    /// As [`BodyNumbers::load_from`].
     ///
     /// # Panics
     /// When there is no room for one of them.
     #[inline(always)]
     #[must_use]
-    pub fn load<V: Lanes>(&self, of: &FourBodies) -> [V; 6] {
-        BodyNumbers(self.0.each_ref().map(|numbers| &**numbers)).load(of)
+    pub fn load_from<V: Lanes>(&self, first: usize) -> [V; 6] {
+        BodyNumbers(self.0.each_ref().map(|numbers| &**numbers)).load_from(first)
     }
 
-    /// Writes the numbers of four bodies.
+    /// Writes the numbers of as many bodies as there are lanes, one after the other.
     ///
     /// # Panics
     /// When there is no room for one of them.
     #[inline(always)]
-    pub fn store<V: Lanes>(&mut self, of: &FourBodies, from: &[V; 6]) {
-        if let Some(first) = of.first {
-            for (to, from) in self.0.iter_mut().zip(from) {
-                from.store(&mut to[first..first + PACK]);
-            }
-        } else {
-            for (to, from) in self.0.iter_mut().zip(from) {
-                let mut lanes = [0.0; PACK];
-                from.store(&mut lanes);
-                for (i, x) in of.indices.into_iter().zip(lanes) {
-                    to[i] = x;
-                }
+    pub fn store_from<V: Lanes>(&mut self, first: usize, from: &[V; 6]) {
+        for (to, from) in self.0.iter_mut().zip(from) {
+            from.store(&mut to[first..first + V::LANES]);
+        }
+    }
+
+    /// Writes the numbers of the first `count` of some bodies.
+    ///
+    /// # Panics
+    /// When there is no room for one of them.
+    #[inline(always)]
+    pub fn store<V: Lanes, const L: usize>(
+        &mut self,
+        of: &BodyLanes<'_, L>,
+        from: &[V; 6],
+        count: usize,
+    ) {
+        if let Some(first) = of.first
+            && count == L
+        {
+            return self.store_from(first, from);
+        }
+        for (to, from) in self.0.iter_mut().zip(from) {
+            let mut lanes = [0.0; L];
+            from.store(&mut lanes);
+            for (i, x) in of.indices.iter().zip(lanes).take(count) {
+                to[*i] = x;
             }
         }
     }
 
     /// Adds to the numbers of `b`, one after the other, and of `a`, of which all but the first are those of `b` but the last.
     #[inline(always)]
-    pub(crate) fn add_along<V>(
+    pub(crate) fn add_along<V: Lanes, const L: usize>(
         &mut self,
-        a: &FourBodies,
-        b: &FourBodies,
+        a: &BodyLanes<'_, L>,
+        b: &BodyLanes<'_, L>,
         [on_a, on_b]: [&[V; 6]; 2],
-    ) where
-        V: Halves<Half: Halves>,
-    {
+    ) {
         // A vector is stored once: one that is loaded again, shifted by a body, would wait for the store.
         let (first, before) = (b.indices[0], a.indices[0]);
         let sums = on_a.iter().zip(on_b);
         for (to, (on_a, on_b)) in self.0.iter_mut().zip(sums) {
             let both = *on_b + on_a.shift_in(V::splat(0.0));
-            add_to(both, &mut to[first..first + PACK]);
-            add_to(on_a.lower().lower(), &mut to[before..=before]);
+            add_to(both, &mut to[first..first + L]);
+            to[before] += on_a.first_lane();
         }
     }
 
-    /// Adds to the numbers of the first `count` of four bodies, one after the other where they are the same.
+    /// Adds to the numbers of the first `count` of some bodies, one after the other where they are the same.
     #[inline(always)]
-    pub(crate) fn add<V: Lanes>(&mut self, of: &FourBodies, added: &[V; 6], count: usize) {
+    pub(crate) fn add<V: Lanes, const L: usize>(
+        &mut self,
+        of: &BodyLanes<'_, L>,
+        added: &[V; 6],
+        count: usize,
+    ) {
         if let Some(first) = of.first
-            && count == PACK
+            && count == L
         {
             for (to, added) in self.0.iter_mut().zip(added) {
-                add_to(*added, &mut to[first..first + PACK]);
+                add_to(*added, &mut to[first..first + L]);
             }
         } else {
             for (to, added) in self.0.iter_mut().zip(added) {
-                let mut lanes = [0.0; PACK];
+                let mut lanes = [0.0; L];
                 added.store(&mut lanes);
-                for (i, x) in of.indices.into_iter().zip(lanes).take(count) {
-                    to[i] += x;
+                for (i, x) in of.indices.iter().zip(lanes).take(count) {
+                    to[*i] += x;
                 }
             }
         }
@@ -381,74 +420,93 @@ fn add_to<V: Lanes>(added: V, to: &mut [f64]) {
 mod tests {
     use super::*;
     use crate::{Body, Constraint, Frame, HoistParams, Linearized, RowLaw, Scene, Spherical};
+    use taut_lanes::vector::save;
 
     struct Access;
 
-    impl Kernel for Access {
-        type Output = ();
-
-        #[inline(always)]
-        fn run<I: Isa>(self) {
-            let mut numbers = BodyVectors::new(6);
-            for i in 0..7 {
+    /// Lanes of two packs: one after the other in the first, in any order in the second.
+    #[inline(always)]
+    fn access<V: Lanes, const L: usize>() {
+        for lane in (0..PACK).step_by(L) {
+            let mut numbers = BodyVectors::new(9);
+            for i in 0..10 {
                 numbers.set(i, from_fn(|k| (10 * i + k) as f64));
             }
-            for bodies in [[1, 2, 3, 4], [5, 0, 6, 5]] {
-                let group = FourBodies::new(bodies);
-                let lanes = numbers.view().load::<I::X4>(&group);
-                for (k, x) in lanes.iter().enumerate() {
-                    let mut found = [0.0; 4];
-                    x.store(&mut found);
+            for bodies in [[1, 2, 3, 4, 5, 6, 7, 8], [5, 0, 6, 5, 9, 9, 5, 7]] {
+                let pack = BodyPack::new(bodies);
+                let group = pack.lanes::<L>(lane);
+                let bodies = *group.indices();
+                let lanes = numbers.view().load::<V, L>(&group);
+                let found: [[f64; L]; 6] = save(&lanes);
+                for (k, found) in found.into_iter().enumerate() {
                     assert_eq!(found, bodies.map(|i| (10 * i + k) as f64));
                 }
-                let mut other = BodyVectors::new(6);
-                other.view_mut().store(&group, &lanes);
-                let other = other.view_mut().load::<I::X4>(&group);
+                let mut other = BodyVectors::new(9);
+                other.view_mut().store(&group, &lanes, L);
+                let other = other.view().load::<V, L>(&group);
                 for (a, b) in lanes.into_iter().zip(other) {
                     assert_eq!((a - b).abs().max_lane(), 0.0);
                 }
-                let mut sum = BodyVectors::new(6);
-                sum.view_mut().add(&group, &lanes, 3);
-                sum.view_mut().add(&group, &lanes, 4);
+                let mut sum = BodyVectors::new(9);
+                sum.view_mut().add(&group, &lanes, L - 1);
+                sum.view_mut().add(&group, &lanes, L);
                 let expected = |i: usize| {
                     let times = |(lane, j): (usize, &usize)| {
-                        f64::from(u8::from(*j == i)) * if lane < 3 { 2.0 } else { 1.0 }
+                        f64::from(u8::from(*j == i)) * if lane < L - 1 { 2.0 } else { 1.0 }
                     };
                     bodies.iter().enumerate().map(times).sum::<f64>() * (10 * i + 4) as f64
                 };
-                for i in 0..7 {
+                for i in 0..10 {
                     assert_eq!(sum.get(i)[4], expected(i), "{bodies:?} {i}");
                 }
             }
         }
     }
 
+    impl Kernel for Access {
+        type Output = ();
+
+        #[inline(always)]
+        fn run<I: Isa>(self) {
+            access::<I::X4, 4>();
+            access::<I::X8, 8>();
+        }
+    }
+
     /// What acts on both sides of joints, of all packs of a scene.
     struct Sides<'a>(&'a Linearized, usize);
 
-    impl Kernel for Sides<'_> {
-        /// How many packs are along a cable.
-        type Output = usize;
-
+    impl Sides<'_> {
         #[inline(always)]
-        fn run<I: Isa>(self) -> usize {
-            let zero = [I::X4::splat(0.0); 6];
+        fn together<V: Lanes, const L: usize>(&self) -> usize {
+            let zero = [V::splat(0.0); 6];
             let (mut on_a, mut on_b) = (zero, zero);
-            for k in 0..6 {
-                on_a[k] = I::X4::from_fn(|l| (1 + 7 * k + l) as f64);
-                on_b[k] = I::X4::from_fn(|l| (100 * l + k) as f64);
-            }
             let (mut together, mut apart) = (BodyVectors::new(self.1), BodyVectors::new(self.1));
             let mut along = 0;
-            for four in self.0.four_joints() {
-                four.add_to_sides([&on_a, &on_b], &mut together.view_mut());
+            for joints in self.0.joint_lanes::<L>() {
+                let real = |l: usize| f64::from(u8::from(l < joints.count()));
+                for k in 0..6 {
+                    on_a[k] = V::from_fn(|l| real(l) * (1 + 7 * k + l) as f64);
+                    on_b[k] = V::from_fn(|l| real(l) * (100 * l + k) as f64);
+                }
+                joints.add_to_sides([&on_a, &on_b], &mut together.view_mut());
                 let mut to = apart.view_mut();
-                to.add(four.bodies(0), &on_a, four.count());
-                to.add(four.bodies(1), &on_b, four.count());
-                along += usize::from(four.are_along_a_cable());
+                to.add(&joints.bodies(0), &on_a, joints.count());
+                to.add(&joints.bodies(1), &on_b, joints.count());
+                along += usize::from(joints.are_along_a_cable());
             }
             assert_eq!(together, apart);
             along
+        }
+    }
+
+    impl Kernel for Sides<'_> {
+        /// How many fours and eights are along a cable.
+        type Output = [usize; 2];
+
+        #[inline(always)]
+        fn run<I: Isa>(self) -> [usize; 2] {
+            [self.together::<I::X4, 4>(), self.together::<I::X8, 8>()]
         }
     }
 
@@ -458,7 +516,13 @@ mod tests {
             segments,
             ..HoistParams::default()
         };
-        for (segments, packs) in [(2, 0), (3, 1), (4, 1), (9, 2), (11, 3)] {
+        for (segments, packs) in [
+            (2, [1, 1]),
+            (3, [1, 1]),
+            (4, [2, 1]),
+            (9, [3, 2]),
+            (23, [6, 3]),
+        ] {
             let scene = hoist(segments).build().expect("builds");
             let (rows, bodies) = (Linearized::new(&scene), scene.bodies.len());
             for level in Level::available() {
@@ -483,11 +547,8 @@ mod tests {
             );
         }
         for level in Level::available() {
-            assert_eq!(
-                dispatch(level, Sides(&Linearized::new(&scene), 4)),
-                1,
-                "{level}"
-            );
+            let along = dispatch(level, Sides(&Linearized::new(&scene), 4));
+            assert_eq!(along, [1, 1], "{level}");
         }
     }
 

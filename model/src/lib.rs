@@ -67,7 +67,7 @@
 //! | [`constraint`] | the kinds of joint, one file each: derivation, φ, J, test; `constraint/gap.rs`: φ and J of the gap, [SL (25), (26)]; `constraint/loads.rs`: what a constraint carries |
 //! | [`linearized`] | all constraints at one instant, in flat arrays |
 //! | [`body_vectors`] | six numbers a body, as vectors of lanes want them |
-//! | `packs` | how joints are stored and evaluated, four at a time |
+//! | [`lanes`], `packs` | how joints are stored and evaluated, eight or four at a time |
 //! | [`material`] | materials, sections, stiffness, compliance of joints |
 //! | [`scene`] | [`Scene`]: everything together, energies, validation |
 //! | `notes` | how far constraints may open, and what in a scene is likely to be a mistake |
@@ -111,6 +111,7 @@ pub mod frame;
 pub mod gantry;
 pub mod grounded;
 pub mod hoist;
+pub mod lanes;
 pub mod linearized;
 pub mod material;
 mod motion;
@@ -130,7 +131,7 @@ pub mod topology;
 pub mod unlimited;
 
 pub use body::{Bodies, Body, Mobility};
-pub use body_vectors::{BodyVectors, FourBodies, PACK};
+pub use body_vectors::{BodyLanes, BodyPack, BodyVectors};
 pub use cable::{Cable, CableEnd, Damping, End, JointKind, Rest, Segments};
 pub use check::{JacobianCheck, check_jacobian};
 pub use collide::{Collider, DEFAULT_GROUP, Shape, Surface};
@@ -152,7 +153,7 @@ pub use nalgebra;
 pub use named::named;
 pub use network::{Held, Network, NetworkParams, ResolvedNetwork};
 pub use notes::Note;
-pub use packs::{Four, FourJoints, Joint, JointSide};
+pub use packs::{Joint, JointLanes, JointSide};
 pub use particles::{ChainModel, ParticleChainParams};
 pub use reeved::{Reeved, ReevedParams};
 pub use scene::{Action, CableParts, Capstan, Control, Drive, Event, Scene, When};

@@ -8,9 +8,9 @@ use std::ops::{Deref, Range};
 use nalgebra::Vector3;
 use taut_lanes::Lanes;
 
-use crate::body_vectors::{BodyVectors, PACK};
+use crate::body_vectors::BodyVectors;
 use crate::constraint::{Constraint, RowKind, Rows};
-use crate::packs::{FourJoints, Joint, JointSide, Packs};
+use crate::packs::{Joint, JointLanes, JointSide, Packs};
 use crate::scene::Scene;
 
 /// One Jacobian block: how a constraint acts on a body.
@@ -349,25 +349,28 @@ impl Linearized {
     }
 
     /// The joints: constraints with three gap rows and up to three angular ones between two sides, in the order of the
-    /// scene. Their Jacobian is stored by lever arms and gradients, in packs of four.
+    /// scene. Their Jacobian is stored by lever arms and gradients, in packs of eight.
     #[must_use]
     pub fn joints(&self) -> &[Joint] {
         self.packs.joints()
     }
 
-    /// The joints four by four, for kernels.
+    /// The joints, `L` at a time, four or eight, for kernels.
     #[inline(always)]
-    pub fn four_joints(&self) -> impl Iterator<Item = FourJoints<'_>> {
-        self.packs.fours()
+    pub fn joint_lanes<const L: usize>(&self) -> impl Iterator<Item = JointLanes<'_, L>> {
+        self.packs.lanes()
     }
 
-    /// The sides of any four joints, each given by the number of the joint and its side, 0 or 1.
+    /// The sides of any joints, each given by the number of the joint and its side, 0 or 1.
     ///
     /// # Panics
     /// When there is no such joint.
     #[inline(always)]
     #[must_use]
-    pub fn joint_sides<V: Lanes>(&self, sides: [(usize, usize); PACK]) -> JointSide<V> {
+    pub fn joint_sides<V: Lanes, const L: usize>(
+        &self,
+        sides: [(usize, usize); L],
+    ) -> JointSide<V> {
         self.packs.sides(sides)
     }
 

@@ -1,11 +1,11 @@
-//! Joints in packs of four, number by number, for vectors: how the Jacobian of most constraints of a cable is stored.
+//! Joints in packs of eight, number by number, for vectors: how the Jacobian of most constraints of a cable is stored.
 //!
 //! A joint here is a constraint with three gap rows and up to three rows that measure an angle of the relative rotation
-//! ([`crate::constraint`], `gap`). A pack holds four of them, whatever bodies and rows they belong to; a side that is held
+//! ([`crate::constraint`], `gap`). A pack holds eight of them, whatever bodies and rows they belong to; a side that is held
 //! by the world is on the body after the last one, which stands still.
 //!
 //! Ball joints and [`Cosserat`](crate::Cosserat) joints are evaluated in lanes, other kinds one by one. The layout is
-//! private: [`FourJoints`] and [`JointSide`] are what others read.
+//! private: [`JointLanes`] and [`JointSide`] are what others read.
 
 mod evaluation;
 mod products;
@@ -13,38 +13,24 @@ mod products;
 use evaluation::{Evaluation, Frames};
 use nalgebra::Vector3;
 use products::{Rates, Transposed};
-use taut_lanes::vector::{Vec3, combine, cross, dot, gather, load, save, scale, scale_add};
-use taut_lanes::{Halves, Lanes, Level, dispatch};
+use taut_lanes::vector::{Vec3, combine, cross, dot, gather, scale, scale_add};
+use taut_lanes::{Lanes, Level, dispatch_wide};
 
-use crate::body_vectors::{BodyNumbersMut, BodyVectors, FourBodies, PACK, follow};
+use crate::body_vectors::{BodyLanes, BodyNumbersMut, BodyPack, BodyVectors};
 use crate::constraint::gap::JointJacobian;
 use crate::constraint::{Constraint, RowKind, Rows};
+use crate::lanes::{Numbers, PACK, PerLanes, load_part, part};
 use crate::scene::Scene;
 
-/// Rows of a pack whose joints have 6 each.
-const RUN: usize = 6 * PACK;
-
-/// One number of each joint or body of a pack.
-pub type Four = [f64; PACK];
-
-/// The Jacobians of four joints: a [`JointJacobian`] as it stands in memory.
+/// The Jacobians of eight joints: a [`JointJacobian`] as it stands in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 struct Pack {
-    arms: [[Four; 3]; 2],
-    gradients: [[Four; 3]; 3],
+    arms: [[Numbers; 3]; 2],
+    gradients: [[Numbers; 3]; 3],
 }
 
 impl Pack {
-    #[inline(always)]
-    fn jacobian<V: Lanes>(&self) -> JointJacobian<V> {
-        let ([a, b], [p, q, s]) = (&self.arms, &self.gradients);
-        JointJacobian {
-            arms: [load(a), load(b)],
-            gradients: [load(p), load(q), load(s)],
-        }
-    }
-
     fn set_lane(&mut self, lane: usize, joint: &JointJacobian<f64>) {
         let to = self.arms.iter_mut().chain(&mut self.gradients).flatten();
         let from = joint.arms.iter().chain(&joint.gradients).flatten();
@@ -55,7 +41,7 @@ impl Pack {
 
     /// That of one lane.
     fn lane(&self, lane: usize) -> JointJacobian<f64> {
-        let numbers = |v: [Four; 3]| v.map(|x| x[lane]);
+        let numbers = |v: [Numbers; 3]| v.map(|x| x[lane]);
         JointJacobian {
             arms: self.arms.map(numbers),
             gradients: self.gradients.map(numbers),
@@ -79,23 +65,32 @@ pub struct Joint {
     winds: bool,
 }
 
-/// Where the four joints of a pack stand.
+/// Where the joints of a pack stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Places {
     /// First row of each.
     row: [usize; PACK],
     /// Number of rows of each.
     rows: [usize; PACK],
-    /// The first row where all have 6 and those of one follow those of the other.
+    /// Bodies of the sides a and b; the number of bodies stands for the world.
+    bodies: [BodyPack; 2],
+    shape: PerLanes<Shape>,
+    /// Joints of the pack. The other lanes are padding: they have the last joint's Jacobian, zeros for rows, and the bodies
+    /// after its own, whoever these belong to.
+    count: usize,
+}
+
+/// What some joints side by side have in common.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Shape {
+    /// Whether none is padding and all have 6 rows.
+    full: bool,
+    /// The first row where they are full and the rows of one follow those of the other.
     run: Option<usize>,
     angles: Angles,
-    /// Bodies of the sides a and b; the number of bodies stands for the world.
-    bodies: [FourBodies; 2],
-    /// Whether they are four joints along a cable: those of side b are one after the other, and those of side a, but for
+    /// Whether they are joints along a cable: the bodies of side b are one after the other, and those of side a, but for
     /// the first, are those of side b.
     along: bool,
-    /// Joints of the pack. The other lanes are padding, copies of the last joint: assign to them, never accumulate.
-    count: usize,
 }
 
 /// How a joint is evaluated.
@@ -117,7 +112,7 @@ impl Kind {
     }
 }
 
-/// Which of the angles the joints of a pack have in lanes.
+/// Which of the angles joints side by side have in lanes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Angles {
     None,
@@ -198,21 +193,30 @@ impl Packs {
         &self.joints[..self.count]
     }
 
-    /// The joints, four by four.
+    /// The joints, `L` at a time.
     #[inline(always)]
-    pub(crate) fn fours(&self) -> impl Iterator<Item = FourJoints<'_>> {
-        let packs = self.packs.iter().zip(&self.places);
-        packs.map(|(pack, places)| FourJoints { pack, places })
+    pub(crate) fn lanes<const L: usize>(&self) -> impl Iterator<Item = JointLanes<'_, L>> {
+        (0..self.count).step_by(L).map(|first| self.lanes_at(first))
+    }
+
+    /// The `L` joints from `first` on, a multiple of `L`.
+    #[inline(always)]
+    fn lanes_at<const L: usize>(&self, first: usize) -> JointLanes<'_, L> {
+        JointLanes {
+            pack: &self.packs[first / PACK],
+            places: &self.places[first / PACK],
+            lane: first % PACK,
+        }
     }
 
     /// r = J v of the joints' rows. The world's part of v is zero.
     pub(crate) fn times_jacobian(&self, v: &BodyVectors, r: &mut [f64]) {
-        dispatch(Level::best(), Rates { joints: self, v, r });
+        dispatch_wide(Level::best(), Rates { joints: self, v, r });
     }
 
     /// p += Jᵀ μ of the joints' rows; what acts on the world is added there.
     pub(crate) fn add_transposed(&self, mu: &[f64], p: &mut BodyVectors) {
-        dispatch(
+        dispatch_wide(
             Level::best(),
             Transposed {
                 joints: self,
@@ -265,7 +269,7 @@ impl Packs {
                 }
             }
         }
-        dispatch(
+        dispatch_wide(
             Level::best(),
             Evaluation {
                 joints: self,
@@ -305,9 +309,12 @@ impl Packs {
         self.packs[joint / PACK].lane(joint % PACK).block(side)
     }
 
-    /// The sides of four joints, given by the numbers of the joints and of their sides.
+    /// The sides of any joints, given by the numbers of the joints and of their sides.
     #[inline(always)]
-    pub(crate) fn sides<V: Lanes>(&self, sides: [(usize, usize); PACK]) -> JointSide<V> {
+    pub(crate) fn sides<V: Lanes, const L: usize>(
+        &self,
+        sides: [(usize, usize); L],
+    ) -> JointSide<V> {
         // A side is 0 or 1, which the bounds check cannot know.
         let at = sides.map(|(k, side)| (&self.packs[k / PACK], k % PACK, side & 1));
         let zero = [V::splat(0.0); 3];
@@ -324,40 +331,49 @@ impl Packs {
     }
 }
 
-/// Four joints: their Jacobian in lanes, and where they stand.
+/// As many joints as there are lanes: their Jacobian, and where they stand.
 #[derive(Debug, Clone, Copy)]
-pub struct FourJoints<'a> {
+pub struct JointLanes<'a, const L: usize> {
     pack: &'a Pack,
     places: &'a Places,
+    /// The first joint's lane in the pack.
+    lane: usize,
 }
 
-impl FourJoints<'_> {
-    /// Joints of the pack. The other lanes are padding, copies of the last joint: assign to them, never accumulate.
+impl<const L: usize> JointLanes<'_, L> {
+    /// Number of joints. The other lanes are padding: they have the last joint's Jacobian, zeros for rows, and the bodies
+    /// after its own, whoever these belong to: what is added there has to be zero.
     #[inline(always)]
     #[must_use]
     pub fn count(&self) -> usize {
-        self.places.count
+        (self.places.count - self.lane).min(L)
     }
 
     /// The bodies of side a (0) or b (1); the number of bodies stands for the world.
     #[inline(always)]
     #[must_use]
-    pub fn bodies(&self, side: usize) -> &FourBodies {
-        &self.places.bodies[side]
+    pub fn bodies(&self, side: usize) -> BodyLanes<'_, L> {
+        self.places.bodies[side].lanes(self.lane)
     }
 
-    /// Whether they are four joints along a cable: the bodies of side b are one after the other, and those of side a, but
-    /// for the first, are those of side b.
+    #[inline(always)]
+    fn shape(&self) -> &Shape {
+        self.places.shape.get::<L>(self.lane)
+    }
+
+    /// Whether they are joints along a cable: the bodies of side b are one after the other, and those of side a, but for
+    /// the first, are those of side b.
+    #[inline(always)]
     #[must_use]
     pub fn are_along_a_cable(&self) -> bool {
-        self.places.along
+        self.shape().along
     }
 
     /// The lever arms of side a (0) or b (1), world \[m].
     #[inline(always)]
     #[must_use]
     pub fn arm<V: Lanes>(&self, side: usize) -> Vec3<V> {
-        load(&self.pack.arms[side])
+        load_part::<V, L, 3>(&self.pack.arms[side], self.lane)
     }
 
     /// The gradient on ω_b of angular row 0, 1 or 2, world; that on ω_a is the negative. Zero where a joint has no such
@@ -365,7 +381,7 @@ impl FourJoints<'_> {
     #[inline(always)]
     #[must_use]
     pub fn gradient<V: Lanes>(&self, row: usize) -> Vec3<V> {
-        load(&self.pack.gradients[row])
+        load_part::<V, L, 3>(&self.pack.gradients[row], self.lane)
     }
 
     /// One side of each.
@@ -382,79 +398,71 @@ impl FourJoints<'_> {
     #[inline(always)]
     #[must_use]
     pub fn negative_side_of_next<V: Lanes>(&self, next: &Self) -> JointSide<V> {
-        let (pack, next) = (self.pack, next.pack);
+        let (these, next) = (self.side(0), next.side(0));
+        let gradients = [0, 1, 2].map(|row| [&these.gradients[row], &next.gradients[row]]);
         JointSide {
-            arm: negative_shifted(&pack.arms[0], &next.arms[0]),
+            arm: negative_shifted([&these.arm, &next.arm]),
             gradients: [
-                negative_shifted(&pack.gradients[0], &next.gradients[0]),
-                negative_shifted(&pack.gradients[1], &next.gradients[1]),
-                negative_shifted(&pack.gradients[2], &next.gradients[2]),
+                negative_shifted(gradients[0]),
+                negative_shifted(gradients[1]),
+                negative_shifted(gradients[2]),
             ],
         }
     }
 
     #[inline(always)]
     pub(crate) fn jacobian<V: Lanes>(&self) -> JointJacobian<V> {
-        self.pack.jacobian()
+        JointJacobian {
+            arms: [self.arm(0), self.arm(1)],
+            gradients: [self.gradient(0), self.gradient(1), self.gradient(2)],
+        }
     }
 
-    /// The rows of the four joints out of all rows `from`, zeros for those that a joint does not have; copies of the last
-    /// joint have its rows.
+    /// The rows of the joints out of all rows `from`, zeros for those that a joint does not have.
     ///
     /// # Panics
     /// When `from` is shorter than the scene has rows.
     #[inline(always)]
     #[must_use]
     pub fn rows_of<V: Lanes>(&self, from: &[f64]) -> [V; 6] {
-        let places = self.places;
-        if let Some(first) = places.run
-            && let Some(rows) = from[first..].first_chunk::<RUN>()
-            && let ([a, b, c, d], []) = rows.as_chunks::<6>()
+        let (shape, row) = (self.shape(), part::<_, L>(&self.places.row, self.lane));
+        if let Some(first) = shape.run
+            && let (rows, []) = from[first..first + 6 * L].as_chunks::<6>()
+            && let Some(rows) = rows.first_chunk::<L>()
         {
-            return gather([a, b, c, d]);
+            return gather(rows.each_ref());
         }
-        if let [Some(a), Some(b), Some(c), Some(d)] =
-            places.row.map(|row| from[row..].first_chunk())
-            && places.rows == [6; PACK]
-        {
-            return gather([a, b, c, d]);
+        if shape.full {
+            return gather(row.map(|row| from[row..row + 6].first_chunk().unwrap_or(&[0.0; 6])));
         }
-        let mut lanes = [[0.0; PACK]; 6];
-        for lane in 0..places.count {
-            let rows = &from[places.row[lane]..][..places.rows[lane]];
-            for (to, from) in lanes.iter_mut().zip(rows) {
-                to[lane] = *from;
-            }
+        let rows = part::<_, L>(&self.places.rows, self.lane);
+        let mut lanes = [[0.0; 6]; L];
+        for (lane, to) in lanes.iter_mut().enumerate().take(self.count()) {
+            copy_rows(&from[row[lane]..][..rows[lane]], to);
         }
-        let last = places.count - 1;
-        for number in &mut lanes {
-            let copied = number[last];
-            number[last..].fill(copied);
-        }
-        load(&lanes)
+        gather(lanes.each_ref())
     }
 
-    /// Writes the rows of the four joints to all rows `to`.
+    /// Writes the rows of the joints to all rows `to`.
     ///
     /// # Panics
     /// When `to` is shorter than the scene has rows.
     #[inline(always)]
     pub fn write_rows<V: Lanes>(&self, from: &[V; 6], to: &mut [f64]) {
-        let places = self.places;
-        if let Some(first) = places.run
-            && let Some(rows) = to[first..].first_chunk_mut::<RUN>()
-        {
-            return V::scatter(from, rows, [0, 6, 12, 18]);
+        let (shape, row) = (self.shape(), part::<_, L>(&self.places.row, self.lane));
+        if let Some(first) = shape.run {
+            let at = std::array::from_fn::<_, L, _>(|lane| 6 * lane);
+            return V::scatter(from, &mut to[first..first + 6 * L], at);
         }
-        if places.rows == [6; PACK] {
-            return V::scatter(from, to, places.row);
+        if shape.full {
+            return V::scatter(from, to, *row);
         }
-        let from: [Four; 6] = save(from);
-        for lane in 0..places.count {
-            let rows = &mut to[places.row[lane]..][..places.rows[lane]];
-            for (r, from) in rows.iter_mut().zip(&from) {
-                *r = from[lane];
-            }
+        let rows = part::<_, L>(&self.places.rows, self.lane);
+        let mut lanes = [[0.0; 6]; L];
+        V::spread(from, lanes.each_mut());
+        for (lane, from) in lanes.iter().enumerate().take(self.count()) {
+            let rows = rows[lane];
+            copy_rows(&from[..rows], &mut to[row[lane]..row[lane] + rows]);
         }
     }
 
@@ -463,16 +471,13 @@ impl FourJoints<'_> {
     /// # Panics
     /// When there is no room for a body.
     #[inline(always)]
-    pub fn add_to_sides<V>(&self, [on_a, on_b]: [&[V; 6]; 2], to: &mut BodyNumbersMut<'_>)
-    where
-        V: Halves<Half: Halves>,
-    {
-        let [a, b] = &self.places.bodies;
-        if self.places.along {
-            to.add_along(a, b, [on_a, on_b]);
+    pub fn add_to_sides<V: Lanes>(&self, [on_a, on_b]: [&[V; 6]; 2], to: &mut BodyNumbersMut<'_>) {
+        let (a, b) = (self.bodies(0), self.bodies(1));
+        if self.are_along_a_cable() {
+            to.add_along(&a, &b, [on_a, on_b]);
         } else {
-            to.add(a, on_a, self.places.count);
-            to.add(b, on_b, self.places.count);
+            to.add(&a, on_a, self.count());
+            to.add(&b, on_b, self.count());
         }
     }
 }
@@ -499,46 +504,117 @@ impl<V: Lanes> JointSide<V> {
         }
     }
 
+    /// The rows of \[r]× A, for the columns of A: for a symmetric A the columns of A \[r]×ᵀ.
+    #[inline(always)]
+    #[must_use]
+    pub fn gap_times(&self, a: &[Vec3<V>; 3]) -> [Vec3<V>; 3] {
+        [
+            self.row_times::<0>(a),
+            self.row_times::<1>(a),
+            self.row_times::<2>(a),
+        ]
+    }
+
+    /// The same of the rows gᵀ.
+    #[inline(always)]
+    #[must_use]
+    pub fn angles_times(&self, a: &[Vec3<V>; 3]) -> [Vec3<V>; 3] {
+        [
+            self.row_times::<3>(a),
+            self.row_times::<4>(a),
+            self.row_times::<5>(a),
+        ]
+    }
+
+    /// \[r]× x.
+    #[inline(always)]
+    #[must_use]
+    pub fn gap_of(&self, x: &Vec3<V>) -> Vec3<V> {
+        cross(&self.arm, x)
+    }
+
+    /// \[r]× x + sum.
+    #[inline(always)]
+    #[must_use]
+    pub fn add_gap_of(&self, x: &Vec3<V>, sum: &Vec3<V>) -> Vec3<V> {
+        let r = &self.arm;
+        [
+            r[2].neg_mul_add(x[1], r[1].mul_add(x[2], sum[0])),
+            r[0].neg_mul_add(x[2], r[2].mul_add(x[0], sum[1])),
+            r[1].neg_mul_add(x[0], r[0].mul_add(x[1], sum[2])),
+        ]
+    }
+
+    /// The rows gᵀ times x.
+    #[inline(always)]
+    #[must_use]
+    pub fn angles_of(&self, x: &Vec3<V>) -> Vec3<V> {
+        let [p, q, s] = &self.gradients;
+        [dot(p, x), dot(q, x), dot(s, x)]
+    }
+
     /// Q x.
     #[inline(always)]
     #[must_use]
     pub fn apply(&self, v: &Vec3<V>) -> [V; 6] {
-        let [x, y, z] = cross(&self.arm, v);
-        let [p, q, s] = &self.gradients;
-        [x, y, z, dot(p, v), dot(q, v), dot(s, v)]
+        let ([x, y, z], [p, q, s]) = (self.gap_of(v), self.angles_of(v));
+        [x, y, z, p, q, s]
+    }
+}
+
+/// Copies the rows of a joint: faster where their number is known.
+#[inline(always)]
+fn copy_rows(from: &[f64], to: &mut [f64]) {
+    match from.len() {
+        3 => to[..3].copy_from_slice(&from[..3]),
+        6 => to[..6].copy_from_slice(&from[..6]),
+        rows => to[..rows].copy_from_slice(from),
     }
 }
 
 /// The lanes one on, with the other sign.
 #[inline(always)]
-fn negative_shifted<V: Lanes>(pack: &[Four; 3], next: &[Four; 3]) -> Vec3<V> {
-    let mut shifted: Vec3<V> = load(pack);
+fn negative_shifted<V: Lanes>([these, next]: [&Vec3<V>; 2]) -> Vec3<V> {
+    let mut shifted = *these;
     for (lanes, next) in shifted.iter_mut().zip(next) {
-        *lanes = -lanes.shift_in(V::load(next));
+        *lanes = -lanes.shift_in(*next);
     }
     shifted
 }
 
 impl Places {
     fn new(joints: &[Joint; PACK], count: usize) -> Self {
-        let bodies = [0, 1].map(|side| joints.each_ref().map(|j| j.bodies[side]));
-        let rows = joints.each_ref().map(|j| j.rows);
-        let row = joints.each_ref().map(|j| j.row);
-        let follows = row.windows(2).all(|pair| pair[1] == pair[0] + 6);
-        let have = |angles| joints.iter().all(|j| j.kind.angles() == angles);
-        let angles = match () {
-            () if have((true, true)) => Angles::All,
-            () if have((false, false)) => Angles::None,
-            () => Angles::Some,
-        };
+        let mut joints = *joints;
+        for lane in count..PACK {
+            joints[lane].bodies = joints[lane - 1].bodies.map(|body| body + 1);
+        }
+        let numbered = std::array::from_fn(|lane| (joints[lane], lane < count));
         Self {
-            angles,
-            row,
-            rows,
-            run: (rows == [6; PACK] && follows).then_some(row[0]),
-            along: follow(&bodies[1]) && count == PACK && bodies[0][1..] == bodies[1][..PACK - 1],
-            bodies: bodies.map(FourBodies::new),
+            row: joints.map(|j| j.row),
+            rows: joints.map(|j| j.rows),
+            bodies: [0, 1].map(|side| BodyPack::new(joints.map(|j| j.bodies[side]))),
+            shape: PerLanes::new(&numbered, Shape::new),
             count,
+        }
+    }
+}
+
+impl Shape {
+    /// That of joints, with whether each is none of the padding.
+    fn new(joints: &[(Joint, bool)]) -> Self {
+        let have = |angles| joints.iter().all(|(j, _)| j.kind.angles() == angles);
+        let full = joints.iter().all(|(j, real)| *real && j.rows == 6);
+        let pairs = || joints.windows(2).map(|pair| [pair[0].0, pair[1].0]);
+        Self {
+            full,
+            run: (full && pairs().all(|[a, b]| b.row == a.row + 6)).then_some(joints[0].0.row),
+            angles: match () {
+                () if have((true, true)) => Angles::All,
+                () if have((false, false)) => Angles::None,
+                () => Angles::Some,
+            },
+            along: pairs()
+                .all(|[a, b]| b.bodies[1] == a.bodies[1] + 1 && b.bodies[0] == a.bodies[1]),
         }
     }
 }

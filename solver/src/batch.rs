@@ -5,7 +5,6 @@
 //! their numbers stand together: entry e of cable c of a quantity of n entries is number
 //! `((c / 8) n + e) 8 + c % 8` ([`batch_index`]). That is the layout of matrices, right-hand sides and solutions.
 
-use crate::aligned::Aligned;
 use crate::block_ldlt::{BlockLdlt, NOISE, Pivots};
 use crate::chain::Chain;
 use crate::chain::batch::{self, LANES, spread};
@@ -15,6 +14,7 @@ use crate::{BlockPattern, SolveError, SymBlockMatrix};
 use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
+use taut_lanes::Aligned;
 use taut_lanes::vector::gather;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
@@ -70,12 +70,12 @@ impl BatchMatrix {
     /// All values, `batch_len(pattern.stored_values(), count)` of them: stored value `v` of cable `c` is number `batch_index(pattern.stored_values(), v, c)`.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        self.values.as_slice()
+        &self.values
     }
 
     /// The same, to be written.
     pub fn values_mut(&mut self) -> &mut [f64] {
-        self.values.as_mut_slice()
+        &mut self.values
     }
 
     /// Copies the matrix of one cable in. Spreading the values costs about as much as factorising them: where speed
@@ -90,7 +90,7 @@ impl BatchMatrix {
             return Err(SolveError::PatternChanged);
         }
         let len = a.values().len();
-        let values = self.values.as_mut_slice();
+        let values = &mut *self.values;
         for (v, &value) in a.values().iter().enumerate() {
             values[batch_index(len, v, cable)] = value;
         }
@@ -107,7 +107,7 @@ impl BatchMatrix {
             return Err(SolveError::PatternChanged);
         }
         let len = self.pattern.stored_values();
-        let values = self.values.as_slice();
+        let values = &*self.values;
         for (v, value) in a.values_mut().iter_mut().enumerate() {
             *value = values[batch_index(len, v, cable)];
         }
@@ -318,7 +318,7 @@ struct Side {
 impl Side {
     /// Their first one's place among the eight, and their factor.
     fn with_factor(&mut self) -> (usize, &mut [f64]) {
-        (self.side.lane, self.factor.as_mut_slice())
+        (self.side.lane, &mut *self.factor)
     }
 }
 
@@ -408,7 +408,7 @@ impl BatchBanded {
         }
         expect_len("cables", self.count, a.count)?;
         let stored = self.pattern.stored_values();
-        let (values, _) = a.values.as_slice().as_chunks::<LANES>();
+        let (values, _) = a.values.as_chunks::<LANES>();
         self.factorize_from(
             |eight, _| batch::Together(&values[eight * stored..(eight + 1) * stored]),
             |cable, to| a.get(cable, to),
@@ -510,7 +510,7 @@ impl BatchBanded {
         let mut finite = true;
         for side in &mut self.sides {
             let rows = side.eight * dim..(side.eight + 1) * dim;
-            let with = (side.side, side.factor.as_slice(), &mut side.half[..]);
+            let with = (side.side, &*side.factor, &mut side.half[..]);
             finite &= self.order.solve(with, &b[rows.clone()], &mut x[rows]);
         }
         if let Some(single) = &mut self.single {

@@ -47,12 +47,12 @@ mod places;
 mod substitution;
 mod twisted;
 
-use crate::aligned::Aligned;
 use crate::kernels::Scalar;
 use crate::singularity::WEAK;
 use crate::{BlockPattern, SymBlockMatrix};
 use block::ScratchOfTwo;
 use places::Places;
+use taut_lanes::Aligned;
 use taut_lanes::{Level, dispatch};
 use twisted::{Backward, Factorize, Forward, SolveTwo};
 
@@ -119,7 +119,7 @@ impl Chain {
             Factorize {
                 places: &self.places,
                 values: a.values(),
-                factor: self.factor.as_mut_slice(),
+                factor: &mut *self.factor,
                 scratch: &mut self.scratch,
                 least,
             }
@@ -132,7 +132,7 @@ impl Chain {
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
         let size = self.places.size;
         let inverse = 2 * layout::inverse_at(size, 0)..2 * layout::inverse_at(size, size);
-        let steps = self.factor.as_slice().chunks(2 * layout::per_step(size));
+        let steps = self.factor.chunks(2 * layout::per_step(size));
         steps.zip(&self.places.steps).all(|(factor, step)| {
             step.ends.iter().enumerate().all(|(end, place)| {
                 let inverse = factor[inverse.clone()].chunks_exact(2);
@@ -160,7 +160,7 @@ impl Chain {
             self.level,
             SolveTwo {
                 places: &self.places,
-                factor: self.factor.as_slice(),
+                factor: &*self.factor,
                 b: b,
                 z: &mut self.half_of_two,
                 x: x,
@@ -174,7 +174,7 @@ impl Chain {
             self.level,
             Forward {
                 places: &self.places,
-                factor: self.factor.as_slice(),
+                factor: &*self.factor,
                 b: b,
                 y: y,
                 z: z,
@@ -188,7 +188,7 @@ impl Chain {
             self.level,
             Backward {
                 places: &self.places,
-                factor: self.factor.as_slice(),
+                factor: &*self.factor,
                 z: z,
                 x: x,
             }

@@ -69,7 +69,7 @@
 //! | `claim` | whether what a direct solver made is a solution |
 //! | `refine`, `accuracy`, `reference` | iterative refinement; backward and forward errors; extended-precision solutions |
 //! | `ordering` | what an elimination order costs, and the order of minimum degree |
-//! | `kernels`, `double_double`, `aligned` | small dense blocks; extended-precision numbers; numbers that begin with a cache line |
+//! | `kernels`, `double_double` | small dense blocks; extended-precision numbers |
 //! | [`coulomb`] | contact problems with Coulomb's exact friction cone, on a dense operator |
 //! | `serde_forms` (feature `serde`) | numbers that may be NaN, backends as text |
 //!
@@ -89,7 +89,6 @@
 
 mod accuracy;
 pub mod agreement;
-mod aligned;
 mod auto;
 mod backend;
 mod backends;

@@ -1,12 +1,12 @@
 //! Symmetric block-sparse matrices: a shared pattern and its values.
 
-use crate::aligned::Aligned;
 use crate::error::expect_room;
 use crate::kernels::{
     OneByOne, by_size, by_sizes, subtract_product, subtract_symmetric, subtract_transposed,
 };
 use crate::{BlockPattern, SolveError};
 use std::sync::Arc;
+use taut_lanes::Aligned;
 use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 
 /// A symmetric matrix whose lower triangle is stored by blocks (see [`BlockPattern`]).
@@ -15,7 +15,7 @@ use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
 #[derive(Debug, Clone, PartialEq)]
 pub struct SymBlockMatrix {
     pattern: Arc<BlockPattern>,
-    /// They begin with a cache line: where all blocks have a multiple of four values, each is whole vectors.
+    /// The middle block column begins with a cache line, and with it all others of its size: a cable's ends are smaller.
     values: Aligned,
 }
 
@@ -24,7 +24,10 @@ impl SymBlockMatrix {
     /// [`try_zeros`](Self::try_zeros).
     #[must_use]
     pub fn zeros(pattern: Arc<BlockPattern>) -> Self {
-        let values = Aligned::new(pattern.stored_values());
+        let middle = pattern.blocks() / 2;
+        let stored = (middle < pattern.blocks()).then(|| pattern.column(middle).start);
+        let first = stored.map_or(0, |k| pattern.values(k).start);
+        let values = Aligned::aligned_at(pattern.stored_values(), first);
         Self { pattern, values }
     }
 
@@ -52,23 +55,23 @@ impl SymBlockMatrix {
     /// All stored values, `pattern.stored_values()` of them, in the order of the pattern's stored blocks.
     #[must_use]
     pub fn values(&self) -> &[f64] {
-        self.values.as_slice()
+        &self.values
     }
 
     /// All stored values, to be written.
     pub fn values_mut(&mut self) -> &mut [f64] {
-        self.values.as_mut_slice()
+        &mut self.values
     }
 
     /// Stored block `k`, `size(row) × size(column)` numbers, column-major.
     #[must_use]
     pub fn block(&self, k: usize) -> &[f64] {
-        &self.values.as_slice()[self.pattern.values(k)]
+        &self.values[self.pattern.values(k)]
     }
 
     /// Stored block `k`, column-major, to be written.
     pub fn block_mut(&mut self, k: usize) -> &mut [f64] {
-        &mut self.values.as_mut_slice()[self.pattern.values(k)]
+        &mut self.values[self.pattern.values(k)]
     }
 
     /// Entry at scalar row `r` and column `c`; zero where nothing is stored. For tests and dumps: O(log n).
@@ -158,7 +161,7 @@ impl SymBlockMatrix {
     /// # Errors
     /// [`SolveError::NonFinite`].
     pub fn check_finite(&self) -> Result<(), SolveError> {
-        if all_finite(self.values.as_slice()) {
+        if all_finite(&self.values) {
             return Ok(());
         }
         let p = &self.pattern;

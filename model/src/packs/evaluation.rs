@@ -3,29 +3,29 @@
 
 use nalgebra::{Rotation3, UnitQuaternion};
 use taut_lanes::vector::{
-    Quaternion, combine, dot, load, product, relative, relative_to_digits, rotation, save, turned,
+    Quaternion, combine, dot, product, relative, relative_to_digits, rotation, save, turned,
 };
-use taut_lanes::{Isa, Kernel, Lanes};
+use taut_lanes::{Lanes, WideKernel};
 
-use super::{Angles, Four, FourJoints, Joint, Pack, Packs};
+use super::{Angles, Joint, Pack, Packs};
 use crate::body::Bodies;
-use crate::body_vectors::PACK;
 use crate::constraint::gap::gap;
 use crate::constraint::{BendTwist, bends_little};
 use crate::frame::Frame;
+use crate::lanes::{Numbers, PACK, load_part, part, save_part};
 
-/// What does not change while a cable moves, of four joints.
+/// What does not change while a cable moves, of eight joints.
 #[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(super) struct Frames {
     /// Attachment points of the sides, body frame.
-    points: [[Four; 3]; 2],
+    points: [[Numbers; 3]; 2],
     /// Axes of side a, body frame: columns u, v, w.
-    axes: [[Four; 3]; 3],
+    axes: [[Numbers; 3]; 3],
     /// The rotation of side b's axes as side a's see them, where both bodies stand alike.
-    between: [Four; 4],
+    between: [Numbers; 4],
     /// What the twist is unwrapped against.
-    pub(super) twist: Four,
+    pub(super) twist: Numbers,
     /// Whether `between` is none in all lanes.
     parallel: bool,
 }
@@ -68,19 +68,19 @@ impl Frames {
     /// The rotation of b's axes as a's see them, from the rotation `turn` of side b's bodies as side a's see them. In the
     /// world frame it would lose the digits of small components.
     #[inline(always)]
-    fn seen<V: Lanes>(&self, turn: &Quaternion<V>) -> Quaternion<V> {
+    fn seen<V: Lanes, const L: usize>(&self, lane: usize, turn: &Quaternion<V>) -> Quaternion<V> {
         let [x, y, z, w] = *turn;
         let imaginary = [x, y, z];
         let seen = [
-            dot(&load(&self.axes[0]), &imaginary),
-            dot(&load(&self.axes[1]), &imaginary),
-            dot(&load(&self.axes[2]), &imaginary),
+            dot(&load_part::<V, L, 3>(&self.axes[0], lane), &imaginary),
+            dot(&load_part::<V, L, 3>(&self.axes[1], lane), &imaginary),
+            dot(&load_part::<V, L, 3>(&self.axes[2], lane), &imaginary),
             w,
         ];
         if self.parallel {
             return seen;
         }
-        product(&seen, &load(&self.between))
+        product(&seen, &load_part::<V, L, 4>(&self.between, lane))
     }
 
     /// Takes an attachment point, body frame.
@@ -98,70 +98,74 @@ pub(super) struct Evaluation<'a> {
     pub(super) phi: &'a mut [f64],
 }
 
-impl Kernel for Evaluation<'_> {
+impl WideKernel for Evaluation<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
-        let Packs {
-            joints,
-            packs,
-            places,
-            frames,
-            ..
-        } = self.joints;
-        let (joints, _) = joints.as_chunks::<PACK>();
-        let packs = packs.iter_mut().zip(places).zip(frames).zip(joints);
-        for (((pack, places), frames), joints) in packs {
-            let (x_a, q_a) = places.bodies[0].poses::<I::X4>(self.bodies);
-            let (x_b, q_b) = places.bodies[1].poses::<I::X4>(self.bodies);
-            let arm_b = turned(&q_b, &load(&frames.points[1]));
-            if places.angles == Angles::None {
-                let arm_a = turned(&q_a, &load(&frames.points[0]));
-                pack.arms = [save(&arm_a), save(&arm_b)];
+    fn run<V: Lanes, const L: usize>(self) {
+        for first in (0..self.joints.count).step_by(L) {
+            let (k, lane) = (first / PACK, first % PACK);
+            let (frames, places) = (&self.joints.frames[k], &self.joints.places[k]);
+            let pack = &mut self.joints.packs[k];
+            let angles_here = places.shape.get::<L>(lane).angles;
+            let count = (places.count - lane).min(L);
+            let [side_a, side_b] = &places.bodies;
+            let (x_a, q_a) = side_a.lanes::<L>(lane).poses::<V>(self.bodies, count);
+            let (x_b, q_b) = side_b.lanes::<L>(lane).poses::<V>(self.bodies, count);
+            let [point_a, point_b] = &frames.points;
+            let (point_a, point_b) = (
+                load_part::<V, L, 3>(point_a, lane),
+                load_part::<V, L, 3>(point_b, lane),
+            );
+            let arm_b = turned(&q_b, &point_b);
+            save_part::<V, L, 3>(&arm_b, &mut pack.arms[1], lane);
+            if angles_here == Angles::None {
+                let arm_a = turned(&q_a, &point_a);
+                save_part::<V, L, 3>(&arm_a, &mut pack.arms[0], lane);
                 let gap = gap([&x_a, &x_b], [&arm_a, &arm_b]);
-                I::X4::scatter(&gap, self.phi, places.row);
+                V::scatter(&gap, self.phi, *part::<_, L>(&places.row, lane));
                 continue;
             }
             let body = rotation(&q_a);
-            let arm_a = combine(&body, &load(&frames.points[0]));
-            pack.arms = [save(&arm_a), save(&arm_b)];
+            let arm_a = combine(&body, &point_a);
+            save_part::<V, L, 3>(&arm_a, &mut pack.arms[0], lane);
             let gap = gap([&x_a, &x_b], [&arm_a, &arm_b]);
             let axes = [
-                combine(&body, &load(&frames.axes[0])),
-                combine(&body, &load(&frames.axes[1])),
-                combine(&body, &load(&frames.axes[2])),
+                combine(&body, &load_part::<V, L, 3>(&frames.axes[0], lane)),
+                combine(&body, &load_part::<V, L, 3>(&frames.axes[1], lane)),
+                combine(&body, &load_part::<V, L, 3>(&frames.axes[2], lane)),
             ];
-            let mut seen = frames.seen(&relative(&q_a, &q_b));
+            let mut seen = frames.seen::<V, L>(lane, &relative(&q_a, &q_b));
             if !bends_little(&seen) {
-                seen = frames.seen(&relative_to_digits(&q_a, &q_b));
+                seen = frames.seen::<V, L>(lane, &relative_to_digits(&q_a, &q_b));
             }
-            let angles = BendTwist::new(&seen, I::X4::load(&frames.twist));
+            let angles = BendTwist::new(&seen, V::load(part::<_, L>(&frames.twist, lane)));
             let gradients = angles.gradients(&axes);
-            if places.angles == Angles::All {
+            if angles_here == Angles::All {
                 let ([x, y, z], [beta_v, beta_w, twist]) = (gap, angles.angles);
-                let four = FourJoints { pack, places };
-                four.write_rows(&[x, y, z, beta_v, beta_w, twist], self.phi);
                 for (to, gradient) in pack.gradients.iter_mut().zip(&gradients) {
-                    *to = save(gradient);
+                    save_part::<V, L, 3>(gradient, to, lane);
                 }
+                let joints = self.joints.lanes_at::<L>(first);
+                joints.write_rows(&[x, y, z, beta_v, beta_w, twist], self.phi);
             } else {
                 let angles = [save(&gap), save(&angles.angles)];
-                let [first, second, third] = &gradients;
-                let gradients = [save(first), save(second), save(third)];
-                write_some(joints, angles, &gradients, self.phi, pack);
+                let [p, q, s] = &gradients;
+                let gradients = [save(p), save(q), save(s)];
+                let joints = &self.joints.joints[first..first + L];
+                write_some::<L>(joints, angles, &gradients, self.phi, (pack, lane));
             }
         }
     }
 }
 
 /// Writes φ and gradients of joints that have some of the angles.
-fn write_some(
-    joints: &[Joint; PACK],
-    [gap, angles]: [[Four; 3]; 2],
-    gradients: &[[Four; 3]; 3],
+fn write_some<const L: usize>(
+    joints: &[Joint],
+    [gap, angles]: [[[f64; L]; 3]; 2],
+    gradients: &[[[f64; L]; 3]; 3],
     phi: &mut [f64],
-    pack: &mut Pack,
+    (pack, first): (&mut Pack, usize),
 ) {
     for (lane, joint) in joints.iter().enumerate() {
         let phi = &mut phi[joint.row..joint.row + joint.rows];
@@ -173,7 +177,7 @@ fn write_some(
         for (row, k) in (0..3).filter(|k| has[*k]).enumerate() {
             phi[3 + row] = angles[k][lane];
             for (to, from) in pack.gradients[row].iter_mut().zip(&gradients[k]) {
-                to[lane] = from[lane];
+                to[first + lane] = from[lane];
             }
         }
     }

@@ -1,6 +1,6 @@
-//! J v and Jᵀ μ of the joints, four at a time.
+//! J v and Jᵀ μ of the joints.
 
-use taut_lanes::{Isa, Kernel};
+use taut_lanes::{Lanes, WideKernel};
 
 use super::Packs;
 use crate::body_vectors::BodyVectors;
@@ -12,16 +12,16 @@ pub(super) struct Rates<'a> {
     pub(super) r: &'a mut [f64],
 }
 
-impl Kernel for Rates<'_> {
+impl WideKernel for Rates<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let v = self.v.view();
-        for four in self.joints.fours() {
-            let (a, b) = (v.load(four.bodies(0)), v.load(four.bodies(1)));
-            let rates = four.jacobian::<I::X4>().rates(&a, &b);
-            four.write_rows(&rates, self.r);
+        for joints in self.joints.lanes::<L>() {
+            let (a, b) = (v.load(&joints.bodies(0)), v.load(&joints.bodies(1)));
+            let rates = joints.jacobian::<V>().rates(&a, &b);
+            joints.write_rows(&rates, self.r);
         }
     }
 }
@@ -33,16 +33,16 @@ pub(super) struct Transposed<'a> {
     pub(super) p: &'a mut BodyVectors,
 }
 
-impl Kernel for Transposed<'_> {
+impl WideKernel for Transposed<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<I: Isa>(self) {
+    fn run<V: Lanes, const L: usize>(self) {
         let mut impulse = self.p.view_mut();
-        for four in self.joints.fours() {
-            let mu = four.rows_of::<I::X4>(self.mu);
-            let [on_a, on_b] = four.jacobian().transposed(&mu);
-            four.add_to_sides([&on_a, &on_b], &mut impulse);
+        for joints in self.joints.lanes::<L>() {
+            let mu = joints.rows_of::<V>(self.mu);
+            let [on_a, on_b] = joints.jacobian().transposed(&mu);
+            joints.add_to_sides([&on_a, &on_b], &mut impulse);
         }
     }
 }

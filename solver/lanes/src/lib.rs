@@ -38,14 +38,16 @@
 //! # Map
 //! | module | holds |
 //! |---|---|
-//! | the root | [`Lanes`], [`Isa`], [`Kernel`], [`dispatch`]: what a kernel is written over |
+//! | the root | [`Lanes`], [`Isa`], [`Kernel`], [`dispatch`]: what a kernel is written over; [`WideKernel`], [`dispatch_wide`]: as many lanes as a register holds |
 //! | `level` | [`Level`]: what the processor has, and `TAUT_SIMD`, which asks for less |
 //! | [`functions`] | elementary functions of lanes |
 //! | [`vector`] | vectors and matrices whose components are lanes |
+//! | `aligned` | [`Aligned`]: doubles of which one begins a cache line |
 //! | `halves` | [`Halves`] and [`Quad`]: vectors that split into two and four |
 //! | `twice` | two vectors as one of twice the lanes, where registers are shorter |
 //! | `x86` | SSE2, AVX2 and AVX-512 by intrinsics: the only unsafe code |
 
+mod aligned;
 pub mod functions;
 mod halves;
 mod level;
@@ -54,6 +56,7 @@ pub mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+pub use aligned::Aligned;
 pub use halves::{Halves, Quad};
 pub use level::{Level, ParseLevelError};
 
@@ -178,6 +181,10 @@ pub trait Lanes:
     #[must_use]
     fn shift_in(self, next: Self) -> Self;
 
+    /// The first lane.
+    #[must_use]
+    fn first_lane(self) -> f64;
+
     /// The largest lane; any lane where one is NaN.
     #[must_use]
     #[inline(always)]
@@ -242,6 +249,10 @@ impl Lanes for f64 {
     fn shift_in(self, next: Self) -> Self {
         next
     }
+    #[inline(always)]
+    fn first_lane(self) -> f64 {
+        self
+    }
 }
 
 /// An instruction set: its vectors.
@@ -258,6 +269,12 @@ pub trait Isa: Copy + 'static {
     type Widest: Lanes;
     /// Two of these.
     type Twice: Halves<Half = Self::Widest>;
+
+    /// Runs work with eight lanes where a register holds as many, with four elsewhere.
+    #[inline(always)]
+    fn wide<K: WideKernel>(kernel: K) -> K::Output {
+        kernel.run::<Self::X4, 4>()
+    }
 }
 
 /// Work that is written once for all instruction sets.
@@ -267,6 +284,15 @@ pub trait Kernel {
 
     /// The work. It, and what it calls with vectors, must be `#[inline(always)]`.
     fn run<I: Isa>(self) -> Self::Output;
+}
+
+/// Work on many things alike, for vectors of four or eight lanes.
+pub trait WideKernel {
+    /// What it returns.
+    type Output;
+
+    /// The work with vectors of `L` lanes. It, and what it calls with vectors, must be `#[inline(always)]`.
+    fn run<V: Lanes, const L: usize>(self) -> Self::Output;
 }
 
 /// Plain doubles, which every processor has.
@@ -298,6 +324,23 @@ pub fn dispatch<K: Kernel>(level: Level, kernel: K) -> K::Output {
 
 fn portable<K: Kernel>(kernel: K) -> K::Output {
     kernel.run::<Portable>()
+}
+
+/// Runs a kernel at a level with its own number of lanes.
+#[inline]
+pub fn dispatch_wide<K: WideKernel>(level: Level, kernel: K) -> K::Output {
+    dispatch(level, Wide(kernel))
+}
+
+struct Wide<K>(K);
+
+impl<K: WideKernel> Kernel for Wide<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> K::Output {
+        I::wide(self.0)
+    }
 }
 
 #[cfg(test)]
@@ -357,40 +400,51 @@ mod tests {
             }
         }
         assert_eq!(x.max_lane(), a[V::LANES - 1]);
+        assert_eq!(y.first_lane(), b[0]);
         x.shift_in(y).store(&mut lanes);
         assert_eq!(lanes, [&a[1..], &b[..1]].concat(), "{} lanes", V::LANES);
     }
 
     struct Pairs;
 
+    /// `L` pairs, put together and taken apart in every way.
+    #[inline(always)]
+    fn pairs<V: Lanes, const L: usize>() {
+        let from: [[f64; 2]; L] = std::array::from_fn(|l| [1.0, 2.0].map(|x| x + 2.0 * l as f64));
+        let [first, second] = V::load_pairs(from.each_ref());
+        let [firsts, seconds]: [[f64; L]; 2] = vector::save(&[first, second]);
+        assert_eq!(firsts, from.map(|[a, _]| a));
+        assert_eq!(seconds, from.map(|[_, b]| b));
+        let triples = from.map(|[a, b]| [a, b, -a]);
+        let gathered: [V; 3] = vector::gather(triples.each_ref());
+        let gathered: [[f64; L]; 3] = vector::save(&gathered);
+        assert_eq!(gathered, [firsts, seconds, firsts.map(|a| -a)]);
+        let mut to = [0.0; 32];
+        let at: [usize; L] = std::array::from_fn(|l| 2 * l);
+        V::scatter(&[first, second], &mut to, at);
+        assert_eq!(to.as_chunks().0[..L], from);
+        let fours = [first, second, second, first, first, first, second, second];
+        let mut to_fours = [0.0; 80];
+        let at: [usize; L] = std::array::from_fn(|l| 9 * l);
+        V::scatter_fours(&fours, &mut to_fours, at);
+        for (at, [a, b]) in at.into_iter().zip(from) {
+            assert_eq!(to_fours[at..at + 9], [a, b, b, a, a, a, b, b, 0.0]);
+        }
+        // Where places overlap the last one stays.
+        V::scatter(&[first, second, first], &mut to, [5; L]);
+        assert_eq!(to[5..8], triples[L - 1].map(f64::abs));
+        let mut to = [[0.0; 3]; L];
+        V::spread(&[first, second, first], to.each_mut());
+        assert_eq!(to, from.map(|[a, b]| [a, b, a]));
+    }
+
     impl Kernel for Pairs {
         type Output = ();
 
         #[inline(always)]
         fn run<I: Isa>(self) {
-            let from = [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]];
-            let [first, second] = I::X4::load_pairs(from.each_ref());
-            let mut lanes = [0.0; 4];
-            first.store(&mut lanes);
-            assert_eq!(lanes, [1.0, 3.0, 5.0, 7.0]);
-            second.store(&mut lanes);
-            assert_eq!(lanes, [2.0, 4.0, 6.0, 8.0]);
-            let mut to = [0.0; 9];
-            I::X4::scatter(&[first, second], &mut to, [0, 2, 4, 6]);
-            assert_eq!(to[..8].as_chunks().0, from);
-            let fours = [first, second, second, first, first, first, second, second];
-            let mut to_fours = [0.0; 33];
-            I::X4::scatter_fours(&fours, &mut to_fours, [0, 8, 17, 25]);
-            for (at, [a, b]) in [0, 8, 17, 25].into_iter().zip(from) {
-                assert_eq!(to_fours[at..at + 8], [a, b, b, a, a, a, b, b]);
-            }
-            assert_eq!(to_fours[16], 0.0);
-            // Where places overlap the last one stays.
-            I::X4::scatter(&[first, second, first], &mut to, [0, 6, 4, 6]);
-            assert_eq!(to, [1.0, 2.0, 1.0, 4.0, 5.0, 6.0, 7.0, 8.0, 7.0]);
-            let mut to = [[0.0; 3]; 4];
-            I::X4::spread(&[first, second, first], to.each_mut());
-            assert_eq!(to, from.map(|[a, b]| [a, b, a]));
+            pairs::<I::X4, 4>();
+            pairs::<I::X8, 8>();
         }
     }
 
@@ -424,6 +478,26 @@ mod tests {
             let two = &out[11..33];
             assert!(
                 one.iter().zip(two.chunks(2)).all(|(a, b)| *a == b[0]),
+                "{level}"
+            );
+        }
+    }
+
+    #[test]
+    fn wide_kernels_take_the_level_s_own_lanes() {
+        struct Width;
+        impl WideKernel for Width {
+            type Output = usize;
+            #[inline(always)]
+            fn run<V: Lanes, const L: usize>(self) -> usize {
+                assert_eq!(V::LANES, L);
+                L
+            }
+        }
+        for level in Level::available() {
+            assert_eq!(
+                dispatch_wide(level, Width),
+                level.widest().max(4),
                 "{level}"
             );
         }

@@ -83,6 +83,10 @@ impl<V: Lanes> Lanes for Twice<V> {
     fn shift_in(self, next: Self) -> Self {
         Self(self.0.shift_in(self.1), self.1.shift_in(next.0))
     }
+    #[inline(always)]
+    fn first_lane(self) -> f64 {
+        self.0.first_lane()
+    }
 }
 
 impl<V: Lanes> Halves for Twice<V> {

@@ -33,7 +33,12 @@ pub fn gather<V: Lanes, const L: usize, const N: usize>(from: [&[f64; N]; L]) ->
         c += 2;
     }
     if c < N {
-        to[c] = V::from_fn(|l| from[l][c]);
+        to[c] = if c > 0 {
+            let [_, last] = V::load_pairs(from.map(|row| pair(row, c - 1)));
+            last
+        } else {
+            V::from_fn(|l| from[l][c])
+        };
     }
     to
 }

@@ -2,9 +2,10 @@
 #![allow(unsafe_code)] // intrinsics and calls into functions with more instructions than the build's
 
 mod halves;
+mod transpose;
 
 use crate::twice::Twice;
-use crate::{Isa, Kernel, Lanes, Level};
+use crate::{Isa, Kernel, Lanes, Level, WideKernel};
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -45,6 +46,11 @@ impl Isa for Avx512 {
     type X8 = FusedEight;
     type Widest = Self::X8;
     type Twice = Twice<Self::X8>;
+
+    #[inline(always)]
+    fn wide<K: WideKernel>(kernel: K) -> K::Output {
+        kernel.run::<Self::X8, 8>()
+    }
 }
 
 pub(crate) fn sse2<K: Kernel>(kernel: K) -> K::Output {
@@ -147,6 +153,10 @@ impl Lanes for FusedOne {
     fn shift_in(self, next: Self) -> Self {
         next
     }
+    #[inline(always)]
+    fn first_lane(self) -> f64 {
+        self.0
+    }
 }
 
 /// A vector from its intrinsics. What each block relies on: values of the type exist only inside kernels that
@@ -155,7 +165,7 @@ macro_rules! vector {
     ($(#[$doc:meta])* $name:ident, $inner:ty, $lanes:literal, set $set:ident($($lane:literal)*), splat $splat:ident, load $load:ident, store $store:ident,
      add $add:ident, sub $sub:ident, mul $mul:ident, div $div:ident, max $max:ident, min $min:ident, sqrt $sqrt:ident,
      below |$g:ident, $h:ident| $below:expr, neg |$n:ident| $neg:expr, abs |$p:ident| $abs:expr,
-     shift |$q:ident, $r:ident| $shift:expr,
+     shift |$q:ident, $r:ident| $shift:expr, first |$s:ident| $first:expr,
      mul_add |$a:ident, $b:ident, $c:ident| $fma:expr, neg_mul_add |$d:ident, $e:ident, $f:ident| $fnma:expr
      $(, more { $($more:tt)* })?) => {
         $(#[$doc])*
@@ -246,6 +256,12 @@ macro_rules! vector {
                 // SAFETY: the processor has the instructions, see `vector`.
                 Self(unsafe { $shift })
             }
+            #[inline(always)]
+            fn first_lane(self) -> f64 {
+                let $s = self.0;
+                // SAFETY: the processor has the instructions, see `vector`.
+                unsafe { $first }
+            }
         }
     };
     (@binary $name:ident, $($trait:ident $method:ident $intrinsic:ident),*) => {$(
@@ -266,7 +282,7 @@ vector!(
     add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
     below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
     neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
-    shift |x, y| _mm_shuffle_pd::<1>(x, y),
+    shift |x, y| _mm_shuffle_pd::<1>(x, y), first |x| _mm_cvtsd_f64(x),
     mul_add |a, b, c| _mm_add_pd(_mm_mul_pd(a, b), c), neg_mul_add |a, b, c| _mm_sub_pd(c, _mm_mul_pd(a, b))
 );
 vector!(
@@ -275,7 +291,7 @@ vector!(
     add _mm_add_pd, sub _mm_sub_pd, mul _mm_mul_pd, div _mm_div_pd, max _mm_max_pd, min _mm_min_pd, sqrt _mm_sqrt_pd,
     below |a, b| _mm_movemask_pd(_mm_cmplt_pd(a, b)) == 0b11,
     neg |x| _mm_xor_pd(x, _mm_set1_pd(-0.0)), abs |x| _mm_andnot_pd(_mm_set1_pd(-0.0), x),
-    shift |x, y| _mm_shuffle_pd::<1>(x, y),
+    shift |x, y| _mm_shuffle_pd::<1>(x, y), first |x| _mm_cvtsd_f64(x),
     mul_add |a, b, c| _mm_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm_fnmadd_pd(a, b, c)
 );
 vector!(
@@ -286,59 +302,9 @@ vector!(
     below |a, b| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(a, b)) == 0b1111,
     neg |x| _mm256_xor_pd(x, _mm256_set1_pd(-0.0)), abs |x| _mm256_andnot_pd(_mm256_set1_pd(-0.0), x),
     shift |x, y| _mm256_shuffle_pd::<0b0101>(x, _mm256_permute2f128_pd::<0x21>(x, y)),
+    first |x| _mm256_cvtsd_f64(x),
     mul_add |a, b, c| _mm256_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm256_fnmadd_pd(a, b, c),
-    more {
-        #[inline(always)]
-        fn load_pairs<const L: usize>(from: [&[f64; 2]; L]) -> [Self; 2] {
-            const { assert!(L == Self::LANES) };
-            // SAFETY: as in `vector`; each pair has the two doubles that are read, and no alignment is needed.
-            unsafe {
-                let even = _mm256_castpd128_pd256(_mm_loadu_pd(from[0].as_ptr()));
-                let even = _mm256_insertf128_pd::<1>(even, _mm_loadu_pd(from[2].as_ptr()));
-                let odd = _mm256_castpd128_pd256(_mm_loadu_pd(from[1].as_ptr()));
-                let odd = _mm256_insertf128_pd::<1>(odd, _mm_loadu_pd(from[3].as_ptr()));
-                [Self(_mm256_unpacklo_pd(even, odd)), Self(_mm256_unpackhi_pd(even, odd))]
-            }
-        }
-
-        #[inline(always)]
-        fn scatter<const L: usize, const N: usize>(
-            from: &[Self; N],
-            to: &mut [f64],
-            at: [usize; L],
-        ) {
-            const { assert!(L == Self::LANES) };
-            let pairs = split_all(from);
-            for l in 0..4 {
-                let to = &mut to[at[l]..at[l] + N];
-                put(&pairs, l, to);
-            }
-        }
-
-        #[inline(always)]
-        fn spread<const L: usize, const N: usize>(from: &[Self; N], to: [&mut [f64; N]; L]) {
-            const { assert!(L == Self::LANES) };
-            let pairs = split_all(from);
-            for (l, to) in to.into_iter().enumerate().take(4) {
-                put(&pairs, l, to);
-            }
-        }
-
-        #[inline(always)]
-        fn scatter_fours<const L: usize, const N: usize>(
-            from: &[Self; N],
-            to: &mut [f64],
-            at: [usize; L],
-        ) {
-            const { assert!(L == Self::LANES && N.is_multiple_of(4)) };
-            for c in (0..N).step_by(4) {
-                let lanes = transpose([from[c], from[c + 1], from[c + 2], from[c + 3]]);
-                for (lane, at) in lanes.into_iter().zip(at) {
-                    lane.store(&mut to[at + c..]);
-                }
-            }
-        }
-    }
+    more { transpose::fours!(); }
 );
 vector!(
     /// Eight lanes with fused multiply-adds.
@@ -348,63 +314,7 @@ vector!(
     below |a, b| _mm512_cmp_pd_mask::<_CMP_LT_OQ>(a, b) == 0xff,
     neg |x| _mm512_xor_pd(x, _mm512_set1_pd(-0.0)), abs |x| _mm512_abs_pd(x),
     shift |x, y| _mm512_castsi512_pd(_mm512_alignr_epi64::<1>(_mm512_castpd_si512(y), _mm512_castpd_si512(x))),
-    mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c)
+    first |x| _mm512_cvtsd_f64(x),
+    mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c),
+    more { transpose::fours!(); }
 );
-
-/// The four numbers of each lane.
-#[inline(always)]
-fn transpose([a, b, c, d]: [FusedFour; 4]) -> [FusedFour; 4] {
-    // SAFETY: that there are vectors of four lanes shows that their instructions are there, see `vector`.
-    unsafe {
-        let (a, b, c, d) = (a.0, b.0, c.0, d.0);
-        let (ab, cd) = (_mm256_unpacklo_pd(a, b), _mm256_unpacklo_pd(c, d));
-        let (ab_odd, cd_odd) = (_mm256_unpackhi_pd(a, b), _mm256_unpackhi_pd(c, d));
-        [
-            FusedFour(_mm256_permute2f128_pd::<0x20>(ab, cd)),
-            FusedFour(_mm256_permute2f128_pd::<0x20>(ab_odd, cd_odd)),
-            FusedFour(_mm256_permute2f128_pd::<0x31>(ab, cd)),
-            FusedFour(_mm256_permute2f128_pd::<0x31>(ab_odd, cd_odd)),
-        ]
-    }
-}
-
-/// The pair of each lane.
-#[inline(always)]
-fn split(first: FusedFour, second: FusedFour) -> [__m128d; 4] {
-    // SAFETY: as above.
-    unsafe {
-        let (first, second) = (first.0, second.0);
-        let even = _mm256_unpacklo_pd(first, second);
-        let odd = _mm256_unpackhi_pd(first, second);
-        [
-            _mm256_castpd256_pd128(even),
-            _mm256_castpd256_pd128(odd),
-            _mm256_extractf128_pd::<1>(even),
-            _mm256_extractf128_pd::<1>(odd),
-        ]
-    }
-}
-
-/// The pairs of all lanes, for as many numbers as there are components; the last one twice where their number is odd.
-#[inline(always)]
-fn split_all<const N: usize>(from: &[FusedFour; N]) -> [[__m128d; 4]; N] {
-    let mut pairs = [split(from[0], from[0]); N];
-    for c in (0..N).step_by(2) {
-        pairs[c / 2] = split(from[c], from[(c + 1).min(N - 1)]);
-    }
-    pairs
-}
-
-/// One lane of [`split_all`] into memory.
-#[inline(always)]
-fn put<const N: usize>(pairs: &[[__m128d; 4]; N], lane: usize, to: &mut [f64]) {
-    let (even, odd) = to[..N].as_chunks_mut::<2>();
-    for (to, pairs) in even.iter_mut().zip(pairs) {
-        // SAFETY: every x86-64 has the instruction; there is room for the two doubles, and no alignment is needed.
-        unsafe { _mm_storeu_pd(to.as_mut_ptr(), pairs[lane]) };
-    }
-    if let Some(to) = odd.first_mut() {
-        // SAFETY: as above.
-        *to = unsafe { _mm_cvtsd_f64(pairs[N / 2][lane]) };
-    }
-}

@@ -1,0 +1,81 @@
+//! Packs: what is stored of eight joints or bodies at a time, number by number.
+//!
+//! A kernel takes as many of a pack as it has lanes: all eight where a register holds as many, each half by itself
+//! elsewhere. The layout is the same for both.
+
+use taut_lanes::Lanes;
+
+/// Joints or bodies of a pack.
+pub const PACK: usize = 8;
+
+/// One number of each joint or body of a pack.
+pub type Numbers = [f64; PACK];
+
+/// Whether bodies are one after the other.
+pub(crate) fn follow(bodies: &[usize]) -> bool {
+    bodies.windows(2).all(|pair| pair[1] == pair[0] + 1)
+}
+
+/// What is known of a pack and of its halves.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PerLanes<T> {
+    whole: T,
+    halves: [T; 2],
+}
+
+impl<T> PerLanes<T> {
+    /// What `of` says of all that are in a pack, and of each half.
+    #[inline(always)]
+    pub fn new<U>(pack: &[U; PACK], of: impl Fn(&[U]) -> T) -> Self {
+        let (lower, upper) = pack.split_at(PACK / 2);
+        Self {
+            whole: of(pack),
+            halves: [of(lower), of(upper)],
+        }
+    }
+
+    /// That of the `L` lanes from `lane` on, a multiple of `L`, which is four or eight.
+    #[inline(always)]
+    #[must_use]
+    pub fn get<const L: usize>(&self, lane: usize) -> &T {
+        if L == PACK {
+            &self.whole
+        } else {
+            &self.halves[lane / L % 2]
+        }
+    }
+}
+
+/// The `L` things from `lane` on, a multiple of `L`, which is four or eight.
+#[inline(always)]
+#[must_use]
+pub fn part<T, const L: usize>(pack: &[T; PACK], lane: usize) -> &[T; L] {
+    // So written it has no bounds to check.
+    &pack.as_chunks().0[lane / L % (PACK / L)]
+}
+
+/// Component by component from the `L` lanes of a pack from `lane` on.
+#[inline(always)]
+#[must_use]
+pub fn load_part<V: Lanes, const L: usize, const N: usize>(
+    from: &[Numbers; N],
+    lane: usize,
+) -> [V; N] {
+    let mut to = [V::splat(0.0); N];
+    for (to, from) in to.iter_mut().zip(from) {
+        *to = V::load(part::<_, L>(from, lane));
+    }
+    to
+}
+
+/// The reverse.
+#[inline(always)]
+pub(crate) fn save_part<V: Lanes, const L: usize, const N: usize>(
+    from: &[V; N],
+    to: &mut [Numbers; N],
+    lane: usize,
+) {
+    for (from, to) in from.iter().zip(to) {
+        from.store(&mut to.as_chunks_mut::<L>().0[lane / L % (PACK / L)]);
+    }
+}
