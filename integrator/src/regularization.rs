@@ -10,16 +10,19 @@
 //! which for p = 1, h = 0 is [SL (8)–(11)] with Υ = 1/(1 + τ/Δt). This is the one place where it is computed.
 
 use crate::options::Weights;
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::Linearized;
 
 /// Σ and c of all rows.
 #[derive(Debug, Clone)]
 pub(crate) struct Regularization {
     /// Σ, ≥ 0; length rows.
-    pub(crate) sigma: Vec<f64>,
+    pub(crate) sigma: Aligned,
     /// c; length rows.
-    pub(crate) c: Vec<f64>,
+    pub(crate) c: Aligned,
+    /// d and 1/d of the last step: mostly those of the next.
+    divisor: Aligned,
+    inverse: Aligned,
     weights: RowWeights,
 }
 
@@ -27,19 +30,21 @@ pub(crate) struct Regularization {
 #[derive(Debug, Clone)]
 struct RowWeights {
     /// p, q, s one a row: see [`Weights`].
-    next: Vec<f64>,
-    now: Vec<f64>,
-    before: Vec<f64>,
+    next: Aligned,
+    now: Aligned,
+    before: Aligned,
     /// The kinds' weights that these were made of.
     of: Option<[Weights; 4]>,
 }
 
 impl Regularization {
     pub(crate) fn new(rows: usize) -> Self {
-        let zeros = vec![0.0; rows];
+        let zeros = Aligned::new(rows);
         Self {
             sigma: zeros.clone(),
             c: zeros.clone(),
+            divisor: Aligned::new(rows),
+            inverse: Aligned::new(rows),
             weights: RowWeights {
                 next: zeros.clone(),
                 now: zeros.clone(),
@@ -196,7 +201,13 @@ impl Update<'_> {
     fn rows_by<V: Lanes, const L: usize>(&mut self, first: usize) {
         let Self { rows, known, .. } = self;
         let end = known.len();
-        let Regularization { sigma, c, weights } = &mut *self.regularization;
+        let Regularization {
+            sigma,
+            c,
+            divisor,
+            inverse,
+            weights,
+        } = &mut *self.regularization;
         let next = vectors::<L>(&weights.next, first, end);
         let damping = vectors::<L>(&rows.damping, first, end);
         let compliance = vectors::<L>(&rows.compliance, first, end);
@@ -210,11 +221,20 @@ impl Update<'_> {
         );
         let sigma = vectors_mut::<L>(sigma, first, end);
         let c = vectors_mut::<L>(c, first, end);
+        let (divisor, inverse) = (
+            vectors_mut::<L>(divisor, first, end),
+            vectors_mut::<L>(inverse, first, end),
+        );
         let rate = vectors_mut::<L>(self.rate, first, end);
         let (dt, frequency) = (V::splat(self.dt), V::splat(1.0 / self.dt));
         for k in 0..sigma.len() {
-            let divisor = V::load(&next[k]).mul_add(dt, V::load(&damping[k]));
-            let inverse = V::splat(1.0) / divisor;
+            let d = V::load(&next[k]).mul_add(dt, V::load(&damping[k]));
+            let other = (d - V::load(&divisor[k])).abs();
+            if !other.all_below(V::splat(f64::MIN_POSITIVE)) {
+                d.store(&mut divisor[k]);
+                (V::splat(1.0) / d).store(&mut inverse[k]);
+            }
+            let inverse = V::load(&inverse[k]);
             (V::load(&compliance[k]) * frequency * inverse).store(&mut sigma[k]);
             let driven = dt.mul_add(V::load(&known[k]), -V::load(&phi[k]));
             let constant = driven.mul_add(inverse, -V::load(&phi_t[k]));

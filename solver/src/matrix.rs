@@ -189,17 +189,15 @@ impl Kernel for AllFinite<'_> {
 
     #[inline(always)]
     fn run<I: Isa>(self) -> bool {
-        let zero = I::X4::splat(0.0);
-        let mut sums = [zero; 4];
+        let zero = I::X8::splat(0.0);
+        let mut sums = [zero; 2];
         let (chunks, rest) = self.0.as_chunks::<16>();
         for chunk in chunks {
-            sums[0] = I::X4::load(&chunk[..4]).mul_add(zero, sums[0]);
-            sums[1] = I::X4::load(&chunk[4..8]).mul_add(zero, sums[1]);
-            sums[2] = I::X4::load(&chunk[8..12]).mul_add(zero, sums[2]);
-            sums[3] = I::X4::load(&chunk[12..]).mul_add(zero, sums[3]);
+            sums[0] = I::X8::load(&chunk[..8]).mul_add(zero, sums[0]);
+            sums[1] = I::X8::load(&chunk[8..]).mul_add(zero, sums[1]);
         }
-        let sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
-        sum.all_below(I::X4::splat(1.0)) && rest.iter().all(|x| x.is_finite())
+        let sum = sums[0] + sums[1];
+        sum.all_below(I::X8::splat(1.0)) && rest.iter().all(|x| x.is_finite())
     }
 }
 

@@ -90,21 +90,16 @@ impl Kernel for Correct<'_> {
     #[inline(always)]
     fn run<I: Isa>(self) -> [f64; 2] {
         let ((x, tail_x), (d, tail_d)) = (self.0.as_chunks_mut::<8>(), self.1.as_chunks::<8>());
-        let mut sizes = [I::X4::splat(0.0); 4];
+        let mut sizes = [I::X8::splat(0.0); 2];
         for (x, d) in x.iter_mut().zip(d) {
-            for (half, sizes) in sizes.chunks_exact_mut(2).enumerate() {
-                let (x, d) = (&mut x[4 * half..][..4], I::X4::load(&d[4 * half..]));
-                let sum = I::X4::load(x) + d;
-                sum.store(x);
-                // In this order NaN is passed over, as it is by `f64::max`.
-                sizes[0] = sum.abs().max(sizes[0]);
-                sizes[1] = d.abs().max(sizes[1]);
-            }
+            let d = I::X8::load(d);
+            let sum = I::X8::load(x) + d;
+            sum.store(x);
+            // In this order NaN is passed over, as it is by `f64::max`.
+            sizes[0] = sum.abs().max(sizes[0]);
+            sizes[1] = d.abs().max(sizes[1]);
         }
-        let [mut size, mut change] = [
-            sizes[0].max(sizes[2]).max_lane(),
-            sizes[1].max(sizes[3]).max_lane(),
-        ];
+        let [mut size, mut change] = [sizes[0].max_lane(), sizes[1].max_lane()];
         for (x, d) in tail_x.iter_mut().zip(tail_d) {
             *x += d;
             size = size.max(x.abs());

@@ -115,7 +115,7 @@ impl Stepper {
             joints: (0..rows.constraints())
                 .map(|c| rows.row_range(c).len())
                 .collect(),
-            joint_regularization: self.pieces.regularization.sigma.clone(),
+            joint_regularization: self.pieces.regularization.sigma.to_vec(),
             joint_rates: self.pieces.rate.iter().map(|rate| -rate).collect(),
             ..ContactProblem::default()
         };

@@ -178,9 +178,12 @@ impl Stepper {
                     .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
             }
         }
+        if !self.backend().is_iterative() {
+            // Direct solvers have no guess.
+            return;
+        }
         if self.options.warm_start {
-            if self.options.form == Form::Kkt && self.backend().is_iterative() {
-                // Direct solvers ignore the guess.
+            if self.options.form == Form::Kkt {
                 self.pieces.update_velocity_change(&self.mu);
             }
             let Pieces { rows, dv, .. } = &self.pieces;

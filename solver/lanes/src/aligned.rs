@@ -56,6 +56,24 @@ impl DerefMut for Aligned {
     }
 }
 
+impl<'a> IntoIterator for &'a Aligned {
+    type Item = &'a f64;
+    type IntoIter = std::slice::Iter<'a, f64>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a mut Aligned {
+    type Item = &'a mut f64;
+    type IntoIter = std::slice::IterMut<'a, f64>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter_mut()
+    }
+}
+
 impl Clone for Aligned {
     fn clone(&self) -> Self {
         let mut clone = Self::aligned_at(self.len, self.aligned);
