@@ -220,9 +220,19 @@ impl Inertia {
     /// Δv ← Δv + M̃⁻¹ (impulse − M̃ Δv), twice: thin segments under tension turn 10⁴ to 10⁸ times more easily about their
     /// axis than across, M̃⁻¹ is as inexact, and the second pass takes the first one's error away.
     pub(crate) fn correct_velocities(&self, impulse: &BodyVectors, dv: &mut BodyVectors) {
-        let change = VelocityChange {
+        let change = VelocityChange::<false> {
             inertia: self,
             impulse,
+            dv,
+        };
+        dispatch_wide(Level::best(), change);
+    }
+
+    /// The same of Δt f, from Δv = 0.
+    pub(crate) fn free_velocities(&self, dv: &mut BodyVectors) {
+        let change = VelocityChange::<true> {
+            inertia: self,
+            impulse: &self.impulse,
             dv,
         };
         dispatch_wide(Level::best(), change);
@@ -366,14 +376,14 @@ impl WideKernel for Update<'_> {
     }
 }
 
-/// See [`Inertia::correct_velocities`].
-struct VelocityChange<'a> {
+/// See [`Inertia::correct_velocities`]; `FROM_REST` from Δv = 0.
+struct VelocityChange<'a, const FROM_REST: bool> {
     inertia: &'a Inertia,
     impulse: &'a BodyVectors,
     dv: &'a mut BodyVectors,
 }
 
-impl WideKernel for VelocityChange<'_> {
+impl<const FROM_REST: bool> WideKernel for VelocityChange<'_, FROM_REST> {
     type Output = ();
 
     #[inline(always)]
@@ -393,10 +403,13 @@ impl WideKernel for VelocityChange<'_> {
             let angular = angular.load_from::<V>(first);
             let inverse = inverse.load_from::<V>(first);
             let [px, py, pz, lx, ly, lz] = impulse.load_from::<V>(first);
-            let [vx, vy, vz, wx, wy, wz] = dv.load_from::<V>(first);
             let (p, l) = ([px, py, pz], [lx, ly, lz]);
-            let (mut v, mut w) = ([vx, vy, vz], [wx, wy, wz]);
-            for _ in 0..2 {
+            let (mut v, mut w) = (scale(&p, inverse_mass), times(&inverse, &l));
+            if !FROM_REST {
+                let [vx, vy, vz, wx, wy, wz] = dv.load_from::<V>(first);
+                (v, w) = ([vx, vy, vz], [wx, wy, wz]);
+            }
+            for _ in usize::from(FROM_REST)..2 {
                 let lacking = scale_add(&v, -mass, &p);
                 v = scale_add(&lacking, inverse_mass, &v);
                 let correction = times(&inverse, &sub(&l, &times(&angular, &w)));

@@ -187,8 +187,7 @@ impl Pieces {
 
     /// r = (c − J v) − J Δv with the Δv of no impulses but Δt f.
     pub(crate) fn free_residual(&mut self, r: &mut [f64]) {
-        self.inertia
-            .correct_velocities(&self.inertia.impulse, &mut self.dv);
+        self.inertia.free_velocities(&mut self.dv);
         self.rows.times_jacobian(&self.dv, r);
         dispatch(Level::best(), SubtractFrom(&self.rate, r));
     }
@@ -207,9 +206,8 @@ impl Pieces {
     }
 
     /// J (v + Δv).
-    pub(crate) fn rates_after(&mut self, rates: &mut [f64]) {
-        self.impulse.combine((1.0, &self.v), (1.0, &self.dv));
-        self.rows.times_jacobian(&self.impulse, rates);
+    pub(crate) fn rates_after(&self, rates: &mut [f64]) {
+        self.rows.times_jacobian_of_sum([&self.v, &self.dv], rates);
     }
 
     /// φ + Δt (J (v + Δv) + ∂φ/∂t) into `predicted`.
@@ -227,11 +225,14 @@ impl Pieces {
         let mut worst = 0.0_f64;
         for gap in &self.gaps {
             let relative = gap.square(&self.rows.phi, &self.predicted) * gap.scale;
-            if relative.is_nan() {
-                return f64::NAN;
-            }
-            if relative > worst && self.idle.get(gap.constraint) != Some(&true) {
-                worst = relative;
+            // Rare, but for the first.
+            if !(relative <= worst) {
+                if relative.is_nan() {
+                    return f64::NAN;
+                }
+                if self.idle.get(gap.constraint) != Some(&true) {
+                    worst = relative;
+                }
             }
         }
         worst.sqrt()
@@ -301,14 +302,13 @@ impl Gap {
     /// Squared distance between the gap and its prediction \[m²].
     #[inline]
     fn square(&self, found: &[f64], predicted: &[f64]) -> f64 {
-        let at = self.first..self.first + self.rows;
-        let (found, predicted) = (&found[at.clone()], &predicted[at]);
+        let (found, predicted) = (&found[self.first..], &predicted[self.first..]);
         // The gaps of joints, of three rows, without a loop.
-        if let ([a, b, c], [x, y, z]) = (found, predicted) {
+        if let (3, [a, b, c, ..], [x, y, z, ..]) = (self.rows, found, predicted) {
             let [a, b, c] = [a - x, b - y, c - z];
             return a * a + b * b + c * c;
         }
-        let pairs = found.iter().zip(predicted);
+        let pairs = found[..self.rows].iter().zip(&predicted[..self.rows]);
         pairs.map(|(a, b)| (a - b) * (a - b)).sum()
     }
 

@@ -313,16 +313,35 @@ impl Linearized {
     /// # Panics
     /// When `v` or `r` is of another scene's size.
     pub fn times_jacobian(&self, v: &BodyVectors, r: &mut [f64]) {
+        self.packs.times_jacobian([v], r);
+        self.times_other_jacobians([v], r);
+    }
+
+    /// r = J (v + Δv).
+    ///
+    /// # Panics
+    /// As [`Linearized::times_jacobian`].
+    pub fn times_jacobian_of_sum(&self, v: [&BodyVectors; 2], r: &mut [f64]) {
         self.packs.times_jacobian(v, r);
+        self.times_other_jacobians(v, r);
+    }
+
+    /// The rows of constraints that are no joints.
+    fn times_other_jacobians<const N: usize>(&self, v: [&BodyVectors; N], r: &mut [f64]) {
         for &c in &self.others {
             r[self.row_range(c)].fill(0.0);
         }
         for slot in self.other_slots() {
             let r = &mut r[self.row_range(slot.constraint)];
             let (jacobian, _) = self.jacobian[slot.offset..].as_chunks::<6>();
-            let v = v.get(slot.body);
+            let mut sum = v[0].get(slot.body);
+            for v in &v[1..] {
+                for (sum, v) in sum.iter_mut().zip(v.get(slot.body)) {
+                    *sum += v;
+                }
+            }
             for (j, r) in jacobian.iter().zip(r) {
-                *r += dot(j, &v);
+                *r += dot(j, &sum);
             }
         }
     }

@@ -209,8 +209,8 @@ impl Packs {
         }
     }
 
-    /// r = J v of the joints' rows. The world's part of v is zero.
-    pub(crate) fn times_jacobian(&self, v: &BodyVectors, r: &mut [f64]) {
+    /// r = J Σ v of the joints' rows. The world's part of each v is zero.
+    pub(crate) fn times_jacobian<const N: usize>(&self, v: [&BodyVectors; N], r: &mut [f64]) {
         dispatch_wide(Level::best(), Rates { joints: self, v, r });
     }
 
@@ -430,7 +430,7 @@ impl<const L: usize> JointLanes<'_, L> {
             && let (rows, []) = from[first..first + 6 * L].as_chunks::<6>()
             && let Some(rows) = rows.first_chunk::<L>()
         {
-            return gather(rows.each_ref());
+            return V::load_arrays(rows);
         }
         if shape.full {
             return gather(row.map(|row| from[row..row + 6].first_chunk().unwrap_or(&[0.0; 6])));
@@ -451,8 +451,10 @@ impl<const L: usize> JointLanes<'_, L> {
     pub fn write_rows<V: Lanes>(&self, from: &[V; 6], to: &mut [f64]) {
         let (shape, row) = (self.shape(), part::<_, L>(&self.places.row, self.lane));
         if let Some(first) = shape.run {
-            let at = std::array::from_fn::<_, L, _>(|lane| 6 * lane);
-            return V::scatter(from, &mut to[first..first + 6 * L], at);
+            let (rows, _) = to[first..first + 6 * L].as_chunks_mut::<6>();
+            if let Some(rows) = rows.first_chunk_mut::<L>() {
+                return V::store_arrays(from, rows);
+            }
         }
         if shape.full {
             return V::scatter(from, to, *row);

@@ -5,21 +5,28 @@ use taut_lanes::{Lanes, WideKernel};
 use super::Packs;
 use crate::body_vectors::BodyVectors;
 
-/// r = J v.
-pub(super) struct Rates<'a> {
+/// r = J Σ v.
+pub(super) struct Rates<'a, const N: usize> {
     pub(super) joints: &'a Packs,
-    pub(super) v: &'a BodyVectors,
+    pub(super) v: [&'a BodyVectors; N],
     pub(super) r: &'a mut [f64],
 }
 
-impl WideKernel for Rates<'_> {
+impl<const N: usize> WideKernel for Rates<'_, N> {
     type Output = ();
 
     #[inline(always)]
     fn run<V: Lanes, const L: usize>(self) {
-        let v = self.v.view();
+        let views = self.v.map(BodyVectors::view);
         for joints in self.joints.lanes::<L>() {
-            let (a, b) = (v.load(&joints.bodies(0)), v.load(&joints.bodies(1)));
+            let bodies = [joints.bodies(0), joints.bodies(1)];
+            let (mut a, mut b) = (views[0].load(&bodies[0]), views[0].load(&bodies[1]));
+            for view in &views[1..] {
+                let more: [[V; 6]; 2] = [view.load(&bodies[0]), view.load(&bodies[1])];
+                for i in 0..6 {
+                    (a[i], b[i]) = (a[i] + more[0][i], b[i] + more[1][i]);
+                }
+            }
             let rates = joints.jacobian::<V>().rates(&a, &b);
             joints.write_rows(&rates, self.r);
         }

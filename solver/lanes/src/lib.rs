@@ -100,6 +100,19 @@ pub trait Lanes:
         [Self::from_fn(|l| from[l][0]), Self::from_fn(|l| from[l][1])]
     }
 
+    /// Component by component from one array a lane, one after the other. Another `L` does not compile.
+    #[must_use]
+    #[inline(always)]
+    fn load_arrays<const L: usize, const N: usize>(from: &[[f64; N]; L]) -> [Self; N] {
+        vector::gather(from.each_ref())
+    }
+
+    /// The reverse.
+    #[inline(always)]
+    fn store_arrays<const L: usize, const N: usize>(from: &[Self; N], to: &mut [[f64; N]; L]) {
+        Self::spread(from, to.each_mut());
+    }
+
     /// Each of the `L` lanes of the components into the numbers from its place on, one lane after the other. Another `L`
     /// does not compile.
     ///
@@ -436,6 +449,16 @@ mod tests {
         let mut to = [[0.0; 3]; L];
         V::spread(&[first, second, first], to.each_mut());
         assert_eq!(to, from.map(|[a, b]| [a, b, a]));
+        let rows: [[f64; 6]; L] =
+            std::array::from_fn(|l| std::array::from_fn(|c| (10 * l + c) as f64));
+        let components = V::load_arrays(&rows);
+        let lanes: [[f64; L]; 6] = vector::save(&components);
+        for (c, lanes) in lanes.into_iter().enumerate() {
+            assert_eq!(lanes, rows.map(|row| row[c]));
+        }
+        let mut to = [[0.0; 6]; L];
+        V::store_arrays(&components, &mut to);
+        assert_eq!(to, rows);
     }
 
     impl Kernel for Pairs {

@@ -316,5 +316,5 @@ vector!(
     shift |x, y| _mm512_castsi512_pd(_mm512_alignr_epi64::<1>(_mm512_castpd_si512(y), _mm512_castpd_si512(x))),
     first |x| _mm512_cvtsd_f64(x),
     mul_add |a, b, c| _mm512_fmadd_pd(a, b, c), neg_mul_add |a, b, c| _mm512_fnmadd_pd(a, b, c),
-    more { transpose::fours!(); }
+    more { transpose::fours!(); transpose::sixes!(); }
 );

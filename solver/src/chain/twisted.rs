@@ -157,8 +157,12 @@ fn copy<const B: usize>(values: &[f64], first: usize, size: [usize; 2], to: &mut
     let [rows, columns] = size;
     let block = &values[first..first + rows * columns];
     for (c, to) in to[..columns].iter_mut().enumerate() {
-        for (to, from) in to[..rows].iter_mut().zip(&block[c * rows..]) {
-            *to = *from;
+        let from = &block[c * rows..(c + 1) * rows];
+        match rows {
+            // A point's joint.
+            3 => to[..3].copy_from_slice(&from[..3]),
+            _ if rows == B => to.copy_from_slice(&from[..B]),
+            _ => to[..rows].copy_from_slice(from),
         }
     }
 }

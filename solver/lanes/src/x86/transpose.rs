@@ -66,6 +66,46 @@ macro_rules! fours {
 }
 pub(super) use fours;
 
+/// The methods that eight lanes have of their own: arrays of six numbers, as joints have rows, fill six registers.
+macro_rules! sixes {
+    () => {
+        #[inline(always)]
+        fn load_arrays<const L: usize, const N: usize>(from: &[[f64; N]; L]) -> [Self; N] {
+            let flat = from.as_flattened();
+            if N == 6
+                && let (vectors, []) = flat.as_chunks::<8>()
+                && let [a, b, c, d, e, f] = vectors
+            {
+                let six = $crate::x86::transpose::join_six([a, b, c, d, e, f]);
+                let mut to = [Self::splat(0.0); N];
+                for (to, from) in to.iter_mut().zip(six) {
+                    *to = from;
+                }
+                return to;
+            }
+            $crate::vector::gather(from.each_ref())
+        }
+
+        #[inline(always)]
+        fn store_arrays<const L: usize, const N: usize>(from: &[Self; N], to: &mut [[f64; N]; L]) {
+            if N == 6
+                && let Some(six) = from.first_chunk::<6>()
+            {
+                let (vectors, _) = to.as_flattened_mut().as_chunks_mut::<8>();
+                for (to, from) in vectors
+                    .iter_mut()
+                    .zip($crate::x86::transpose::split_six(six))
+                {
+                    from.store(to);
+                }
+                return;
+            }
+            Self::spread(from, to.each_mut());
+        }
+    };
+}
+pub(super) use sixes;
+
 /// A pair as a vector.
 #[inline(always)]
 fn pair(from: &[f64; 2]) -> __m128d {
@@ -216,6 +256,86 @@ fn split_eight(from: [FusedEight; 8]) -> [FusedEight; 8] {
             FusedEight(odd[2]),
             FusedEight(even[3]),
             FusedEight(odd[3]),
+        ]
+    }
+}
+
+/// The six components of eight arrays of six numbers, one after the other.
+#[inline(always)]
+pub(super) fn join_six(from: [&[f64; 8]; 6]) -> [FusedEight; 6] {
+    let [a, b, c, d, e, f] = from.map(|from| FusedEight::load(from).0);
+    // SAFETY: as above.
+    unsafe {
+        // Pairs of components of lanes 0 … 3 and 4 … 7: the first and the second; the third and, of the next lane, the
+        // first; the second and the third of that.
+        let first = [
+            _mm512_shuffle_f64x2::<0xe4>(a, b),
+            _mm512_shuffle_f64x2::<0x4e>(a, c),
+            _mm512_shuffle_f64x2::<0xe4>(b, c),
+        ];
+        let second = [
+            _mm512_shuffle_f64x2::<0xe4>(d, e),
+            _mm512_shuffle_f64x2::<0x4e>(d, f),
+            _mm512_shuffle_f64x2::<0xe4>(e, f),
+        ];
+        let even = [
+            _mm512_shuffle_f64x2::<0x88>(first[0], second[0]),
+            _mm512_shuffle_f64x2::<0xdd>(first[0], second[0]),
+            _mm512_shuffle_f64x2::<0x88>(first[1], second[1]),
+        ];
+        let odd = [
+            _mm512_shuffle_f64x2::<0xdd>(first[1], second[1]),
+            _mm512_shuffle_f64x2::<0x88>(first[2], second[2]),
+            _mm512_shuffle_f64x2::<0xdd>(first[2], second[2]),
+        ];
+        [
+            FusedEight(_mm512_unpacklo_pd(even[0], odd[0])),
+            FusedEight(_mm512_unpackhi_pd(even[0], odd[0])),
+            FusedEight(_mm512_unpacklo_pd(even[1], odd[1])),
+            FusedEight(_mm512_unpackhi_pd(even[1], odd[1])),
+            FusedEight(_mm512_unpacklo_pd(even[2], odd[2])),
+            FusedEight(_mm512_unpackhi_pd(even[2], odd[2])),
+        ]
+    }
+}
+
+/// The reverse of [`join_six`].
+#[inline(always)]
+pub(super) fn split_six(from: &[FusedEight; 6]) -> [FusedEight; 6] {
+    let [a, b, c, d, e, f] = from.map(|x| x.0);
+    // SAFETY: as above.
+    unsafe {
+        let (lower, upper) = (
+            _mm512_setr_epi64(0, 1, 8, 9, 2, 3, 10, 11),
+            _mm512_setr_epi64(4, 5, 12, 13, 6, 7, 14, 15),
+        );
+        let even = [
+            _mm512_unpacklo_pd(a, b),
+            _mm512_unpacklo_pd(c, d),
+            _mm512_unpacklo_pd(e, f),
+        ];
+        let odd = [
+            _mm512_unpackhi_pd(a, b),
+            _mm512_unpackhi_pd(c, d),
+            _mm512_unpackhi_pd(e, f),
+        ];
+        let first = [
+            _mm512_permutex2var_pd(even[0], lower, even[1]),
+            _mm512_permutex2var_pd(even[2], lower, odd[0]),
+            _mm512_permutex2var_pd(odd[1], lower, odd[2]),
+        ];
+        let second = [
+            _mm512_permutex2var_pd(even[0], upper, even[1]),
+            _mm512_permutex2var_pd(even[2], upper, odd[0]),
+            _mm512_permutex2var_pd(odd[1], upper, odd[2]),
+        ];
+        [
+            FusedEight(_mm512_shuffle_f64x2::<0x44>(first[0], first[1])),
+            FusedEight(_mm512_shuffle_f64x2::<0xe4>(first[2], first[0])),
+            FusedEight(_mm512_shuffle_f64x2::<0xee>(first[1], first[2])),
+            FusedEight(_mm512_shuffle_f64x2::<0x44>(second[0], second[1])),
+            FusedEight(_mm512_shuffle_f64x2::<0xe4>(second[2], second[0])),
+            FusedEight(_mm512_shuffle_f64x2::<0xee>(second[1], second[2])),
         ]
     }
 }
