@@ -7,8 +7,8 @@
 //! S_kk = Σ_sides (w I₃ ⊕ 0) + Q A Qᵀ + Σ_k,      S_kl = ±((w I₃ ⊕ 0) + Q_k A Q_lᵀ) for joints k, l at one body,
 //! ```
 //!
-//! + where both are its side a or both its side b. Of each row of \[r]× one number is zero. Of a diagonal block the lower
-//! triangle is computed: with G of rows gᵀ, which both sides share, H = A Gᵀ and P = A \[r]×ᵀ, it is
+//! the sign being + where both are its side a or both its side b. Of each row of \[r]× one number is zero. Of a diagonal
+//! block the lower triangle is computed: with G of rows gᵀ, which both sides share, H = A Gᵀ and P = A \[r]×ᵀ, it is
 //!
 //! ```text
 //! ⎡ Σ_sides w I₃ + [r]× P                     ⎤

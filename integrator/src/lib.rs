@@ -21,8 +21,8 @@
 //! second; [`StepOptions::paper`] is the paper's.
 //!
 //! # A step in passes
-//! Each pass goes once through contiguous arrays and handles four joints or bodies at a time, in
-//! vectors (crate `taut-lanes`):
+//! Each pass goes once through contiguous arrays and handles eight joints or bodies at a time where a register holds as
+//! many numbers, four elsewhere (crate `taut-lanes`):
 //!
 //! | phase | pass | reads | writes |
 //! |---|---|---|---|
@@ -40,11 +40,13 @@
 //! | | guard | φ, prediction | disagreement |
 //!
 //! Rows (μ, φ, Σ …) stand one after the other as in the scene. What bodies have six of (v, Δv, impulses, M̃, K) stands
-//! number by number ([`taut_model::BodyVectors`]), so that neighbours fill a vector; joints stand in packs of four
-//! ([`taut_model::FourJoints`]). Constraints that are no joints, and bodies without an axis of symmetry, go one by one.
+//! number by number ([`taut_model::BodyVectors`]), so that neighbours fill a vector; joints stand in packs of eight
+//! ([`taut_model::JointLanes`]). Constraints that are no joints, and bodies without an axis of symmetry, go one by one.
 //!
 //! Whole scenes do not go side by side: steps of eight hoists whose systems [`taut_solver::BatchBanded`] solved together
-//! took 0.9 of their time one by one with 8 segments, 0.98 with 24 and 1.02 to 1.06 with 100.
+//! took 0.9 of their time one by one with 8 segments, 0.98 with 24 and 1.02 to 1.06 with 100. Nor do they share the other
+//! phases: of eight hoists of 24 segments in one scene, joint k of each in the lanes of one vector, linearising takes 0.75
+//! of its time one by one, updating 0.52, assembling more (AVX-512).
 //!
 //! Sources besides the paper \[SL]: Lacoursière, *Ghosts and Machines* (2007) for SPOOK; Tournier, Nesme, Gilles, Faure,
 //! *Stable Constrained Dynamics* (2015) \[T] and Andrews, Teichmann, Kry, *Geometric Stiffness for Real-time Constrained
@@ -97,7 +99,7 @@
 //! | `regularization` | Σ and c, in one place |
 //! | `history` | what a step goes back to and looks back on |
 //! | `plan` | block patterns and index maps of a topology; fills the matrix |
-//! | `assembly` | the joints' blocks of S, four at a time |
+//! | `assembly` | the joints' blocks of S, eight or four at a time |
 //! | `serde_forms` | options by their names, times in seconds, for `serde` |
 //! | `report` | what a step did, and the time of each phase |
 //! | `error` | [`StepError`]: why there is no step, with the names of constraints |

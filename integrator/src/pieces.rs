@@ -225,8 +225,9 @@ impl Pieces {
         let mut worst = 0.0_f64;
         for gap in &self.gaps {
             let relative = gap.square(&self.rows.phi, &self.predicted) * gap.scale;
+            let is_less = relative <= worst;
             // Rare, but for the first.
-            if !(relative <= worst) {
+            if !is_less {
                 if relative.is_nan() {
                     return f64::NAN;
                 }

@@ -131,7 +131,7 @@ pub struct Linearized {
     /// A massless cable that had no way over its sheaves in some update, its φ being NaN then, and why; until it is taken.
     pub lost: Option<(usize, &'static str)>,
     /// The joints' part of the Jacobian.
-    packs: Packs,
+    pub(crate) packs: Packs,
     /// Constraints that are none of the joints.
     others: Vec<usize>,
 }

@@ -149,6 +149,68 @@ fn bends_do_not_see_half_turns() {
     }
 }
 
+/// Eight lanes, which many processors only emulate, find what the level's own find.
+#[test]
+fn eight_lanes_find_what_four_find() {
+    use taut_lanes::dispatch_eight;
+    for (level, segments) in Level::available()
+        .into_iter()
+        .flat_map(|level| [1, 3, 7, 8, 9, 24].map(|segments| (level, segments)))
+    {
+        let scene = cable(segments, 0.1, 5);
+        let mut lin = Linearized::new(&scene);
+        lin.update(&scene, 0.0);
+        let close = |a: f64, b: f64| (a - b).abs() <= 1e-13 * a.abs().max(1.0);
+        let bodies = scene.bodies.len();
+        let mut v = BodyVectors::new(bodies);
+        for i in 0..bodies {
+            v.set(i, std::array::from_fn(|k| (6 * i + k) as f64 * 0.1));
+        }
+        let mut own = vec![0.0; lin.rows()];
+        lin.packs.times_jacobian([&v], &mut own);
+        let mut eight = vec![0.0; lin.rows()];
+        let joints = &lin.packs;
+        let rates = Rates {
+            joints,
+            v: [&v],
+            r: &mut eight,
+        };
+        dispatch_eight(level, rates);
+        assert!(own.iter().zip(&eight).all(|(a, b)| close(*a, *b)));
+        let (mut p, mut q) = (BodyVectors::new(bodies), BodyVectors::new(bodies));
+        joints.add_transposed(&own, &mut p);
+        let transposed = Transposed {
+            joints,
+            mu: &own,
+            p: &mut q,
+        };
+        dispatch_eight(level, transposed);
+        for i in 0..=bodies {
+            let pairs = p.get(i).into_iter().zip(q.get(i));
+            assert!(
+                { pairs }.all(|(a, b)| close(a, b)),
+                "{level} {segments} {i}"
+            );
+        }
+        let mut again = lin.packs.clone();
+        let evaluation = Evaluation {
+            joints: &mut again,
+            bodies: &scene.bodies,
+            phi: &mut eight,
+        };
+        dispatch_eight(level, evaluation);
+        assert!(lin.phi.iter().zip(&eight).all(|(a, b)| close(*a, *b)));
+        for joint in 0..again.count {
+            let blocks = [&lin.packs, &again].map(|packs| packs.block(joint, 1));
+            let pairs = blocks[0].iter().flatten().zip(blocks[1].iter().flatten());
+            assert!(
+                { pairs }.all(|(a, b)| close(*a, *b)),
+                "{level} {segments} {joint}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_large_angle_leaves_the_other_lanes_as_they_are() {
     let mut scene = cable(8, 0.0, 3);

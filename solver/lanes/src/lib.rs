@@ -345,6 +345,23 @@ pub fn dispatch_wide<K: WideKernel>(level: Level, kernel: K) -> K::Output {
     dispatch(level, Wide(kernel))
 }
 
+/// Runs a kernel with eight lanes at any level: tests of what runs where registers hold as many.
+#[inline]
+pub fn dispatch_eight<K: WideKernel>(level: Level, kernel: K) -> K::Output {
+    dispatch(level, Eight(kernel))
+}
+
+struct Eight<K>(K);
+
+impl<K: WideKernel> Kernel for Eight<K> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn run<I: Isa>(self) -> K::Output {
+        self.0.run::<I::X8, 8>()
+    }
+}
+
 struct Wide<K>(K);
 
 impl<K: WideKernel> Kernel for Wide<K> {
