@@ -21,7 +21,7 @@
 use crate::inertia::Inertia;
 use std::sync::atomic::{Ordering, compiler_fence};
 use taut_lanes::vector::{Sym3, Vec3, add, columns};
-use taut_lanes::{Aligned, Lanes, Level, WideKernel, dispatch_wide};
+use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, WideKernel, dispatch, dispatch_wide};
 use taut_model::lanes::{PACK, PerLanes, part};
 use taut_model::{BodyPack, Joint, JointLanes, JointSide, Linearized};
 use taut_solver::SymBlockMatrix;
@@ -35,6 +35,9 @@ pub(crate) struct Coupling {
     /// First value of the block.
     pub(crate) target: usize,
 }
+
+/// Blocks that couple joints of which neither follows the other, side by side.
+const BELOW: usize = 4;
 
 /// Values of a block of six rows and columns.
 const BLOCK: usize = 36;
@@ -89,7 +92,7 @@ impl Assembly {
         });
         let coupled = couplings.len();
         if let Some(&last) = couplings.last() {
-            couplings.resize(coupled.next_multiple_of(PACK), last);
+            couplings.resize(coupled.next_multiple_of(BELOW), last);
         }
         columns.resize(columns.len().next_multiple_of(PACK), Column::default());
         let packs = columns.as_chunks().0.iter();
@@ -123,7 +126,7 @@ impl Assembly {
                 values: &mut *values,
             },
         );
-        dispatch_wide(
+        dispatch(
             Level::best(),
             Below {
                 plan: self,
@@ -367,11 +370,19 @@ struct Below<'a> {
     values: &'a mut [f64],
 }
 
-impl WideKernel for Below<'_> {
+impl Kernel for Below<'_> {
     type Output = ();
 
+    /// They are few, and what they are made of is gathered number by number: eight lanes would take twice as long for each.
     #[inline(always)]
-    fn run<V: Lanes, const L: usize>(self) {
+    fn run<I: Isa>(self) {
+        self.write::<I::X4, BELOW>();
+    }
+}
+
+impl Below<'_> {
+    #[inline(always)]
+    fn write<V: Lanes, const L: usize>(self) {
         let mass = &self.inertia.inverse_mass[..];
         let angular = self.inertia.inverse_angular.view();
         let joints = self.rows.joints();
@@ -383,9 +394,6 @@ impl WideKernel for Below<'_> {
         } = self.plan;
         let (couplings, _) = couplings.as_chunks::<L>();
         for (k, couplings) in couplings.iter().enumerate() {
-            if L * k >= *coupled {
-                break;
-            }
             let bodies = BodyPack::new(std::array::from_fn(|l| couplings[l % L].body));
             let bodies = bodies.lanes::<L>(0);
             let (w, a) = (bodies.load::<V>(mass), angular.load(&bodies));
