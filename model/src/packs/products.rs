@@ -5,7 +5,7 @@ use taut_lanes::{Lanes, WideKernel};
 use super::Packs;
 use crate::body_vectors::BodyVectors;
 
-/// r = J Σ v.
+/// r = J Σ v, of one or two v.
 pub(super) struct Rates<'a, const N: usize> {
     pub(super) joints: &'a Packs,
     pub(super) v: [&'a BodyVectors; N],
@@ -17,14 +17,14 @@ impl<const N: usize> WideKernel for Rates<'_, N> {
 
     #[inline(always)]
     fn run<V: Lanes, const L: usize>(self) {
-        let views = self.v.map(BodyVectors::view);
+        let (v, more) = (self.v[0].view(), self.v[N - 1].view());
         for joints in self.joints.lanes::<L>() {
-            let bodies = [joints.bodies(0), joints.bodies(1)];
-            let (mut a, mut b) = (views[0].load(&bodies[0]), views[0].load(&bodies[1]));
-            for view in &views[1..] {
-                let more: [[V; 6]; 2] = [view.load(&bodies[0]), view.load(&bodies[1])];
+            let (on_a, on_b) = (joints.bodies(0), joints.bodies(1));
+            let (mut a, mut b) = (v.load(&on_a), v.load(&on_b));
+            if N > 1 {
+                let (more_a, more_b): ([V; 6], [V; 6]) = (more.load(&on_a), more.load(&on_b));
                 for i in 0..6 {
-                    (a[i], b[i]) = (a[i] + more[0][i], b[i] + more[1][i]);
+                    (a[i], b[i]) = (a[i] + more_a[i], b[i] + more_b[i]);
                 }
             }
             let rates = joints.jacobian::<V>().rates(&a, &b);
