@@ -301,7 +301,9 @@ mod tests {
         let exact = other.reference_multipliers().expect("solved");
         let [schur, kkt] = systems(&mut asked).expect("systems");
         assert_eq!(schur.multipliers, Some(exact.clone()));
-        assert!(forward_error(schur.x.as_ref().expect("solved"), &exact) < 1e-13);
+        let error = forward_error(schur.x.as_ref().expect("solved"), &exact);
+        // What forming S rounds away: roundoff times the mass ratio.
+        assert!(error < 1e3 * f64::EPSILON, "{error:e}");
         assert_eq!(
             kkt.signs.iter().filter(|s| **s).count(),
             asked.scene().bodies.len()
