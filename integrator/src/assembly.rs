@@ -286,15 +286,13 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
         self.write_blocks(parts, to);
     }
 
-    /// The part of side a; of the gap's own rows only with the masses and Σ.
+    /// The part of side a.
     #[inline(always)]
     fn side_a(&self, parts: &mut [[f64; L]]) {
         let (a, inverse) = (self.joints.side::<V>(0), columns(&self.inverse[0]));
         let [p, q, s] = a.gap_times(&inverse);
         let ([xx, xy, xz], [_, yy, yz], [.., zz]) = (a.gap_of(&p), a.gap_of(&q), a.gap_of(&s));
-        let [x, y, z, ..] = self.sigma;
-        let (xx, yy) = (xx + (self.mass + x), yy + (self.mass + y));
-        put(&[xx, xy, xz, yy, yz, zz + (self.mass + z)], parts, GAP);
+        put(&[xx, xy, xz, yy, yz, zz], parts, GAP);
         let h = a.angles_times(&inverse);
         for (row, h) in h.iter().enumerate() {
             put(h, parts, H_A + 3 * row);
@@ -302,7 +300,7 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
         }
     }
 
-    /// The part of side b.
+    /// The part of side b, and what the gap has of the masses and Σ.
     #[inline(always)]
     fn side_b(&self, parts: &mut [[f64; L]]) {
         let (b, inverse) = (self.joints.side::<V>(1), columns(&self.inverse[1]));
@@ -311,7 +309,9 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
         let [xx, xy, xz] = b.add_gap_of(&p[0], &[xx, xy, xz]);
         let [_, yy, yz] = b.add_gap_of(&p[1], &[yy, yy, yz]);
         let [.., zz] = b.add_gap_of(&p[2], &[zz, zz, zz]);
-        put(&[xx, xy, xz, yy, yz, zz], parts, GAP);
+        let [x, y, z, ..] = self.sigma;
+        let (xx, yy) = (xx + (self.mass + x), yy + (self.mass + y));
+        put(&[xx, xy, xz, yy, yz, zz + (self.mass + z)], parts, GAP);
         let h = b.angles_times(&inverse);
         for (row, (p, h)) in p.iter().zip(&h).enumerate() {
             put(p, parts, P_B + 3 * row);
