@@ -145,7 +145,7 @@ impl Pieces {
         }
     }
 
-    /// Σ and c for what is `known`, then c − J v for the rates `jv` = J v; Δv is set to zero.
+    /// Σ and c for what is `known`, then c − J v for the rates `jv` = J v.
     pub(crate) fn regularize(&mut self, dt: f64, jv: &[f64]) {
         let Self { rows, known, .. } = self;
         self.regularization
@@ -156,7 +156,6 @@ impl Pieces {
             (self.regularization.sigma[r], self.regularization.c[r]) = (0.0, c);
             self.rate[r] = c - jv[r];
         }
-        self.dv.clear();
     }
 
     /// M̃ of every body grows by what the constraint forces of multipliers `lambda` would move with `acceleration`

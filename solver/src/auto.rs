@@ -120,6 +120,10 @@ impl LinearSolver for Auto {
         Backend::Auto.name()
     }
 
+    fn takes_guess(&self) -> bool {
+        self.solver.as_ref().is_none_or(|s| s.takes_guess())
+    }
+
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         let mut solver = Chosen::of(pattern)?.backend.create()?;
         let report = solver.analyze(pattern)?;

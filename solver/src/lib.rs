@@ -160,6 +160,11 @@ pub trait LinearSolver: Send {
     /// The backend's name, as on the command line.
     fn name(&self) -> &'static str;
 
+    /// Whether [`solve`](Self::solve) starts from the guess in `x`. Direct backends do not.
+    fn takes_guess(&self) -> bool {
+        true
+    }
+
     /// Prepares for matrices of `pattern`: ordering, fill, index maps, buffers. May allocate.
     ///
     /// # Errors

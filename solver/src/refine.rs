@@ -52,7 +52,9 @@ pub fn refine(
     let [mut size, mut change] = [0.0; 2];
     for _ in 0..sweeps {
         residual(x, &mut scratch.residual);
-        scratch.correction.fill(0.0);
+        if solver.takes_guess() {
+            scratch.correction.fill(0.0);
+        }
         let mut report = solver.solve_unjudged(a, &scratch.residual, &mut scratch.correction)?;
         report.iterations += last.map_or(0, |r| r.iterations);
         let correct = Correct(x, &scratch.correction);

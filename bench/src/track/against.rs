@@ -4,7 +4,8 @@
 //! counts with its least time of all blocks of a process, and the blocks of both programs alternate. The places of code,
 //! stack and heap, which the system draws anew for each process, change a step by some tenths of a percent, at times by ten
 //! percent, until the process ends: so many short rounds start both programs anew. A round gives one ratio; [`Ratio`] is
-//! their median with its interval.
+//! their median with its interval. A figure whose interval holds the bar takes further rounds, up to [`FURTHER`] times as
+//! many.
 //!
 //! A figure fails where the interval is above 1 and the ratio above 1 + [`SLOWER`]. Instructions nearly repeat, and fail
 //! above 1 + [`SMALL`] where a cable has 24 segments, above 1 + [`TOLERANCE`] elsewhere. A figure that the base has and the
@@ -30,6 +31,12 @@ pub(super) const SLOWER: f64 = 0.03;
 /// What instructions may grow by at 24 segments.
 pub(super) const SMALL: f64 = 0.01;
 
+/// Most rounds of a figure whose interval holds the bar, over those of the others.
+const FURTHER: usize = 4;
+
+/// Rounds between two looks at whether a figure needs more.
+const BETWEEN: usize = 8;
+
 /// Passes that warm a process up, and tell how many make a block of the slower program.
 const FIRST: usize = 3;
 
@@ -39,7 +46,7 @@ const REPEATS: f64 = 0.0015;
 /// How much is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effort {
-    /// Starts of both programs.
+    /// Starts of both programs, before figures whose interval holds the bar take more.
     rounds: usize,
     /// Quads of a round: base, head, head, base.
     quads: usize,
@@ -114,7 +121,17 @@ pub fn against(
     let mut samples: Vec<Sample<'_>> = cases.iter().flat_map(Sample::of).collect();
     progress.set_length((versus.effort.rounds * samples.len()) as u64);
     let (mut note, mut lost) = (String::new(), Vec::new());
-    for round in 0..versus.effort.rounds {
+    for round in 0..versus.effort.rounds * FURTHER {
+        if round >= versus.effort.rounds && round.is_multiple_of(BETWEEN) {
+            samples.iter_mut().for_each(Sample::decide);
+        }
+        let open = samples.iter().filter(|sample| !sample.is_decided).count();
+        if open == 0 {
+            break;
+        }
+        if round >= versus.effort.rounds {
+            progress.inc_length(open as u64);
+        }
         let mut pair = started(versus, round)?;
         let [base, head] = pair.each_ref().map(|peer| &peer.hello);
         if base.toolchain != head.toolchain {
@@ -126,7 +143,7 @@ pub fn against(
         if versus.every_case {
             lost = base.cases.iter().filter_map(|name| gone(name)).collect();
         }
-        for sample in &mut samples {
+        for sample in samples.iter_mut().filter(|sample| !sample.is_decided) {
             sample.round(&mut pair, &versus.effort)?;
             progress.inc(1);
         }
@@ -172,6 +189,8 @@ struct Sample<'a> {
     /// Times of base and head \[ns], round by round.
     times: Vec<[f64; 2]>,
     missing: Option<Missing>,
+    /// Whether further rounds would change nothing.
+    is_decided: bool,
 }
 
 impl<'a> Sample<'a> {
@@ -183,7 +202,19 @@ impl<'a> Sample<'a> {
             measure,
             times: Vec::new(),
             missing: None,
+            is_decided: false,
         })
+    }
+
+    /// Decided is a figure whose interval does not hold the bar, or that is missing.
+    fn decide(&mut self) {
+        let Ratio { low, high, .. } = self.ratio();
+        let bar = 1.0 + SLOWER;
+        self.is_decided |= self.missing.is_some() || bar < low || high < bar;
+    }
+
+    fn ratio(&self) -> Ratio {
+        Ratio::of(self.times.iter().map(|[base, head]| head / base))
     }
 
     /// A round with a pair that was just started.
@@ -224,7 +255,7 @@ impl<'a> Sample<'a> {
             Some(missing) => Err(missing.clone()),
             None => {
                 let [base, head] = [0, 1].map(|one| median(self.times.iter().map(|t| t[one])));
-                let ratio = Ratio::of(self.times.iter().map(|[base, head]| head / base));
+                let ratio = self.ratio();
                 Ok((base, head, ratio, judge(ratio, SLOWER)))
             }
         };

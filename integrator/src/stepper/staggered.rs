@@ -16,9 +16,7 @@ impl Stepper {
             touch.impulse = [0.0; 3];
         }
         contacts.apply(&mut pieces.inertia, true);
-        pieces
-            .inertia
-            .correct_velocities(&pieces.inertia.impulse, &mut pieces.dv);
+        pieces.inertia.free_velocities(&mut pieces.dv);
         let mut rates = std::mem::take(&mut contacts.rates);
         contacts.rates(pieces, &mut rates);
         // Those that only the impulses of others would close take part as well.

@@ -172,14 +172,15 @@ impl Stepper {
                     rows,
                     inertia,
                     rate,
+                    dv,
                     ..
-                } = &self.pieces;
+                } = &mut self.pieces;
+                dv.clear();
                 self.plan
                     .gather(rows, Some(&inertia.impulse), rate, 1.0, &mut self.rhs);
             }
         }
-        if !self.backend().is_iterative() {
-            // Direct solvers have no guess.
+        if !self.solver.takes_guess() {
             return;
         }
         if self.options.warm_start {

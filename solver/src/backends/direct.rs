@@ -87,6 +87,10 @@ impl<D: Direct> LinearSolver for D {
         D::NAME
     }
 
+    fn takes_guess(&self) -> bool {
+        false
+    }
+
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         let report = self.prepare(pattern)?;
         let common = self.common();
