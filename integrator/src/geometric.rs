@@ -500,7 +500,7 @@ mod tests {
         let scene = HoistParams::default().hanging_equilibrium().unwrap();
         let mut rows = Linearized::new(&scene);
         rows.update(&scene, 0.0);
-        let pushed: Vec<f64> = rows.phi.clone();
+        let pushed = rows.phi.clone();
         let mut geometric = Geometric::new(&scene, &rows);
         geometric.update(&rows, &pushed, None);
         assert_eq!(geometric.stiffness, BodyVectors::new(25));

@@ -2,6 +2,7 @@
 
 use crate::contact::{Contacts, Known};
 use nalgebra::{UnitQuaternion, Vector3};
+use taut_lanes::Aligned;
 use taut_model::scene::reeving::Laid;
 use taut_model::{Bodies, BodyVectors, Scene};
 
@@ -112,11 +113,11 @@ pub(crate) struct History {
     /// Whether the rest is that of the step before; else the past is taken to be like the present.
     pub(crate) known: bool,
     /// r_{n−1} = J v + ∂φ/∂t, one a row.
-    pub(crate) rate: Vec<f64>,
+    pub(crate) rate: Aligned,
     /// r_n of the step under way, one a row.
-    pub(crate) rate_now: Vec<f64>,
+    pub(crate) rate_now: Aligned,
     /// ∂φ/∂t of the last step, one a row.
-    pub(crate) phi_t: Vec<f64>,
+    pub(crate) phi_t: Aligned,
     /// v_{n−1}.
     pub(crate) v: BodyVectors,
 }
@@ -125,9 +126,9 @@ impl History {
     pub(crate) fn new(rows: usize, bodies: usize) -> Self {
         Self {
             known: false,
-            rate: vec![0.0; rows],
-            rate_now: vec![0.0; rows],
-            phi_t: vec![0.0; rows],
+            rate: Aligned::new(rows),
+            rate_now: Aligned::new(rows),
+            phi_t: Aligned::new(rows),
             v: BodyVectors::new(bodies),
         }
     }

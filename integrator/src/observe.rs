@@ -356,16 +356,17 @@ impl Stepper {
         self.assemble(dt);
         let factorized = self.solver.factorize(&self.matrix);
         factorized.map_err(|e| self.culprit(e))?;
-        self.mu = mu;
+        self.mu.copy_from_slice(&mu);
         let done = self.pass_through(dt, 0.0, |stepper| {
             slip.take_out(&mut stepper.pieces);
             let stuck = stepper.solve_extended(None)?;
-            stepper.mu = stepper.slip_extended(slip, bounded, stuck)?;
+            let mu = stepper.slip_extended(slip, bounded, stuck)?;
+            stepper.mu.copy_from_slice(&mu);
             Ok(())
         });
         let mu = std::mem::replace(&mut self.mu, own.0);
         self.mu_dt = own.1;
-        done.map(|_| mu)
+        done.map(|_| mu.to_vec())
     }
 
     /// The multipliers with cables that slip, from those of none, with every solve in extended precision.

@@ -13,8 +13,8 @@
 use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
-use crate::regularization::Regularization;
-use taut_lanes::{Isa, Kernel, Level, dispatch};
+use crate::regularization::{Known, Regularization};
+use taut_lanes::{Aligned, Isa, Kernel, Level, dispatch};
 use taut_model::BodyVectors;
 use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
 
@@ -33,17 +33,17 @@ pub(crate) struct Pieces {
     pub(crate) inertia: Inertia,
     pub(crate) regularization: Regularization,
     /// c − J v, one a row.
-    pub(crate) rate: Vec<f64>,
+    pub(crate) rate: Aligned,
     /// v at the beginning of the step.
     pub(crate) v: BodyVectors,
     /// Δv.
     pub(crate) dv: BodyVectors,
     /// The angular velocities that K is multiplied with on the right-hand side.
     pub(crate) drive: BodyVectors,
-    /// What a scheme knows of the rates beforehand (h of [`crate::regularization`]), one a row.
-    pub(crate) known: Vec<f64>,
+    /// What a Newton pass knows of the rates beforehand (h of [`crate::regularization`]), one a row.
+    pub(crate) known: Aligned,
     /// φ at the end of the step as the linearisation predicts it, one a row.
-    pub(crate) predicted: Vec<f64>,
+    pub(crate) predicted: Aligned,
     /// An impulse or velocities.
     impulse: BodyVectors,
 }
@@ -74,12 +74,12 @@ impl Pieces {
             geometric: Geometric::new(scene, &rows),
             inertia: Inertia::new(&scene.bodies),
             regularization: Regularization::new(count),
-            rate: vec![0.0; count],
+            rate: Aligned::new(count),
             v: BodyVectors::new(bodies),
             dv: BodyVectors::new(bodies),
             drive: BodyVectors::new(bodies),
-            known: vec![0.0; count],
-            predicted: vec![0.0; count],
+            known: Aligned::new(count),
+            predicted: Aligned::new(count),
             impulse: BodyVectors::new(bodies),
             rows,
         }
@@ -126,7 +126,7 @@ impl Pieces {
     /// Row `r` of the prepared system of a step `dt` long counts as violated by `excess` more than it is.
     pub(crate) fn add_violation(&mut self, r: usize, excess: f64, dt: f64) {
         let Self { rows, rate, .. } = self;
-        rate[r] += self.regularization.add_violation(r, excess, dt, rows);
+        rate[r] += self.regularization.violation(r, excess, dt, rows);
     }
 
     /// Compliance |d|/T of the transverse rows of links under tension T, from multipliers λ (N): k = T/|d| is what the
@@ -145,15 +145,14 @@ impl Pieces {
         }
     }
 
-    /// Σ and c for what is `known`, then c − J v for the rates `jv` = J v.
-    pub(crate) fn regularize(&mut self, dt: f64, jv: &[f64]) {
-        let Self { rows, known, .. } = self;
-        self.regularization
-            .update(dt, rows, known, jv, &mut self.rate);
+    /// Σ, and c − J v for the rates `jv` = J v and what is `known` of them.
+    pub(crate) fn regularize(&mut self, dt: f64, jv: &[f64], known: Known<'_>) {
+        let Self { rows, rate, .. } = self;
+        self.regularization.update(dt, rows, jv, known, rate);
         for &r in &self.speed_rows {
             // J v⁺ is what it is to be, whatever went before.
             let c = -self.rows.phi_t[r];
-            (self.regularization.sigma[r], self.regularization.c[r]) = (0.0, c);
+            self.regularization.sigma[r] = 0.0;
             self.rate[r] = c - jv[r];
         }
     }

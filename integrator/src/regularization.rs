@@ -13,13 +13,11 @@ use crate::options::Weights;
 use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, dispatch};
 use taut_model::Linearized;
 
-/// Σ and c of all rows.
+/// Σ of all rows.
 #[derive(Debug, Clone)]
 pub(crate) struct Regularization {
     /// Σ, ≥ 0; length rows.
     pub(crate) sigma: Aligned,
-    /// c; length rows.
-    pub(crate) c: Aligned,
     /// d and 1/d of the last step: mostly those of the next.
     divisor: Aligned,
     inverse: Aligned,
@@ -42,7 +40,6 @@ impl Regularization {
         let zeros = Aligned::new(rows);
         Self {
             sigma: zeros.clone(),
-            c: zeros.clone(),
             divisor: Aligned::new(rows),
             inverse: Aligned::new(rows),
             weights: RowWeights {
@@ -81,56 +78,25 @@ impl Regularization {
         weights.next[r] - weights.now[r] + weights.before[r]
     }
 
-    /// c of row `r` for a φ that is larger by `excess`; returns what that changes.
-    pub(crate) fn add_violation(
-        &mut self,
-        r: usize,
-        excess: f64,
-        dt: f64,
-        rows: &Linearized,
-    ) -> f64 {
-        let change = -excess / (self.weights.next[r] * dt + rows.damping[r]);
-        self.c[r] += change;
-        change
+    /// What c of row `r` changes by for a φ that is larger by `excess`.
+    pub(crate) fn violation(&self, r: usize, excess: f64, dt: f64, rows: &Linearized) -> f64 {
+        -excess / (self.weights.next[r] * dt + rows.damping[r])
     }
 
-    /// r_n = J v + ∂φ/∂t of the last step into `now`, and h = q r_n − s r_{n−1} with each row's weights into `known`; all
-    /// of length rows.
-    pub(crate) fn combine_rates(
-        &self,
-        (jv, phi_t): (&[f64], &[f64]),
-        before: &[f64],
-        now: &mut [f64],
-        known: &mut [f64],
-    ) {
-        let weights = &self.weights;
-        dispatch(
-            Level::best(),
-            Rates {
-                jv,
-                phi_t,
-                before,
-                weights,
-                now,
-                known,
-            },
-        );
-    }
-
-    /// Σ and c for what is `known` (h), and c − J v for the rates `jv` into `rate`.
+    /// Σ of a step `dt` long, and c − J v into `rate`, for the rates `jv` = J v and what is `known`; all of length rows.
     pub(crate) fn update(
         &mut self,
         dt: f64,
         rows: &Linearized,
-        known: &[f64],
         jv: &[f64],
+        known: Known<'_>,
         rate: &mut [f64],
     ) {
         let update = Update {
             dt,
             rows,
-            known,
             jv,
+            known,
             regularization: self,
             rate,
         };
@@ -138,36 +104,26 @@ impl Regularization {
     }
 }
 
-/// See [`Regularization::combine_rates`].
-struct Rates<'a> {
-    jv: &'a [f64],
-    phi_t: &'a [f64],
-    before: &'a [f64],
-    weights: &'a RowWeights,
-    now: &'a mut [f64],
-    known: &'a mut [f64],
-}
-
-impl Kernel for Rates<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let weights = self.weights.now.iter().zip(&self.weights.before);
-        let rates = self.jv.iter().zip(self.phi_t).zip(self.before);
-        let to = self.now.iter_mut().zip(self.known);
-        for ((now, known), (((jv, phi_t), before), (q, s))) in to.zip(rates.zip(weights)) {
-            *now = jv + phi_t;
-            *known = q * *now - s * before;
-        }
-    }
+/// What is known of the rates, one a row.
+pub(crate) enum Known<'a> {
+    /// h itself.
+    Rates(&'a [f64]),
+    /// h = q r_n − s r_{n−1} with each row's weights.
+    Past {
+        /// ∂φ/∂t of the last step.
+        phi_t: &'a [f64],
+        /// r_{n−1}.
+        before: &'a [f64],
+        /// Takes r_n = J v + ∂φ/∂t of the last step.
+        now: &'a mut [f64],
+    },
 }
 
 struct Update<'a> {
     dt: f64,
     rows: &'a Linearized,
-    known: &'a [f64],
     jv: &'a [f64],
+    known: Known<'a>,
     regularization: &'a mut Regularization,
     rate: &'a mut [f64],
 }
@@ -178,7 +134,7 @@ impl Kernel for Update<'_> {
     #[inline(always)]
     fn run<I: Isa>(mut self) {
         self.rows_by::<I::X8, 8>(0);
-        let whole = self.known.len() / 8 * 8;
+        let whole = self.jv.len() / 8 * 8;
         self.rows_by::<I::X1, 1>(whole);
     }
 }
@@ -200,27 +156,38 @@ impl Update<'_> {
     #[inline(always)]
     fn rows_by<V: Lanes, const L: usize>(&mut self, first: usize) {
         let Self { rows, known, .. } = self;
-        let end = known.len();
+        let end = self.jv.len();
         let Regularization {
             sigma,
-            c,
             divisor,
             inverse,
             weights,
         } = &mut *self.regularization;
         let next = vectors::<L>(&weights.next, first, end);
+        let (of_now, of_before) = (
+            vectors::<L>(&weights.now, first, end),
+            vectors::<L>(&weights.before, first, end),
+        );
         let damping = vectors::<L>(&rows.damping, first, end);
         let compliance = vectors::<L>(&rows.compliance, first, end);
         let (phi, phi_t) = (
             vectors::<L>(&rows.phi, first, end),
             vectors::<L>(&rows.phi_t, first, end),
         );
-        let (known, jv) = (
-            vectors::<L>(known, first, end),
-            vectors::<L>(self.jv, first, end),
-        );
+        let jv = vectors::<L>(self.jv, first, end);
+        let (known, driven, now) = match known {
+            Known::Rates(h) => (
+                vectors::<L>(h, first, end),
+                [].as_slice(),
+                [].as_mut_slice(),
+            ),
+            Known::Past { phi_t, before, now } => (
+                vectors::<L>(before, first, end),
+                vectors::<L>(phi_t, first, end),
+                vectors_mut::<L>(now, first, end),
+            ),
+        };
         let sigma = vectors_mut::<L>(sigma, first, end);
-        let c = vectors_mut::<L>(c, first, end);
         let (divisor, inverse) = (
             vectors_mut::<L>(divisor, first, end),
             vectors_mut::<L>(inverse, first, end),
@@ -236,10 +203,15 @@ impl Update<'_> {
             }
             let inverse = V::load(&inverse[k]);
             (V::load(&compliance[k]) * frequency * inverse).store(&mut sigma[k]);
-            let driven = dt.mul_add(V::load(&known[k]), -V::load(&phi[k]));
-            let constant = driven.mul_add(inverse, -V::load(&phi_t[k]));
-            constant.store(&mut c[k]);
-            (constant - V::load(&jv[k])).store(&mut rate[k]);
+            let (jv, mut h) = (V::load(&jv[k]), V::load(&known[k]));
+            if let (Some(phi_t), Some(now)) = (driven.get(k), now.get_mut(k)) {
+                let rate = jv + V::load(phi_t);
+                rate.store(now);
+                h = V::load(&of_now[k]) * rate - V::load(&of_before[k]) * h;
+            }
+            let ahead = dt.mul_add(h, -V::load(&phi[k]));
+            let c = ahead.mul_add(inverse, -V::load(&phi_t[k]));
+            (c - jv).store(&mut rate[k]);
         }
     }
 }
@@ -275,9 +247,9 @@ mod tests {
             |a: &[f64], b: &[f64]| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a - b).collect() };
         let (before, now, next) = (rate(0), rate(1), rate(2));
         let jv = less(&now, &driven);
-        (rows.compliance, rows.damping) = (of(7), of(8));
-        rows.phi.clone_from(&phi[2]);
-        rows.phi_t.clone_from(&drive);
+        (rows.compliance, rows.damping) = (of(7).into(), of(8).into());
+        rows.phi.copy_from_slice(&phi[2]);
+        rows.phi_t.copy_from_slice(&drive);
         let scheme = Scheme::ThirdDifference {
             a: 0.7,
             gamma: -0.15,
@@ -285,9 +257,23 @@ mod tests {
         for scheme in [Scheme::LinearlyImplicit, Scheme::Spook, scheme] {
             let mut regularization = Regularization::new(count);
             regularization.weigh(&[scheme.weights(); 4], |_| 0);
-            let [mut at, mut known, mut rest] = [of(0), of(0), of(0)];
-            regularization.combine_rates((&jv, &driven), &before, &mut at, &mut known);
-            regularization.update(dt, &rows, &known, &jv, &mut rest);
+            let [mut at, mut rest] = [of(0), of(0)];
+            let past = Known::Past {
+                phi_t: &driven,
+                before: &before,
+                now: &mut at,
+            };
+            regularization.update(dt, &rows, &jv, past, &mut rest);
+            let h: Vec<f64> = (0..count)
+                .map(|r| {
+                    let weights = &regularization.weights;
+                    assert_eq!(at[r], jv[r] + driven[r]);
+                    weights.now[r] * at[r] - weights.before[r] * before[r]
+                })
+                .collect();
+            let mut of_known = of(0);
+            regularization.update(dt, &rows, &jv, Known::Rates(&h), &mut of_known);
+            assert_eq!(of_known, rest);
             for r in 0..count {
                 let [p0, p1, p2, p3] = std::array::from_fn(|k| phi[k][r]);
                 let taken = match scheme {
@@ -297,10 +283,9 @@ mod tests {
                         p2 + a * (p3 - 2.0 * p2 + p1) + gamma * (p3 - 3.0 * p2 + 3.0 * p1 - p0)
                     }
                 };
-                let mu = (regularization.c[r] - (next[r] - drive[r])) / regularization.sigma[r];
+                let mu = (rest[r] + jv[r] - (next[r] - drive[r])) / regularization.sigma[r];
                 let left = rows.compliance[r] * mu / dt + taken + rows.damping[r] * next[r];
                 assert!(left.abs() < 1e-13, "{scheme}, row {r}: {left}");
-                assert!((rest[r] - (regularization.c[r] - jv[r])).abs() < 1e-13);
             }
         }
     }

@@ -296,9 +296,9 @@ impl Stepper {
             advanced: self.stage.advanced(),
             holding: self.holding,
             implicit: matches!(self.stage, Stage::Advanced { implicit: true, .. }),
-            impulses: self.mu.clone(),
+            impulses: self.mu.to_vec(),
             impulse_time: self.mu_dt,
-            tension: self.tension_known.then(|| self.tension.clone()),
+            tension: self.tension_known.then(|| self.tension.to_vec()),
             places: self.bounded.places().collect(),
             ages: self.closing.ages().to_vec(),
             slips: self.slip.motions(),
@@ -306,13 +306,13 @@ impl Stepper {
             contact_time: self.contacts.known().1,
             velocity: numbers_of(&self.pieces.v, bodies),
             velocity_change: numbers_of(&self.pieces.dv, bodies),
-            drive: self.pieces.rows.phi_t.clone(),
+            drive: self.pieces.rows.phi_t.to_vec(),
             account: self.account.clone(),
             watch: self.rest.as_ref().map(|rest| rest.watch.clone()),
             past: Past {
                 known: *known,
-                rate: rate.clone(),
-                drive: phi_t.clone(),
+                rate: rate.to_vec(),
+                drive: phi_t.to_vec(),
                 velocity: numbers_of(v, bodies),
             },
         }
@@ -360,11 +360,11 @@ impl Stepper {
             };
         }
         stepper.holding = saved.holding;
-        stepper.mu = saved.impulses;
+        stepper.mu = saved.impulses.into();
         stepper.mu_dt = saved.impulse_time;
         stepper.tension_known = saved.tension.is_some();
         if let Some(tension) = saved.tension {
-            stepper.tension = tension;
+            stepper.tension = tension.into();
         }
         stepper.bounded.put(&saved.places);
         stepper.closing.put(&saved.ages);
@@ -372,7 +372,7 @@ impl Stepper {
         stepper.contacts.put(saved.contacts, saved.contact_time);
         let rows = &mut stepper.pieces.rows;
         rows.update(&stepper.scene, saved.time);
-        rows.phi_t = saved.drive;
+        rows.phi_t = saved.drive.into();
         put_into(&mut stepper.pieces.v, &saved.velocity);
         put_into(&mut stepper.pieces.dv, &saved.velocity_change);
         stepper.account = saved.account;
@@ -380,8 +380,8 @@ impl Stepper {
             rest.watch = watch;
         }
         stepper.history.known = saved.past.known;
-        stepper.history.rate = saved.past.rate;
-        stepper.history.phi_t = saved.past.drive;
+        stepper.history.rate = saved.past.rate.into();
+        stepper.history.phi_t = saved.past.drive.into();
         put_into(&mut stepper.history.v, &saved.past.velocity);
         Ok(stepper)
     }

@@ -24,10 +24,12 @@ use crate::identity::Identities;
 use crate::options::Excess;
 use crate::pieces::Pieces;
 use crate::plan::Plan;
+use crate::regularization::Known;
 use crate::report::Tally;
 use crate::slip::Slip;
 use crate::{GeometricStiffness, Phase, StepError, StepOptions, StepReport, equilibrium, motion};
 use nalgebra::Vector3;
+use taut_lanes::Aligned;
 use taut_model::{Constraint, Scene};
 use taut_solver::{
     Backend, Capabilities, Chosen, DenseOptions, Foreign, LinearSolver, RefineScratch, SolveError,
@@ -55,11 +57,11 @@ pub struct Stepper {
     pub(crate) plan: Plan,
     pub(crate) matrix: SymBlockMatrix,
     /// Right-hand side and solution of the linear system, length `matrix.dim()`.
-    pub(crate) rhs: Vec<f64>,
-    pub(crate) x: Vec<f64>,
+    pub(crate) rhs: Aligned,
+    pub(crate) x: Aligned,
     scratch: RefineScratch,
     /// Multipliers and a residual in the order of the scene's rows.
-    pub(crate) in_rows: [Vec<f64>; 2],
+    pub(crate) in_rows: [Aligned; 2],
     /// `pieces.rows` is the linearisation of the present state, but for ∂φ/∂t, which is the last step's.
     pub(crate) pieces: Pieces,
     /// Which rows are at their bounds.
@@ -78,11 +80,11 @@ pub struct Stepper {
     pub(crate) columns: [Vec<f64>; 2],
     pub(crate) history: History,
     /// Impulses μ = Δt λ of the last solve, one a row.
-    pub(crate) mu: Vec<f64>,
+    pub(crate) mu: Aligned,
     /// Length of the step that `mu` belongs to \[s].
     pub(crate) mu_dt: f64,
     /// λ that the geometric stiffness is made of, one a row \[N, N m].
-    pub(crate) tension: Vec<f64>,
+    pub(crate) tension: Aligned,
     /// Whether `tension` is that of some solve.
     pub(crate) tension_known: bool,
     /// Whether the first step has begun.
@@ -249,14 +251,14 @@ impl Stepper {
             time: 0.0,
             solver,
             matrix: SymBlockMatrix::zeros(plan.pattern.clone()),
-            rhs: vec![0.0; dim],
-            x: vec![0.0; dim],
+            rhs: Aligned::new(dim),
+            x: Aligned::new(dim),
             scratch: RefineScratch::new(dim),
-            in_rows: [vec![0.0; rows], vec![0.0; rows]],
+            in_rows: [(); 2].map(|()| Aligned::new(rows)),
             history,
-            mu: vec![0.0; rows],
+            mu: Aligned::new(rows),
             mu_dt: dt,
-            tension: vec![0.0; rows],
+            tension: Aligned::new(rows),
             tension_known: false,
             started: false,
             fresh: Vec::new(),
@@ -538,17 +540,16 @@ impl Stepper {
         // The driven part of r_n is that of the step that led here.
         let rates = (&**jv, &*history.phi_t);
         self.closing.weigh(pieces, &weights, rates, dt);
-        pieces.regularization.combine_rates(
-            rates,
-            &history.rate,
-            &mut history.rate_now,
-            &mut pieces.known,
-        );
         pieces.rows.drive(&self.scene, self.time, self.time + dt);
         self.slip.forget();
         let stiff = stiffness != GeometricStiffness::Off;
         pieces.soften_transverse_rows(&self.tension, stiff);
-        pieces.regularize(dt, jv);
+        let past = Known::Past {
+            phi_t: &history.phi_t,
+            before: &history.rate,
+            now: &mut history.rate_now,
+        };
+        pieces.regularize(dt, jv, past);
         self.closing.round_kinks(pieces, &history.rate_now, dt);
     }
 

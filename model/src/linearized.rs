@@ -6,7 +6,7 @@
 use std::ops::{Deref, Range};
 
 use nalgebra::Vector3;
-use taut_lanes::Lanes;
+use taut_lanes::{Aligned, Lanes};
 
 use crate::body_vectors::BodyVectors;
 use crate::constraint::{Constraint, RowKind, Rows};
@@ -111,14 +111,14 @@ pub struct Linearized {
     /// Blocks of the Jacobian, constraint by constraint, in the order of the sides; world sides have none.
     pub slots: Vec<Slot>,
     /// Violations φ at t, one a row \[m or rad].
-    pub phi: Vec<f64>,
+    pub phi: Aligned,
     /// ∂φ/∂t of prescribed motions, as the mean over \[t, t_next], one a row \[m/s or rad/s].
-    pub phi_t: Vec<f64>,
+    pub phi_t: Aligned,
     /// Compliances ε, one a row \[m/N or rad/(N m)]. Those of transverse rows are zero until the time stepper sets
     /// them: see [`Transverse`].
-    pub compliance: Vec<f64>,
+    pub compliance: Aligned,
     /// Damping times τ, one a row \[s].
-    pub damping: Vec<f64>,
+    pub damping: Aligned,
     /// The blocks of the constraints that are no [joints](Linearized::joints), rows × 6 numbers each, row by row, see
     /// [`Slot::offset`]; any block, with its units, is [`Linearized::block`].
     pub jacobian: Vec<f64>,
@@ -181,10 +181,10 @@ impl Linearized {
         lin.packs = Packs::new(scene, &lin.row_start, &lin.slot_start);
         let other = |c: &usize| !Packs::holds(&scene.constraints[*c]);
         lin.others = (0..scene.constraints.len()).filter(other).collect();
-        lin.phi = vec![0.0; rows];
-        lin.phi_t = vec![0.0; rows];
-        lin.compliance = vec![0.0; rows];
-        lin.damping = vec![0.0; rows];
+        lin.phi = Aligned::new(rows);
+        lin.phi_t = Aligned::new(rows);
+        lin.compliance = Aligned::new(rows);
+        lin.damping = Aligned::new(rows);
         lin.jacobian = vec![0.0; values];
         lin.levers = vec![Vector3::zeros(); lin.slots.len()];
         lin

@@ -281,8 +281,8 @@ mod tests {
         assert_eq!(scene.constraint_names[4], "link-5");
         let mut lin = Linearized::new(&scene);
         lin.update(&scene, 0.0);
-        assert_eq!(lin.phi, [0.0; 5]);
-        assert_eq!(lin.compliance, [1e-8; 5]);
+        assert_eq!(*lin.phi, [0.0; 5]);
+        assert_eq!(*lin.compliance, [1e-8; 5]);
         assert!((0..5).all(|i| check_jacobian(&scene, i).max < 1e-9));
     }
 

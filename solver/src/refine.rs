@@ -6,13 +6,13 @@
 
 use crate::claim::Judge;
 use crate::{LinearSolver, SolveError, SolveReport, Status, SymBlockMatrix, norm_inf};
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, dispatch};
 
 /// Buffers of a refinement, made once.
 #[derive(Debug, Clone, Default)]
 pub struct RefineScratch {
-    residual: Vec<f64>,
-    correction: Vec<f64>,
+    residual: Aligned,
+    correction: Aligned,
 }
 
 impl RefineScratch {
@@ -20,8 +20,8 @@ impl RefineScratch {
     #[must_use]
     pub fn new(dim: usize) -> Self {
         Self {
-            residual: vec![0.0; dim],
-            correction: vec![0.0; dim],
+            residual: Aligned::new(dim),
+            correction: Aligned::new(dim),
         }
     }
 }

@@ -81,7 +81,7 @@ impl Stepper {
         let touches = self.contacts.touches.iter().filter(|touch| touch.active);
         problem.solution = Some(ContactSolution {
             velocities: self.velocities(true),
-            joints: self.mu.clone(),
+            joints: self.mu.to_vec(),
             contacts: touches.flat_map(|touch| touch.impulse).collect(),
         });
         self.pieces.dv = change;

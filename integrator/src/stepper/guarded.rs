@@ -16,6 +16,7 @@
 
 use crate::gyroscopic;
 use crate::pieces::Pieces;
+use crate::regularization::Known;
 use crate::stepper::{Stage, Stepper};
 use crate::{Guard, Phase, Scheme, StepError};
 use nalgebra::Vector3;
@@ -264,7 +265,10 @@ impl Stepper {
         self.pieces.soften_transverse_rows(&self.tension, true);
         self.pieces.weigh(&[Scheme::LinearlyImplicit.weights(); 4]);
         self.slip.take_out(&mut self.pieces);
-        self.pieces.regularize(dt, &self.in_rows[0]);
+        let known = std::mem::take(&mut self.pieces.known);
+        let jv = &self.in_rows[0];
+        self.pieces.regularize(dt, jv, Known::Rates(&known));
+        self.pieces.known = known;
         self.closing.leave_drift(&mut self.pieces, dt);
         self.tally.end(Phase::Linearize);
         self.solve_linearized(dt)?;

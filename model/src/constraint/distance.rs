@@ -266,7 +266,7 @@ mod tests {
         let mut scene = driven(Vector3::zeros());
         let mut lin = linearized(&scene, 0.0);
         lin.drive(&scene, 0.0, 0.0);
-        assert_eq!(lin.phi, [-LENGTH, 0.0, 0.0]);
+        assert_eq!(*lin.phi, [-LENGTH, 0.0, 0.0]);
         assert_eq!(lin.transverse[0].distance, 0.0);
         assert_eq!(lin.block(0)[..3], [0.0, 0.0, -1.0]);
         assert!(lin.jacobian.iter().all(|j| j.is_finite()));
@@ -278,7 +278,7 @@ mod tests {
         // Resting there.
         scene.constraints[0].frames_mut()[0].side = crate::Side::World(Motion::Fixed);
         lin.drive(&scene, 0.0, 0.5);
-        assert_eq!(lin.phi_t, [0.0; 3]);
+        assert_eq!(*lin.phi_t, [0.0; 3]);
     }
 
     #[test]
@@ -303,7 +303,7 @@ mod tests {
                 assert!((rate * 0.2 - t.dot(&d)).abs() < 1e-15);
             }
             lin.drive(&scene, t, t);
-            assert_eq!(lin.phi_t, [0.0; 3]);
+            assert_eq!(*lin.phi_t, [0.0; 3]);
         }
     }
 
@@ -314,8 +314,8 @@ mod tests {
         let found = lin.transverse[0];
         assert_eq!((found.length_row, found.rows()), (0, 1..3));
         assert!((found.distance - gap_at(&scene, 0.0).norm()).abs() < 1e-14);
-        assert_eq!(lin.compliance, [LAW.compliance, 0.0, 0.0]);
-        assert_eq!(lin.damping, [LAW.damping, 0.0, 0.0]);
+        assert_eq!(*lin.compliance, [LAW.compliance, 0.0, 0.0]);
+        assert_eq!(*lin.damping, [LAW.damping, 0.0, 0.0]);
         let levers = |lin: &crate::Linearized| [lin.lever(0), lin.lever(1)];
         for (lever, frame) in levers(&lin).iter().zip(scene.constraints[0].frames()) {
             assert_eq!(*lever, frame.resolve(&scene.bodies, 0.0).lever);

@@ -74,6 +74,14 @@ impl<'a> IntoIterator for &'a mut Aligned {
     }
 }
 
+impl From<Vec<f64>> for Aligned {
+    fn from(numbers: Vec<f64>) -> Self {
+        let mut aligned = Self::new(numbers.len());
+        aligned.copy_from_slice(&numbers);
+        aligned
+    }
+}
+
 impl Clone for Aligned {
     fn clone(&self) -> Self {
         let mut clone = Self::aligned_at(self.len, self.aligned);

@@ -196,7 +196,7 @@ pub fn settle(mut scene: Scene) -> Result<Scene, StepError> {
         if !last.is_empty() && change <= 1e-14 * size {
             break;
         }
-        last.clone_from(&rows.phi);
+        last = rows.phi.to_vec();
     }
     Ok(scene)
 }

@@ -189,6 +189,6 @@ fn spans_of_length_zero_are_finite() {
     scene.bodies.position[1] = Vector3::zeros();
     let mut lin = Linearized::new(&scene);
     lin.update(&scene, 0.0);
-    assert_eq!(lin.phi, [-5.0]);
+    assert_eq!(*lin.phi, [-5.0]);
     assert!(lin.jacobian.iter().all(|j| j.is_finite()));
 }
