@@ -40,7 +40,7 @@ use taut_lanes::vector::{Vec3, dot};
 use taut_lanes::{Lanes, Level, WideKernel, dispatch_wide};
 use taut_model::BodyVectors;
 use taut_model::body_vectors::{packed, unpacked};
-use taut_model::lanes::{Numbers, PACK, part};
+use taut_model::lanes::{Numbers, PACK, in_packs, part};
 use taut_model::{Constraint, Joint, Linearized, RowKind, Scene, Side, Wrench};
 
 /// K of all bodies, and the angular velocities that the relative form refers to.
@@ -180,7 +180,8 @@ impl Geometric {
     }
 
     /// The angular velocities g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are
-    /// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K.
+    /// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K. The linear numbers of g
+    /// have no meaning.
     pub(crate) fn drive(
         &self,
         form: GeometricStiffness,
@@ -192,10 +193,10 @@ impl Geometric {
         match form {
             GeometricStiffness::Off => g.clear(),
             GeometricStiffness::Inertia { alpha } => {
-                g.combine((gamma * alpha, now), (-gamma * alpha, before));
+                g.combine_last((gamma * alpha, now), (-gamma * alpha, before));
             }
             GeometricStiffness::Relative { alpha } => {
-                g.combine((alpha, &self.reference), (-alpha, now));
+                g.combine_last((alpha, &self.reference), (-alpha, now));
             }
         }
     }
@@ -217,13 +218,7 @@ fn bending(scene: &Scene, rows: &Linearized) -> Vec<Numbers> {
         }
     };
     let of_joint = |joint: &Joint| stiffness(&scene.constraints[joint.constraint]);
-    let all: Vec<f64> = rows.joints().iter().map(of_joint).collect();
-    let packs = all.chunks(PACK).map(|pack| {
-        let mut padded = [RIGID; PACK];
-        padded[..pack.len()].copy_from_slice(pack);
-        padded
-    });
-    packs.collect()
+    in_packs(rows.joints().iter().map(of_joint), RIGID)
 }
 
 /// K of the joints.

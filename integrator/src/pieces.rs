@@ -14,9 +14,11 @@ use crate::geometric::{Geometric, wrench};
 use crate::inertia::Inertia;
 use crate::options::Weights;
 use crate::regularization::{Known, Regularization};
-use taut_lanes::{Aligned, Isa, Kernel, Level, dispatch};
+use taut_lanes::vector::dot;
+use taut_lanes::{Aligned, Isa, Kernel, Lanes, Level, WideKernel, dispatch, dispatch_wide};
 use taut_model::BodyVectors;
-use taut_model::{Bodies, Constraint, Linearized, RowKind, Scene};
+use taut_model::lanes::{Numbers, in_packs};
+use taut_model::{Bodies, Constraint, Joint, Linearized, RowKind, Scene};
 
 /// The pieces M̃, J, Σ, c, Δt f, and the velocity change that goes with the present multipliers.
 pub(crate) struct Pieces {
@@ -25,7 +27,9 @@ pub(crate) struct Pieces {
     weighting: Vec<Weighting>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
-    /// The gaps that turn.
+    /// Scales of the joints' gaps, as [`Gap`] has them, pack by pack; empty where they are among the `gaps`.
+    joint_gaps: Vec<Numbers>,
+    /// The other gaps that turn: all where a constraint can be idle.
     gaps: Vec<Gap>,
     /// Constraints whose only row is at a bound: what they measure does not act. Empty where no row has bounds.
     pub(crate) idle: Vec<bool>,
@@ -57,11 +61,18 @@ impl Pieces {
             .flat_map(|(kind, rows, _)| std::iter::repeat_n(Weighting::of(kind), rows))
             .collect();
         let speed = |r: &usize| weighting[*r] == Weighting::Speed;
+        let gap = |c: usize| Gap::of(c, &scene.constraints[c], &rows, &weighting);
+        let (mut joint_gaps, mut gaps): (_, Vec<usize>) = (Vec::new(), rows.others().to_vec());
+        if rows.bounds.is_empty() {
+            let scale = |joint: &Joint| gap(joint.constraint).map_or(0.0, |gap| gap.scale);
+            joint_gaps = in_packs(rows.joints().iter().map(scale), 0.0);
+        } else {
+            gaps = (0..rows.constraints()).collect();
+        }
         Self {
             speed_rows: (0..count).filter(speed).collect(),
-            gaps: (scene.constraints.iter().enumerate())
-                .filter_map(|(c, constraint)| Gap::of(c, constraint, &rows, &weighting))
-                .collect(),
+            gaps: gaps.into_iter().filter_map(gap).collect(),
+            joint_gaps,
             weighting,
             idle: vec![
                 false;
@@ -220,11 +231,15 @@ impl Pieces {
     /// Largest distance of a gap from its prediction, over the length that turns; slack cables have none. NaN where a gap
     /// is.
     pub(crate) fn disagreement(&self) -> f64 {
-        let mut worst = 0.0_f64;
+        let joints = JointGaps {
+            rows: &self.rows,
+            predicted: &self.predicted,
+            scales: &self.joint_gaps,
+        };
+        let mut worst = dispatch_wide(Level::best(), joints);
         for gap in &self.gaps {
             let relative = gap.square(&self.rows.phi, &self.predicted) * gap.scale;
             let is_less = relative <= worst;
-            // Rare, but for the first.
             if !is_less {
                 if relative.is_nan() {
                     return f64::NAN;
@@ -235,6 +250,36 @@ impl Pieces {
             }
         }
         worst.sqrt()
+    }
+}
+
+/// Largest square of [`Pieces::disagreement`] among the joints; NaN where one is not finite.
+struct JointGaps<'a> {
+    rows: &'a Linearized,
+    predicted: &'a [f64],
+    scales: &'a [Numbers],
+}
+
+impl WideKernel for JointGaps<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<V: Lanes, const L: usize>(self) -> f64 {
+        let [mut worst, mut sum] = [V::splat(0.0); 2];
+        let scales = self.scales.iter().flat_map(|pack| pack.as_chunks::<L>().0);
+        for (joints, scale) in self.rows.joint_lanes::<L>().zip(scales) {
+            let [x, y, z, ..] = joints.rows_of::<V>(&self.rows.phi);
+            let [p, q, r, ..] = joints.rows_of::<V>(self.predicted);
+            let gap = [x - p, y - q, z - r];
+            let relative = dot(&gap, &gap) * V::load(scale);
+            (worst, sum) = (relative.max(worst), sum + relative);
+        }
+        // A largest number passes over NaN, a sum does not.
+        if sum.all_below(V::splat(f64::INFINITY)) {
+            worst.max_lane()
+        } else {
+            f64::NAN
+        }
     }
 }
 
@@ -299,15 +344,9 @@ struct Gap {
 
 impl Gap {
     /// Squared distance between the gap and its prediction \[m²].
-    #[inline]
     fn square(&self, found: &[f64], predicted: &[f64]) -> f64 {
-        let (found, predicted) = (&found[self.first..], &predicted[self.first..]);
-        // The gaps of joints, of three rows, without a loop.
-        if let (3, [a, b, c, ..], [x, y, z, ..]) = (self.rows, found, predicted) {
-            let [a, b, c] = [a - x, b - y, c - z];
-            return a * a + b * b + c * c;
-        }
-        let pairs = found[..self.rows].iter().zip(&predicted[..self.rows]);
+        let rows = self.first..self.first + self.rows;
+        let pairs = found[rows.clone()].iter().zip(&predicted[rows]);
         pairs.map(|(a, b)| (a - b) * (a - b)).sum()
     }
 

@@ -205,10 +205,19 @@ impl BodyVectors {
     }
 
     /// x a + y b, given as pairs of a factor and numbers.
-    pub fn combine(&mut self, (x, a): (f64, &Self), (y, b): (f64, &Self)) {
+    pub fn combine(&mut self, a: (f64, &Self), b: (f64, &Self)) {
+        self.combine_from(0, a, b);
+    }
+
+    /// The same of the last three numbers of each body.
+    pub fn combine_last(&mut self, a: (f64, &Self), b: (f64, &Self)) {
+        self.combine_from(3 * self.room, a, b);
+    }
+
+    fn combine_from(&mut self, first: usize, (x, a): (f64, &Self), (y, b): (f64, &Self)) {
         let combine = Combine {
-            to: &mut self.values,
-            of: [(x, &a.values), (y, &b.values)],
+            to: &mut self.values[first..],
+            of: [(x, &a.values[first..]), (y, &b.values[first..])],
         };
         dispatch(Level::best(), combine);
     }

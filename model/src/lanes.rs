@@ -11,6 +11,19 @@ pub const PACK: usize = 8;
 /// One number of each joint or body of a pack.
 pub type Numbers = [f64; PACK];
 
+/// Numbers of joints or bodies in packs, the last of which is filled up with `padding`.
+#[must_use]
+pub fn in_packs(numbers: impl Iterator<Item = f64>, padding: f64) -> Vec<Numbers> {
+    let mut packs = Vec::new();
+    for (k, x) in numbers.enumerate() {
+        if k % PACK == 0 {
+            packs.push([padding; PACK]);
+        }
+        packs[k / PACK][k % PACK] = x;
+    }
+    packs
+}
+
 /// Whether bodies are one after the other.
 pub(crate) fn follow(bodies: &[usize]) -> bool {
     bodies.windows(2).all(|pair| pair[1] == pair[0] + 1)

@@ -22,6 +22,9 @@ use crate::constraint::{Constraint, RowKind, Rows};
 use crate::lanes::{Numbers, PACK, PerLanes, load_part, part};
 use crate::scene::Scene;
 
+/// How far a twist may be from the reference that unwraps it: a step may turn it by the rest of half a turn \[rad].
+const FAR: f64 = 0.25;
+
 /// The Jacobians of eight joints: a [`JointJacobian`] as it stands in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C, align(64))]
@@ -245,13 +248,15 @@ impl Packs {
         }
     }
 
-    /// Moves the unwrapping references of the joints to their twists among the violations `phi` of the present state: here
-    /// and in the scene.
+    /// Moves the unwrapping references of the joints to their twists among the violations `phi` of the present state, here
+    /// and in the scene: those that are far from them, for the rest unwraps to the same, and the constraints of long cables
+    /// are far away in memory.
     pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64]) {
         for (joints, frames) in self.joints.chunks_exact(PACK).zip(&mut self.frames) {
             for (joint, reference) in joints.iter().zip(&mut frames.twist) {
-                if joint.winds {
-                    *reference = phi[joint.row + joint.rows - 1];
+                let twist = phi[joint.row + joint.rows - 1];
+                if joint.winds && (twist - *reference).abs() > FAR {
+                    *reference = twist;
                     scene.constraints[joint.constraint].set_twist_reference(*reference);
                 }
             }

@@ -253,7 +253,9 @@ impl Stepper {
         // Δt² K (ω_k − ω) with ω_k = 0 at q itself.
         match pass {
             Pass::Next => pieces.drive.copy_from(&pieces.dv),
-            _ => pieces.drive.combine((-1.0, &pieces.v), (0.0, &pieces.v)),
+            _ => pieces
+                .drive
+                .combine_last((-1.0, &pieces.v), (0.0, &pieces.v)),
         }
         // The inertia is that of the beginning.
         self.substep_start.restore(&mut self.scene.bodies);

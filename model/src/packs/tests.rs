@@ -80,6 +80,7 @@ fn lanes_do_joints_of_every_kind() {
         let turn = UnitQuaternion::from_scaled_axis(Vector3::new(x, y, z));
         turn.to_rotation_matrix().into_inner()
     };
+    let mut followed = [0; 2];
     for (kinds, reversed) in [
         ([0; 4], false),
         ([1; 4], false),
@@ -95,6 +96,7 @@ fn lanes_do_joints_of_every_kind() {
                 let Constraint::Cosserat(c) = c else {
                     continue;
                 };
+                c.twist_reference = if k % 3 == 1 { 2.0 } else { 0.0 };
                 let kind = kinds[k % 4];
                 c.law.bend = c.law.bend.filter(|_| [0, 1].contains(&kind));
                 c.law.twist = c.law.twist.filter(|_| [0, 2].contains(&kind));
@@ -116,18 +118,27 @@ fn lanes_do_joints_of_every_kind() {
             for _ in 0..2 {
                 lin.update(&scene, 0.0);
                 assert_agree(&lin, &scene, &case);
+                let before = scene.constraints.clone();
                 lin.follow_windings(&mut scene, 0.0);
-            }
-            for (k, c) in scene.constraints.iter().enumerate() {
-                if let Constraint::Cosserat(c) = c
-                    && c.law.twist.is_some()
-                {
-                    let twist = lin.phi[lin.row_range(k).end - 1];
-                    assert_eq!(c.twist_reference, twist, "{case}");
+                for (k, pair) in scene.constraints.iter().zip(&before).enumerate() {
+                    if let (Constraint::Cosserat(c), Constraint::Cosserat(before)) = pair
+                        && c.law.twist.is_some()
+                    {
+                        let twist = lin.phi[lin.row_range(k).end - 1];
+                        let is_far = (twist - before.twist_reference).abs() > FAR;
+                        let expected = if is_far {
+                            twist
+                        } else {
+                            before.twist_reference
+                        };
+                        assert_eq!(c.twist_reference, expected, "{case}");
+                        followed[usize::from(is_far)] += 1;
+                    }
                 }
             }
         }
     }
+    assert!(followed.iter().all(|count| *count > 0), "{followed:?}");
 }
 
 /// Bends beside a half turn, exact or nearly so, have no division by zero.
