@@ -10,7 +10,7 @@
 mod evaluation;
 mod products;
 
-use evaluation::{Evaluation, Frames};
+use evaluation::{Evaluation, Frames, Lagging};
 use nalgebra::Vector3;
 use products::{Rates, Transposed};
 use taut_lanes::vector::{Vec3, combine, cross, dot, gather, scale, scale_add};
@@ -66,6 +66,13 @@ pub struct Joint {
     kind: Kind,
     /// Whether the last row is a twist.
     winds: bool,
+}
+
+impl Joint {
+    /// The last of its rows among the violations: the twist where it winds.
+    fn twist(&self, phi: &[f64]) -> f64 {
+        phi[self.row + self.rows - 1]
+    }
 }
 
 /// Where the joints of a pack stand.
@@ -252,11 +259,13 @@ impl Packs {
     /// and in the scene: those that are far from them, for the rest unwraps to the same, and the constraints of long cables
     /// are far away in memory.
     pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64]) {
+        if !dispatch_wide(Level::best(), Lagging { joints: self, phi }) {
+            return;
+        }
         for (joints, frames) in self.joints.chunks_exact(PACK).zip(&mut self.frames) {
             for (joint, reference) in joints.iter().zip(&mut frames.twist) {
-                let twist = phi[joint.row + joint.rows - 1];
-                if joint.winds && (twist - *reference).abs() > FAR {
-                    *reference = twist;
+                if joint.winds && (joint.twist(phi) - *reference).abs() > FAR {
+                    *reference = joint.twist(phi);
                     scene.constraints[joint.constraint].set_twist_reference(*reference);
                 }
             }

@@ -14,6 +14,7 @@ use crate::bounded::Verdict;
 use crate::pieces::Pieces;
 use crate::plan::{BlockOf, Plan};
 use crate::{Form, Phase, StepError};
+use taut_lanes::{Isa, Kernel, Level, dispatch};
 use taut_solver::{SolveError, SolveReport};
 
 impl Stepper {
@@ -42,10 +43,8 @@ impl Stepper {
             self.end_slip();
         }
         self.mu_dt = dt;
-        let frequency = 1.0 / dt;
-        for (tension, mu) in self.tension.iter_mut().zip(&self.mu) {
-            *tension = mu * frequency;
-        }
+        let tension = Multiply(1.0 / dt, &self.mu, &mut self.tension);
+        dispatch(Level::best(), tension);
         self.tension_known = true;
         self.stage = Stage::Solved;
         Ok(())
@@ -264,4 +263,18 @@ fn schur_residual(
     plan.scatter_multipliers(&pieces.rows, x, 1.0, mu);
     pieces.residual(mu, residual);
     plan.gather(&pieces.rows, None, residual, 1.0, r);
+}
+
+/// y ← a x.
+struct Multiply<'a>(f64, &'a [f64], &'a mut [f64]);
+
+impl Kernel for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(self) {
+        for (y, x) in self.2.iter_mut().zip(self.1) {
+            *y = self.0 * x;
+        }
+    }
 }

@@ -7,7 +7,7 @@ use taut_lanes::vector::{
 };
 use taut_lanes::{Lanes, WideKernel};
 
-use super::{Angles, Joint, Pack, Packs};
+use super::{Angles, FAR, Joint, Pack, Packs};
 use crate::body::Bodies;
 use crate::constraint::gap::gap;
 use crate::constraint::{BendTwist, bends_little};
@@ -156,6 +156,37 @@ impl WideKernel for Evaluation<'_> {
                 write_some::<L>(joints, angles, &gradients, self.phi, (pack, lane));
             }
         }
+    }
+}
+
+/// Whether a twist among the violations `phi` is far from what it is unwrapped against.
+pub(super) struct Lagging<'a> {
+    pub(super) joints: &'a Packs,
+    pub(super) phi: &'a [f64],
+}
+
+impl WideKernel for Lagging<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Lanes, const L: usize>(self) -> bool {
+        let Self { joints, phi } = self;
+        let mut largest = V::splat(0.0);
+        for first in (0..joints.count).step_by(L) {
+            let some = joints.lanes_at::<L>(first);
+            let reference = part::<_, L>(&joints.frames[first / PACK].twist, first % PACK);
+            if some.shape().full && some.shape().angles == Angles::All {
+                let [.., twist] = some.rows_of::<V>(phi);
+                largest = (twist - V::load(reference)).abs().max(largest);
+                continue;
+            }
+            for (joint, reference) in joints.joints[first..first + L].iter().zip(reference) {
+                if joint.winds && (joint.twist(phi) - reference).abs() > FAR {
+                    return true;
+                }
+            }
+        }
+        !largest.all_below(V::splat(FAR))
     }
 }
 
