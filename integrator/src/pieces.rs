@@ -237,6 +237,9 @@ impl Pieces {
             scales: &self.joint_gaps,
         };
         let mut worst = dispatch_wide(Level::best(), joints);
+        if worst.is_nan() {
+            return worst;
+        }
         for gap in &self.gaps {
             let relative = gap.square(&self.rows.phi, &self.predicted) * gap.scale;
             let is_less = relative <= worst;
@@ -410,5 +413,48 @@ fn turning_length(constraint: &Constraint) -> f64 {
         Constraint::Fairlead(_) => lever,
         _ if constraint.has_stretch_rows() => lever,
         _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use taut_model::{Distance, Frame, HoistParams, RowLaw};
+
+    /// Of joints in lanes and of a link beside them: each gap off its prediction is found, over its own length, and so is
+    /// each that is no number.
+    #[test]
+    fn every_gap_off_its_prediction_is_a_disagreement() {
+        for segments in [1, 9, 16] {
+            let params = HoistParams {
+                segments,
+                ..HoistParams::default()
+            };
+            let mut scene = params.build().unwrap();
+            let link = Distance {
+                frames: [Frame::world(Vector3::x()), Frame::body(0, Vector3::zeros())],
+                length: 0.7,
+                law: RowLaw::RIGID,
+                transverse: false,
+            };
+            scene.add_constraint("link", Constraint::Distance(link), 0);
+            let mut pieces = Pieces::new(&scene);
+            pieces.rows.update(&scene, 0.0);
+            pieces.predicted.copy_from_slice(&pieces.rows.phi);
+            assert_eq!(pieces.disagreement(), 0.0);
+            for (c, constraint) in scene.constraints.iter().enumerate() {
+                let row = pieces.rows.row_range(c).start;
+                let exact = pieces.predicted[row];
+                pieces.predicted[row] += 1e-3;
+                let turned = pieces.disagreement() * turning_length(constraint);
+                assert!((turned - 1e-3).abs() < 1e-12, "{segments} {c}: {turned}");
+                for lost in [f64::NAN, f64::INFINITY] {
+                    pieces.predicted[row] = lost;
+                    assert!(!pieces.disagreement().is_finite(), "{segments} {c}");
+                }
+                pieces.predicted[row] = exact;
+            }
+        }
     }
 }
