@@ -53,7 +53,7 @@ impl Stepper {
 
     /// Puts the bodies into another state of the same scene, at a time \[s]; multipliers stay (they are zero after a step
     /// that failed), the past is taken to be like that state, velocities are taken as they are, and each twist row unwraps
-    /// to the angle within half a turn of its last one; cables over sheaves lie as they do, unless they are
+    /// to the angle within half a turn of its last one, to 0.01 rad; cables over sheaves lie as they do, unless they are
     /// [laid](Self::lay_cables) as in that state before. Allocates nothing. Where it fails nothing has changed.
     ///
     /// # Errors
@@ -409,7 +409,7 @@ fn refused(what: String, reason: &'static str) -> StepError {
 mod tests {
     use super::*;
     use crate::{Form, StepOptions};
-    use taut_model::Scene;
+    use taut_model::{Body, Constraint, Frame, RowLaw, Scene, Spherical};
 
     fn options() -> StepOptions {
         let backend = taut_solver::Backend::Dense(taut_solver::DenseOptions::default());
@@ -503,5 +503,31 @@ mod tests {
             assert!(message.contains(named), "{message}");
             assert_eq!((stepper.scene(), stepper.time()), (&before, time));
         }
+    }
+
+    /// The rate that a changed velocity takes from the past is that of one step, in joints between bodies too.
+    #[test]
+    fn a_step_forgets_what_a_changed_velocity_took_from_the_past() {
+        let mut scene = Scene::new("towed");
+        let hook = scene.add_body("hook", Body::sphere(0.1, 1.0));
+        scene.bodies.mobility[hook] = Mobility::Driven;
+        let rope = scene.add_body("rope", Body::rod(1.0, 0.02, 1.0));
+        scene.bodies.position[rope] = -0.5 * Vector3::z();
+        let stretch = RowLaw {
+            compliance: 1e-6,
+            damping: 0.0,
+        };
+        let ends = [(hook, 0.0), (rope, 0.5)];
+        let frames = ends.map(|(body, z)| Frame::body(body, Vector3::z() * z));
+        let joint = Constraint::Spherical(Spherical { frames, stretch });
+        scene.add_constraint("joint", joint, 0);
+        let mut stepper = Stepper::new(scene, StepOptions::default()).unwrap();
+        stepper.step().unwrap();
+        stepper
+            .set_velocity(hook, Vector3::x(), Vector3::zeros())
+            .unwrap();
+        assert_eq!(stepper.history.phi_t[0].abs(), 1.0);
+        stepper.step().unwrap();
+        assert_eq!(*stepper.history.phi_t, [0.0; 3]);
     }
 }

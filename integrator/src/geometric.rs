@@ -180,8 +180,8 @@ impl Geometric {
     }
 
     /// The angular velocities g of the term Δt² K g on the right-hand side of the velocity change: `now` and `before` are
-    /// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K. The linear numbers of g
-    /// have no meaning.
+    /// the bodies' velocities, `gamma` the scheme's weight of the third difference over that of K. Only the angular
+    /// numbers of g are set.
     pub(crate) fn drive(
         &self,
         form: GeometricStiffness,

@@ -4,7 +4,7 @@ use crate::contact::{Contacts, Known};
 use nalgebra::{UnitQuaternion, Vector3};
 use taut_lanes::Aligned;
 use taut_model::scene::reeving::Laid;
-use taut_model::{Bodies, BodyVectors, Linearized, Scene};
+use taut_model::{Bodies, BodyVectors, Scene};
 
 /// The moving part of [`Bodies`], and the multipliers that go with it.
 #[derive(Debug, Clone, Default)]
@@ -140,13 +140,11 @@ impl History {
         }
     }
 
-    /// The step under way is done: `v` is what it started from, `rows` have its ∂φ/∂t.
-    pub(crate) fn accept(&mut self, v: &BodyVectors, rows: &Linearized) {
+    /// The step under way is done: `v` is what it started from, `phi_t` its ∂φ/∂t.
+    pub(crate) fn accept(&mut self, v: &BodyVectors, phi_t: &[f64]) {
         std::mem::swap(&mut self.rate, &mut self.rate_now);
         self.v.copy_from(v);
-        for driven in rows.driven_rows() {
-            self.phi_t[driven.clone()].copy_from_slice(&rows.phi_t[driven]);
-        }
+        self.phi_t.copy_from_slice(phi_t);
         self.known = true;
     }
 

@@ -27,9 +27,9 @@ pub(crate) struct Pieces {
     weighting: Vec<Weighting>,
     /// Rows that hold a speed.
     speed_rows: Vec<usize>,
-    /// Scales of the joints' gaps, as [`Gap`] has them, pack by pack; empty where they are among the `gaps`.
+    /// Scales of the joints' gaps, as [`Gap`] has them, pack by pack.
     joint_gaps: Vec<Numbers>,
-    /// The other gaps that turn: all where a constraint can be idle.
+    /// The other gaps that turn.
     gaps: Vec<Gap>,
     /// Constraints whose only row is at a bound: what they measure does not act. Empty where no row has bounds.
     pub(crate) idle: Vec<bool>,
@@ -62,16 +62,12 @@ impl Pieces {
             .collect();
         let speed = |r: &usize| weighting[*r] == Weighting::Speed;
         let gap = |c: usize| Gap::of(c, &scene.constraints[c], &rows, &weighting);
-        let (mut joint_gaps, mut gaps): (_, Vec<usize>) = (Vec::new(), rows.others().to_vec());
-        if rows.bounds.is_empty() {
-            let scale = |joint: &Joint| gap(joint.constraint).map_or(0.0, |gap| gap.scale);
-            joint_gaps = in_packs(rows.joints().iter().map(scale), 0.0);
-        } else {
-            gaps = (0..rows.constraints()).collect();
-        }
+        let scale = |joint: &Joint| gap(joint.constraint).map_or(0.0, |gap| gap.scale);
+        let joint_gaps = in_packs(rows.joints().iter().map(scale), 0.0);
+        let gaps = rows.others().iter().filter_map(|c| gap(*c)).collect();
         Self {
             speed_rows: (0..count).filter(speed).collect(),
-            gaps: gaps.into_iter().filter_map(gap).collect(),
+            gaps,
             joint_gaps,
             weighting,
             idle: vec![
@@ -256,7 +252,7 @@ impl Pieces {
     }
 }
 
-/// Largest square of [`Pieces::disagreement`] among the joints; NaN where one is not finite.
+/// Largest square of [`Pieces::disagreement`] among the joints, which are never idle; NaN where their sum is not finite.
 struct JointGaps<'a> {
     rows: &'a Linearized,
     predicted: &'a [f64],

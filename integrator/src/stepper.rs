@@ -628,7 +628,7 @@ impl Stepper {
         let dt = self.substep();
         self.pieces.update_velocity_change(&self.mu);
         self.pieces.predict(dt);
-        self.history.accept(&self.pieces.v, &self.pieces.rows);
+        self.history.accept(&self.pieces.v, &self.pieces.rows.phi_t);
         self.time += dt;
         self.move_bodies(dt)?;
         self.slip.move_lengths(&mut self.scene, dt, self.time);

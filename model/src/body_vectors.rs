@@ -209,7 +209,7 @@ impl BodyVectors {
         self.combine_from(0, a, b);
     }
 
-    /// The same of the last three numbers of each body.
+    /// The same of the last three numbers of each body; the first three stay.
     pub fn combine_last(&mut self, a: (f64, &Self), b: (f64, &Self)) {
         self.combine_from(3 * self.room, a, b);
     }

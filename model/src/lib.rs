@@ -45,7 +45,7 @@
 //! | τ | [`RowLaw::damping`] | damping time | s |
 //! | λ | | multiplier: force or torque of a row, force on the bodies Jᵀ λ | N or N m |
 //! | θ, β | | bend angle; its two components | rad |
-//! | Ω | `twist_reference` | twist angle with its winding, at the last step | rad |
+//! | Ω | `twist_reference` | twist angle with its winding; what it is unwrapped against | rad |
 //! | d, n | [`Transverse::distance`] | between attachment points of a link, a minus b; d/\|d\| | m, – |
 //! | t₁, t₂ | | unit vectors across a link ([`Distance`]) | – |
 //! | s₀ | [`Paper::safeguard`] | keeps d/(s₀ + \|d\|) finite | – |

@@ -279,9 +279,9 @@ impl Linearized {
     }
 
     /// [`update_windings`] by the angles of the last [`Linearized::update`] or
-    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s); references of joints follow once they are a quarter of a
-    /// radian behind. Whether some rows
-    /// are evaluated otherwise after that: those of cables over sheaves.
+    /// [`update_state`](Linearized::update_state), which was at the scene's present state at time `t` (s). The reference of
+    /// a joint stays while the twist is within 0.01 rad of it, and unwraps it to the same angle. Whether some rows are
+    /// evaluated otherwise after that: those of cables over sheaves.
     ///
     /// # Panics
     /// As [`Linearized::update`].
@@ -301,17 +301,12 @@ impl Linearized {
     /// # Panics
     /// As [`Linearized::update`].
     pub fn drive(&mut self, scene: &Scene, t: f64, t_next: f64) {
+        // Joints between bodies have none, and keep their zeros.
         for i in self.packs.held().chain(self.others.iter().copied()) {
             let rows = self.row_start[i]..self.row_start[i + 1];
             let phi_t = &mut self.phi_t[rows];
             scene.constraints[i].drive(&scene.bodies, t, t_next, phi_t);
         }
-    }
-
-    /// Rows of the constraints that [`Linearized::drive`] evaluates; those of joints between bodies keep their zeros.
-    pub fn driven_rows(&self) -> impl Iterator<Item = Range<usize>> {
-        let driven = self.packs.held().chain(self.others.iter().copied());
-        driven.map(|i| self.row_range(i))
     }
 
     /// r = J v, one a row, for the velocities `v` \[v, ω] of the bodies, zero for the world. Cost: O(rows). Allocates: no.

@@ -22,8 +22,8 @@ use crate::constraint::{Constraint, RowKind, Rows};
 use crate::lanes::{Numbers, PACK, PerLanes, load_part, part};
 use crate::scene::Scene;
 
-/// How far a twist may be from the reference that unwraps it: a step may turn it by the rest of half a turn \[rad].
-const FAR: f64 = 0.25;
+/// Largest distance of a twist from the reference that unwraps it after a step \[rad].
+const LAG: f64 = 0.01;
 
 /// The Jacobians of eight joints: a [`JointJacobian`] as it stands in memory.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -68,8 +68,14 @@ pub struct Joint {
     winds: bool,
 }
 
+/// Whether a reference has to follow a twist; also where it is no number.
+fn lags(twist: f64, reference: f64) -> bool {
+    let within = (twist - reference).abs() <= LAG;
+    !within
+}
+
 impl Joint {
-    /// The last of its rows among the violations: the twist where it winds.
+    /// The last of its rows among the violations: its twist, if it [winds](Self::winds).
     fn twist(&self, phi: &[f64]) -> f64 {
         phi[self.row + self.rows - 1]
     }
@@ -249,23 +255,24 @@ impl Packs {
             if let [a, b] = c.frames() {
                 frames.take(lane, a, b);
             }
-            if let Constraint::Cosserat(c) = c {
-                frames.twist[lane] = c.twist_reference;
+            if let Some(reference) = c.twist_reference() {
+                frames.twist[lane] = reference;
             }
         }
     }
 
     /// Moves the unwrapping references of the joints to their twists among the violations `phi` of the present state, here
-    /// and in the scene: those that are far from them, for the rest unwraps to the same, and the constraints of long cables
-    /// are far away in memory.
+    /// and in the scene. A reference within [`LAG`] stays: it unwraps the twist to the same angle, and what is not written
+    /// of the constraints of a long cable need not be fetched from memory.
     pub(crate) fn follow_windings(&mut self, scene: &mut Scene, phi: &[f64]) {
         if !dispatch_wide(Level::best(), Lagging { joints: self, phi }) {
             return;
         }
         for (joints, frames) in self.joints.chunks_exact(PACK).zip(&mut self.frames) {
             for (joint, reference) in joints.iter().zip(&mut frames.twist) {
-                if joint.winds && (joint.twist(phi) - *reference).abs() > FAR {
-                    *reference = joint.twist(phi);
+                let twist = joint.twist(phi);
+                if joint.winds && lags(twist, *reference) {
+                    *reference = twist;
                     scene.constraints[joint.constraint].set_twist_reference(*reference);
                 }
             }

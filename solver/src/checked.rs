@@ -238,6 +238,11 @@ impl LinearSolver for Checked {
         self.name
     }
 
+    fn takes_guess(&self) -> bool {
+        // As it was registered, not as it says.
+        self.tolerance.is_some()
+    }
+
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.phases = Phases::default();
         let report = self.call("analyze", |inner| inner.analyze(pattern))?;

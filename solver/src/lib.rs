@@ -160,7 +160,8 @@ pub trait LinearSolver: Send {
     /// The backend's name, as on the command line.
     fn name(&self) -> &'static str;
 
-    /// Whether [`solve`](Self::solve) starts from the guess in `x`. Direct backends do not.
+    /// Whether [`solve`](Self::solve) starts from the guess in `x`. Where it does not, callers may leave anything there,
+    /// and need not gather a guess: direct backends overwrite `x`.
     fn takes_guess(&self) -> bool {
         true
     }

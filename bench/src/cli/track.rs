@@ -19,9 +19,10 @@ const BASELINE: &str = "bench/track-baseline.json";
 
 /// What `--help` says below the options.
 pub(crate) const AFTER_HELP: &str = "\
-`--against`: the base is the program or revision named, the head is this program. Both are started 80 times (`--quick`: 32), \
-up to four times as often for figures whose interval holds the bar, and time blocks of 2 ms in turns: base, head, head, base. A start gives the ratio of their least times; the table has the \
-median of these ratios with its bootstrap interval of 95 %. Two builds of the same sources may differ by a percent, by \
+`--against`: the base is the program or revision named, the head is this program. Both are started 80 times (`--quick`: 32) \
+and time blocks of 2 ms in turns: base, head, head, base. A start gives the ratio of their least times; the table has the \
+median of these ratios with its bootstrap interval of 95 %. A figure whose interval holds the bar takes up to four times \
+as many starts, until it does not. Two builds of the same sources may differ by a percent, by \
 where their code lies. A figure that the base has and the head lacks fails.
 
 A revision is built below target/taut/against, with the profile, features and compiler flags of this program and \

@@ -411,6 +411,27 @@ mod tests {
     }
 
     #[test]
+    fn figures_take_further_rounds_while_their_interval_holds_the_bar() {
+        let case = &CASES[0];
+        let decided = |ratios: &[f64], missing| {
+            let mut sample = Sample {
+                case,
+                measure: Measure::Min,
+                times: ratios.iter().map(|ratio| [100.0, 100.0 * ratio]).collect(),
+                missing,
+                is_decided: false,
+            };
+            sample.decide();
+            sample.is_decided
+        };
+        assert!(decided(&[0.99, 1.0, 1.01], None));
+        assert!(decided(&[1.08, 1.1, 1.12], None));
+        assert!(!decided(&[0.98, 1.02, 1.06], None));
+        assert!(!decided(&[1.0, 1.0, f64::NAN], None));
+        assert!(decided(&[], Some(Missing::NotMeasured(String::new()))));
+    }
+
+    #[test]
     fn what_the_head_alone_lacks_fails_and_what_the_base_lacks_is_not_compared() {
         let absent = || Err(Missing::NotMeasured("no solver".to_owned()));
         let failed = || Err(Missing::Failed("no pivot".to_owned()));

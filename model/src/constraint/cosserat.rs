@@ -53,7 +53,7 @@ pub struct Cosserat {
     pub frames: [Frame; 2],
     /// Which rows there are, and their laws.
     pub law: JointLaw,
-    /// Twist \[rad] of the last accepted step, against which the twist is unwrapped.
+    /// What the twist is unwrapped against \[rad]: within 0.01 rad of that of the last accepted step.
     pub twist_reference: f64,
 }
 

@@ -49,7 +49,7 @@ pub struct Paper {
     pub twist_definition: TwistDefinition,
     /// Safeguard s₀ > 0 of the directions d/(s₀ + |d|), without unit.
     pub safeguard: f64,
-    /// Twist \[rad] of the last accepted step, against which the twist is unwrapped.
+    /// What the twist is unwrapped against \[rad]: within 0.01 rad of that of the last accepted step.
     pub twist_reference: f64,
 }
 

@@ -7,7 +7,7 @@ use taut_lanes::vector::{
 };
 use taut_lanes::{Lanes, WideKernel};
 
-use super::{Angles, FAR, Joint, Pack, Packs};
+use super::{Angles, Joint, LAG, Pack, Packs, lags};
 use crate::body::Bodies;
 use crate::constraint::gap::gap;
 use crate::constraint::{BendTwist, bends_little};
@@ -159,7 +159,7 @@ impl WideKernel for Evaluation<'_> {
     }
 }
 
-/// Whether a twist among the violations `phi` is far from what it is unwrapped against.
+/// Whether a reference of the joints has to follow its twist among the violations `phi`.
 pub(super) struct Lagging<'a> {
     pub(super) joints: &'a Packs,
     pub(super) phi: &'a [f64],
@@ -171,22 +171,23 @@ impl WideKernel for Lagging<'_> {
     #[inline(always)]
     fn run<V: Lanes, const L: usize>(self) -> bool {
         let Self { joints, phi } = self;
-        let mut largest = V::splat(0.0);
         for first in (0..joints.count).step_by(L) {
             let some = joints.lanes_at::<L>(first);
-            let reference = part::<_, L>(&joints.frames[first / PACK].twist, first % PACK);
+            let references = part::<_, L>(&joints.frames[first / PACK].twist, first % PACK);
             if some.shape().full && some.shape().angles == Angles::All {
                 let [.., twist] = some.rows_of::<V>(phi);
-                largest = (twist - V::load(reference)).abs().max(largest);
+                if !(twist - V::load(references)).abs().all_below(V::splat(LAG)) {
+                    return true;
+                }
                 continue;
             }
-            for (joint, reference) in joints.joints[first..first + L].iter().zip(reference) {
-                if joint.winds && (joint.twist(phi) - reference).abs() > FAR {
+            for (joint, reference) in joints.joints[first..first + L].iter().zip(references) {
+                if joint.winds && lags(joint.twist(phi), *reference) {
                     return true;
                 }
             }
         }
-        !largest.all_below(V::splat(FAR))
+        false
     }
 }
 

@@ -265,6 +265,13 @@ impl Scene {
         }
     }
 
+    /// Moves the references of joints to their twists at time `t`: what is shared below are twists.
+    fn follow_twists<const N: usize>(&mut self, joints: [Option<usize>; N], t: f64) {
+        for joint in joints.into_iter().flatten() {
+            self.constraints[joint].update_winding(&self.bodies, t);
+        }
+    }
+
     fn twist_at(&self, joint: Option<usize>) -> Option<f64> {
         self.constraints[joint?].twist_reference()
     }
@@ -289,6 +296,7 @@ impl Scene {
             (before + keep) / (before + whole),
             (rest + after) / (whole + after),
         ];
+        self.follow_twists(at.joints, t);
         let gaps = at.joints.map(|joint| self.gap_at(joint, t));
         let was = self.energies(&[at.body]);
         let [body, joint] = self.part(&at, &stock, rest);
@@ -485,6 +493,7 @@ impl Scene {
         let radius = self.cables[cable].stock.as_ref()?.radius;
         let ([first, next], u) = (pair.map(|p| p.body), pair[0].along);
         let around = [pair[0].joints[0], pair[1].joints[1]];
+        self.follow_twists([around[0], Some(joint), around[1]], t);
         let was = self.energies(&[first, next]);
         let blow = -self.blow(joint);
         let (growth, share) = growth(&pair);

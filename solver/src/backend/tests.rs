@@ -94,3 +94,12 @@ fn iteration_options_are_checked() {
     assert!(check_iteration(1, -1.0).is_err());
     assert!(check_iteration(1, 0.0).is_ok());
 }
+
+#[test]
+fn iterations_take_a_guess_and_eliminations_do_not() {
+    let compiled = Backend::all().into_iter().filter(Backend::is_compiled);
+    for backend in compiled.filter(|backend| *backend != Backend::Auto) {
+        let solver = backend.create().unwrap();
+        assert_eq!(solver.takes_guess(), backend.is_iterative(), "{backend}");
+    }
+}

@@ -65,6 +65,10 @@ impl LinearSolver for Skyline {
         "skyline"
     }
 
+    fn takes_guess(&self) -> bool {
+        false
+    }
+
     fn analyze(&mut self, pattern: &Arc<BlockPattern>) -> Result<AnalyzeReport, SolveError> {
         self.first = (0..pattern.dim()).collect();
         for j in 0..pattern.blocks() {

@@ -318,3 +318,26 @@ fn what_cannot_split_or_merge_is_left() {
     ));
     assert!(scene.unresolved(&scene.joints_of_segments())[1]);
 }
+
+/// What is shared are the twists, whatever their references lag by.
+#[test]
+fn references_that_lag_share_the_same_twists() {
+    let edited = |lag: f64, splits: bool| {
+        let mut scene = cable(Vector3::z(), ENDS[0]);
+        for joint in scene.cables[0].joints.clone() {
+            if let Some(twist) = scene.constraints[joint].twist_reference() {
+                scene.constraints[joint].set_twist_reference(twist + lag);
+            }
+        }
+        if splits {
+            let keep = 0.4 * LENGTHS[3];
+            scene.split_segment((0, 3), keep, 0.0).expect("splits");
+        } else {
+            merge(&mut scene, 2);
+        }
+        scene.bodies.orientation.clone()
+    };
+    for splits in [true, false] {
+        assert_eq!(edited(0.0, splits), edited(0.3, splits));
+    }
+}
