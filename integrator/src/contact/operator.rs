@@ -56,7 +56,9 @@ impl Factor<'_> {
         {
             self.plan.gather(rows, None, rhs, 1.0, b);
         }
-        x.fill(0.0);
+        if self.solver.takes_guess() {
+            x.fill(0.0);
+        }
         let report = match count {
             1 => self.solver.solve(self.matrix, b, x),
             _ => self.solver.solve_many(self.matrix, b, x),

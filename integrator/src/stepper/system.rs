@@ -102,8 +102,10 @@ impl Stepper {
             ..
         } = self;
         r.resize(x.len(), 0.0);
-        solution.clear();
         solution.resize(x.len(), 0.0);
+        if solver.takes_guess() {
+            solution.fill(0.0);
+        }
         match self.options.form {
             Form::Schur => schur_residual(plan, pieces, x, [mu, residual], r),
             Form::Kkt => matrix.subtract_product(rhs, x, r),
