@@ -55,11 +55,22 @@ struct Column {
     below: Option<(usize, usize)>,
 }
 
+/// How the columns of some joints lie, which are of blocks of six rows and columns, the one below right after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Layout {
+    /// All that, and one column after the other, from this value on.
+    Run(usize),
+    /// All that, here and there: loops and branches couple more blocks to some of them.
+    Apart,
+    /// Some are not.
+    Mixed,
+}
+
 /// Where the joints' blocks are.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
-    /// Of each pack, and the first value where all blocks have six rows and columns, one after the other.
-    columns: Vec<([Column; PACK], PerLanes<Option<usize>>)>,
+    /// Of each pack.
+    columns: Vec<([Column; PACK], PerLanes<Layout>)>,
     /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
     couplings: Vec<Coupling>,
     coupled: usize,
@@ -98,7 +109,7 @@ impl Assembly {
         let packs = columns.as_chunks().0.iter();
         Self {
             columns: packs
-                .map(|pack| (*pack, PerLanes::new(pack, first_of_run)))
+                .map(|pack| (*pack, PerLanes::new(pack, layout)))
                 .collect(),
             couplings,
             coupled,
@@ -138,14 +149,18 @@ impl Assembly {
     }
 }
 
-/// The first value of some columns where they are of blocks of six rows and columns, one after the other.
-fn first_of_run(columns: &[Column]) -> Option<usize> {
+/// The layout of some columns.
+fn layout(columns: &[Column]) -> Layout {
     let first = columns[0].diagonal;
-    let in_run = |(lane, column): (usize, &Column)| {
-        let at = first + COLUMNS * lane;
-        (column.diagonal, column.rows, column.below) == (at, 6, Some((at + BLOCK, 6)))
-    };
-    columns.iter().enumerate().all(in_run).then_some(first)
+    let whole = |c: &Column| (c.rows, c.below) == (6, Some((c.diagonal + BLOCK, 6)));
+    if !columns.iter().all(whole) {
+        return Layout::Mixed;
+    }
+    let mut places = columns.iter().enumerate();
+    match places.all(|(lane, column)| column.diagonal == first + COLUMNS * lane) {
+        true => Layout::Run(first),
+        false => Layout::Apart,
+    }
 }
 
 /// Takes the first `rows` rows and `columns` columns of a block of six rows.
@@ -201,18 +216,23 @@ impl WideKernel for Columns<'_> {
                 next: joints.negative_side_of_next(&following.next().unwrap_or(joints)),
                 between,
             };
-            let (columns, run) = &columns[first / PACK];
-            let in_place = run.get::<L>(first % PACK).map(|at| at..at + COLUMNS * L);
-            let to = match &in_place {
-                Some(at) => &mut self.values[at.clone()],
-                None => &mut room[..COLUMNS * L],
-            };
-            pair.write_all(scratch, to);
-            if in_place.is_some() {
-                continue;
+            let (columns, layout) = &columns[first / PACK];
+            let columns = part::<_, L>(columns, first % PACK);
+            let in_run = |at: usize| std::array::from_fn(|lane| COLUMNS * lane + at);
+            match *layout.get::<L>(first % PACK) {
+                Layout::Run(at) => {
+                    pair.write_all(scratch, &mut self.values[at..at + COLUMNS * L], in_run);
+                    continue;
+                }
+                Layout::Apart => {
+                    pair.write_all(scratch, self.values, |at| {
+                        std::array::from_fn(|lane| columns[lane].diagonal + at)
+                    });
+                    continue;
+                }
+                Layout::Mixed => pair.write_all(scratch, &mut room[..COLUMNS * L], in_run),
             }
             let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
-            let columns = part::<_, L>(columns, first % PACK);
             for (column, blocks) in columns.iter().zip(blocks).take(joints.count()) {
                 let m = column.rows;
                 copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
@@ -273,9 +293,9 @@ fn put<V: Lanes, const L: usize, const N: usize>(from: &[V; N], to: &mut [[f64; 
 }
 
 impl<V: Lanes, const L: usize> Pair<'_, V, L> {
-    /// Writes both, of one joint after the other.
+    /// Writes both, the number of each lane's column that is given where `at` says.
     #[inline(always)]
-    fn write_all(&self, parts: &mut [[f64; L]], to: &mut [f64]) {
+    fn write_all(&self, parts: &mut [[f64; L]], to: &mut [f64], at: impl Fn(usize) -> [usize; L]) {
         let parts = &mut parts[..PARTS];
         self.side_a(parts);
         fence();
@@ -283,7 +303,7 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
         fence();
         self.sum_angles(parts);
         fence();
-        self.write_blocks(parts, to);
+        self.write_blocks(parts, to, at);
     }
 
     /// The part of side a.
@@ -335,10 +355,7 @@ impl<V: Lanes, const L: usize> Pair<'_, V, L> {
     /// Writes the diagonal block out of its lower triangle, and the block below, whose columns are Q of the next joint times
     /// P and H of side b, with the mass between for the gap.
     #[inline(always)]
-    fn write_blocks(&self, parts: &[[f64; L]], to: &mut [f64]) {
-        let to = &mut to[..COLUMNS * L];
-        let at =
-            |first: usize| -> [usize; L] { std::array::from_fn(|lane| COLUMNS * lane + first) };
+    fn write_blocks(&self, parts: &[[f64; L]], to: &mut [f64], at: impl Fn(usize) -> [usize; L]) {
         let [xx, xy, xz, yy, yz, zz] = get::<V, L, 6>(parts, GAP);
         let [px, py, pz, qx, qy, qz, sx, sy, sz] = get::<V, L, 9>(parts, MIXED);
         let [pp, qp, sp, qq, sq, ss] = get::<V, L, 6>(parts, ANGLES);

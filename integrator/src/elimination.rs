@@ -21,7 +21,8 @@ pub enum Elimination {
     /// [`Elimination::Scene`] where that fills nothing of what the backend factorises (all of S, its groups, or single
     /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
     /// where some are equal. Of those that take at most twice as many, one in which the backend is faster goes before,
-    /// the one with the fewest rows in the border ([`Backend::border_rows`]).
+    /// the one with the fewest rows in the border ([`Backend::border_rows`]); of equal ones the scene's, whose vectors
+    /// need no permutation.
     #[default]
     Auto,
     /// The scene's own order.
@@ -196,9 +197,13 @@ pub(crate) fn taken_by(
 ) -> Result<(usize, Option<usize>), SolveError> {
     let mut taken = (0, None);
     for (at, order) in orders.iter().enumerate() {
-        let rows = backend.border_rows(pattern, &order.constraints)?;
-        if rows.is_some_and(|rows| taken.1.is_none_or(|fewest| rows < fewest)) {
-            taken = (at, rows);
+        let Some(rows) = backend.border_rows(pattern, &order.constraints)? else {
+            continue;
+        };
+        let in_scene_order = order.taken == Elimination::Scene;
+        let before = |fewest| rows < fewest || rows == fewest && in_scene_order;
+        if taken.1.is_none_or(before) {
+            taken = (at, Some(rows));
         }
     }
     Ok(taken)

@@ -76,7 +76,7 @@ pub(crate) struct Chain {
     /// Steps of both eliminations, then the middle block; see `block` for what a step stores.
     factor: Aligned,
     scratch: Box<ScratchOfTwo>,
-    /// D⁻¹ L⁻¹ b between the forward and the backward pass; a border's vectors are as long.
+    /// D⁻¹ L⁻¹ b between the forward and the backward pass.
     half: Vec<f64>,
     /// The same of two right-hand sides.
     half_of_two: Vec<f64>,
@@ -145,10 +145,8 @@ impl Chain {
 
     /// Solves A x = b, of which the rows of the chain are read and written. Allocates nothing.
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
-        let mut half = std::mem::take(&mut self.half);
-        self.forward(b, &mut [], &mut half);
-        self.backward(&half, x);
-        self.half = half;
+        self.forward(b, &[], &mut []);
+        self.backward(&[], &[], x);
     }
 
     /// The same for two right-hand sides, with 0.61 of the instructions of two solves (AVX2; 0.66 with SSE2, 1.2 in plain
@@ -168,7 +166,8 @@ impl Chain {
         );
     }
 
-    fn forward(&self, b: &[f64], y: &mut [f64], z: &mut [f64]) {
+    /// The forward pass; beside it Uᵀ y into `sums`, for a border.
+    fn forward(&mut self, b: &[f64], u: &[f64], sums: &mut [f64]) {
         with_size!(
             self.places.size,
             self.level,
@@ -176,20 +175,24 @@ impl Chain {
                 places: &self.places,
                 factor: &*self.factor,
                 b: b,
-                y: y,
-                z: z,
+                z: &mut self.half,
+                u: u,
+                sums: sums,
             }
         );
     }
 
-    fn backward(&self, z: &[f64], x: &mut [f64]) {
+    /// The backward pass, of what is left without U `s`.
+    fn backward(&self, u: &[f64], s: &[f64], x: &mut [f64]) {
         with_size!(
             self.places.size,
             self.level,
             Backward {
                 places: &self.places,
                 factor: &*self.factor,
-                z: z,
+                z: &*self.half,
+                u: u,
+                s: s,
                 x: x,
             }
         );

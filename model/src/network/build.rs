@@ -97,11 +97,13 @@ impl Builder<'_> {
         count: usize,
     ) -> Stretch {
         let cable = Strand::begin(&mut self.scene, name);
-        self.stretch(cable, name, [from, along], count)
+        let stretch = self.segments(cable, name, [from, along], count);
+        self.join_all(name, stretch);
+        stretch
     }
 
-    /// `count` segments in a straight line from a point along a unit vector, joined to each other.
-    fn stretch(
+    /// `count` segments in a straight line from a point along a unit vector.
+    fn segments(
         &mut self,
         cable: usize,
         name: &str,
@@ -118,10 +120,15 @@ impl Builder<'_> {
             Body::rod(l, radius, mass).at(centre).turned(turn)
         });
         Strand::add_segments(&mut self.scene, cable, name, rods);
-        let (joints, last) = (format!("{name}-joint"), first + count - 1);
+        let last = first + count - 1;
+        Stretch { cable, first, last }
+    }
+
+    /// Joins the segments of a stretch to each other.
+    fn join_all(&mut self, name: &str, Stretch { cable, first, last }: Stretch) {
+        let (joints, l) = (format!("{name}-joint"), self.length());
         self.strand
             .join_segments(&mut self.scene, cable, &joints, first..last + 1, l);
-        Stretch { cable, first, last }
     }
 
     /// The inner joint between the lower end of `a` and the upper end of `b`.
@@ -160,18 +167,21 @@ impl Builder<'_> {
         load
     }
 
-    /// One cable along the straight sides of a closed polygon; the last of the joints over its corners closes the loop.
+    /// One cable along the straight sides of a closed polygon, its joints from end to end; the last one closes the loop.
     fn polygon(&mut self, corners: &[Vector3<f64>], counts: &[usize]) -> Vec<Stretch> {
-        let mut sides: Vec<Stretch> = Vec::new();
         let cable = Strand::begin(&mut self.scene, "ring");
         let next = corners.iter().cycle().skip(1);
-        for (k, ((from, to), &count)) in corners.iter().zip(next).zip(counts).enumerate() {
-            let line = [*from, (to - from).normalize()];
-            let side = self.stretch(cable, &format!("side-{}", k + 1), line, count);
-            if let Some(before) = sides.last() {
-                self.join(cable, format!("corner-{k}"), before.last, side.first);
+        let lines = corners.iter().zip(next);
+        let lines = lines.map(|(from, to)| [*from, (to - from).normalize()]);
+        let name = |k: usize| format!("side-{}", k + 1);
+        let sides: Vec<Stretch> = (lines.zip(counts).enumerate())
+            .map(|(k, (line, &count))| self.segments(cable, &name(k), line, count))
+            .collect();
+        for (k, &side) in sides.iter().enumerate() {
+            if k > 0 {
+                self.join(cable, format!("corner-{k}"), sides[k - 1].last, side.first);
             }
-            sides.push(side);
+            self.join_all(&name(k), side);
         }
         let last = sides[sides.len() - 1].last;
         self.join(cable, "closing".to_owned(), last, sides[0].first);

@@ -3,20 +3,23 @@
 //! With the border last the matrix is [C F; Fᵀ G], C the chain. Its factor L D Lᵀ is that of the chain, and
 //!
 //! ```text
-//! V = L⁻¹ F      S = G − Vᵀ D⁻¹ V
+//! U = D⁻¹ L⁻¹ F      S = G − Uᵀ D U
 //! ```
 //!
-//! the forward pass for each column of the border and a small dense matrix. A solve is y = L⁻¹ b, the border's part
-//! s = S⁻¹ (b − Vᵀ D⁻¹ y), and the backward pass of D⁻¹ (y − V s): block LDLᵀ in an order of the blocks, as stable as any.
+//! a forward pass for the columns of the border, two at a time in a vector, and a small dense matrix. A solve is
+//! y = L⁻¹ b, the border's part s = S⁻¹ (b − Uᵀ y), and the backward pass of D⁻¹ y − U s: block LDLᵀ in an order of the
+//! blocks, as stable as any. Products with U are part of the passes, whose steps wait for each other.
 
-use super::Chain;
-use super::places::size_of_chain;
+use super::layout::{self, per_step, unroll};
+use super::places::{Places, size_of_chain};
+use super::substitution::{InBoth, lower_solve, pass_on, scaled};
+use super::twisted::{add, get, pair};
+use super::{Chain, with_size};
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{OneByOne, Scalar, unit_lower_solve, unit_upper_solve};
 use crate::singularity::WEAK;
 use crate::{BlockPattern, SymBlockMatrix};
-use std::ops::Range;
-use taut_lanes::{Isa, Kernel, Lanes, Level, dispatch};
+use taut_lanes::{Aligned, Halves, Isa, Kernel, Level, dispatch};
 
 /// Most rows in the border, of the chain's largest block: each costs a forward pass, and more of them can cost more than
 /// the general factorisation.
@@ -26,28 +29,38 @@ const MOST_ROWS: usize = 2;
 #[derive(Debug, Clone)]
 pub(crate) struct Bordered {
     chain: Chain,
-    rows: Vec<BorderRow>,
-    entries: Vec<Entries>,
-    /// V and D⁻¹ V, by columns in the order of elimination.
-    v: Vec<f64>,
-    scaled: Vec<f64>,
+    /// Place of each of the border's rows in the matrix.
+    rows: Vec<usize>,
+    f: Border,
+    /// U: of each step all columns, of a column the rows of the step in the order of elimination. Columns beyond the
+    /// border's fill its last panel with zeros.
+    u: Aligned,
     /// Factor of S, column-major, and 1/D.
     s: Vec<f64>,
     inverse: Vec<f64>,
     /// Largest magnitude that each diagonal entry of S was made from.
     scale: Vec<f64>,
-    /// A column of F; the border's part of a solution.
-    column: Vec<f64>,
+    /// Uᵀ D U and Uᵀ y, two lanes an entry; the border's part of a solution.
+    products: Vec<f64>,
+    sums: Vec<f64>,
     part: Vec<f64>,
 }
 
-/// A scalar row of the border.
+/// F and G, gathered from the matrix.
 #[derive(Debug, Clone)]
-struct BorderRow {
-    /// Its place in the matrix.
-    row: usize,
-    /// What the matrix stores of it.
-    entries: Range<usize>,
+struct Border {
+    /// The steps that F has entries in, ascending, and its rows there, laid out as U.
+    steps: Vec<usize>,
+    values: Vec<f64>,
+    /// Values of the matrix, and where they go.
+    f: Vec<(usize, usize)>,
+    /// Values of G, and their entry in its lower triangle, column-major.
+    g: Vec<(usize, usize)>,
+}
+
+/// Columns of a panel, which a pass takes at a time: pairs of them, as many rows as a block of the chain has.
+const fn panel(size: usize) -> usize {
+    size.next_multiple_of(2)
 }
 
 impl Bordered {
@@ -56,30 +69,21 @@ impl Bordered {
     pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
         let (border, inside) = split(blocks, pattern)?;
         let chain = Chain::of(&inside, pattern, level)?;
-        let (mut rows, mut all) = (Vec::new(), Vec::new());
-        for block in border {
-            for (r, row) in pattern.rows(block).enumerate() {
-                let first = all.len();
-                all.extend(entries(pattern, block, r));
-                rows.push(BorderRow {
-                    row,
-                    entries: first..all.len(),
-                });
-            }
-        }
-        let count = rows.len();
-        let len = chain.half.len();
+        let rows: Vec<usize> = border.iter().flat_map(|&j| pattern.rows(j)).collect();
+        let (size, count) = (chain.places.size, rows.len());
+        let panels = count.div_ceil(panel(size));
+        let columns = panels * panel(size);
         Some(Self {
-            chain,
-            rows,
-            entries: all,
-            v: vec![0.0; count * len],
-            scaled: vec![0.0; count * len],
+            f: Border::new(&border, pattern, &chain.places, columns),
+            u: Aligned::new(chain.half.len() * columns),
             s: vec![0.0; count * count],
             inverse: vec![0.0; count],
             scale: vec![0.0; count],
-            column: vec![0.0; pattern.dim()],
-            part: vec![0.0; count],
+            products: vec![0.0; 2 * columns * columns],
+            sums: vec![0.0; 2 * columns],
+            part: vec![0.0; columns],
+            chain,
+            rows,
         })
     }
 
@@ -96,33 +100,38 @@ impl Bordered {
         if !self.chain.factorize(a, WEAK) || !sound(&self.chain) {
             return false;
         }
-        let (len, count) = (self.chain.half.len(), self.rows.len());
-        for (c, row) in self.rows.iter().enumerate() {
-            let entries = &self.entries[row.entries.clone()];
-            for e in entries {
-                let values = a.values()[e.from..].iter().step_by(e.stride);
-                for (to, from) in self.column[e.at..e.at + e.count].iter_mut().zip(values) {
-                    *to = *from;
-                }
+        let (count, columns) = (self.rows.len(), self.part.len());
+        for &(from, to) in &self.f.f {
+            self.f.values[to] = a.values()[from];
+        }
+        self.s.fill(0.0);
+        for &(from, to) in &self.f.g {
+            self.s[to] = a.values()[from];
+        }
+        self.products.fill(0.0);
+        with_size!(
+            self.chain.places.size,
+            self.chain.level,
+            Columns {
+                places: &self.chain.places,
+                factor: &*self.chain.factor,
+                border: &self.f,
+                u: &mut *self.u,
+                products: &mut self.products,
+                columns: columns,
             }
-            let v = &mut self.v[c * len..(c + 1) * len];
-            let scaled = &mut self.scaled[c * len..(c + 1) * len];
-            self.chain.forward(&self.column, v, scaled);
-            for (j, other) in self.rows[..=c].iter().enumerate() {
-                let g = self.column[other.row];
-                let taken = dot(
-                    self.chain.level,
-                    &self.v[j * len..][..len],
-                    &self.scaled[c * len..][..len],
-                );
-                self.s[c + count * j] = g - taken;
-                if j == c {
-                    let made_from = magnitudes.map_or(0.0, |m| m[row.row]);
-                    self.scale[c] = g.abs().max(taken.abs()).max(made_from);
+        );
+        for c in 0..count {
+            for r in c..count {
+                // Both ends of the pair that the row is of.
+                let at = 2 * (c * columns + r);
+                let taken = self.products[at] + self.products[at + 1];
+                let entry = &mut self.s[r + count * c];
+                if r == c {
+                    let made_from = magnitudes.map_or(0.0, |m| m[self.rows[r]]);
+                    self.scale[c] = entry.abs().max(taken.abs()).max(made_from);
                 }
-            }
-            for e in entries {
-                self.column[e.at..e.at + e.count].fill(0.0);
+                *entry -= taken;
             }
         }
         let (s, inverse) = (&mut self.s, &mut self.inverse);
@@ -134,30 +143,162 @@ impl Bordered {
 
     /// Solves A x = b, of which the rows of the blocks are read and written. Allocates nothing.
     pub(crate) fn solve(&mut self, b: &[f64], x: &mut [f64]) {
-        let (len, count) = (self.chain.half.len(), self.rows.len());
-        let mut half = std::mem::take(&mut self.chain.half);
-        self.chain.forward(b, &mut [], &mut half);
-        for (c, row) in self.rows.iter().enumerate() {
-            self.part[c] = b[row.row] - dot(self.chain.level, &self.v[c * len..][..len], &half);
+        let count = self.rows.len();
+        self.sums.fill(0.0);
+        self.chain.forward(b, &self.u, &mut self.sums);
+        let part = &mut self.part[..count];
+        for ((part, &row), sum) in part
+            .iter_mut()
+            .zip(&self.rows)
+            .zip(self.sums.chunks_exact(2))
+        {
+            *part = b[row] - (sum[0] + sum[1]);
         }
-        unit_lower_solve(count, &self.s, &mut self.part);
-        for (part, inverse) in self.part.iter_mut().zip(&self.inverse) {
+        unit_lower_solve(count, &self.s, part);
+        for (part, inverse) in part.iter_mut().zip(&self.inverse) {
             *part *= inverse;
         }
-        unit_upper_solve(count, &self.s, &mut self.part);
-        for (c, &part) in self.part.iter().enumerate() {
-            subtract(
-                self.chain.level,
-                &mut half,
-                part,
-                &self.scaled[c * len..][..len],
-            );
+        unit_upper_solve(count, &self.s, part);
+        for (&row, &part) in self.rows.iter().zip(&*part) {
+            x[row] = part;
         }
-        self.chain.backward(&half, x);
-        for (row, &part) in self.rows.iter().zip(&self.part) {
-            x[row.row] = part;
+        self.chain.backward(&self.u, &self.part, x);
+    }
+}
+
+impl Border {
+    /// Of these blocks, beside a chain; columns as U has them.
+    fn new(border: &[usize], pattern: &BlockPattern, places: &Places, columns: usize) -> Self {
+        let size = places.size;
+        // Of each row of the chain its step and its number there; of each of the border its column.
+        let mut of_chain = vec![None; pattern.dim()];
+        for (t, step) in places.steps.iter().enumerate() {
+            for (end, place) in step.ends.iter().enumerate() {
+                for i in 0..place.size {
+                    of_chain[place.row + i] = Some((t, 2 * i + end));
+                }
+            }
         }
-        self.chain.half = half;
+        let mut of_border = vec![None; pattern.dim()];
+        let rows = border.iter().flat_map(|&j| pattern.rows(j));
+        let count = rows.clone().count();
+        for (c, row) in rows.enumerate() {
+            of_border[row] = Some(c);
+        }
+        let all = || border.iter().flat_map(|&block| entries(pattern, block));
+        let mut steps: Vec<usize> = all()
+            .filter_map(|(_, row, _)| Some(of_chain[row]?.0))
+            .collect();
+        steps.sort_unstable();
+        steps.dedup();
+        let (mut f, mut g) = (Vec::new(), Vec::new());
+        for (row, other, value) in all() {
+            let Some(c) = of_border[row] else { continue };
+            if let Some((t, i)) = of_chain[other] {
+                let k = steps.partition_point(|&s| s < t);
+                f.push((value, 2 * size * (k * columns + c) + i));
+            }
+            if let Some(before) = of_border[other].filter(|&before| before <= c) {
+                g.push((value, c + count * before));
+            }
+        }
+        Self {
+            values: vec![0.0; steps.len() * 2 * size * columns],
+            steps,
+            f,
+            g,
+        }
+    }
+}
+
+/// U and Uᵀ D U. Every panel goes the forward pass of the chain, its pairs of columns in four lanes: the lanes of a step
+/// for the first, and for the second.
+struct Columns<'a, const B: usize> {
+    places: &'a Places,
+    factor: &'a [f64],
+    border: &'a Border,
+    u: &'a mut [f64],
+    /// Entry (a, c) of Uᵀ D U, a ≤ c in panels, in two lanes that are still to be added.
+    products: &'a mut [f64],
+    columns: usize,
+}
+
+impl<const B: usize> Kernel for Columns<'_, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<I: Isa>(mut self) {
+        for first in (0..self.columns).step_by(panel(B)) {
+            self.panel::<I::X4>(first);
+        }
+    }
+}
+
+impl<const B: usize> Columns<'_, B> {
+    /// The panel that begins with column `first`.
+    #[inline(always)]
+    fn panel<V: Halves<Half: Halves>>(&mut self, first: usize) {
+        let (columns, count) = (self.columns, self.places.steps());
+        let of_step = 2 * B * columns;
+        let mut entries = self
+            .border
+            .steps
+            .iter()
+            .zip(self.border.values.chunks_exact(of_step));
+        let mut entry = entries.next();
+        let mut rows = [[V::splat(0.0); B]; 3];
+        for t in 0..=count {
+            let factor = InBoth(&self.factor[2 * per_step(B) * t..]);
+            if let Some((_, f)) = entry.filter(|(step, _)| **step == t) {
+                unroll!(p < B.div_ceil(2), pairs, {
+                    let [one, other] = [2 * p, 2 * p + 1].map(|c| 2 * B * (first + c));
+                    let (one, other): ([V::Half; B], [_; B]) = (get(&f[one..]), get(&f[other..]));
+                    unroll!(i < B, {
+                        rows[p][i] = rows[p][i] + V::join(one[i], other[i]);
+                    });
+                });
+                entry = entries.next();
+            }
+            let u = &mut self.u[of_step * t..of_step * (t + 1)];
+            let mut done = [[V::splat(0.0); B]; 3];
+            unroll!(p < B.div_ceil(2), pairs, {
+                if t == count && count > 0 {
+                    unroll!(i < B, {
+                        let v = rows[p][i];
+                        rows[p][i] = V::join(add(v.lower()), add(v.upper()));
+                    });
+                }
+                done[p] = lower_solve(factor, rows[p]);
+                if t == count {
+                    let one = V::both(pair(1.0, 0.0));
+                    unroll!(i < B, {
+                        done[p][i] = done[p][i] * one;
+                    });
+                }
+                let scaled = scaled(factor, done[p]);
+                let at = 2 * B * (first + 2 * p);
+                unroll!(i < B, {
+                    layout::put(scaled[i].lower(), &mut u[at..], i);
+                    layout::put(scaled[i].upper(), &mut u[at + 2 * B..], i);
+                });
+                if t < count {
+                    rows[p] = pass_on(factor, done[p], [V::splat(0.0); B]);
+                }
+            });
+            // Of this panel's columns with all up to its own last.
+            let before = u.chunks_exact(2 * B).take(first + panel(B));
+            for (u, products) in before.zip(self.products.chunks_exact_mut(2 * columns)) {
+                let products = &mut products[2 * first..];
+                unroll!(p < B.div_ceil(2), pairs, {
+                    let mut sum = V::load(&products[4 * p..]);
+                    unroll!(i < B, {
+                        let u: V::Half = layout::get(u, i);
+                        sum = V::both(u).mul_add(done[p][i], sum);
+                    });
+                    sum.store(&mut products[4 * p..]);
+                });
+            }
+        }
     }
 }
 
@@ -212,91 +353,21 @@ fn border(blocks: &[usize], pattern: &BlockPattern) -> Option<Vec<usize>> {
     }
 }
 
-/// Entries of a row of a symmetric matrix: a row or a column of one block.
-#[derive(Debug, Clone, Copy)]
-struct Entries {
-    /// Where they stand in the row, and how many they are.
-    at: usize,
-    count: usize,
-    /// Where they are among the matrix's values: the first, and how far apart.
-    from: usize,
-    stride: usize,
-}
-
-/// The entries of row `r` of a block row.
-fn entries(p: &BlockPattern, block: usize, r: usize) -> impl Iterator<Item = Entries> + '_ {
+/// The entries of a block's rows in a symmetric matrix: row, column, and the value's number.
+fn entries(p: &BlockPattern, block: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
     let n = p.size(block);
-    let before = (0..=block).filter_map(move |j| {
-        let k = p.find(block, j)?;
-        Some(Entries {
-            at: p.rows(j).start,
-            count: p.size(j),
-            from: p.values(k).start + r,
-            stride: n,
-        })
-    });
+    let before = (0..=block).filter_map(move |j| Some((j, p.find(block, j)?, 1, n)));
     let behind = p.column(block).skip(1).map(move |k| {
-        let m = p.size(p.row(k));
-        Entries {
-            at: p.rows(p.row(k)).start,
-            count: m,
-            from: p.values(k).start + r * m,
-            stride: 1,
-        }
+        let j = p.row(k);
+        (j, k, p.size(j), 1)
     });
-    // A block row of no rows may stand beside it.
-    before.chain(behind).filter(|e| e.count > 0)
-}
-
-/// Σ aᵢ bᵢ.
-fn dot(level: Level, a: &[f64], b: &[f64]) -> f64 {
-    dispatch(level, Dot(a, b))
-}
-
-struct Dot<'a>(&'a [f64], &'a [f64]);
-
-impl Kernel for Dot<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<I: Isa>(self) -> f64 {
-        let ((a, tail_a), (b, tail_b)) = (self.0.as_chunks::<16>(), self.1.as_chunks::<16>());
-        let mut sums = [I::X4::splat(0.0); 4];
-        for (a, b) in a.iter().zip(b) {
-            sums[0] = I::X4::load(&a[..4]).mul_add(I::X4::load(&b[..4]), sums[0]);
-            sums[1] = I::X4::load(&a[4..8]).mul_add(I::X4::load(&b[4..8]), sums[1]);
-            sums[2] = I::X4::load(&a[8..12]).mul_add(I::X4::load(&b[8..12]), sums[2]);
-            sums[3] = I::X4::load(&a[12..]).mul_add(I::X4::load(&b[12..]), sums[3]);
-        }
-        let mut lanes = [0.0; 4];
-        ((sums[0] + sums[1]) + (sums[2] + sums[3])).store(&mut lanes);
-        let tail: f64 = tail_a.iter().zip(tail_b).map(|(a, b)| a * b).sum();
-        (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]) + tail
-    }
-}
-
-/// y ← y − a x.
-fn subtract(level: Level, y: &mut [f64], a: f64, x: &[f64]) {
-    dispatch(level, Subtract(y, a, x));
-}
-
-struct Subtract<'a>(&'a mut [f64], f64, &'a [f64]);
-
-impl Kernel for Subtract<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<I: Isa>(self) {
-        let ((y, tail_y), (x, tail_x)) = (self.0.as_chunks_mut::<4>(), self.2.as_chunks::<4>());
-        for (y, x) in y.iter_mut().zip(x) {
-            I::X4::load(x)
-                .neg_mul_add(I::X4::splat(self.1), I::X4::load(y))
-                .store(y);
-        }
-        for (y, x) in tail_y.iter_mut().zip(tail_x) {
-            *y -= self.1 * x;
-        }
-    }
+    before.chain(behind).flat_map(move |(j, k, down, across)| {
+        let (rows, columns, first) = (p.rows(block), p.rows(j), p.values(k).start);
+        rows.enumerate().flat_map(move |(r, row)| {
+            let columns = columns.clone().enumerate();
+            columns.map(move |(c, column)| (row, column, first + r * down + c * across))
+        })
+    })
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@
 
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{
-    BlockWork, Scalar, Strips, by_size, panel_solve, subtract_product, subtract_transposed,
-    unit_lower_solve, unit_upper_solve, update, update_diagonal,
+    BlockWork, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
+    subtract_transposed, unit_lower_solve, unit_upper_solve, update, update_diagonal,
 };
 use crate::ordering::neighbours;
 use crate::{BlockPattern, SymBlockMatrix};
@@ -264,7 +264,9 @@ impl Leaves {
                     w.copy_from_slice(e);
                 }
                 let panel = &mut self.panel[c.panel.clone()];
-                panel_solve::<S, _, _, _>(m, n, factor, inverse, w, panel);
+                by_size!(n, |n| by_size!(m, |m| panel_solve::<S, _, _, _>(
+                    m, n, factor, inverse, w, panel
+                )));
             }
             for u in &self.updates[leaf.updates.clone()] {
                 let [row, column] = [&self.couplings[u.row], &self.couplings[u.column]];
@@ -279,9 +281,14 @@ impl Leaves {
                     for (scale, d) in scale.iter_mut().zip(to.iter().step_by(m + 1)) {
                         *scale = scale.max(d.abs());
                     }
-                    update_diagonal::<S, _, _, _>(m, n, to, x, w, scale);
+                    by_size!(n, |n| by_size!(m, |m| update_diagonal::<S, _, _, _>(
+                        m, n, to, x, w, scale
+                    )));
                 } else {
-                    update::<S, _, _, _, _>(row.rows.len(), column.rows.len(), n, to, x, w);
+                    let (r, c) = (row.rows.len(), column.rows.len());
+                    by_size!(n, |n| by_sizes!(r, c, |r, c| update::<S, _, _, _, _>(
+                        r, c, n, to, x, w
+                    )));
                 }
             }
         }

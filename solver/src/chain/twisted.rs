@@ -16,21 +16,25 @@ pub(super) struct Factorize<'a, const B: usize> {
     pub(super) least: f64,
 }
 
-/// L⁻¹ b into `y` (unless that is empty) and D⁻¹ L⁻¹ b into `z`, both in the order of elimination: the rows of a step for
-/// both lanes; of the middle block the second lane is zero.
+/// D⁻¹ y with y = L⁻¹ b into `z`, in the order of elimination: the rows of a step for both lanes; of the middle block the
+/// second lane is zero. Beside it Uᵀ y for a border ([`Columns`]), each column's sum in two lanes, which stays zero for
+/// chains without.
 pub(super) struct Forward<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
     pub(super) b: &'a [f64],
-    pub(super) y: &'a mut [f64],
     pub(super) z: &'a mut [f64],
+    pub(super) u: &'a [f64],
+    pub(super) sums: &'a mut [f64],
 }
 
-/// L⁻ᵀ z into the rows of the chain.
+/// L⁻ᵀ (z − U s) into the rows of the chain, s the border's part of a solution, of which chains without have none.
 pub(super) struct Backward<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
     pub(super) z: &'a [f64],
+    pub(super) u: &'a [f64],
+    pub(super) s: &'a [f64],
     pub(super) x: &'a mut [f64],
 }
 
@@ -57,7 +61,7 @@ struct Ends<'a, const B: usize> {
 
 /// One double in each lane.
 #[inline(always)]
-fn pair<V: Halves>(up: f64, down: f64) -> V {
+pub(super) fn pair<V: Halves>(up: f64, down: f64) -> V {
     V::join(V::Half::splat(up), V::Half::splat(down))
 }
 
@@ -105,7 +109,7 @@ fn two<const B: usize>(v: &[f64; B], i: usize) -> &[f64; 2] {
 
 /// The sum of both lanes, in both lanes.
 #[inline(always)]
-fn add<V: Halves>(v: V) -> V {
+pub(super) fn add<V: Halves>(v: V) -> V {
     V::both(v.lower() + v.upper())
 }
 
@@ -333,8 +337,9 @@ impl<const B: usize> Kernel for Forward<'_, B> {
             places,
             factor,
             b,
-            y,
             z,
+            u,
+            sums,
         } = self;
         let (steps, count) = (&places.steps[..], places.steps());
         let mut rows = gather::<I::X2, B>(b, &steps[0]);
@@ -342,25 +347,47 @@ impl<const B: usize> Kernel for Forward<'_, B> {
         let each = of_steps.chunks_exact(2 * per_step(B)).zip(&steps[1..]);
         for (t, (factor, step)) in each.enumerate() {
             let done = lower_solve(factor, rows);
-            if !y.is_empty() {
-                put(&done, &mut y[2 * B * t..]);
-            }
             put(&scaled(factor, done), &mut z[2 * B * t..]);
             rows = pass_on(factor, done, gather(b, step));
+            add_to_sums(u, t, &done, sums);
         }
         if count > 0 {
             rows = rows.map(add);
         }
         let one = pair::<I::X2>(1.0, 0.0);
-        let done = lower_solve(middle, rows);
-        if !y.is_empty() {
-            put(&done.map(|v| v * one), &mut y[2 * B * count..]);
-        }
-        put(
-            &scaled(middle, done).map(|v| v * one),
-            &mut z[2 * B * count..],
-        );
+        let done = lower_solve(middle, rows).map(|v| v * one);
+        put(&scaled(middle, done), &mut z[2 * B * count..]);
+        add_to_sums(u, count, &done, sums);
     }
+}
+
+/// What the rows `y` of step `t` add to Uᵀ y.
+#[inline(always)]
+fn add_to_sums<V: Lanes, const B: usize>(u: &[f64], t: usize, y: &[V; B], sums: &mut [f64]) {
+    let of_step = B * sums.len();
+    let columns = u[of_step * t..of_step * (t + 1)].chunks_exact(2 * B);
+    for (u, sum) in columns.zip(sums.chunks_exact_mut(2)) {
+        let mut total = V::load(sum);
+        unroll!(i < B, {
+            total = V::load(&u[2 * i..]).mul_add(y[i], total);
+        });
+        total.store(sum);
+    }
+}
+
+/// Step `t` of z − U s.
+#[inline(always)]
+fn less_border<V: Lanes, const B: usize>(z: &[f64], u: &[f64], s: &[f64], t: usize) -> [V; B] {
+    let mut rows = get::<V, B>(&z[2 * B * t..]);
+    let of_step = 2 * B * s.len();
+    let columns = u[of_step * t..of_step * (t + 1)].chunks_exact(2 * B);
+    for (u, s) in columns.zip(s) {
+        let s = V::splat(*s);
+        unroll!(i < B, {
+            rows[i] = V::load(&u[2 * i..]).neg_mul_add(s, rows[i]);
+        });
+    }
+    rows
 }
 
 impl<const B: usize> Kernel for Backward<'_, B> {
@@ -372,16 +399,17 @@ impl<const B: usize> Kernel for Backward<'_, B> {
             places,
             factor,
             z,
+            u,
+            s,
             x,
         } = self;
         let (steps, count) = (&places.steps[..], places.steps());
         let (of_steps, middle) = factor.split_at(2 * per_step(B) * count);
-        let mut rows = upper_solve(middle, get::<I::X2, B>(&z[2 * B * count..]).map(add));
+        let mut rows = upper_solve(middle, less_border::<I::X2, B>(z, u, s, count).map(add));
         scatter(&rows, &steps[count], x);
-        let z = z.chunks_exact(2 * B);
-        let of_steps = of_steps.chunks_exact(2 * per_step(B));
-        for ((factor, z), step) in of_steps.zip(z).zip(&steps[..count]).rev() {
-            rows = take_back(factor, get(z), rows);
+        let of_steps = of_steps.chunks_exact(2 * per_step(B)).enumerate();
+        for ((t, factor), step) in of_steps.zip(&steps[..count]).rev() {
+            rows = take_back(factor, less_border(z, u, s, t), rows);
             scatter(&rows, step, x);
         }
     }
@@ -434,7 +462,7 @@ fn gather_two<V: Halves<Half: Halves>, const B: usize>(b: [&[f64]; 2], step: &St
 }
 
 #[inline(always)]
-fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
+pub(super) fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
     let to = &mut to[..V::LANES * B];
     unroll!(i < B, {
         rows[i].store(&mut to[V::LANES * i..]);
@@ -442,7 +470,7 @@ fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
 }
 
 #[inline(always)]
-fn get<V: Lanes, const B: usize>(from: &[f64]) -> [V; B] {
+pub(super) fn get<V: Lanes, const B: usize>(from: &[f64]) -> [V; B] {
     let from = &from[..V::LANES * B];
     let mut rows = [V::splat(0.0); B];
     unroll!(i < B, {
