@@ -34,7 +34,7 @@
 //! Files: `block` one step of the elimination for any vector, `substitution` the same of a solve, `layout` what is stored
 //! of a step; `twisted` the two eliminations, `places` where their blocks lie; `batch` chains side by side, of which
 //! each is eliminated from one end; `bordered` chains with a few rows besides; `leaves` blocks that go first, so that
-//! the others are one of these.
+//! the others are one of these; `patched` the matrix that these leave.
 
 pub(crate) mod batch;
 mod block;
@@ -43,14 +43,16 @@ pub(crate) mod bordered;
 mod layout;
 #[allow(dead_code)] // where the backend is not compiled in
 pub(crate) mod leaves;
+pub(crate) mod patched;
 mod places;
 mod substitution;
 mod twisted;
 
+use crate::BlockPattern;
 use crate::kernels::Scalar;
 use crate::singularity::WEAK;
-use crate::{BlockPattern, SymBlockMatrix};
 use block::ScratchOfTwo;
+use patched::{Firsts, Patched};
 use places::Places;
 use taut_lanes::Aligned;
 use taut_lanes::{Level, dispatch};
@@ -97,8 +99,12 @@ impl Chain {
     }
 
     /// The same for some block rows and columns of these matrices, ascending.
-    pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
-        let places = Places::new(pattern, blocks)?;
+    pub(crate) fn of<'a>(
+        blocks: &[usize],
+        pattern: impl Into<Firsts<'a>>,
+        level: Level,
+    ) -> Option<Self> {
+        let places = Places::new(pattern.into(), blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
             factor: Aligned::new(2 * (steps + 1) * layout::per_step(size)),
@@ -112,13 +118,13 @@ impl Chain {
 
     /// Factorises `a`, of the pattern of [`new`](Self::new), if that is positive definite: whether all pivots are
     /// positive and at least `least` units of roundoff of what they were made from. Allocates nothing.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, least: f64) -> bool {
+    pub(crate) fn factorize<'a>(&mut self, a: impl Into<Patched<'a>>, least: f64) -> bool {
         with_size!(
             self.places.size,
             self.level,
             Factorize {
                 places: &self.places,
-                values: a.values(),
+                values: a.into(),
                 factor: &mut *self.factor,
                 scratch: &mut self.scratch,
                 least,
@@ -126,14 +132,15 @@ impl Chain {
         )
     }
 
-    /// Whether all pivots of the last factorisation are beyond doubt beside what their rows were made from, which is
-    /// given for every row of the matrix: magnitudes that the matrix itself no longer shows.
+    /// Whether all pivots of patches in the last factorisation are beyond doubt beside what their rows were made from, which
+    /// is given for every row of the matrix: magnitudes that the matrix itself no longer shows.
     #[allow(dead_code)] // where no backend that uses it is compiled in
     pub(crate) fn is_sound(&self, magnitudes: &[f64]) -> bool {
         let size = self.places.size;
         let inverse = 2 * layout::inverse_at(size, 0)..2 * layout::inverse_at(size, size);
-        let steps = self.factor.chunks(2 * layout::per_step(size));
-        steps.zip(&self.places.steps).all(|(factor, step)| {
+        let per_step = 2 * layout::per_step(size);
+        self.places.patched.iter().all(|&t| {
+            let (factor, step) = (&self.factor[per_step * t..], &self.places.steps[t]);
             step.ends.iter().enumerate().all(|(end, place)| {
                 let inverse = factor[inverse.clone()].chunks_exact(2);
                 let rows = &magnitudes[place.row..place.row + place.size];

@@ -14,6 +14,7 @@ use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::{self, Bordered};
 use crate::chain::leaves::{self, Leaves};
+use crate::chain::patched::Firsts;
 use crate::error::columns;
 use crate::ordering::{expect_affordable, positions};
 use crate::singularity::{SingularityTest, WEAK};
@@ -61,19 +62,24 @@ impl Fast {
     /// The first of these that the pattern is, if any: a chain; leaves on a chain, with a border or without; a chain with a
     /// border.
     fn new(pattern: &Arc<BlockPattern>, level: Level) -> Option<Self> {
-        let chain = |of: &[usize]| Chain::of(of, pattern, level).map(|c| Rest::Chain(Box::new(c)));
-        let bordered =
-            |of: &[usize]| Bordered::of(of, pattern, level).map(|b| Rest::Bordered(Box::new(b)));
+        let chain = |of: &[usize], firsts: Firsts<'_>| {
+            Chain::of(of, firsts, level).map(|c| Rest::Chain(Box::new(c)))
+        };
+        let bordered = |of: &[usize], firsts: Firsts<'_>| {
+            Bordered::of(of, firsts, level).map(|b| Rest::Bordered(Box::new(b)))
+        };
         let all: Vec<usize> = (0..pattern.blocks()).collect();
+        let own = Firsts::from(&**pattern);
         let whole = |rest| Self { leaves: None, rest };
         let on_leaves = || {
             let (leaves, others) = Leaves::new(pattern)?;
-            let rest = chain(&others).or_else(|| bordered(&others))?;
+            let firsts = leaves.firsts(pattern);
+            let rest = chain(&others, firsts).or_else(|| bordered(&others, firsts))?;
             let leaves = Some(leaves);
             Some(Self { leaves, rest })
         };
-        let last = || bordered(&all).map(whole);
-        chain(&all).map(whole).or_else(on_leaves).or_else(last)
+        let last = || bordered(&all, own).map(whole);
+        chain(&all, own).map(whole).or_else(on_leaves).or_else(last)
     }
 
     #[cfg(test)]
@@ -88,7 +94,7 @@ impl Fast {
     /// Whether all pivots were accepted: they are positive, and beyond doubt.
     fn factorize(&mut self, a: &SymBlockMatrix) -> bool {
         let (a, magnitudes) = match &mut self.leaves {
-            None => (a, None),
+            None => (a.into(), None),
             Some(leaves) => match leaves.factorize(a) {
                 Some((rest, magnitudes)) => (rest, Some(magnitudes)),
                 None => return false,

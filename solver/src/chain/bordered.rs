@@ -11,14 +11,15 @@
 //! blocks, as stable as any. Products with U are part of the passes, whose steps wait for each other.
 
 use super::layout::{self, per_step, unroll};
+use super::patched::{Firsts, Patched};
 use super::places::{Places, size_of_chain};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled};
 use super::twisted::{add, get, pair};
 use super::{Chain, with_size};
+use crate::BlockPattern;
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{OneByOne, Scalar, unit_lower_solve, unit_upper_solve};
 use crate::singularity::WEAK;
-use crate::{BlockPattern, SymBlockMatrix};
 use taut_lanes::{Aligned, Halves, Isa, Kernel, Level, dispatch};
 
 /// Most rows in the border, of the chain's largest block: each costs a forward pass, and more of them can cost more than
@@ -66,15 +67,21 @@ const fn panel(size: usize) -> usize {
 impl Bordered {
     /// For some block rows and columns (ascending) of matrices of `pattern`, if they are a chain but for a border of few
     /// rows. Allocates all that is needed.
-    pub(crate) fn of(blocks: &[usize], pattern: &BlockPattern, level: Level) -> Option<Self> {
+    pub(crate) fn of<'a>(
+        blocks: &[usize],
+        firsts: impl Into<Firsts<'a>>,
+        level: Level,
+    ) -> Option<Self> {
+        let firsts = firsts.into();
+        let pattern = firsts.pattern;
         let (border, inside) = split(blocks, pattern)?;
-        let chain = Chain::of(&inside, pattern, level)?;
+        let chain = Chain::of(&inside, firsts, level)?;
         let rows: Vec<usize> = border.iter().flat_map(|&j| pattern.rows(j)).collect();
         let (size, count) = (chain.places.size, rows.len());
         let panels = count.div_ceil(panel(size));
         let columns = panels * panel(size);
         Some(Self {
-            f: Border::new(&border, pattern, &chain.places, columns),
+            f: Border::new(&border, firsts, &chain.places, columns),
             u: Aligned::new(chain.half.len() * columns),
             s: vec![0.0; count * count],
             inverse: vec![0.0; count],
@@ -95,18 +102,23 @@ impl Bordered {
 
     /// Factorises `a`, of the pattern of [`of`](Self::of); whether all pivots are positive and beyond doubt, of what
     /// their rows were made from where these magnitudes are given, one for every row of the matrix. Allocates nothing.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix, magnitudes: Option<&[f64]>) -> bool {
+    pub(crate) fn factorize<'a>(
+        &mut self,
+        a: impl Into<Patched<'a>>,
+        magnitudes: Option<&[f64]>,
+    ) -> bool {
+        let a = a.into();
         let sound = |chain: &Chain| magnitudes.is_none_or(|m| chain.is_sound(m));
         if !self.chain.factorize(a, WEAK) || !sound(&self.chain) {
             return false;
         }
         let (count, columns) = (self.rows.len(), self.part.len());
         for &(from, to) in &self.f.f {
-            self.f.values[to] = a.values()[from];
+            self.f.values[to] = a.block(from, 1)[0];
         }
         self.s.fill(0.0);
         for &(from, to) in &self.f.g {
-            self.s[to] = a.values()[from];
+            self.s[to] = a.block(from, 1)[0];
         }
         self.products.fill(0.0);
         with_size!(
@@ -168,8 +180,8 @@ impl Bordered {
 
 impl Border {
     /// Of these blocks, beside a chain; columns as U has them.
-    fn new(border: &[usize], pattern: &BlockPattern, places: &Places, columns: usize) -> Self {
-        let size = places.size;
+    fn new(border: &[usize], firsts: Firsts<'_>, places: &Places, columns: usize) -> Self {
+        let (pattern, size) = (firsts.pattern, places.size);
         // Of each row of the chain its step and its number there; of each of the border its column.
         let mut of_chain = vec![None; pattern.dim()];
         for (t, step) in places.steps.iter().enumerate() {
@@ -185,7 +197,7 @@ impl Border {
         for (c, row) in rows.enumerate() {
             of_border[row] = Some(c);
         }
-        let all = || border.iter().flat_map(|&block| entries(pattern, block));
+        let all = || border.iter().flat_map(|&block| entries(firsts, block));
         let mut steps: Vec<usize> = all()
             .filter_map(|(_, row, _)| Some(of_chain[row]?.0))
             .collect();
@@ -285,17 +297,19 @@ impl<const B: usize> Columns<'_, B> {
                     rows[p] = pass_on(factor, done[p], [V::splat(0.0); B]);
                 }
             });
-            // Of this panel's columns with all up to its own last.
-            let before = u.chunks_exact(2 * B).take(first + panel(B));
-            for (u, products) in before.zip(self.products.chunks_exact_mut(2 * columns)) {
+            // Of all columns up to this panel's last, with those of the panel that are no earlier.
+            let before = u.chunks_exact(2 * B).take(first + panel(B)).enumerate();
+            for ((a, u), products) in before.zip(self.products.chunks_exact_mut(2 * columns)) {
                 let products = &mut products[2 * first..];
                 unroll!(p < B.div_ceil(2), pairs, {
-                    let mut sum = V::load(&products[4 * p..]);
-                    unroll!(i < B, {
-                        let u: V::Half = layout::get(u, i);
-                        sum = V::both(u).mul_add(done[p][i], sum);
-                    });
-                    sum.store(&mut products[4 * p..]);
+                    if first + 2 * p + 1 >= a {
+                        let mut sum = V::load(&products[4 * p..]);
+                        unroll!(i < B, {
+                            let u: V::Half = layout::get(u, i);
+                            sum = V::both(u).mul_add(done[p][i], sum);
+                        });
+                        sum.store(&mut products[4 * p..]);
+                    }
                 });
             }
         }
@@ -354,7 +368,8 @@ fn border(blocks: &[usize], pattern: &BlockPattern) -> Option<Vec<usize>> {
 }
 
 /// The entries of a block's rows in a symmetric matrix: row, column, and the value's number.
-fn entries(p: &BlockPattern, block: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+fn entries(firsts: Firsts<'_>, block: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+    let p = firsts.pattern;
     let n = p.size(block);
     let before = (0..=block).filter_map(move |j| Some((j, p.find(block, j)?, 1, n)));
     let behind = p.column(block).skip(1).map(move |k| {
@@ -362,7 +377,7 @@ fn entries(p: &BlockPattern, block: usize) -> impl Iterator<Item = (usize, usize
         (j, k, p.size(j), 1)
     });
     before.chain(behind).flat_map(move |(j, k, down, across)| {
-        let (rows, columns, first) = (p.rows(block), p.rows(j), p.values(k).start);
+        let (rows, columns, first) = (p.rows(block), p.rows(j), firsts.of(k));
         rows.enumerate().flat_map(move |(r, row)| {
             let columns = columns.clone().enumerate();
             columns.map(move |(c, column)| (row, column, first + r * down + c * across))
@@ -373,7 +388,7 @@ fn entries(p: &BlockPattern, block: usize) -> impl Iterator<Item = (usize, usize
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{backward_error, forward_error, reference_solution};
+    use crate::{SymBlockMatrix, backward_error, forward_error, reference_solution};
     use std::sync::Arc;
 
     fn matrix(sizes: &[usize], couplings: &[(usize, usize)]) -> SymBlockMatrix {

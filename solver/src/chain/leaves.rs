@@ -5,6 +5,7 @@
 //! what is left of C, the Schur complement C − E L⁻¹ Eᵀ, has no more blocks than C: a chain, or one with a border, that
 //! the leaves alone had kept from being one.
 
+use super::patched::{Firsts, Patched};
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{
     BlockWork, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
@@ -12,7 +13,7 @@ use crate::kernels::{
 };
 use crate::ordering::neighbours;
 use crate::{BlockPattern, SymBlockMatrix};
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -27,8 +28,11 @@ pub(crate) struct Leaves {
     inverse_pivots: Vec<f64>,
     /// The couplings of a leaf times L⁻ᵀ.
     panel: Vec<f64>,
-    /// The matrix; where no leaf is, its Schur complement.
-    rest: SymBlockMatrix,
+    /// Stored blocks that are patched in the Schur complement, and the numbers of their first values there.
+    patched: BTreeMap<usize, usize>,
+    /// Their values in the matrix, and in the Schur complement.
+    own: Vec<Range<usize>>,
+    patches: Vec<f64>,
     /// Largest magnitude that each diagonal entry was made from; 0 where no leaf couples to.
     scale: Vec<f64>,
     /// Right-hand side, less what the leaves take away.
@@ -39,8 +43,8 @@ pub(crate) struct Leaves {
 #[derive(Debug, Clone)]
 struct Leaf {
     rows: Range<usize>,
-    /// Its values in the matrix, and those of its factor.
-    diagonal: Range<usize>,
+    /// Its first value in the Schur complement of those before it, and the values of its factor.
+    diagonal: usize,
     factor: Range<usize>,
     couplings: Range<usize>,
     updates: Range<usize>,
@@ -50,7 +54,7 @@ struct Leaf {
 #[derive(Debug, Clone)]
 struct Coupling {
     rows: Range<usize>,
-    from: Range<usize>,
+    from: usize,
     /// Whether the matrix stores Eᵀ.
     transposed: bool,
     /// Where E L⁻ᵀ D⁻¹ and E L⁻ᵀ are kept.
@@ -58,7 +62,7 @@ struct Coupling {
     panel: Range<usize>,
 }
 
-/// A block of the matrix from which the product of two couplings is subtracted.
+/// A patch from which the product of two couplings is subtracted.
 #[derive(Debug, Clone)]
 struct Update {
     to: Range<usize>,
@@ -163,7 +167,9 @@ impl Leaves {
             values: Vec::new(),
             inverse_pivots: vec![0.0; p.dim()],
             panel: Vec::new(),
-            rest: SymBlockMatrix::zeros(pattern.clone()),
+            patched: BTreeMap::new(),
+            own: Vec::new(),
+            patches: Vec::new(),
             scale: vec![0.0; p.dim()],
             b: vec![0.0; p.dim()],
         };
@@ -183,7 +189,7 @@ impl Leaves {
                 panel += values.len();
                 all.couplings.push(Coupling {
                     rows: p.rows(block),
-                    from: p.values(k),
+                    from: all.firsts(p).of(k),
                     transposed: block < leaf,
                     values,
                     panel: from..panel,
@@ -194,8 +200,9 @@ impl Leaves {
             let update = all.updates.len();
             for (column, &j) in left.iter().enumerate() {
                 for (row, &i) in left.iter().enumerate().skip(column) {
+                    let to = all.patch(p, p.find(i, j)?);
                     all.updates.push(Update {
-                        to: p.values(p.find(i, j)?),
+                        to,
                         row: first + row,
                         column: first + column,
                     });
@@ -203,13 +210,33 @@ impl Leaves {
             }
             all.leaves.push(Leaf {
                 rows: p.rows(leaf),
-                diagonal: p.values(p.column(leaf).start),
+                diagonal: all.firsts(p).of(p.column(leaf).start),
                 factor,
                 couplings: first..all.couplings.len(),
                 updates: update..all.updates.len(),
             });
         }
         Some((all, others))
+    }
+
+    /// Where the blocks of the Schur complement begin.
+    pub(crate) fn firsts<'a>(&'a self, pattern: &'a BlockPattern) -> Firsts<'a> {
+        Firsts {
+            pattern,
+            patched: &self.patched,
+        }
+    }
+
+    /// The patch of stored block `k`, which is made where there is none.
+    fn patch(&mut self, pattern: &BlockPattern, k: usize) -> Range<usize> {
+        let (values, own) = (pattern.stored_values(), pattern.values(k));
+        let first = *self.patched.entry(k).or_insert_with(|| {
+            let end = self.patches.len();
+            self.patches.resize(end + own.len(), 0.0);
+            self.own.push(own.clone());
+            values + end
+        }) - values;
+        first..first + own.len()
     }
 
     /// Room for some more values.
@@ -222,20 +249,30 @@ impl Leaves {
     /// Eliminates the leaves of `a`, of the pattern of [`new`](Self::new); `None` where a pivot is noise. The Schur complement,
     /// and the largest magnitude that each entry of its diagonal was made from, one for each scalar row, 0 where no leaf
     /// couples to. Allocates nothing.
-    pub(crate) fn factorize(&mut self, a: &SymBlockMatrix) -> Option<(&SymBlockMatrix, &[f64])> {
-        self.rest.values_mut().copy_from_slice(a.values());
-        let eliminated = f64::run(Eliminate(self));
-        eliminated.then_some((&self.rest, &self.scale))
+    pub(crate) fn factorize<'a>(
+        &'a mut self,
+        a: &'a SymBlockMatrix,
+    ) -> Option<(Patched<'a>, &'a [f64])> {
+        let mut patches = &mut self.patches[..];
+        for own in &self.own {
+            let (to, behind) = patches.split_at_mut(own.len());
+            to.copy_from_slice(&a.values()[own.clone()]);
+            patches = behind;
+        }
+        let eliminated = f64::run(Eliminate(self, a.values()));
+        let (values, patches) = (a.values(), &self.patches[..]);
+        eliminated.then_some((Patched { values, patches }, &self.scale))
     }
 
     #[inline(always)]
-    fn eliminate<S: Strips<f64>>(&mut self) -> bool {
-        let rest = self.rest.values_mut();
+    fn eliminate<S: Strips<f64>>(&mut self, values: &[f64]) -> bool {
+        let patches = &mut self.patches[..];
         self.scale.fill(0.0);
         for leaf in &self.leaves {
             let n = leaf.rows.len();
             let factor = &mut self.values[leaf.factor.clone()];
-            factor.copy_from_slice(&rest[leaf.diagonal.clone()]);
+            let rest = Patched { values, patches };
+            factor.copy_from_slice(rest.block(leaf.diagonal, n * n));
             let scale = &mut self.scale[leaf.rows.clone()];
             for (scale, d) in scale.iter_mut().zip(factor.iter().step_by(n + 1)) {
                 *scale = scale.max(d.abs());
@@ -253,7 +290,7 @@ impl Leaves {
                 let m = c.rows.len();
                 let (head, tail) = self.values.split_at_mut(c.values.start);
                 let (factor, w) = (&head[leaf.factor.clone()], &mut tail[..m * n]);
-                let e = &rest[c.from.clone()];
+                let e = rest.block(c.from, m * n);
                 if c.transposed {
                     for (i, e) in e.chunks_exact(n).enumerate() {
                         for (j, &e) in e.iter().enumerate() {
@@ -274,7 +311,7 @@ impl Leaves {
                     &self.panel[row.panel.clone()],
                     &self.values[column.values.clone()],
                 );
-                let to = &mut rest[u.to.clone()];
+                let to = &mut patches[u.to.clone()];
                 if u.row == u.column {
                     let m = row.rows.len();
                     let scale = &mut self.scale[row.rows.clone()];
@@ -350,14 +387,14 @@ impl Leaves {
 }
 
 /// The elimination of all leaves; whether their pivots were accepted.
-struct Eliminate<'a>(&'a mut Leaves);
+struct Eliminate<'a>(&'a mut Leaves, &'a [f64]);
 
 impl BlockWork<f64> for Eliminate<'_> {
     type Output = bool;
 
     #[inline(always)]
     fn run<S: Strips<f64>>(self) -> bool {
-        self.0.eliminate::<S>()
+        self.0.eliminate::<S>(self.1)
     }
 }
 

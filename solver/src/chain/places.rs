@@ -1,5 +1,6 @@
 //! Where the blocks of a chain lie in its matrix, and in which step of the two eliminations each has its turn.
 
+use super::patched::Firsts;
 use crate::BlockPattern;
 
 /// Where a block lies that is eliminated, and its coupling to the block that comes after it.
@@ -9,7 +10,7 @@ pub(super) struct Place {
     pub(super) row: usize,
     /// Number of rows; 0 for padding.
     pub(super) size: usize,
-    /// First value of the diagonal block.
+    /// First value of the diagonal block ([`Firsts`]).
     pub(super) diagonal: usize,
     /// First value of the coupling to the next block; `None` where there is none.
     pub(super) coupling: Option<usize>,
@@ -19,16 +20,15 @@ pub(super) struct Place {
 
 impl Place {
     /// The block `here`, and the block `next` that it couples to.
-    fn new(pattern: &BlockPattern, here: usize, next: Option<usize>) -> Self {
+    fn new(firsts: Firsts<'_>, here: usize, next: Option<usize>) -> Self {
+        let pattern = firsts.pattern;
         let next = next.unwrap_or(here);
         let coupling = pattern.find(here.max(next), here.min(next));
         Self {
             row: pattern.rows(here).start,
             size: pattern.size(here),
-            diagonal: pattern.values(pattern.column(here).start).start,
-            coupling: coupling
-                .filter(|_| next != here)
-                .map(|k| pattern.values(k).start),
+            diagonal: firsts.of(pattern.column(here).start),
+            coupling: coupling.filter(|_| next != here).map(|k| firsts.of(k)),
             next: pattern.size(next),
         }
     }
@@ -56,7 +56,7 @@ pub(super) fn size_of_chain(pattern: &BlockPattern, chain: &[usize]) -> Option<u
 pub(super) fn in_order(pattern: &BlockPattern, chain: &[usize]) -> Vec<Place> {
     let places = chain.iter().enumerate();
     places
-        .map(|(i, &block)| Place::new(pattern, block, chain.get(i + 1).copied()))
+        .map(|(i, &block)| Place::new(pattern.into(), block, chain.get(i + 1).copied()))
         .collect()
 }
 
@@ -76,12 +76,14 @@ pub(super) struct Places {
     pub(super) size: usize,
     /// The steps, then one with the middle block at the first end.
     pub(super) steps: Vec<Step>,
+    /// Steps of which a diagonal block is a patch.
+    pub(super) patched: Vec<usize>,
 }
 
 impl Places {
     /// Of some blocks (ascending), as far as [`size_of_chain`] allows.
-    pub(super) fn new(pattern: &BlockPattern, chain: &[usize]) -> Option<Self> {
-        let size = size_of_chain(pattern, chain)?;
+    pub(super) fn new(firsts: Firsts<'_>, chain: &[usize]) -> Option<Self> {
+        let size = size_of_chain(firsts.pattern, chain)?;
         let blocks = chain.len();
         let count = blocks / 2;
         let mut steps: Vec<Step> = (0..count)
@@ -89,11 +91,11 @@ impl Places {
                 // With an even number of blocks the second elimination is one block shorter and comes one step later.
                 let down = blocks - blocks % 2 - t;
                 let down = if down < blocks {
-                    Place::new(pattern, chain[down], Some(chain[down - 1]))
+                    Place::new(firsts, chain[down], Some(chain[down - 1]))
                 } else {
                     Place::default()
                 };
-                let ends = [Place::new(pattern, chain[t], Some(chain[t + 1])), down];
+                let ends = [Place::new(firsts, chain[t], Some(chain[t + 1])), down];
                 let full = |p: &Place| p.size == size && p.next == size && p.coupling.is_some();
                 Step {
                     full: ends.iter().all(full),
@@ -102,12 +104,18 @@ impl Places {
             })
             .collect();
         let middle = chain.get(count);
-        let middle = middle.map_or(Place::default(), |&j| Place::new(pattern, j, None));
+        let middle = middle.map_or(Place::default(), |&j| Place::new(firsts, j, None));
         steps.push(Step {
             ends: [middle, Place::default()],
             full: false,
         });
-        Some(Self { size, steps })
+        let is_patch = |step: &Step| step.ends.iter().any(|p| firsts.is_patch(p.diagonal));
+        let patched = (0..steps.len()).filter(|&t| is_patch(&steps[t])).collect();
+        Some(Self {
+            size,
+            steps,
+            patched,
+        })
     }
 
     /// Number of steps before the middle block.

@@ -1,5 +1,6 @@
 use super::*;
-use crate::{backward_error, forward_error, reference_solution};
+use crate::{SymBlockMatrix, backward_error, forward_error, reference_solution};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// Pseudo-random numbers in −1 … 1.
@@ -264,14 +265,34 @@ fn both_ends_take_from_the_middle() {
     }
 }
 
-/// Rows whose numbers were larger than they are now: a pivot is noise beside them, row by row.
+/// Rows of patches whose numbers were larger than they are now: a pivot is noise beside them, row by row. Here the matrix is
+/// nothing but patches, in the reverse order.
 #[test]
 fn soundness_is_asked_row_by_row() {
     for pattern in refusing() {
         let a = matrix(&pattern, 5);
+        let nothing = vec![f64::NAN; pattern.stored_values()];
+        let (mut patched, mut patches) = (BTreeMap::new(), Vec::new());
+        for k in (0..pattern.stored_blocks()).rev() {
+            patched.insert(k, nothing.len() + patches.len());
+            patches.extend_from_slice(a.block(k));
+        }
+        let (firsts, of_patches) = (
+            Firsts {
+                pattern: &pattern,
+                patched: &patched,
+            },
+            Patched {
+                values: &nothing,
+                patches: &patches,
+            },
+        );
+        let all: Vec<usize> = (0..pattern.blocks()).collect();
         for level in Level::available() {
-            let mut chain = Chain::new(&pattern, level).unwrap();
-            assert!(chain.factorize(&a, WEAK));
+            let mut own = Chain::new(&pattern, level).unwrap();
+            let mut chain = Chain::of(&all, firsts, level).unwrap();
+            assert!(chain.factorize(of_patches, WEAK) && own.factorize(&a, WEAK));
+            assert_eq!(*chain.factor, *own.factor, "{level}: {pattern:?}");
             assert!(chain.is_sound(&vec![0.0; a.dim()]));
             for row in 0..a.dim() {
                 // Pivots lie between a little and the diagonal entries, which are less than 11.

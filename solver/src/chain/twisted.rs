@@ -2,6 +2,7 @@
 
 use super::block::{self, Blocks, ScratchOfTwo};
 use super::layout::{per_step, unroll};
+use super::patched::Patched;
 use super::places::{Place, Places, Step};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled, take_back, upper_solve};
 use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
@@ -9,7 +10,7 @@ use taut_lanes::{Halves, Isa, Kernel, Lanes, Quad};
 /// Factorises; whether the pivots were accepted.
 pub(super) struct Factorize<'a, const B: usize> {
     pub(super) places: &'a Places,
-    pub(super) values: &'a [f64],
+    pub(super) values: Patched<'a>,
     pub(super) factor: &'a mut [f64],
     pub(super) scratch: &'a mut ScratchOfTwo,
     /// Units of roundoff of what a pivot was made from that it has to have.
@@ -129,7 +130,7 @@ impl<const B: usize> Padded<B> {
 
     /// The couplings of a step and the diagonal blocks that they lead to; the middle block is the first end's alone, and
     /// the second finds zeros.
-    fn fill(&mut self, values: &[f64], step: &Step, next: &Step, middle: bool) {
+    fn fill(&mut self, values: Patched<'_>, step: &Step, next: &Step, middle: bool) {
         for (end, place) in step.ends.into_iter().enumerate() {
             self.diagonal(values, end, next.ends[end]);
             self.coupling[end] = [[0.0; B]; B];
@@ -146,7 +147,7 @@ impl<const B: usize> Padded<B> {
         }
     }
 
-    fn diagonal(&mut self, values: &[f64], end: usize, place: Place) {
+    fn diagonal(&mut self, values: Patched<'_>, end: usize, place: Place) {
         let n = place.size;
         self.diagonal[end] = [[0.0; B]; B];
         copy(values, place.diagonal, [n, n], &mut self.diagonal[end]);
@@ -157,9 +158,9 @@ impl<const B: usize> Padded<B> {
 }
 
 /// A block of the values into the corner of a full one.
-fn copy<const B: usize>(values: &[f64], first: usize, size: [usize; 2], to: &mut Full<B>) {
+fn copy<const B: usize>(values: Patched<'_>, first: usize, size: [usize; 2], to: &mut Full<B>) {
     let [rows, columns] = size;
-    let block = &values[first..first + rows * columns];
+    let block = values.block(first, rows * columns);
     for (c, to) in to[..columns].iter_mut().enumerate() {
         let from = &block[c * rows..(c + 1) * rows];
         match rows {
@@ -173,9 +174,12 @@ fn copy<const B: usize>(values: &[f64], first: usize, size: [usize; 2], to: &mut
 
 /// A block of full size of each end, where it lies; `None` where it is not, or beyond the values.
 #[inline(always)]
-fn in_place<const B: usize>(values: &[f64], first: [Option<usize>; 2]) -> Option<[&Full<B>; 2]> {
+fn in_place<const B: usize>(
+    values: Patched<'_>,
+    first: [Option<usize>; 2],
+) -> Option<[&Full<B>; 2]> {
     let at = |first: usize| {
-        let (columns, _) = values.get(first..first + B * B)?.as_chunks::<B>();
+        let (columns, _) = values.get(first, B * B)?.as_chunks::<B>();
         columns.first_chunk::<B>()
     };
     Some([at(first[0]?)?, at(first[1]?)?])
