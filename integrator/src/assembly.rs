@@ -55,14 +55,15 @@ struct Column {
     below: Option<(usize, usize)>,
 }
 
-/// How the columns of some joints lie, which are of blocks of six rows and columns, the one below right after the other.
+/// Where the columns of some joints lie. A column is whole if its blocks have six rows and columns and the one below follows
+/// the diagonal block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Layout {
-    /// All that, and one column after the other, from this value on.
+    /// Whole, one after the other from this value on.
     Run(usize),
-    /// All that, here and there: loops and branches couple more blocks to some of them.
+    /// Whole, with other blocks between them: loops and branches couple more to some joints.
     Apart,
-    /// Some are not.
+    /// Not all whole.
     Mixed,
 }
 
@@ -74,7 +75,7 @@ pub(crate) struct Assembly {
     /// All other blocks below the diagonal, filled up with copies of the last one, and how many they are.
     couplings: Vec<Coupling>,
     coupled: usize,
-    /// Blocks of all lanes, where they do not lie one after the other.
+    /// Blocks of all lanes that are not written where they belong, but copied there.
     room: Aligned,
     /// What the blocks of a joint are made of, for all lanes.
     scratch: Aligned,
@@ -222,22 +223,20 @@ impl WideKernel for Columns<'_> {
             match *layout.get::<L>(first % PACK) {
                 Layout::Run(at) => {
                     pair.write_all(scratch, &mut self.values[at..at + COLUMNS * L], in_run);
-                    continue;
                 }
-                Layout::Apart => {
-                    pair.write_all(scratch, self.values, |at| {
-                        std::array::from_fn(|lane| columns[lane].diagonal + at)
-                    });
-                    continue;
-                }
-                Layout::Mixed => pair.write_all(scratch, &mut room[..COLUMNS * L], in_run),
-            }
-            let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
-            for (column, blocks) in columns.iter().zip(blocks).take(joints.count()) {
-                let m = column.rows;
-                copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
-                if let Some((at, rows)) = column.below {
-                    copy_block(&blocks[1], rows, m, &mut self.values[at..]);
+                Layout::Apart => pair.write_all(scratch, self.values, |at| {
+                    std::array::from_fn(|lane| columns[lane].diagonal + at)
+                }),
+                Layout::Mixed => {
+                    pair.write_all(scratch, &mut room[..COLUMNS * L], in_run);
+                    let blocks = room.as_chunks::<BLOCK>().0.chunks_exact(2);
+                    for (column, blocks) in columns.iter().zip(blocks).take(joints.count()) {
+                        let m = column.rows;
+                        copy_block(&blocks[0], m, m, &mut self.values[column.diagonal..]);
+                        if let Some((at, rows)) = column.below {
+                            copy_block(&blocks[1], rows, m, &mut self.values[at..]);
+                        }
+                    }
                 }
             }
         }
@@ -293,7 +292,7 @@ fn put<V: Lanes, const L: usize, const N: usize>(from: &[V; N], to: &mut [[f64; 
 }
 
 impl<V: Lanes, const L: usize> Pair<'_, V, L> {
-    /// Writes both, the number of each lane's column that is given where `at` says.
+    /// Writes both; `at` tells where a number of each lane's column goes.
     #[inline(always)]
     fn write_all(&self, parts: &mut [[f64; L]], to: &mut [f64], at: impl Fn(usize) -> [usize; L]) {
         let parts = &mut parts[..PARTS];

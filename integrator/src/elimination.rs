@@ -21,8 +21,9 @@ pub enum Elimination {
     /// [`Elimination::Scene`] where that fills nothing of what the backend factorises (all of S, its groups, or single
     /// blocks); else the one of the three that takes the fewest floating-point operations there, the first of them
     /// where some are equal. Of those that take at most twice as many, one in which the backend is faster goes before,
-    /// the one with the fewest rows in the border ([`Backend::border_rows`]); of equal ones the scene's, whose vectors
-    /// need no permutation.
+    /// the one with the fewest rows in the border ([`Backend::border_rows`]); of equal borders the scene's order, whose
+    /// vectors need no permutation. With a border the scene's order may take more than twice as many, since leaves and
+    /// border are then eliminated first and last wherever they stand.
     #[default]
     Auto,
     /// The scene's own order.
@@ -178,14 +179,22 @@ pub(crate) fn orders(
         ..MOST
     };
     let most = twice(&found[0]);
-    for other in [Elimination::Border, Elimination::Scene] {
+    let own: Vec<usize> = (0..pattern.blocks()).collect();
+    let has_border = Backend::Banded.border_rows(pattern, &own)?.is_some();
+    let most_of_own = if has_border { MOST } else { most };
+    for (other, most) in [
+        (Elimination::Border, most),
+        (Elimination::Scene, most_of_own),
+    ] {
         found.extend(Some(counted(other, most)?).filter(|order| order.cost.is_some()));
     }
     // The cheapest first, of equal ones the last that was counted.
     found.reverse();
     found.sort_by_key(flops);
     let most = twice(&found[0]);
-    found.retain(|order| flops(order) <= most.flops);
+    found.retain(|order| {
+        flops(order) <= most.flops || has_border && order.taken == Elimination::Scene
+    });
     Ok(found)
 }
 
@@ -316,7 +325,15 @@ mod tests {
     fn loops_get_no_more_border_rows_than_close_them() {
         use taut_model::{JointKind, Network, NetworkParams};
         for (joint, rows) in [(JointKind::Cosserat, 6), (JointKind::Spherical, 3)] {
-            for (segments, points) in [(8, 1), (8, 2), (24, 1), (24, 2), (25, 1), (100, 2)] {
+            for (segments, points) in [
+                (8, 1),
+                (8, 2),
+                (24, 1),
+                (24, 2),
+                (25, 1),
+                (100, 2),
+                (1000, 1),
+            ] {
                 let params = NetworkParams {
                     segments,
                     points,
@@ -326,6 +343,8 @@ mod tests {
                 let mut ring = params.build().unwrap();
                 let name = format!("{joint:?} {segments} {points}");
                 assert_eq!(border_rows(&ring), Some(rows), "{name}");
+                let taken = auto(&ring, &Backend::Banded).taken;
+                assert_eq!(taken, Elimination::Scene, "{name}");
                 // Two cables side by side, and a joint across both their ends.
                 let along = Topology::of(&ring).order;
                 let (one, other) = along.split_at(along.len() / 2);

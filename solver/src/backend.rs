@@ -185,7 +185,7 @@ impl Backend {
 
     /// Scalar rows of the border where it eliminates the blocks of `pattern` in `order` (position → block) as a chain with
     /// leaves and a border, in vectors: faster than in others that take as many operations, and the faster the fewer
-    /// these rows are. `None` where it does not. Allocates.
+    /// pairs of these rows are. `None` where it does not. Allocates.
     ///
     /// # Errors
     /// [`SolveError::Dimension`] and [`SolveError::InvalidOption`] where `order` is no permutation of the blocks.

@@ -52,7 +52,7 @@ use crate::BlockPattern;
 use crate::kernels::Scalar;
 use crate::singularity::WEAK;
 use block::ScratchOfTwo;
-use patched::{Firsts, Patched};
+use patched::{Offsets, Patched};
 use places::Places;
 use taut_lanes::Aligned;
 use taut_lanes::{Level, dispatch};
@@ -101,10 +101,10 @@ impl Chain {
     /// The same for some block rows and columns of these matrices, ascending.
     pub(crate) fn of<'a>(
         blocks: &[usize],
-        pattern: impl Into<Firsts<'a>>,
+        offsets: impl Into<Offsets<'a>>,
         level: Level,
     ) -> Option<Self> {
-        let places = Places::new(pattern.into(), blocks)?;
+        let places = Places::new(offsets.into(), blocks)?;
         let (steps, size) = (places.steps(), places.size);
         Some(Self {
             factor: Aligned::new(2 * (steps + 1) * layout::per_step(size)),
@@ -173,7 +173,7 @@ impl Chain {
         );
     }
 
-    /// The forward pass; beside it Uᵀ y into `sums`, for a border.
+    /// The forward pass; adds Uᵀ y of a border to `sums`.
     fn forward(&mut self, b: &[f64], u: &[f64], sums: &mut [f64]) {
         with_size!(
             self.places.size,

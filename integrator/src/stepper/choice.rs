@@ -61,7 +61,9 @@ fn of_schur(
     let (mut taken, mut counted) = (Vec::new(), Vec::new());
     for backend in candidates {
         let (at, border) = elimination::taken_by(&backend, &orders, &pattern)?;
-        let factor = orders[at].cost.unwrap_or(MOST);
+        // A chain with leaves and a border takes what it takes in the cheapest order, whichever it is found in.
+        let counted_in = if border.is_some() { 0 } else { at };
+        let factor = orders[counted_in].cost.unwrap_or(MOST);
         taken.push(at);
         counted.push((backend, Counts::new(&pattern, factor, border)));
     }

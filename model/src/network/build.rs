@@ -171,17 +171,16 @@ impl Builder<'_> {
     fn polygon(&mut self, corners: &[Vector3<f64>], counts: &[usize]) -> Vec<Stretch> {
         let cable = Strand::begin(&mut self.scene, "ring");
         let next = corners.iter().cycle().skip(1);
-        let lines = corners.iter().zip(next);
-        let lines = lines.map(|(from, to)| [*from, (to - from).normalize()]);
-        let name = |k: usize| format!("side-{}", k + 1);
+        let lines = (corners.iter().zip(next)).map(|(from, to)| [*from, (to - from).normalize()]);
+        let side_name = |k: usize| format!("side-{}", k + 1);
         let sides: Vec<Stretch> = (lines.zip(counts).enumerate())
-            .map(|(k, (line, &count))| self.segments(cable, &name(k), line, count))
+            .map(|(k, (line, &count))| self.segments(cable, &side_name(k), line, count))
             .collect();
         for (k, &side) in sides.iter().enumerate() {
             if k > 0 {
                 self.join(cable, format!("corner-{k}"), sides[k - 1].last, side.first);
             }
-            self.join_all(&name(k), side);
+            self.join_all(&side_name(k), side);
         }
         let last = sides[sides.len() - 1].last;
         self.join(cable, "closing".to_owned(), last, sides[0].first);

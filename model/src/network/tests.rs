@@ -91,6 +91,23 @@ fn loads_hang_at_the_bottom_and_in_the_middle() {
     }
 }
 
+/// Joint k joins segments k and k + 1, and the last one closes the ring: such rings are a chain with a border in this order.
+#[test]
+fn rings_list_their_joints_from_end_to_end() {
+    for points in [1, 2] {
+        let params = NetworkParams {
+            points,
+            ..NetworkParams::new(Network::Ring)
+        };
+        let scene = build(&params);
+        for (k, joint) in scene.constraints[..params.segments].iter().enumerate() {
+            let sides = joint.frames().iter().map(|frame| frame.side);
+            let next = (k + 1) % params.segments;
+            assert!(sides.eq([Side::Body(k), Side::Body(next)]), "joint {k}");
+        }
+    }
+}
+
 #[test]
 fn loops_are_a_group_of_their_own() {
     // Closing constraints: independent loops through bodies, the world being none.

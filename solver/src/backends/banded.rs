@@ -14,7 +14,7 @@ use crate::block_ldlt::{BlockLdlt, Pivots};
 use crate::chain::Chain;
 use crate::chain::bordered::{self, Bordered};
 use crate::chain::leaves::{self, Leaves};
-use crate::chain::patched::Firsts;
+use crate::chain::patched::Offsets;
 use crate::error::columns;
 use crate::ordering::{expect_affordable, positions};
 use crate::singularity::{SingularityTest, WEAK};
@@ -61,20 +61,20 @@ enum Rest {
 impl Fast {
     /// The first of these that the pattern is, if any: a chain; leaves on a chain, with a border or without; a chain with a
     /// border.
-    fn new(pattern: &Arc<BlockPattern>, level: Level) -> Option<Self> {
-        let chain = |of: &[usize], firsts: Firsts<'_>| {
-            Chain::of(of, firsts, level).map(|c| Rest::Chain(Box::new(c)))
+    fn new(pattern: &BlockPattern, level: Level) -> Option<Self> {
+        let chain = |of: &[usize], offsets: Offsets<'_>| {
+            Chain::of(of, offsets, level).map(|c| Rest::Chain(Box::new(c)))
         };
-        let bordered = |of: &[usize], firsts: Firsts<'_>| {
-            Bordered::of(of, firsts, level).map(|b| Rest::Bordered(Box::new(b)))
+        let bordered = |of: &[usize], offsets: Offsets<'_>| {
+            Bordered::of(of, offsets, level).map(|b| Rest::Bordered(Box::new(b)))
         };
         let all: Vec<usize> = (0..pattern.blocks()).collect();
-        let own = Firsts::from(&**pattern);
+        let own = Offsets::from(pattern);
         let whole = |rest| Self { leaves: None, rest };
         let on_leaves = || {
             let (leaves, others) = Leaves::new(pattern)?;
-            let firsts = leaves.firsts(pattern);
-            let rest = chain(&others, firsts).or_else(|| bordered(&others, firsts))?;
+            let offsets = leaves.offsets(pattern);
+            let rest = chain(&others, offsets).or_else(|| bordered(&others, offsets))?;
             let leaves = Some(leaves);
             Some(Self { leaves, rest })
         };

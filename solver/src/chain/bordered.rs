@@ -8,13 +8,14 @@
 //!
 //! a forward pass for the columns of the border, two at a time in a vector, and a small dense matrix. A solve is
 //! y = L⁻¹ b, the border's part s = S⁻¹ (b − Uᵀ y), and the backward pass of D⁻¹ y − U s: block LDLᵀ in an order of the
-//! blocks, as stable as any. Products with U are part of the passes, whose steps wait for each other.
+//! blocks, as stable as any. The passes make the products with U: these fill the time in which a step waits for the one
+//! before it.
 
-use super::layout::{self, per_step, unroll};
-use super::patched::{Firsts, Patched};
+use super::layout::{columns_of, get, per_step, u_at, unroll};
+use super::patched::{Offsets, Patched};
 use super::places::{Places, size_of_chain};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled};
-use super::twisted::{add, get, pair};
+use super::twisted::{add_in_halves, load_rows, pair, store_rows};
 use super::{Chain, with_size};
 use crate::BlockPattern;
 use crate::block_ldlt::{Pivots, factor_diagonal};
@@ -22,8 +23,8 @@ use crate::kernels::{OneByOne, Scalar, unit_lower_solve, unit_upper_solve};
 use crate::singularity::WEAK;
 use taut_lanes::{Aligned, Halves, Isa, Kernel, Level, dispatch};
 
-/// Most rows in the border, of the chain's largest block: each costs a forward pass, and more of them can cost more than
-/// the general factorisation.
+/// Most rows in the border, of the chain's largest block: each pair costs a forward pass, and more of them can cost more
+/// than the general factorisation.
 const MOST_ROWS: usize = 2;
 
 /// Factor of a chain with a border.
@@ -32,56 +33,54 @@ pub(crate) struct Bordered {
     chain: Chain,
     /// Place of each of the border's rows in the matrix.
     rows: Vec<usize>,
-    f: Border,
-    /// U: of each step all columns, of a column the rows of the step in the order of elimination. Columns beyond the
-    /// border's fill its last panel with zeros.
+    border: Border,
+    /// U ([`u_at`]), with a column of zeros where the border's rows are odd.
     u: Aligned,
     /// Factor of S, column-major, and 1/D.
     s: Vec<f64>,
     inverse: Vec<f64>,
     /// Largest magnitude that each diagonal entry of S was made from.
     scale: Vec<f64>,
-    /// Uᵀ D U and Uᵀ y, two lanes an entry; the border's part of a solution.
+    /// Uᵀ D U, row-major, and Uᵀ y: two lanes an entry.
     products: Vec<f64>,
     sums: Vec<f64>,
+    /// The border's part of a solution.
     part: Vec<f64>,
 }
 
-/// F and G, gathered from the matrix.
+/// Where F and G go: values of the matrix, and where they belong.
 #[derive(Debug, Clone)]
 struct Border {
-    /// The steps that F has entries in, ascending, and its rows there, laid out as U.
+    /// The steps that F has entries in, ascending.
     steps: Vec<usize>,
-    values: Vec<f64>,
-    /// Values of the matrix, and where they go.
+    /// Entries of F, to stand in U before that is computed.
     f: Vec<(usize, usize)>,
-    /// Values of G, and their entry in its lower triangle, column-major.
+    /// The lower triangle of G, to stand in S.
     g: Vec<(usize, usize)>,
 }
 
-/// Columns of a panel, which a pass takes at a time: pairs of them, as many rows as a block of the chain has.
+/// Columns that go the forward pass at once, in pairs: no fewer than the rows of a block of the chain.
 const fn panel(size: usize) -> usize {
     size.next_multiple_of(2)
 }
 
 impl Bordered {
-    /// For some block rows and columns (ascending) of matrices of `pattern`, if they are a chain but for a border of few
+    /// For some block rows and columns (ascending) of matrices of a pattern, if they are a chain but for a border of few
     /// rows. Allocates all that is needed.
     pub(crate) fn of<'a>(
         blocks: &[usize],
-        firsts: impl Into<Firsts<'a>>,
+        offsets: impl Into<Offsets<'a>>,
         level: Level,
     ) -> Option<Self> {
-        let firsts = firsts.into();
-        let pattern = firsts.pattern;
+        let offsets = offsets.into();
+        let pattern = offsets.pattern;
         let (border, inside) = split(blocks, pattern)?;
-        let chain = Chain::of(&inside, firsts, level)?;
+        let chain = Chain::of(&inside, offsets, level)?;
         let rows: Vec<usize> = border.iter().flat_map(|&j| pattern.rows(j)).collect();
-        let (size, count) = (chain.places.size, rows.len());
-        let panels = count.div_ceil(panel(size));
-        let columns = panels * panel(size);
+        let count = rows.len();
+        let columns = count.next_multiple_of(2);
         Some(Self {
-            f: Border::new(&border, firsts, &chain.places, columns),
+            border: Border::new(&border, &rows, offsets, &chain.places),
             u: Aligned::new(chain.half.len() * columns),
             s: vec![0.0; count * count],
             inverse: vec![0.0; count],
@@ -113,21 +112,26 @@ impl Bordered {
             return false;
         }
         let (count, columns) = (self.rows.len(), self.part.len());
-        for &(from, to) in &self.f.f {
-            self.f.values[to] = a.block(from, 1)[0];
+        let size = self.chain.places.size;
+        for &t in &self.border.steps {
+            self.u[u_at(size, columns, t, 0)..u_at(size, columns, t + 1, 0)].fill(0.0);
         }
+        for &(from, to) in &self.border.f {
+            self.u[to] = a.block(from, 1)[0];
+        }
+        // Blocks of the border that do not couple have no entries.
         self.s.fill(0.0);
-        for &(from, to) in &self.f.g {
+        for &(from, to) in &self.border.g {
             self.s[to] = a.block(from, 1)[0];
         }
         self.products.fill(0.0);
         with_size!(
-            self.chain.places.size,
+            size,
             self.chain.level,
             Columns {
                 places: &self.chain.places,
                 factor: &*self.chain.factor,
-                border: &self.f,
+                of_border: &self.border.steps,
                 u: &mut *self.u,
                 products: &mut self.products,
                 columns: columns,
@@ -135,7 +139,7 @@ impl Bordered {
         );
         for c in 0..count {
             for r in c..count {
-                // Both ends of the pair that the row is of.
+                // One lane for each end of the chain.
                 let at = 2 * (c * columns + r);
                 let taken = self.products[at] + self.products[at + 1];
                 let entry = &mut self.s[r + count * c];
@@ -159,10 +163,7 @@ impl Bordered {
         self.sums.fill(0.0);
         self.chain.forward(b, &self.u, &mut self.sums);
         let part = &mut self.part[..count];
-        for ((part, &row), sum) in part
-            .iter_mut()
-            .zip(&self.rows)
-            .zip(self.sums.chunks_exact(2))
+        for ((part, &row), sum) in (part.iter_mut().zip(&self.rows)).zip(self.sums.chunks_exact(2))
         {
             *part = b[row] - (sum[0] + sum[1]);
         }
@@ -179,11 +180,11 @@ impl Bordered {
 }
 
 impl Border {
-    /// Of these blocks, beside a chain; columns as U has them.
-    fn new(border: &[usize], firsts: Firsts<'_>, places: &Places, columns: usize) -> Self {
-        let (pattern, size) = (firsts.pattern, places.size);
-        // Of each row of the chain its step and its number there; of each of the border its column.
-        let mut of_chain = vec![None; pattern.dim()];
+    /// Of these blocks and their rows in the matrix, beside a chain.
+    fn new(border: &[usize], rows: &[usize], offsets: Offsets<'_>, places: &Places) -> Self {
+        let (dim, size, count) = (offsets.pattern.dim(), places.size, rows.len());
+        // Of each row of the chain its step and its place there; of each of the border its column.
+        let (mut of_chain, mut of_border) = (vec![None; dim], vec![None; dim]);
         for (t, step) in places.steps.iter().enumerate() {
             for (end, place) in step.ends.iter().enumerate() {
                 for i in 0..place.size {
@@ -191,46 +192,35 @@ impl Border {
                 }
             }
         }
-        let mut of_border = vec![None; pattern.dim()];
-        let rows = border.iter().flat_map(|&j| pattern.rows(j));
-        let count = rows.clone().count();
-        for (c, row) in rows.enumerate() {
+        for (c, &row) in rows.iter().enumerate() {
             of_border[row] = Some(c);
         }
-        let all = || border.iter().flat_map(|&block| entries(firsts, block));
-        let mut steps: Vec<usize> = all()
-            .filter_map(|(_, row, _)| Some(of_chain[row]?.0))
-            .collect();
-        steps.sort_unstable();
-        steps.dedup();
-        let (mut f, mut g) = (Vec::new(), Vec::new());
-        for (row, other, value) in all() {
+        let (mut steps, mut f, mut g) = (Vec::new(), Vec::new(), Vec::new());
+        for (row, other, value) in border.iter().flat_map(|&block| entries(offsets, block)) {
             let Some(c) = of_border[row] else { continue };
             if let Some((t, i)) = of_chain[other] {
-                let k = steps.partition_point(|&s| s < t);
-                f.push((value, 2 * size * (k * columns + c) + i));
+                steps.push(t);
+                f.push((value, u_at(size, count.next_multiple_of(2), t, c) + i));
             }
             if let Some(before) = of_border[other].filter(|&before| before <= c) {
                 g.push((value, c + count * before));
             }
         }
-        Self {
-            values: vec![0.0; steps.len() * 2 * size * columns],
-            steps,
-            f,
-            g,
-        }
+        steps.sort_unstable();
+        steps.dedup();
+        Self { steps, f, g }
     }
 }
 
-/// U and Uᵀ D U. Every panel goes the forward pass of the chain, its pairs of columns in four lanes: the lanes of a step
-/// for the first, and for the second.
+/// U and Uᵀ D U, where U has F in some steps. Every panel goes the forward pass of the chain, its pairs of columns in four
+/// lanes: both ends of the first, then of the second.
 struct Columns<'a, const B: usize> {
     places: &'a Places,
     factor: &'a [f64],
-    border: &'a Border,
+    /// The steps with entries of F.
+    of_border: &'a [usize],
     u: &'a mut [f64],
-    /// Entry (a, c) of Uᵀ D U, a ≤ c in panels, in two lanes that are still to be added.
+    /// Entries (a, c) of Uᵀ D U for pairs of c from that of a on, a lane for each end of the chain.
     products: &'a mut [f64],
     columns: usize,
 }
@@ -251,64 +241,52 @@ impl<const B: usize> Columns<'_, B> {
     #[inline(always)]
     fn panel<V: Halves<Half: Halves>>(&mut self, first: usize) {
         let (columns, count) = (self.columns, self.places.steps());
-        let of_step = 2 * B * columns;
-        let mut entries = self
-            .border
-            .steps
-            .iter()
-            .zip(self.border.values.chunks_exact(of_step));
-        let mut entry = entries.next();
+        let mut of_border = self.of_border.iter().peekable();
         let mut rows = [[V::splat(0.0); B]; 3];
         for t in 0..=count {
             let factor = InBoth(&self.factor[2 * per_step(B) * t..]);
-            if let Some((_, f)) = entry.filter(|(step, _)| **step == t) {
-                unroll!(p < B.div_ceil(2), pairs, {
-                    let [one, other] = [2 * p, 2 * p + 1].map(|c| 2 * B * (first + c));
-                    let (one, other): ([V::Half; B], [_; B]) = (get(&f[one..]), get(&f[other..]));
-                    unroll!(i < B, {
-                        rows[p][i] = rows[p][i] + V::join(one[i], other[i]);
-                    });
-                });
-                entry = entries.next();
-            }
-            let u = &mut self.u[of_step * t..of_step * (t + 1)];
+            let has_entries = of_border.next_if_eq(&&t).is_some();
             let mut done = [[V::splat(0.0); B]; 3];
             unroll!(p < B.div_ceil(2), pairs, {
-                if t == count && count > 0 {
-                    unroll!(i < B, {
-                        let v = rows[p][i];
-                        rows[p][i] = V::join(add(v.lower()), add(v.upper()));
-                    });
-                }
-                done[p] = lower_solve(factor, rows[p]);
-                if t == count {
-                    let one = V::both(pair(1.0, 0.0));
-                    unroll!(i < B, {
-                        done[p][i] = done[p][i] * one;
-                    });
-                }
-                let scaled = scaled(factor, done[p]);
-                let at = 2 * B * (first + 2 * p);
-                unroll!(i < B, {
-                    layout::put(scaled[i].lower(), &mut u[at..], i);
-                    layout::put(scaled[i].upper(), &mut u[at + 2 * B..], i);
-                });
-                if t < count {
-                    rows[p] = pass_on(factor, done[p], [V::splat(0.0); B]);
+                if first + 2 * p < columns {
+                    let [one, other] = [0, 1].map(|c| u_at(B, columns, t, first + 2 * p + c));
+                    if has_entries {
+                        let one: [V::Half; B] = load_rows(&self.u[one..]);
+                        let other: [V::Half; B] = load_rows(&self.u[other..]);
+                        unroll!(i < B, {
+                            rows[p][i] = rows[p][i] + V::join(one[i], other[i]);
+                        });
+                    }
+                    if t == count && count > 0 {
+                        rows[p] = rows[p].map(add_in_halves);
+                    }
+                    done[p] = lower_solve(factor, rows[p]);
+                    if t == count {
+                        let one = V::both(pair(1.0, 0.0));
+                        unroll!(i < B, {
+                            done[p][i] = done[p][i] * one;
+                        });
+                    } else {
+                        rows[p] = pass_on(factor, done[p], [V::splat(0.0); B]);
+                    }
+                    let scaled = scaled(factor, done[p]);
+                    store_rows(&scaled.map(Halves::lower), &mut self.u[one..]);
+                    store_rows(&scaled.map(Halves::upper), &mut self.u[other..]);
                 }
             });
-            // Of all columns up to this panel's last, with those of the panel that are no earlier.
-            let before = u.chunks_exact(2 * B).take(first + panel(B)).enumerate();
+            // With all columns up to those of each pair.
+            let before = columns_of(self.u, B, columns, t).enumerate();
             for ((a, u), products) in before.zip(self.products.chunks_exact_mut(2 * columns)) {
-                let products = &mut products[2 * first..];
                 unroll!(p < B.div_ceil(2), pairs, {
-                    if first + 2 * p + 1 >= a {
-                        let mut sum = V::load(&products[4 * p..]);
+                    let c = first + 2 * p;
+                    if c < columns && a < c + 2 {
+                        let products = &mut products[2 * c..];
+                        let mut sum = V::load(products);
                         unroll!(i < B, {
-                            let u: V::Half = layout::get(u, i);
+                            let u: V::Half = get(u, i);
                             sum = V::both(u).mul_add(done[p][i], sum);
                         });
-                        sum.store(&mut products[4 * p..]);
+                        sum.store(products);
                     }
                 });
             }
@@ -368,8 +346,8 @@ fn border(blocks: &[usize], pattern: &BlockPattern) -> Option<Vec<usize>> {
 }
 
 /// The entries of a block's rows in a symmetric matrix: row, column, and the value's number.
-fn entries(firsts: Firsts<'_>, block: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
-    let p = firsts.pattern;
+fn entries(offsets: Offsets<'_>, block: usize) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
+    let p = offsets.pattern;
     let n = p.size(block);
     let before = (0..=block).filter_map(move |j| Some((j, p.find(block, j)?, 1, n)));
     let behind = p.column(block).skip(1).map(move |k| {
@@ -377,7 +355,7 @@ fn entries(firsts: Firsts<'_>, block: usize) -> impl Iterator<Item = (usize, usi
         (j, k, p.size(j), 1)
     });
     before.chain(behind).flat_map(move |(j, k, down, across)| {
-        let (rows, columns, first) = (p.rows(block), p.rows(j), firsts.of(k));
+        let (rows, columns, first) = (p.rows(block), p.rows(j), offsets.of(k));
         rows.enumerate().flat_map(move |(r, row)| {
             let columns = columns.clone().enumerate();
             columns.map(move |(c, column)| (row, column, first + r * down + c * across))
@@ -416,7 +394,8 @@ mod tests {
         (1..n).map(|i| (i - 1, i)).collect()
     }
 
-    /// Rings (closed in either place), a chain with a closing row behind it, a junction of three chains, a bridge.
+    /// Rings (closed in either place), a chain with a closing row behind it, a junction of three chains, bridges, of which two
+    /// borders couple to each other, a block of no rows.
     fn systems() -> Vec<SymBlockMatrix> {
         let mut systems = Vec::new();
         for n in [3, 4, 5, 24, 101] {
@@ -435,10 +414,12 @@ mod tests {
         }
         let junction = [chain(6), vec![(3, 7), (7, 8), (8, 9)]].concat();
         systems.push(matrix(&[6, 6, 6, 6, 6, 3, 3, 6, 6, 3], &junction));
-        systems.push(matrix(
-            &[3; 12],
-            &[chain(12), vec![(0, 6), (5, 11)]].concat(),
-        ));
+        for size in [1, 3, 4, 5, 6] {
+            for more in [vec![(0, 6), (5, 11)], vec![(0, 6), (5, 11), (6, 11)]] {
+                systems.push(matrix(&[size; 12], &[chain(12), more].concat()));
+            }
+        }
+        systems.push(matrix(&[6, 6, 0, 6, 1], &[chain(5), vec![(0, 4)]].concat()));
         systems
     }
 
@@ -450,6 +431,10 @@ mod tests {
             for level in Level::available() {
                 let mut factor = whole(a.pattern(), level).unwrap();
                 let mut x = vec![f64::NAN; a.dim()];
+                // Nothing is left of another matrix.
+                let mut other = a.clone();
+                other.values_mut().iter_mut().for_each(|v| *v *= 0.5);
+                assert!(factor.factorize(&other, None));
                 assert!(factor.factorize(&a, None));
                 factor.solve(&b, &mut x);
                 let e = backward_error(&a, &b, &x).unwrap();
@@ -478,6 +463,44 @@ mod tests {
         assert_eq!(of(&[6; 9], &[chain(9), many].concat()), Some(vec![0]));
         let full: Vec<_> = (0..9).flat_map(|i| (0..i).map(move |j| (i, j))).collect();
         assert_eq!(of(&[6; 9], &full), None);
+    }
+
+    #[test]
+    fn no_number_that_is_not_finite_is_accepted() {
+        for mut a in systems() {
+            let (pattern, before) = (a.pattern().clone(), a.values().to_vec());
+            let mut factor = whole(&pattern, Level::best()).unwrap();
+            let blocks: Vec<usize> = (0..pattern.blocks()).collect();
+            let border = border(&blocks, &pattern).unwrap();
+            for (row, column, at) in border.iter().flat_map(|&j| entries((&*pattern).into(), j)) {
+                // The upper triangle of a diagonal block is not read.
+                let (i, j) = (pattern.block_of_row(row), pattern.block_of_row(column));
+                if i == j && row < column {
+                    continue;
+                }
+                for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                    a.values_mut()[at] = bad;
+                    assert!(!factor.factorize(&a, None), "{bad} at {at} of {pattern:?}");
+                }
+                a.values_mut()[at] = before[at];
+            }
+            assert!(factor.factorize(&a, None));
+        }
+    }
+
+    /// A row of the border that was made from much larger numbers is noise, whatever it is now.
+    #[test]
+    fn what_the_border_was_made_from_counts() {
+        for a in systems() {
+            let mut factor = whole(a.pattern(), Level::best()).unwrap();
+            for row in factor.rows.clone() {
+                let mut from = vec![0.0; a.dim()];
+                from[row] = 31.0 / (WEAK * f64::ROUNDOFF);
+                assert!(!factor.factorize(&a, Some(&from)));
+                from[row] = 1.0 / (WEAK * f64::ROUNDOFF);
+                assert!(factor.factorize(&a, Some(&from)));
+            }
+        }
     }
 
     #[test]

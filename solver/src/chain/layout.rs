@@ -1,6 +1,7 @@
 //! Storage of a step of the elimination, each number for all lanes: W by columns, its last row apart where the
 //! number of rows is odd; L (strictly lower triangle, by rows); 1/D. The mathematics is in the module above.
 
+use std::slice::ChunksExact;
 use taut_lanes::{Halves, Lanes};
 
 /// Entries of a triangle of this many rows, with its diagonal.
@@ -36,6 +37,19 @@ pub(super) const fn w_at(size: usize, i: usize, j: usize) -> usize {
     } else {
         size * paired + j
     }
+}
+
+/// Where column `c` of step `t` begins in U, the columns of a border (`bordered`): its rows of the step, each for both
+/// ends.
+pub(super) const fn u_at(size: usize, columns: usize, t: usize, c: usize) -> usize {
+    2 * size * (columns * t + c)
+}
+
+/// The columns of step `t` of U.
+#[inline(always)]
+pub(super) fn columns_of(u: &[f64], size: usize, columns: usize, t: usize) -> ChunksExact<'_, f64> {
+    let of_step = u_at(size, columns, t, 0)..u_at(size, columns, t + 1, 0);
+    u[of_step].chunks_exact(2 * size)
 }
 
 /// The body for i = 0, 1, … below a bound of at most six, written out; i and the bound are constants, so that nothing is

@@ -5,7 +5,7 @@
 //! what is left of C, the Schur complement C − E L⁻¹ Eᵀ, has no more blocks than C: a chain, or one with a border, that
 //! the leaves alone had kept from being one.
 
-use super::patched::{Firsts, Patched};
+use super::patched::{Offsets, Patched};
 use crate::block_ldlt::{Pivots, factor_diagonal};
 use crate::kernels::{
     BlockWork, Scalar, Strips, by_size, by_sizes, panel_solve, subtract_product,
@@ -15,7 +15,6 @@ use crate::ordering::neighbours;
 use crate::{BlockPattern, SymBlockMatrix};
 use std::collections::{BTreeMap, BinaryHeap};
 use std::ops::Range;
-use std::sync::Arc;
 
 /// Factors of the leaves, and what they leave.
 #[derive(Debug, Clone)]
@@ -43,7 +42,8 @@ pub(crate) struct Leaves {
 #[derive(Debug, Clone)]
 struct Leaf {
     rows: Range<usize>,
-    /// Its first value in the Schur complement of those before it, and the values of its factor.
+    /// The first value of its diagonal block, which is a patch where an earlier leaf couples to it, and the values of its
+    /// factor.
     diagonal: usize,
     factor: Range<usize>,
     couplings: Range<usize>,
@@ -54,6 +54,7 @@ struct Leaf {
 #[derive(Debug, Clone)]
 struct Coupling {
     rows: Range<usize>,
+    /// Its first value, as that of the diagonal block.
     from: usize,
     /// Whether the matrix stores Eᵀ.
     transposed: bool,
@@ -153,12 +154,11 @@ pub(crate) fn others(pattern: &BlockPattern) -> Option<Vec<usize>> {
 impl Leaves {
     /// The leaves of matrices of `pattern` and the other blocks, ascending; `None` where there are none. Allocates all
     /// that is needed.
-    pub(crate) fn new(pattern: &Arc<BlockPattern>) -> Option<(Self, Vec<usize>)> {
-        let (order, others) = split(pattern);
+    pub(crate) fn new(p: &BlockPattern) -> Option<(Self, Vec<usize>)> {
+        let (order, others) = split(p);
         if order.is_empty() {
             return None;
         }
-        let p = pattern.as_ref();
         let mut taken = vec![false; p.blocks()];
         let mut all = Self {
             leaves: Vec::new(),
@@ -189,7 +189,7 @@ impl Leaves {
                 panel += values.len();
                 all.couplings.push(Coupling {
                     rows: p.rows(block),
-                    from: all.firsts(p).of(k),
+                    from: all.offsets(p).of(k),
                     transposed: block < leaf,
                     values,
                     panel: from..panel,
@@ -210,7 +210,7 @@ impl Leaves {
             }
             all.leaves.push(Leaf {
                 rows: p.rows(leaf),
-                diagonal: all.firsts(p).of(p.column(leaf).start),
+                diagonal: all.offsets(p).of(p.column(leaf).start),
                 factor,
                 couplings: first..all.couplings.len(),
                 updates: update..all.updates.len(),
@@ -220,8 +220,8 @@ impl Leaves {
     }
 
     /// Where the blocks of the Schur complement begin.
-    pub(crate) fn firsts<'a>(&'a self, pattern: &'a BlockPattern) -> Firsts<'a> {
-        Firsts {
+    pub(crate) fn offsets<'a>(&'a self, pattern: &'a BlockPattern) -> Offsets<'a> {
+        Offsets {
             pattern,
             patched: &self.patched,
         }

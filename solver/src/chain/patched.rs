@@ -11,7 +11,7 @@ pub(crate) struct Patched<'a> {
 }
 
 impl<'a> Patched<'a> {
-    /// So many values from number `first` on, if these are values of one block.
+    /// So many values from number `first` on; `None` beyond the last, or from the matrix into the patches.
     #[inline(always)]
     pub(super) fn get(self, first: usize, count: usize) -> Option<&'a [f64]> {
         match self.values.get(first..first + count) {
@@ -20,7 +20,7 @@ impl<'a> Patched<'a> {
         }
     }
 
-    /// The same, that have to be.
+    /// The same, of values that exist.
     pub(super) fn block(self, first: usize, count: usize) -> &'a [f64] {
         match first.checked_sub(self.values.len()) {
             None => &self.values[first..first + count],
@@ -28,7 +28,7 @@ impl<'a> Patched<'a> {
         }
     }
 
-    #[cold]
+    #[inline]
     fn patch(self, first: usize, count: usize) -> Option<&'a [f64]> {
         self.patches.get(first..first + count)
     }
@@ -43,14 +43,14 @@ impl<'a> From<&'a SymBlockMatrix> for Patched<'a> {
     }
 }
 
-/// Where stored blocks begin: of those with a patch in it, of all others in the matrix.
+/// Where stored blocks begin: those with a patch in it, all others in the matrix.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Firsts<'a> {
+pub(crate) struct Offsets<'a> {
     pub(super) pattern: &'a BlockPattern,
     pub(super) patched: &'a BTreeMap<usize, usize>,
 }
 
-impl<'a> From<&'a BlockPattern> for Firsts<'a> {
+impl<'a> From<&'a BlockPattern> for Offsets<'a> {
     fn from(pattern: &'a BlockPattern) -> Self {
         static NONE: BTreeMap<usize, usize> = BTreeMap::new();
         Self {
@@ -60,7 +60,7 @@ impl<'a> From<&'a BlockPattern> for Firsts<'a> {
     }
 }
 
-impl Firsts<'_> {
+impl Offsets<'_> {
     /// The number of the first value of stored block `k`.
     pub(super) fn of(self, k: usize) -> usize {
         let own = || self.pattern.values(k).start;

@@ -1,6 +1,6 @@
 //! Where the blocks of a chain lie in its matrix, and in which step of the two eliminations each has its turn.
 
-use super::patched::Firsts;
+use super::patched::Offsets;
 use crate::BlockPattern;
 
 /// Where a block lies that is eliminated, and its coupling to the block that comes after it.
@@ -10,7 +10,7 @@ pub(super) struct Place {
     pub(super) row: usize,
     /// Number of rows; 0 for padding.
     pub(super) size: usize,
-    /// First value of the diagonal block ([`Firsts`]).
+    /// First value of the diagonal block ([`Offsets`]).
     pub(super) diagonal: usize,
     /// First value of the coupling to the next block; `None` where there is none.
     pub(super) coupling: Option<usize>,
@@ -20,15 +20,15 @@ pub(super) struct Place {
 
 impl Place {
     /// The block `here`, and the block `next` that it couples to.
-    fn new(firsts: Firsts<'_>, here: usize, next: Option<usize>) -> Self {
-        let pattern = firsts.pattern;
+    fn new(offsets: Offsets<'_>, here: usize, next: Option<usize>) -> Self {
+        let pattern = offsets.pattern;
         let next = next.unwrap_or(here);
         let coupling = pattern.find(here.max(next), here.min(next));
         Self {
             row: pattern.rows(here).start,
             size: pattern.size(here),
-            diagonal: firsts.of(pattern.column(here).start),
-            coupling: coupling.filter(|_| next != here).map(|k| firsts.of(k)),
+            diagonal: offsets.of(pattern.column(here).start),
+            coupling: coupling.filter(|_| next != here).map(|k| offsets.of(k)),
             next: pattern.size(next),
         }
     }
@@ -82,8 +82,8 @@ pub(super) struct Places {
 
 impl Places {
     /// Of some blocks (ascending), as far as [`size_of_chain`] allows.
-    pub(super) fn new(firsts: Firsts<'_>, chain: &[usize]) -> Option<Self> {
-        let size = size_of_chain(firsts.pattern, chain)?;
+    pub(super) fn new(offsets: Offsets<'_>, chain: &[usize]) -> Option<Self> {
+        let size = size_of_chain(offsets.pattern, chain)?;
         let blocks = chain.len();
         let count = blocks / 2;
         let mut steps: Vec<Step> = (0..count)
@@ -91,11 +91,11 @@ impl Places {
                 // With an even number of blocks the second elimination is one block shorter and comes one step later.
                 let down = blocks - blocks % 2 - t;
                 let down = if down < blocks {
-                    Place::new(firsts, chain[down], Some(chain[down - 1]))
+                    Place::new(offsets, chain[down], Some(chain[down - 1]))
                 } else {
                     Place::default()
                 };
-                let ends = [Place::new(firsts, chain[t], Some(chain[t + 1])), down];
+                let ends = [Place::new(offsets, chain[t], Some(chain[t + 1])), down];
                 let full = |p: &Place| p.size == size && p.next == size && p.coupling.is_some();
                 Step {
                     full: ends.iter().all(full),
@@ -104,12 +104,12 @@ impl Places {
             })
             .collect();
         let middle = chain.get(count);
-        let middle = middle.map_or(Place::default(), |&j| Place::new(firsts, j, None));
+        let middle = middle.map_or(Place::default(), |&j| Place::new(offsets, j, None));
         steps.push(Step {
             ends: [middle, Place::default()],
             full: false,
         });
-        let is_patch = |step: &Step| step.ends.iter().any(|p| firsts.is_patch(p.diagonal));
+        let is_patch = |step: &Step| step.ends.iter().any(|p| offsets.is_patch(p.diagonal));
         let patched = (0..steps.len()).filter(|&t| is_patch(&steps[t])).collect();
         Some(Self {
             size,

@@ -277,8 +277,8 @@ fn soundness_is_asked_row_by_row() {
             patched.insert(k, nothing.len() + patches.len());
             patches.extend_from_slice(a.block(k));
         }
-        let (firsts, of_patches) = (
-            Firsts {
+        let (offsets, of_patches) = (
+            Offsets {
                 pattern: &pattern,
                 patched: &patched,
             },
@@ -290,7 +290,7 @@ fn soundness_is_asked_row_by_row() {
         let all: Vec<usize> = (0..pattern.blocks()).collect();
         for level in Level::available() {
             let mut own = Chain::new(&pattern, level).unwrap();
-            let mut chain = Chain::of(&all, firsts, level).unwrap();
+            let mut chain = Chain::of(&all, offsets, level).unwrap();
             assert!(chain.factorize(of_patches, WEAK) && own.factorize(&a, WEAK));
             assert_eq!(*chain.factor, *own.factor, "{level}: {pattern:?}");
             assert!(chain.is_sound(&vec![0.0; a.dim()]));

@@ -1,7 +1,7 @@
 //! The two eliminations of a chain as the two lanes of a vector.
 
 use super::block::{self, Blocks, ScratchOfTwo};
-use super::layout::{per_step, unroll};
+use super::layout::{self, columns_of, per_step, unroll};
 use super::patched::Patched;
 use super::places::{Place, Places, Step};
 use super::substitution::{InBoth, lower_solve, pass_on, scaled, take_back, upper_solve};
@@ -18,8 +18,7 @@ pub(super) struct Factorize<'a, const B: usize> {
 }
 
 /// D⁻¹ y with y = L⁻¹ b into `z`, in the order of elimination: the rows of a step for both lanes; of the middle block the
-/// second lane is zero. Beside it Uᵀ y for a border ([`Columns`]), each column's sum in two lanes, which stays zero for
-/// chains without.
+/// second lane is zero. Adds Uᵀ y to `sums`, two lanes a column of the border; chains without one have no columns.
 pub(super) struct Forward<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
@@ -29,7 +28,7 @@ pub(super) struct Forward<'a, const B: usize> {
     pub(super) sums: &'a mut [f64],
 }
 
-/// L⁻ᵀ (z − U s) into the rows of the chain, s the border's part of a solution, of which chains without have none.
+/// L⁻ᵀ (z − U s) into the rows of the chain, s the border's part of a solution, a number a column.
 pub(super) struct Backward<'a, const B: usize> {
     pub(super) places: &'a Places,
     pub(super) factor: &'a [f64],
@@ -114,6 +113,12 @@ pub(super) fn add<V: Halves>(v: V) -> V {
     V::both(v.lower() + v.upper())
 }
 
+/// The same of each half.
+#[inline(always)]
+pub(super) fn add_in_halves<V: Halves<Half: Halves>>(v: V) -> V {
+    V::join(add(v.lower()), add(v.upper()))
+}
+
 /// Copies of blocks that are not of full size, padded.
 struct Padded<const B: usize> {
     diagonal: [Full<B>; 2],
@@ -172,7 +177,7 @@ fn copy<const B: usize>(values: Patched<'_>, first: usize, size: [usize; 2], to:
     }
 }
 
-/// A block of full size of each end, where it lies; `None` where it is not, or beyond the values.
+/// A block of full size of each end, where it lies; `None` where there is none.
 #[inline(always)]
 fn in_place<const B: usize>(
     values: Patched<'_>,
@@ -351,7 +356,7 @@ impl<const B: usize> Kernel for Forward<'_, B> {
         let each = of_steps.chunks_exact(2 * per_step(B)).zip(&steps[1..]);
         for (t, (factor, step)) in each.enumerate() {
             let done = lower_solve(factor, rows);
-            put(&scaled(factor, done), &mut z[2 * B * t..]);
+            store_rows(&scaled(factor, done), &mut z[2 * B * t..]);
             rows = pass_on(factor, done, gather(b, step));
             add_to_sums(u, t, &done, sums);
         }
@@ -360,7 +365,7 @@ impl<const B: usize> Kernel for Forward<'_, B> {
         }
         let one = pair::<I::X2>(1.0, 0.0);
         let done = lower_solve(middle, rows).map(|v| v * one);
-        put(&scaled(middle, done), &mut z[2 * B * count..]);
+        store_rows(&scaled(middle, done), &mut z[2 * B * count..]);
         add_to_sums(u, count, &done, sums);
     }
 }
@@ -368,12 +373,11 @@ impl<const B: usize> Kernel for Forward<'_, B> {
 /// What the rows `y` of step `t` add to Uᵀ y.
 #[inline(always)]
 fn add_to_sums<V: Lanes, const B: usize>(u: &[f64], t: usize, y: &[V; B], sums: &mut [f64]) {
-    let of_step = B * sums.len();
-    let columns = u[of_step * t..of_step * (t + 1)].chunks_exact(2 * B);
+    let columns = columns_of(u, B, sums.len() / 2, t);
     for (u, sum) in columns.zip(sums.chunks_exact_mut(2)) {
         let mut total = V::load(sum);
         unroll!(i < B, {
-            total = V::load(&u[2 * i..]).mul_add(y[i], total);
+            total = layout::get::<V>(u, i).mul_add(y[i], total);
         });
         total.store(sum);
     }
@@ -382,13 +386,11 @@ fn add_to_sums<V: Lanes, const B: usize>(u: &[f64], t: usize, y: &[V; B], sums: 
 /// Step `t` of z − U s.
 #[inline(always)]
 fn less_border<V: Lanes, const B: usize>(z: &[f64], u: &[f64], s: &[f64], t: usize) -> [V; B] {
-    let mut rows = get::<V, B>(&z[2 * B * t..]);
-    let of_step = 2 * B * s.len();
-    let columns = u[of_step * t..of_step * (t + 1)].chunks_exact(2 * B);
-    for (u, s) in columns.zip(s) {
+    let mut rows = load_rows::<V, B>(&z[2 * B * t..]);
+    for (u, s) in columns_of(u, B, s.len(), t).zip(s) {
         let s = V::splat(*s);
         unroll!(i < B, {
-            rows[i] = V::load(&u[2 * i..]).neg_mul_add(s, rows[i]);
+            rows[i] = layout::get::<V>(u, i).neg_mul_add(s, rows[i]);
         });
     }
     rows
@@ -438,17 +440,17 @@ impl<const B: usize> Kernel for SolveTwo<'_, B> {
         let each = of_steps.clone().zip(&steps[1..]);
         for ((factor, step), z) in each.zip(z.chunks_exact_mut(4 * B)) {
             let done = lower_solve(InBoth(factor), rows);
-            put(&scaled(InBoth(factor), done), z);
+            store_rows(&scaled(InBoth(factor), done), z);
             rows = pass_on(InBoth(factor), done, gather_two(b, step));
         }
-        let rows_of_middle = rows.map(|v| Halves::join(add(v.lower()), add(v.upper())));
+        let rows_of_middle = rows.map(add_in_halves);
         let done = lower_solve(InBoth(middle), rows_of_middle);
         rows = upper_solve(InBoth(middle), scaled(InBoth(middle), done));
         scatter(&rows.map(Halves::lower), &steps[count], x);
         scatter(&rows.map(Halves::upper), &steps[count], x_too);
         let back = of_steps.zip(z.chunks_exact(4 * B)).zip(&steps[..count]);
         for ((factor, z), step) in back.rev() {
-            rows = take_back(InBoth(factor), get(z), rows);
+            rows = take_back(InBoth(factor), load_rows(z), rows);
             scatter(&rows.map(Halves::lower), step, x);
             scatter(&rows.map(Halves::upper), step, x_too);
         }
@@ -466,7 +468,7 @@ fn gather_two<V: Halves<Half: Halves>, const B: usize>(b: [&[f64]; 2], step: &St
 }
 
 #[inline(always)]
-pub(super) fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
+pub(super) fn store_rows<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
     let to = &mut to[..V::LANES * B];
     unroll!(i < B, {
         rows[i].store(&mut to[V::LANES * i..]);
@@ -474,7 +476,7 @@ pub(super) fn put<V: Lanes, const B: usize>(rows: &[V; B], to: &mut [f64]) {
 }
 
 #[inline(always)]
-pub(super) fn get<V: Lanes, const B: usize>(from: &[f64]) -> [V; B] {
+pub(super) fn load_rows<V: Lanes, const B: usize>(from: &[f64]) -> [V; B] {
     let from = &from[..V::LANES * B];
     let mut rows = [V::splat(0.0); B];
     unroll!(i < B, {
